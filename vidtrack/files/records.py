@@ -1,0 +1,77 @@
+"""JSON records and pictures in and out; a record always tells where it comes from."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.atomic import replacing
+
+
+def write_json(path: str | os.PathLike[str], record: Mapping[str, Any], provenance: Mapping[str, Any]) -> None:
+    """Write a record, its provenance under the key of that name; NaN and infinities become null.
+
+    The same record makes the same bytes, whatever the day.
+    """
+    text = json.dumps(plain({**record, "provenance": provenance}), indent=1, ensure_ascii=False, allow_nan=False)
+    with replacing(path) as file:
+        file.write((text + "\n").encode())
+
+
+def read_json(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The record at `path`; VidtrackError where it is not JSON."""
+    with open(path, encoding="utf-8") as file:
+        try:
+            record = json.load(file)
+        except json.JSONDecodeError as error:
+            raise VidtrackError(
+                f"{path}, line {error.lineno}: not valid JSON ({error.msg}). Delete the file and run again."
+            ) from None
+    if not isinstance(record, dict):
+        raise VidtrackError(f"{path}: holds no record. Delete the file and run again.")
+    return record
+
+
+def write_png(path: str | os.PathLike[str], picture: np.ndarray[Any, Any]) -> None:
+    """Write a picture (h, w) grey or (h, w, 3) RGB, 8 or 16 bit, as PNG."""
+    import cv2
+
+    if picture.ndim == 3:
+        picture = picture[..., ::-1]
+    good, data = cv2.imencode(".png", np.ascontiguousarray(picture))
+    if not good:
+        raise ValueError(f"a picture of shape {picture.shape} and type {picture.dtype} cannot be a PNG")
+    with replacing(path) as file:
+        file.write(data.tobytes())
+
+
+def read_png(path: str | os.PathLike[str]) -> np.ndarray[Any, Any]:
+    """The picture at `path` as it is stored: (h, w) or (h, w, 3) RGB."""
+    import cv2
+
+    picture = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
+    if picture is None:
+        raise VidtrackError(f"{path}: not a picture. Delete the file and run again.")
+    return picture[..., ::-1] if picture.ndim == 3 else picture
+
+
+def plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    return str(value)
