@@ -1,4 +1,4 @@
-"""The door through which a rule enters: python -m vidtrack RULE --settings FILE --input NAME=PATH... --output NAME=PATH..."""
+"""The door through which a rule enters: python -m vidtrack RULE --settings FILE --input ... --output ..."""
 
 import sys
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
+from vidtrack.files.csv_checked import PICKS, POINTS, TARGETS, TRUTH, Columns, checked_csv
 from vidtrack.files.records import plain
-from vidtrack.naming import did_you_mean
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -89,132 +88,19 @@ def write_csv(path: Path, table: DataFrame) -> None:
         file.write(table.to_csv(index=False, lineterminator="\n").encode())
 
 
-def read_csv(
-    path: Path,
-    *,
-    numbers: Sequence[str] = (),
-    texts: Sequence[str] = (),
-    optional: Sequence[str] = (),
-    blanks: Sequence[str] = (),
-    unique: Sequence[str] = (),
-    others: str = "forbid",
-) -> DataFrame:
-    """A CSV table that a person wrote, checked cell by cell.
-
-    numbers, texts   the columns that hold numbers and words, in the order of the answer
-    optional         those of them that may be absent (then they are absent in the answer)
-    blanks           number columns in which an empty cell is allowed, and becomes NaN
-    unique           columns whose cells together name a row once
-    others           forbid | ignore: what to do with columns that nobody asked for
-    Column `line` of the answer is the row's line in the file.
-    Raises VidtrackError with every bad cell (ten at most), each with its line.
-    """
+def read_csv(path: Path, columns: Columns, *, others: str = "forbid") -> DataFrame:
+    """A CSV file that a person wrote as a table; see `checked_csv` for what is checked and what `line` is."""
     import pandas as pd
 
-    rows, header, lines = _rows(path)
-    wanted = [*texts, *numbers]
-    problems = _header_problems(path, header, wanted, optional, others)
-    if problems:
-        raise VidtrackError(*problems)
-    present = [name for name in wanted if name in header]
-    columns: dict[str, list[Any]] = {name: [] for name in present}
-    seen: dict[tuple[str, ...], int] = {}
-    for row, line in zip(rows, lines, strict=True):
-        if len(row) != len(header):
-            problems.append(
-                f"{path}, line {line}: {len(row)} cells where the header names {len(header)}. Mend the row."
-            )
-            continue
-        cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
-        for name in present:
-            if name in numbers:
-                columns[name].append(_number(path, line, name, cells[name], name in blanks, problems))
-            else:
-                if not cells[name]:
-                    problems.append(f"{path}, line {line}: {name} is empty. Fill it in or delete the row.")
-                columns[name].append(cells[name])
-        key = tuple(cells[name] for name in unique)
-        if unique and key in seen:
-            problems.append(
-                f"{path}, line {line}: {' '.join(f'{n} {k}' for n, k in zip(unique, key, strict=True))} appears twice "
-                f"(also line {seen[key]}). Name each once."
-            )
-        seen[key] = line
-    if problems:
-        raise VidtrackError(*problems[:10], *([f"{path}: and {len(problems) - 10} more"] if len(problems) > 10 else []))
-    if not rows:
-        raise VidtrackError(f"{path}: has a header but no rows. Add a row for each {wanted[0]}.")
-    table = pd.DataFrame(
-        {name: pd.array(cells, "float64") if name in numbers else cells for name, cells in columns.items()}
+    checked = checked_csv(path, columns, others=others)
+    return pd.DataFrame(
+        {name: pd.Series(c, dtype="float64" if name in columns.numbers else None) for name, c in checked.items()}
     )
-    for name in present:
-        if name in numbers:
-            table[name] = table[name].astype("float64")
-    table["line"] = lines
-    return table
-
-
-def _rows(path: Path) -> tuple[list[list[str]], list[str], list[int]]:
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            read = [(row, reader.line_num) for row in reader if any(cell.strip() for cell in row)]
-    except FileNotFoundError:
-        raise VidtrackError(f"{path}: no such file. Put it there or correct its name.") from None
-    except UnicodeDecodeError:
-        raise VidtrackError(f"{path}: not a text file in UTF-8. Save it as CSV.") from None
-    except csv.Error as error:
-        raise VidtrackError(f"{path}: not CSV ({error}). Save it as CSV.") from None
-    read = [(row, line) for row, line in read if not row[0].lstrip().startswith("#")]
-    if not read:
-        raise VidtrackError(f"{path}: empty. Write a header and a row for each entry.")
-    header = [cell.strip() for cell in read[0][0]]
-    return [row for row, _ in read[1:]], header, [line for _, line in read[1:]]
-
-
-def _header_problems(
-    path: Path, header: list[str], wanted: list[str], optional: Sequence[str], others: str
-) -> list[str]:
-    problems = [
-        f"{path}, line 1: column {name} appears twice. Keep one." for i, name in enumerate(header) if name in header[:i]
-    ]
-    unknown = [name for name in header if name not in wanted]
-    missing = [name for name in wanted if name not in header and name not in optional]
-    for name in missing:
-        near = did_you_mean(name, unknown)
-        problems.append(
-            f"{path}, line 1: no column {name}"
-            + (f"; is it {near!r}?" if near else f" among {', '.join(header)}.")
-            + f" The header must name {', '.join(w for w in wanted if w not in optional)}."
-        )
-    if others == "forbid" and not missing:
-        for name in unknown:
-            near = did_you_mean(name, wanted)
-            problems.append(
-                f"{path}, line 1: no such column as {name!r}"
-                + (f"; did you mean {near!r}?" if near else f". Known: {', '.join(wanted)}.")
-            )
-    return problems
-
-
-def _number(path: Path, line: int, name: str, cell: str, blank: bool, problems: list[str]) -> float:
-    if not cell and blank:
-        return math.nan
-    try:
-        value = float(cell)
-        if math.isfinite(value) or (blank and math.isnan(value)):
-            return value
-    except ValueError:
-        pass
-    problems.append(f"{path}, line {line}: {name} is {cell!r}, not a number. Write a number.")
-    return math.nan
 
 
 def read_points(path: Path) -> DataFrame:
     """Surveyed points: tag, x, y, z, sigma (NaN where the file has none); world units."""
-    table = read_csv(
-        path, texts=["tag"], numbers=["x", "y", "z", "sigma"], optional=["sigma"], blanks=["sigma"], unique=["tag"]
-    )
+    table = read_csv(path, POINTS)
     if "sigma" not in table:
         table.insert(4, "sigma", math.nan)
     return table
@@ -222,21 +108,22 @@ def read_points(path: Path) -> DataFrame:
 
 def read_picks(path: Path, camera: str | None = None) -> DataFrame:
     """Where tagged points roughly are: camera, tag, Xf, Yf (px); those of one camera where it is named."""
-    table = read_csv(path, texts=["camera", "tag"], numbers=["Xf", "Yf"], unique=["camera", "tag"])
-    return table if camera is None else table[table["camera"] == camera].reset_index(drop=True)
+    return _of_camera(read_csv(path, PICKS), camera)
 
 
 def read_targets(path: Path, camera: str | None = None) -> DataFrame:
     """Where boxes start: camera, target, Xf, Yf (px), width, height (px, NaN: the config's box)."""
-    table = read_csv(
-        path,
-        texts=["camera", "target"],
-        numbers=["Xf", "Yf", "width", "height"],
-        optional=["width", "height"],
-        blanks=["width", "height"],
-        unique=["camera", "target"],
-    )
+    table = read_csv(path, TARGETS)
     for name in ("width", "height"):
         if name not in table:
             table[name] = math.nan
+    return _of_camera(table, camera)
+
+
+def read_truth(path: Path) -> DataFrame:
+    """Where targets truly were, by a better instrument: time_s, target, x, y, z; world units."""
+    return read_csv(path, TRUTH)
+
+
+def _of_camera(table: DataFrame, camera: str | None) -> DataFrame:
     return table if camera is None else table[table["camera"] == camera].reset_index(drop=True)
