@@ -1,0 +1,50 @@
+"""config.yaml as a person wrote it: syntax errors with their line, repeated keys refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from vidtrack.errors import VidtrackError
+
+
+def read_config(path: str) -> dict[str, Any]:
+    """The parsed config; VidtrackError with the line for a missing file, bad YAML or a key given twice."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except FileNotFoundError:
+        raise VidtrackError(
+            f"{path}: no such file in this folder. Write one (`units` and `cameras` are required), "
+            "or name the experiment's folder with --directory."
+        ) from None
+    except UnicodeDecodeError as error:
+        raise VidtrackError(f"{path}: not a text file in UTF-8 (byte {error.start}). Save it as UTF-8.") from None
+    try:
+        config = yaml.load(text, _StrictLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else path
+        raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Mend that line.") from None
+    except yaml.YAMLError as error:
+        raise VidtrackError(f"{path}: not valid YAML: {' '.join(str(error).split())}. Mend it.") from None
+    if config is None:
+        raise VidtrackError(f"{path}: empty. Write at least `units` and `cameras`.")
+    if not isinstance(config, dict):
+        raise VidtrackError(f"{path}: holds no settings, but {str(config)[:40]!r}. Write `key: value` lines.")
+    return config
+
+
+class _StrictLoader(yaml.SafeLoader):
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: dict[Any, int] = {}
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if isinstance(key, (str, int, float)) and key in seen and key != "<<":
+                raise yaml.MarkedYAMLError(
+                    problem=f"{key!r} appears twice (also line {seen[key]})", problem_mark=key_node.start_mark
+                )
+            if isinstance(key, (str, int, float)):
+                seen[key] = key_node.start_mark.line + 1
+        return super().construct_mapping(node, deep)
