@@ -209,7 +209,7 @@ def _choose(one: ClosedForm, other: ClosedForm) -> ClosedForm:
     """For each leading index the solution whose f and depths are positive."""
 
     def goodness(s: ClosedForm) -> Array:
-        return np.where(s.f > 0, 1.0, 0.0) + (s.depth > 0).mean(-1)
+        return np.asarray(np.where(s.f > 0, 1.0, 0.0) + (s.depth > 0).mean(-1))
 
     take = goodness(one) >= goodness(other)
 

@@ -1,0 +1,96 @@
+"""camera.json: a calibrated camera in Tsai's symbols, how well each is known, and how it came about."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vidtrack.camera import LENS_TERMS, Camera
+from vidtrack.errors import VidtrackError
+from vidtrack.files.records import read_json, write_json
+from vidtrack.refine import Uncertainty
+
+SCALARS = ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")
+RICHER = ("kappa2", "p1", "p2", "skew")
+"""Written where the camera has them; absent is 0."""
+
+
+class Calibrated(NamedTuple):
+    """A camera.json as read."""
+
+    camera: Camera
+    uncertainty: Uncertainty | None
+    record: dict[str, Any]  # every key of the file
+
+
+def write_camera(
+    path: str | os.PathLike[str],
+    camera: Camera,
+    uncertainty: Uncertainty | None,
+    extra: Mapping[str, Any],
+    provenance: Mapping[str, Any] | None = None,
+) -> None:
+    """Write camera.json, whole or not at all.
+
+    extra   what else is known of the calibration: model, units, n_points, rms_px, settings, warnings...
+            It cannot overwrite the camera's own keys.
+    """
+    write_json(path, camera_record(camera, uncertainty, extra), provenance or {})
+
+
+def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mapping[str, Any]) -> dict[str, Any]:
+    """What camera.json holds, as plain values, but for the provenance."""
+    own: dict[str, Any] = {"camera": camera.name, "image_size": list(camera.image_size)}
+    own |= {name: float(getattr(camera, name)) for name in SCALARS}
+    terms = LENS_TERMS.get(str(extra.get("model", "tsai")), ())
+    own |= {name: float(getattr(camera, name)) for name in RICHER if getattr(camera, name) or name in terms}
+    own |= {"R": camera.R.tolist(), "T": camera.T.tolist(), "det_R": float(np.linalg.det(camera.R))}
+    own["position"] = camera.position.tolist()
+    if uncertainty is not None:
+        own |= _uncertainty_record(uncertainty)
+    return {**own, **{key: value for key, value in extra.items() if key not in own}}
+
+
+def _uncertainty_record(uncertainty: Uncertainty) -> dict[str, Any]:
+    names = uncertainty.names
+    correlations = np.round(uncertainty.correlations, 6).tolist()
+    return {
+        "standard_errors": dict(zip(names, uncertainty.standard_errors.tolist(), strict=True)),
+        "correlations": {
+            row: dict(zip(names, values, strict=True)) for row, values in zip(names, correlations, strict=True)
+        },
+        "uncertainty": {
+            "names": list(names),
+            "pivot": np.asarray(uncertainty.pivot).tolist(),
+            "covariance": np.asarray(uncertainty.covariance).tolist(),
+        },
+    }
+
+
+def read_camera(path: str | os.PathLike[str]) -> Calibrated:
+    """The camera at `path` and all that was written with it; VidtrackError where it holds no camera."""
+    record = read_json(path)
+    try:
+        camera = Camera(
+            **{name: float(record[name]) for name in SCALARS},
+            **{name: float(record.get(name, 0.0)) for name in RICHER},
+            R=np.array(record["R"], float),
+            T=np.array(record["T"], float),
+            image_size=(int(record["image_size"][0]), int(record["image_size"][1])),
+            name=str(record.get("camera", "")),
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise VidtrackError(
+            f"{path}: holds no camera ({error}). Delete the file and run again, or mend the value."
+        ) from None
+    return Calibrated(camera, _uncertainty(record.get("uncertainty")), record)
+
+
+def _uncertainty(record: Mapping[str, Any] | None) -> Uncertainty | None:
+    if not record:
+        return None
+    covariance = np.array(record["covariance"], float)  # null, where a covariance is not known, becomes NaN
+    return Uncertainty(tuple(record["names"]), np.array(record["pivot"], float), covariance)
