@@ -1,0 +1,154 @@
+"""When a frame was: from its time stamp to whole frame numbers, time code labels and seconds since midnight.
+
+A recording has two scales. Its time stamps (seconds after its first frame) say how its frames follow each other;
+a time code, where there is one, says what the clock on the wall of the laboratory showed. A TimeBase joins them:
+
+    base = video.info.time                     what the file itself says; files.timesource may know better
+    time_s = base.seconds(times)               times (n,) s of frames, Frame.time; seconds since midnight
+    time_s = base.seconds(times, fields=0.5)   the samples of the second fields, half a frame later
+    label = base.labels(times)                 (n,) time code labels; "" where there is no time code
+
+In constant-rate video a time stamp only says which whole frame it is: it is snapped to the grid of the exact
+rate, so that stamps rounded to 1 ms (Matroska) do no harm and a lost frame leaves its gap. In variable-rate
+video the stamps themselves are the time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.timecode import Timecode, label_from_frame, nominal
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A frame whose time code is known.
+
+    time   s, the frame's time stamp after the first frame
+    frame  whole number of the code's frames since midnight
+    phase  by how much of a code frame the picture comes later than the code's frame began, 0 where they are locked
+    """
+
+    time: float
+    frame: int
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """Seconds since midnight and labels of frames, from their time stamps.
+
+    rate       exact frames of video a second
+    code_rate  exact frames of time code a second; differs from rate where one label covers several frames
+               (30 a second on 240 Hz video)
+    drop       whether the code counts in drop-frame
+    anchors    where the code is known, in order of time; each holds until the next. Empty: no time code, and
+               seconds count from the first frame
+    constant   whether the frames fall on the grid of `rate`
+    source     where the time code came from, "none" where there is none
+    """
+
+    rate: Fraction
+    code_rate: Fraction
+    drop: bool = False
+    anchors: tuple[Anchor, ...] = ()
+    constant: bool = True
+    source: str = "none"
+
+    def seconds(self, times: ArrayLike, fields: ArrayLike = 0.0) -> Array:
+        """Seconds since midnight of the code (without one: since the first frame), in the shape of `times`.
+
+        times   s after the first frame, as Frame.time; NaN gives NaN
+        fields  frames to add: 0 for the first field and for whole frames, 0.5 for the second field
+        """
+        times = np.asarray(times, float)
+        fields = np.asarray(fields, float)
+        start, origin = self._anchored(times)
+        if not self.constant:
+            return origin / float(self.rate) + (times - start) + fields / float(self.rate)
+        # one count of frames over the exact rate: cameras that share a label share the very same float
+        frames = origin + np.rint((times - start) * float(self.rate)) + fields
+        return frames * self.rate.denominator / self.rate.numerator
+
+    def labels(self, times: ArrayLike) -> NDArray[np.str_]:
+        """Time code labels, a string array in the shape of `times`; "" where there is no code or time is NaN."""
+        times = np.asarray(times, float)
+        if not self.anchors:
+            return np.full(times.shape, "", "<U1")
+        known = np.isfinite(times)
+        text = label_from_frame(self._code_frames(np.where(known, times, 0.0)), self.code_rate, self.drop)
+        return np.where(known, text, "")
+
+    def timecode(self, time: float) -> Timecode | None:
+        """The time code of one frame, None where there is none."""
+        if not self.anchors:
+            return None
+        return Timecode(int(self._code_frames(np.asarray(time, float))), self.code_rate, self.drop)
+
+    def time_of(self, seconds: float) -> float:
+        """The time stamp, s after the first frame, at which the clock showed `seconds` since midnight.
+
+        The inverse of `seconds`, for `start` and `end`: with several anchors, the first stretch that holds it.
+        """
+        for anchor, following in zip(self.anchors, (*self.anchors[1:], None), strict=True):
+            time = anchor.time + seconds - float(self._origin(anchor) / self.rate)
+            if following is None or time < following.time:
+                return time
+        return seconds
+
+    def _origin(self, anchor: Anchor) -> Fraction:
+        return (anchor.frame + Fraction(anchor.phase)) * self.rate / self.code_rate
+
+    def _which(self, times: Array) -> NDArray[np.intp]:
+        # half a frame early: a rounded stamp must not fall before the anchor that it belongs to
+        starts = np.array([anchor.time for anchor in self.anchors]) - 0.5 / float(self.rate)
+        return np.maximum(np.searchsorted(starts, np.nan_to_num(times), side="right") - 1, 0)
+
+    def _anchored(self, times: Array) -> tuple[Array, Array]:
+        """The time stamp, s, and the clock, frames of video since midnight, of the anchor that holds at `times`."""
+        if not self.anchors:
+            return np.zeros(times.shape), np.zeros(times.shape)
+        starts = np.array([anchor.time for anchor in self.anchors])
+        origins = np.array([float(self._origin(anchor)) for anchor in self.anchors])
+        which = self._which(times)
+        return starts[which], origins[which]
+
+    def _code_frames(self, times: Array) -> NDArray[np.int64]:
+        which = self._which(times)
+        first, phase, start = (
+            np.array([getattr(anchor, part) for anchor in self.anchors])[which] for part in ("frame", "phase", "time")
+        )
+        elapsed: Array = (times - start) * float(self.rate)
+        if self.constant:
+            elapsed = np.rint(elapsed)
+        if self.rate == self.code_rate:
+            return np.asarray(first + np.rint(elapsed), np.int64)
+        return np.asarray(first + np.floor(elapsed * float(self.code_rate / self.rate) + phase + 1e-3), np.int64)
+
+
+def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "none", constant: bool = True) -> TimeBase:
+    """The TimeBase of a recording whose first frame bears `code`; without one, seconds count from that frame."""
+    if code is None:
+        return TimeBase(rate, rate, constant=constant)
+    anchors = (Anchor(0.0, code.frame),)
+    return TimeBase(rate, code.rate, code.drop, anchors, constant, source)
+
+
+def code_rate_of(rate: Fraction) -> Fraction:
+    """The rate at which time code is counted on video of `rate`: the same up to 60 Hz, else the rate's 24, 25 or 30.
+
+    # ASSUME: SMPTE ST 12-1 ends at 60; high-speed recorders repeat a label (240 Hz: eight frames each).
+    """
+    n = nominal(rate)
+    if n <= 60:
+        return rate
+    for base in (30, 25, 24):
+        if n % base == 0:
+            return rate * base / n
+    return rate
