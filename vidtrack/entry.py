@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import importlib
 import json
 import os
@@ -16,6 +17,8 @@ from vidtrack.job import Job
 def main(argv: Sequence[str]) -> int:
     """Run one job; 0 when its outputs stand, 1 when a problem was told."""
     arguments = _parser().parse_args(argv)
+    if arguments.log and os.path.exists(arguments.log):
+        os.unlink(arguments.log)
     try:
         job = _job(arguments)
         importlib.import_module(f"vidtrack.jobs.{arguments.rule}").run(job)
@@ -33,8 +36,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m vidtrack", description="Run one rule of the workflow.")
     parser.add_argument("rule", help="the rule's name")
     parser.add_argument("--settings", required=True, help="the rule's settings, a JSON file")
-    parser.add_argument("--input", nargs="*", default=[], metavar="NAME=PATH", help="a name may come several times")
-    parser.add_argument("--output", nargs="*", default=[], metavar="NAME=PATH")
+    parser.add_argument(
+        "--input", nargs="+", action="append", default=[], metavar=("NAME", "PATH"), help="NAME PATH ..."
+    )
+    parser.add_argument("--output", nargs=2, action="append", default=[], metavar=("NAME", "PATH"))
     parser.add_argument("--log", help="where a problem is also written")
     parser.add_argument("--threads", type=int, default=1)
     return parser
@@ -43,19 +48,26 @@ def _parser() -> argparse.ArgumentParser:
 def _job(arguments: argparse.Namespace) -> Job:
     with open(arguments.settings, encoding="utf-8") as file:
         order = json.load(file)
-    inputs: dict[str, list[str]] = {}
-    for pair in arguments.input:
-        name, _, path = pair.partition("=")
-        inputs.setdefault(name, []).append(path)
-    outputs = dict(pair.split("=", 1) for pair in arguments.output)
+    inputs = {name: paths[0] if len(paths) == 1 else paths for name, *paths in arguments.input if paths}
     settings = order["settings"]
+    checksums = {**order["inputs"], **_derived(inputs, order["inputs"])}
     return Job(
         settings=settings,
-        inputs={name: paths[0] if len(paths) == 1 else paths for name, paths in inputs.items()},
-        outputs=outputs,
-        provenance={"vidtrack": _version(), "rule": arguments.rule, "settings": settings, "inputs": order["inputs"]},
+        inputs=inputs,
+        outputs=dict(arguments.output),
+        provenance={"vidtrack": _version(), "rule": arguments.rule, "settings": settings, "inputs": checksums},
         threads=arguments.threads,
     )
+
+
+def _derived(inputs: dict[str, str | list[str]], known: dict[str, str]) -> dict[str, str]:
+    """Checksums of the inputs that earlier rules made."""
+    paths = [p for value in inputs.values() for p in ([value] if isinstance(value, str) else value)]
+    answer = {}
+    for path in sorted(set(paths) - set(known)):
+        with open(path, "rb") as file:
+            answer[path] = hashlib.file_digest(file, "sha256").hexdigest()
+    return answer
 
 
 def _version() -> str:

@@ -1,0 +1,75 @@
+# vidtrack: from recordings to positions. This page is the table of contents; the rules are in workflow/rules.
+import os
+import sys
+import time
+
+sys.path.insert(0, workflow.basedir)
+os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [workflow.basedir, os.environ.get("PYTHONPATH")]))
+
+from vidtrack import orders
+from vidtrack.errors import VidtrackError
+from vidtrack.files.config_file import read_config
+from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.files.order_files import OrderBook
+from vidtrack.settings import settings_from_config
+
+BEGAN = time.time()
+
+
+def told(function, *arguments):
+    """The function's answer; where the user can mend what is wrong, one clear line and exit code 1."""
+    try:
+        return function(*arguments)
+    except VidtrackError as error:
+        sys.exit("\n".join(f"vidtrack: {problem}" for problem in error.problems))
+
+
+if os.path.exists("config.yaml") or not config:
+    told(read_config, "config.yaml")
+
+
+configfile: "config.yaml"
+
+
+SETTINGS = told(settings_from_config, config)
+EXPERIMENT = told(checked_experiment, SETTINGS)
+RESULTS = EXPERIMENT.results
+BOOK = OrderBook(RESULTS, writing=workflow.is_main_process)
+# Recordings and intermediate tables are compared by content, however large they are.
+workflow.dag_settings.max_checksum_file_size = sys.maxsize
+
+
+include: "workflow/rules/tracking.smk"
+include: "workflow/rules/calibration.smk"
+include: "workflow/rules/location.smk"
+include: "workflow/rules/comparison.smk"
+include: "workflow/rules/report.smk"
+
+
+BOOK.close()
+
+
+wildcard_constraints:
+    camera="[^/]+",
+    run="[^/]+",
+
+
+rule all:
+    default_target: True
+    input:
+        CENTROIDS,
+        CALIBRATION,
+        LOCATIONS,
+        COMPARISONS,
+        f"{RESULTS}/report.html",
+
+
+onerror:
+    told_lines = []
+    for folder, _, names in os.walk(f"{RESULTS}/logs"):
+        for log_path in (os.path.join(folder, name) for name in sorted(names)):
+            if os.path.getmtime(log_path) >= BEGAN:
+                with open(log_path, encoding="utf-8") as log_file:
+                    told_lines += log_file.read().splitlines()
+    print(*dict.fromkeys(told_lines), sep="\n", file=sys.stderr)

@@ -1,0 +1,162 @@
+"""What an experiment folder holds: found, not listed."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.csv_checked import POINTS, TARGETS, checked_csv
+from vidtrack.naming import did_you_mean
+from vidtrack.settings import Settings
+
+NO_RECORDING = {".csv", ".txt", ".md", ".json", ".yaml", ".yml", ".parquet", ".log", ".xlsx", ".pdf", ".html", ""}
+"""Endings of files that lie beside recordings and are none."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A folder of calibration/: a recording (path) for each camera, and where someone picked tagged points."""
+
+    name: str
+    videos: Mapping[str, str]
+    picks: str | None
+
+
+@dataclass(frozen=True)
+class Run:
+    """A folder of runs/: a recording (path) for each camera, and the tables beside them (None where absent)."""
+
+    name: str
+    videos: Mapping[str, str]
+    targets: str | None
+    reference: str | None
+    truth: str | None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The inputs that lie in an experiment folder; paths begin with the folder as the config names it."""
+
+    folder: str
+    points: str | None
+    clips: Mapping[str, Clip]
+    runs: Mapping[str, Run]
+
+    @property
+    def results(self) -> str:
+        """The folder that receives what comes out."""
+        return within(self.folder, "results")
+
+    def cameras_in_clips(self) -> list[str]:
+        """The cameras that can be calibrated, in the order of their names."""
+        return sorted({camera for clip in self.clips.values() for camera in clip.videos})
+
+
+def within(folder: str, *parts: str) -> str:
+    """A path inside a folder, without a leading `./`."""
+    return os.path.normpath(os.path.join(folder, *parts))
+
+
+def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
+    """What the experiment's folder holds, and what is wrong with its files' names, a line each.
+
+    VidtrackError where there is no such folder.
+    """
+    folder = settings.experiment
+    problems: list[str] = []
+    if not os.path.isdir(folder):
+        raise VidtrackError(f"config.yaml: experiment: no such folder as {folder!r}. Correct it or make the folder.")
+    clips = {}
+    for name in _folders(within(folder, "calibration")):
+        here = within(folder, "calibration", name)
+        videos = _recordings(here, settings, problems)
+        clips[name] = Clip(name, videos, _optional(here, "picks.csv"))
+    runs = {}
+    for name in sorted({*_folders(within(folder, "runs")), *_runs_elsewhere(settings)}):
+        here = within(folder, "runs", name)
+        videos = _recordings(here, settings, problems) if os.path.isdir(here) else {}
+        videos |= _elsewhere(name, settings, problems)
+        tables = [_optional(here, f"{table}.csv") for table in ("targets", "reference", "truth")]
+        runs[name] = Run(name, dict(sorted(videos.items())), *tables)
+    points = _optional(within(folder, "calibration"), "points.csv")
+    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs)
+    return experiment, problems
+
+
+def tags_of(settings: Settings, clip: str, known: Iterable[str]) -> list[str]:
+    """The tags that a clip shows: those that the config names, or all in points.csv."""
+    named = settings.calibration.clips[clip].tags if clip in settings.calibration.clips else None
+    return list(named) if named is not None else list(known)
+
+
+def point_tags(experiment: Experiment) -> list[str]:
+    """The tags in points.csv, in its order."""
+    return list(checked_csv(experiment.points, POINTS)["tag"]) if experiment.points else []
+
+
+def reference_columns(run: Run) -> list[str]:
+    """The names of the columns of a run's reference.csv."""
+    with open(run.reference or "", encoding="utf-8-sig") as file:
+        for line in file:
+            if line.strip() and not line.lstrip().startswith("#"):
+                return [cell.strip() for cell in line.split(",")]
+    return []
+
+
+def _folders(folder: str) -> list[str]:
+    if not os.path.isdir(folder):
+        return []
+    return sorted(e.name for e in os.scandir(folder) if e.is_dir() and not e.name.startswith("."))
+
+
+def _optional(folder: str, name: str) -> str | None:
+    path = within(folder, name)
+    return path if os.path.isfile(path) else None
+
+
+def _recordings(folder: str, settings: Settings, problems: list[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for name in sorted(os.listdir(folder)):
+        camera, ending = os.path.splitext(name)
+        path = within(folder, name)
+        if name.startswith(".") or ending.lower() in NO_RECORDING or not os.path.isfile(path):
+            continue
+        if camera not in settings.cameras:
+            near = did_you_mean(camera, settings.cameras)
+            hint = f"did you mean {near!r}?" if near else f"known: {', '.join(settings.cameras)}."
+            problems.append(f"{path}: config.yaml names no camera {camera!r}; {hint}")
+        elif camera in found:
+            problems.append(f"{path}: camera {camera} has another recording here, {found[camera]}. Keep one.")
+        else:
+            found[camera] = path
+    return found
+
+
+def _runs_elsewhere(settings: Settings) -> list[str]:
+    return [name for name, run in settings.runs.items() if run.videos]
+
+
+def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, str]:
+    found = {}
+    for camera, path in settings.runs[name].videos.items() if name in settings.runs else ():
+        full = within(settings.experiment, path)
+        place = f"config.yaml: runs.{name}.videos.{camera}"
+        if camera not in settings.cameras:
+            problems.append(f"{place}: no such camera; known: {', '.join(settings.cameras)}.")
+        elif not os.path.isfile(full):
+            problems.append(f"{place}: no such file as {full}. Correct the path (relative to the experiment's folder).")
+        else:
+            found[camera] = full
+    return found
+
+
+def target_names(settings: Settings, run: Run) -> list[str]:
+    """The names of a run's targets: the config's list, else those in targets.csv, else t1, t2, ..."""
+    own = settings.runs[run.name].targets if run.name in settings.runs else None
+    if isinstance(own, tuple):
+        return list(own)
+    if own is None and run.targets:
+        return list(dict.fromkeys(checked_csv(run.targets, TARGETS)["target"]))
+    return [f"t{n + 1}" for n in range(own or 1)]

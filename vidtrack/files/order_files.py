@@ -1,0 +1,69 @@
+"""Orders on paper: for each job a small file of its settings, its raw inputs' checksums and its code's fingerprint.
+
+The file is an input of its rule and is written only when its content changes, so that one mechanism, the oldest
+in the book, decides what runs again: settings, edited files and edited code all show as a newer order.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.atomic import replacing
+from vidtrack.files.experiment import within
+from vidtrack.files.fingerprint import Checksums, code_fingerprint
+
+
+class OrderBook:
+    """The orders of one experiment, under `<results>/.orders`.
+
+    results    the experiment's results folder
+    writing    False where the workflow is parsed only to run one job of an order that stands already
+    """
+
+    def __init__(self, results: str, *, writing: bool = True) -> None:
+        self.folder = within(results, ".orders")
+        self.writing = writing
+        self._checksums = Checksums(within(self.folder, "checksums.json"))
+
+    def place(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> str:
+        """Write the order of one job, if it has changed, and answer its path.
+
+        raw      the paths of the inputs that people made: their content is what counts, not their dates
+        parts    what tells the job from others of its rule: run, camera
+        """
+        path = within(self.folder, ".".join((rule, *parts)) + ".json")
+        if not self.writing:
+            return path
+        order = {
+            "rule": rule,
+            "code": code_fingerprint(f"vidtrack.jobs.{rule}"),
+            "inputs": {name: self._checksum(name) for name in raw if name},
+            "settings": settings,
+        }
+        text = json.dumps(order, sort_keys=True, indent=1) + "\n"
+        if not _holds(path, text):
+            with replacing(path) as file:
+                file.write(text.encode())
+        return path
+
+    def close(self) -> None:
+        """Remember the checksums for the next call."""
+        if self.writing:
+            self._checksums.save()
+
+    def _checksum(self, path: str) -> str:
+        try:
+            return self._checksums.of(path)
+        except OSError as error:
+            raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Mend it and run again.") from None
+
+
+def _holds(path: str, text: str) -> bool:
+    if not os.path.isfile(path):
+        return False
+    with open(path, encoding="utf-8") as file:
+        return file.read() == text

@@ -1,0 +1,166 @@
+"""Exactly the settings that each rule uses: a change of any other setting reruns nothing.
+
+Each function answers the plain values that one job gets; the doors turn them into the file that the job reads.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
+from vidtrack.settings import Run as RunSettings
+from vidtrack.settings import Settings, detect_for
+
+Order = dict[str, Any]
+
+
+def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
+    """How a run's targets are followed in one camera."""
+    own = _own(settings, run)
+    return {
+        "run": run,
+        "camera": camera,
+        "detect": detect_for(settings, own, own.detect),
+        "targets": _targets(settings, experiment.runs[run]),
+        "start_timecode": own.start_timecode,
+    }
+
+
+def calibration_points(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> Order:
+    """Which tags each of a camera's clips shows, and how they are told from the background."""
+    tags = point_tags(experiment)
+    return {
+        "units": settings.units,
+        "camera": camera,
+        "sigma": settings.calibration.sigma,
+        "picks_clips": [clip for clip in clips_of(settings, experiment, camera, after) if experiment.clips[clip].picks],
+        "clips": {
+            clip: {"tags": tags_of(settings, clip, tags), "detect": _clip_detect(settings, clip)}
+            for clip in clips_of(settings, experiment, camera, after)
+        },
+    }
+
+
+def clips_of(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> list[str]:
+    """A camera's clips from before the test, or those from after it, in the order of their names."""
+    late = settings.calibration.after
+    return [n for n, c in experiment.clips.items() if camera in c.videos and (n in late) == after]
+
+
+def calibrate(settings: Settings, camera: str) -> Order:
+    """How one camera is calibrated."""
+    own, how = settings.cameras[camera], settings.calibration
+    return {
+        "units": settings.units,
+        "camera": camera,
+        "Cx": own.Cx, "Cy": own.Cy, "sensor": own.sensor,
+        "model": how.model, "refine": how.refine, "fix": how.fix, "prior": how.prior, "sigma": how.sigma,
+    }
+
+
+def bundle(settings: Settings, cameras: list[str]) -> Order:
+    """How all cameras are refined together."""
+    how = settings.calibration
+    return {"units": settings.units, "cameras": cameras, "fix": how.fix, "prior": how.prior, "sigma": how.sigma}
+
+
+def back_project(settings: Settings, cameras: list[str]) -> Order:
+    """How the calibration is held against its points."""
+    how = settings.calibration
+    return {
+        "units": settings.units,
+        "cameras": cameras,
+        "refine": how.refine, "fix": how.fix, "prior": how.prior, "sigma": how.sigma,
+    }
+
+
+def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
+    """How a run's tracks become positions."""
+    own, here = _own(settings, run), experiment.runs[run]
+    plane = own.plane.model_dump() if own.plane else None
+    return {
+        "units": settings.units,
+        "run": run,
+        "mode": own.mode,
+        "cameras": list(here.videos),
+        "targets": _targets(settings, here),
+        "clocks": {c: _clock(settings, c) for c in here.videos},
+        "tolerance_px": own.tolerance_px,
+        "plane": plane,
+    }
+
+
+def kinematics(settings: Settings) -> Order:
+    """How positions become velocities and accelerations."""
+    return {"units": settings.units}
+
+
+def bodies(settings: Settings, run: str) -> Order:
+    """Which targets make a body, and where they sit in it."""
+    return {"units": settings.units, "run": run, "bodies": _own(settings, run).bodies}
+
+
+def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
+    """Which column of the contact sensor's record is held against which target and axis."""
+    here, own = experiment.runs[run], _own(settings, run)
+    order = {"units": settings.units, "run": run, "time": None, "value": None, "axis": None, "target": None}
+    if here.reference:
+        order |= own.reference.model_dump() if own.reference else _guessed_reference(here)
+        order["target"] = order["target"] or target_names(settings, here)[0]
+    return order
+
+
+def waterline(settings: Settings, run: str, camera: str) -> Order:
+    """Along which transects of a run the water's edge is followed."""
+    own = _own(settings, run)
+    assert own.waterline is not None, "the rule exists only where the config names transects"
+    return {
+        "units": settings.units,
+        "run": run,
+        "camera": camera,
+        "transects": {n: t.model_dump(by_alias=True) for n, t in own.waterline.transects.items()},
+        "detect": detect_for(settings, own, own.detect),
+        "start_timecode": own.start_timecode,
+        "clock": _clock(settings, camera),
+    }
+
+
+def report(settings: Settings, experiment: Experiment) -> Order:
+    """What the report page tells of."""
+    return {
+        "units": settings.units,
+        "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
+        "calibrated": experiment.cameras_in_clips(),
+        "refine": settings.calibration.refine,
+        "runs": {
+            name: {"cameras": list(run.videos), "mode": _own(settings, name).mode}
+            for name, run in experiment.runs.items()
+        },
+    }
+
+
+def _own(settings: Settings, run: str) -> RunSettings:
+    return settings.runs.get(run, RunSettings())
+
+
+def _targets(settings: Settings, run: Run) -> list[str] | int:
+    own = _own(settings, run.name).targets
+    if isinstance(own, int):
+        return own
+    return target_names(settings, run) if own or run.targets else 1
+
+
+def _clip_detect(settings: Settings, clip: str) -> Order:
+    own = settings.calibration.clips.get(clip)
+    return detect_for(settings, own, own.detect) if own else detect_for(settings)
+
+
+def _clock(settings: Settings, camera: str) -> Order | str:
+    clock = settings.cameras[camera].clock
+    return clock if isinstance(clock, str) else clock.model_dump()
+
+
+def _guessed_reference(run: Run) -> Order:
+    """A record that the config does not describe: time in the first column, the value in the second, x."""
+    columns = reference_columns(run)
+    return {"time": columns[0], "value": columns[1] if len(columns) > 1 else columns[0], "axis": "x", "target": None}
