@@ -2,8 +2,8 @@
 
     frame buffer Xf, Yf --aspect, lens--> square px --scale or homography or polynomial--> world x, y
 
-The thesis's chapter 4.2 multiplies by a scale factor, X by 1.25 more because its pixels are not square, and asks
-for better: its section 5.2 wants a polynomial or a lens function where the points allow. The models, from plain to rich:
+The thesis's chapter 4.2 multiplies by a scale factor, X by 1.25 more because its pixels are not square; its
+section 5.2 asks for a polynomial or a lens function where the points allow. The models, from plain to rich:
 
     scale       x = s Q(angle) (aspect Xf, Yf) + t     4 numbers, from two points on
     affine      any linear map                         6, three points: finds the aspect by itself
@@ -17,7 +17,7 @@ Coordinates lie on the last axis; NaN in, NaN out. Lengths of b are px, of p wor
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -96,7 +96,8 @@ def world_covariance(plane: Plane, b: ArrayLike, sd: ArrayLike) -> Array:
     b = np.asarray(b, float)
     sd = np.broadcast_to(np.asarray(sd, float), b.shape)
     Jb, Jt = jacobian_by_position(plane, b), _by_theta(plane, plane.theta, b)
-    return (Jb * sd[..., None, :] ** 2) @ np.swapaxes(Jb, -1, -2) + Jt @ plane.covariance @ np.swapaxes(Jt, -1, -2)
+    noise: Array = (Jb * sd[..., None, :] ** 2) @ np.swapaxes(Jb, -1, -2)
+    return noise + Jt @ plane.covariance @ np.swapaxes(Jt, -1, -2)
 
 
 def jacobian_by_position(plane: Plane, b: ArrayLike) -> Array:
@@ -129,29 +130,35 @@ def fit_plane(
     model   one of MODELS, or auto
     Raises ValueError for fewer than two distinct points, an unknown model, or one that the points cannot hold.
     """
-    b, p = np.asarray(b, float), np.asarray(p, float)
-    sd = np.broadcast_to(np.asarray(sd, float).T, b.T.shape).T
-    sigma = np.broadcast_to(np.asarray(sigma, float), b.shape[:1])
-    good = np.isfinite(b).all(-1) & np.isfinite(p).all(-1)
-    b, p, sd, sigma = b[good], p[good], sd[good], sigma[good]
-    start = _normalised(b, p, aspect, centre)
-    noise = np.sqrt((sd**2).mean(-1) * start.world_span**2 / start.span**2 + sigma**2)
-    allowed = [m for m in MODELS if _holds(m, b, p)]
+    pixels: Array = np.asarray(b, float)
+    places: Array = np.asarray(p, float)
+    sd = np.broadcast_to(np.asarray(sd, float).T, pixels.T.shape).T
+    sigma = np.broadcast_to(np.asarray(sigma, float), pixels.shape[:1])
+    good = np.isfinite(pixels).all(-1) & np.isfinite(places).all(-1)
+    pixels, places = pixels[good], places[good]
+    start = _normalised(pixels, places, aspect, centre)
+    noise = np.sqrt((sd[good] ** 2).mean(-1) * start.world_span**2 / start.span**2 + sigma[good] ** 2)
+    allowed = [m for m in MODELS if holds(m, pixels, places)]
+
+    def fitted(model: str) -> PlaneFit:
+        return _finished(_fit(start, model, pixels, places, noise), pixels, places, noise, held_out)
+
+    held_out: dict[str, float] = {}
     if model != "auto":
         if model not in MODELS:
             raise ValueError(f"no model '{model}'; there are {', '.join(MODELS)}")
         if model not in allowed:
-            raise ValueError(f"{len(b)} points as they lie cannot hold the model '{model}'")
-        return _finished(_fit(start, model, b, p, noise), b, p, noise, {})
-    held_out = {m: _held_out(start, m, b, p, noise) for m in allowed}
+            raise ValueError(f"{len(pixels)} points as they lie cannot hold the model '{model}'")
+        return fitted(model)
+    held_out = {m: _held_out(start, m, pixels, places, noise) for m in allowed}
     known = {m: e for m, e in held_out.items() if np.isfinite(e)}
     chosen = _plainest(known) if known else allowed[0]
     # Four points cannot judge a homography, nor three an affine map; the stated noise can.
-    fit = _finished(_fit(start, chosen, b, p, noise), b, p, noise, held_out)
+    fit = fitted(chosen)
     for richer in allowed[allowed.index(chosen) + 1 :]:
         if not (fit.chi2 > 4) or richer in known:
             break
-        fit = _finished(_fit(start, richer, b, p, noise), b, p, noise, held_out)
+        fit = fitted(richer)
     return fit
 
 
@@ -179,7 +186,7 @@ def _spread(p: Array) -> float:
     return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0
 
 
-def _holds(model: str, b: Array, p: Array) -> bool:
+def holds(model: str, b: Array, p: Array) -> bool:
     """Whether points as they lie determine the model: enough of them, and of full rank."""
     if len(b) < 2 or 2 * len(b) < PARAMETERS[model]:
         return False
@@ -201,7 +208,8 @@ def _four_apart(q: Array) -> bool:
 
 
 def _q(plane: Plane, b: Array) -> Array:
-    return (b - plane.origin) * np.array([plane.aspect, 1.0]) / plane.span
+    q: Array = (b - plane.origin) * np.array([plane.aspect, 1.0]) / plane.span
+    return q
 
 
 def _world(plane: Plane, theta: Array, b: Array) -> Array:
@@ -222,7 +230,7 @@ def _world(plane: Plane, theta: Array, b: Array) -> Array:
         k = len(theta) // 2
         monomials = np.stack([q[..., 0] ** i * q[..., 1] ** j for i, j in _EXPONENTS[:k]], -1)
         w = monomials @ theta.reshape(2, k).T
-    return plane.world_origin + plane.world_span * w  # type: ignore[no-any-return]
+    return plane.world_origin + plane.world_span * w
 
 
 def _by_theta(plane: Plane, theta: Array, b: Array) -> Array:
@@ -232,8 +240,6 @@ def _by_theta(plane: Plane, theta: Array, b: Array) -> Array:
 
 def _fit(start: Plane, model: str, b: Array, p: Array, noise: Array) -> Plane:
     """The weighted least-squares fit; noise (n,) in world units."""
-    from dataclasses import replace
-
     floor = 1e-12 * start.world_span
     plane = replace(start, model=model)
     theta = np.zeros(PARAMETERS[model])
@@ -247,7 +253,7 @@ def _fit(start: Plane, model: str, b: Array, p: Array, noise: Array) -> Plane:
         if np.abs(step).max() < 1e-13:
             break
     J = (_by_theta(plane, theta, b) / (noise + floor)[:, None, None]).reshape(-1, len(theta))
-    return replace(plane, theta=theta, covariance=np.linalg.pinv(J.T @ J))
+    return replace(plane, theta=theta, covariance=np.asarray(np.linalg.pinv(J.T @ J), float))
 
 
 def _dlt_rows(q: Array, w: Array) -> Array:
@@ -266,8 +272,6 @@ def _dlt(q: Array, w: Array) -> Array:
 
 
 def _finished(plane: Plane, b: Array, p: Array, noise: Array, held_out: dict[str, float]) -> PlaneFit:
-    from dataclasses import replace
-
     residuals = p - world_from_frame_buffer(plane, b)
     spare = residuals.size - len(plane.theta)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -285,7 +289,7 @@ def _held_out(start: Plane, model: str, b: Array, p: Array, noise: Array) -> flo
     errors = []
     for k in range(parts):
         seen = fold != k
-        if not _holds(model, b[seen], p[seen]) or (model == "scale" and len(b) == 2):
+        if not holds(model, b[seen], p[seen]) or (model == "scale" and len(b) == 2):
             return float("nan")
         plane = _fit(start, model, b[seen], p[seen], noise[seen])
         errors.append(((p[~seen] - world_from_frame_buffer(plane, b[~seen])) ** 2).sum(-1))

@@ -1,0 +1,214 @@
+"""Stage locate, mode plane: centroids of one camera become positions by a scale factor or by known points."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.errors import VidtrackError
+from vidtrack.plane import (
+    Plane,
+    PlaneFit,
+    fit_plane,
+    jacobian_by_position,
+    scaled_plane,
+    world_covariance,
+    world_from_frame_buffer,
+)
+from vidtrack.tilt import tilt
+
+COLUMNS = {
+    "time_s": "s",
+    "timecode": "",
+    "target": "",
+    **dict.fromkeys(("x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "miss"), "world"),
+    "n_cameras": "",
+    "flag": "",
+}
+
+TILT_LIMIT_DEG = 3.0
+"""Beyond it a picture must be rectified before a scale factor holds (thesis 4.2, after Wolf 1974)."""
+
+CENTROID_SD_PX = 0.1
+"""ASSUME: of a centroid whose own standard deviation nobody knows."""
+
+
+class PlaneLocations(NamedTuple):
+    """Trajectories as in mode space, with z and miss NaN; and what to tell about the plane."""
+
+    trajectories: pd.DataFrame
+    record: dict[str, Any]
+
+
+def locate_plane(
+    centroids: pd.DataFrame,
+    *,
+    scale: float | None = None,
+    aspect: float = 1.0,
+    points: pd.DataFrame | None = None,
+    units: str = "",
+    sightings: pd.DataFrame | None = None,
+    centre: tuple[float, float] | None = None,
+    image_size: tuple[int, int] | None = None,
+    model: str = "auto",
+    where: str = "mode plane",
+) -> PlaneLocations:
+    """Locate every centroid in the plane in which the targets move.
+
+    With `scale`: x = scale aspect Xf, y = scale Yf, world units per px; y runs down, as in the picture.
+    With `points`: the plane of known points, in their own axes; see `vidtrack.plane.fit_plane` for the models.
+
+    centroids   time_s, target, Xf, Yf (px); timecode, flag, sd_x, sd_y (px) where there are any
+    points      tag, x, y[, z, sigma], and Xf, Yf (px)[, sd_x, sd_y] unless `sightings` has those, by tag;
+                a point without Xf is left out
+    centre      px, of the lens; default: the middle of image_size, or of the points
+    A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
+    """
+    if (scale is None) == (points is None):
+        raise VidtrackError(f"{where}: plane needs either scale or points, and not both. Give one of them.")
+    if scale is not None:
+        plane, record = scaled_plane(scale, aspect), _scale_record(scale, aspect, units)
+    else:
+        if centre is None and image_size is not None:
+            centre = ((image_size[0] - 1) / 2, (image_size[1] - 1) / 2)
+        known = _known_points(points, sightings, where)
+        fit = _fitted(known, aspect, centre, model, where)
+        plane, record = fit.plane, _points_record(fit, known, aspect, units, image_size)
+    table = located(plane, centroids)
+    record["samples"], record["located"] = len(table), int(table["x"].notna().sum())
+    return PlaneLocations(table, record)
+
+
+def located(plane: Plane, centroids: pd.DataFrame) -> pd.DataFrame:
+    """Trajectories of centroids in a known plane; see `locate_plane`."""
+    b = centroids[["Xf", "Yf"]].to_numpy(float)
+    p = world_from_frame_buffer(plane, b)
+    sigma = np.sqrt(np.diagonal(world_covariance(plane, b, _centroid_sd(centroids)), axis1=-2, axis2=-1))
+    n = len(centroids)
+    table = pd.DataFrame(
+        {
+            "time_s": centroids["time_s"].to_numpy(float),
+            "timecode": centroids["timecode"].to_numpy() if "timecode" in centroids else np.full(n, "", object),
+            "target": centroids["target"].astype(str).to_numpy(),
+            "x": p[:, 0],
+            "y": p[:, 1],
+            "z": np.full(n, np.nan),
+            "sigma_x": sigma[:, 0],
+            "sigma_y": sigma[:, 1],
+            "sigma_z": np.full(n, np.nan),
+            "miss": np.full(n, np.nan),
+            "n_cameras": np.isfinite(p).all(-1).astype(np.int64),
+            "flag": centroids["flag"].fillna("").astype(str).to_numpy() if "flag" in centroids else np.full(n, ""),
+        }
+    )
+    return table.sort_values(["target", "time_s"], kind="stable", ignore_index=True)
+
+
+def _centroid_sd(centroids: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
+    if not {"sd_x", "sd_y"} <= set(centroids.columns):
+        return np.full((len(centroids), 2), CENTROID_SD_PX)
+    sd = centroids[["sd_x", "sd_y"]].to_numpy(float)
+    return np.where(np.isfinite(sd), sd, CENTROID_SD_PX)
+
+
+def _known_points(points: pd.DataFrame | None, sightings: pd.DataFrame | None, where: str) -> pd.DataFrame:
+    assert points is not None
+    known: pd.DataFrame = points.assign(tag=points["tag"].astype(str)) if "tag" in points else points.assign(tag="")
+    if sightings is not None:
+        seen = sightings.assign(tag=sightings["tag"].astype(str))
+        columns = [c for c in ("tag", "Xf", "Yf", "sd_x", "sd_y") if c in seen]
+        known = known.drop(columns=[c for c in columns if c != "tag" and c in known]).merge(seen[columns], on="tag")
+    usable = np.isfinite(known[["Xf", "Yf", "x", "y"]].to_numpy(float)).all(1)
+    known = known.loc[usable].reset_index(drop=True)
+    if len(known) < 2:
+        raise VidtrackError(
+            f"{where}: {len(known)} known points are in view; a scale needs two. Show more points, or give plane.scale."
+        )
+    return known
+
+
+def _fitted(known: pd.DataFrame, aspect: float, centre: tuple[float, float] | None, model: str, where: str) -> PlaneFit:
+    p = known[["x", "y"]].to_numpy(float)
+    if "z" in known and np.isfinite(known["z"]).all():
+        rise, extent = float(np.ptp(known["z"])), float(np.ptp(p, axis=0).max())
+        if rise > 0.01 * extent:
+            raise VidtrackError(
+                f"{where}: the known points' z spans {rise:g} over {extent:g} in x and y: no plane of one z. "
+                "Survey points in the plane of motion, with x and y in it, or use two cameras and mode space."
+            )
+    sd = known[["sd_x", "sd_y"]].to_numpy(float) if {"sd_x", "sd_y"} <= set(known) else np.full(p.shape, np.nan)
+    sd = np.where(np.isfinite(sd) & (sd > 0), sd, CENTROID_SD_PX)
+    sigma = known["sigma"].fillna(0.0).to_numpy(float) if "sigma" in known else np.zeros(len(p))
+    try:
+        return fit_plane(
+            known[["Xf", "Yf"]].to_numpy(float), p, sd=sd, sigma=sigma, aspect=aspect, centre=centre, model=model
+        )
+    except ValueError as problem:
+        raise VidtrackError(f"{where}: known points: {problem}. Show more points, spread over the picture.") from None
+
+
+def _scale_record(scale: float, aspect: float, units: str) -> dict[str, Any]:
+    return {
+        "mode": "plane",
+        "model": "scale",
+        "units": units,
+        "scale": scale,
+        "aspect": aspect,
+        "axes": "x right, y down, from the middle of the top-left pixel",
+        "tilt_deg": None,
+        "warnings": [],
+    }
+
+
+def _points_record(
+    fit: PlaneFit, known: pd.DataFrame, aspect: float, units: str, image_size: tuple[int, int] | None
+) -> dict[str, Any]:
+    b, p = known[["Xf", "Yf"]].to_numpy(float), known[["x", "y"]].to_numpy(float)
+    scales = np.sqrt(np.abs(np.linalg.det(jacobian_by_position(fit.plane, b))) / aspect)
+    miss = np.linalg.norm(fit.residuals, axis=-1)
+    leaning = tilt(b, p, aspect=aspect, image_size=image_size)
+    held_out = fit.held_out.get(fit.plane.model, np.nan)
+    record = {
+        "mode": "plane",
+        "model": fit.plane.model,
+        "units": units,
+        "scale": float(np.median(scales)),
+        "scale_lowest": float(scales.min()),
+        "scale_highest": float(scales.max()),
+        "aspect": aspect,
+        "axes": "those of the known points; z " + ("away from" if fit.plane.side > 0 else "towards") + " the camera",
+        "n_points": len(known),
+        "rms": float(np.sqrt((miss**2).mean())),
+        "max": float(miss.max()),
+        "max_tag": str(known["tag"].iloc[int(miss.argmax())]),
+        "held_out_rms": held_out,
+        "held_out_by_model": fit.held_out,
+        "chi2": fit.chi2,
+        "tilt_deg": leaning.angle,
+        "tilt_sd_deg": leaning.sd,
+    }
+    return {**record, "warnings": _warnings(record)}
+
+
+def _warnings(record: dict[str, Any]) -> list[str]:
+    warnings = []
+    if record["tilt_deg"] > TILT_LIMIT_DEG:
+        cure = (
+            "a scale factor does not hold"
+            if record["model"] in ("scale", "affine")
+            else "rectified by the known points"
+        )
+        warnings.append(
+            f"the plane leans {record['tilt_deg']:.1f} +- {record['tilt_sd_deg']:.1f} degrees out of the picture's own "
+            f"(limit {TILT_LIMIT_DEG:g}): {cure}"
+        )
+    if record["chi2"] > 4:
+        warnings.append(
+            f"the known points miss the plane by {record['rms']:.4g} rms, {np.sqrt(record['chi2']):.1f} times what "
+            f"their noise explains; worst is tag {record['max_tag']}"
+        )
+    if np.isnan(record["held_out_rms"]):
+        warnings.append(f"{record['n_points']} known points leave none to check the {record['model']} with")
+    return warnings
