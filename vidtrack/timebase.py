@@ -74,7 +74,7 @@ class TimeBase:
             return origin / float(self.rate) + (times - start) + fields / float(self.rate)
         # one count of frames over the exact rate: cameras that share a label share the very same float
         frames = origin + np.rint((times - start) * float(self.rate)) + fields
-        return frames * self.rate.denominator / self.rate.numerator
+        return np.asarray(frames * self.rate.denominator / self.rate.numerator)
 
     def labels(self, times: ArrayLike) -> NDArray[np.str_]:
         """Time code labels, a string array in the shape of `times`; "" where there is no code or time is NaN."""

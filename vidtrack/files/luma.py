@@ -1,0 +1,93 @@
+"""The luma plane of a decoded picture as an array, without converting it.
+
+Every grey or BGR conversion of video stretches levels 16-235 to 0-255 (220 of 256 survive, whiter than white is
+clipped, colour leaks in), so the stored plane is taken as it is: planar formats whole, packed ones every second
+sample. Only pictures that hold no luma (RGB, palettes) are converted, by BT.601 at full range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from av.video.plane import VideoPlane
+
+from vidtrack.frame import Luma
+
+_PACKED = {  # pixel format -> (where the first luma sample is, how far apart they are), in samples
+    "yuyv422": (0, 2),
+    "yvyu422": (0, 2),
+    "uyvy422": (1, 2),
+    "y210le": (0, 2),
+    "y212le": (0, 2),
+    "y216le": (0, 2),
+    "ya8": (0, 2),
+    "ya16le": (0, 2),
+    "ya16be": (0, 2),
+}
+_HIGH_BITS = ("p010", "p012", "p210", "p212", "p410", "p412", "y210", "y212")
+"""Formats whose 10 or 12 bits are the upper ones of 16: as stored, they fill 16."""
+
+
+def bits_of(pixel_format: Any) -> int:
+    """How many bits the levels of `luma_reader` fill, 8 to 16."""
+    bits = int(pixel_format.components[0].bits)
+    converted = pixel_format.name not in _PACKED and not _has_a_luma_plane(pixel_format)
+    if bits > 8 and (converted or pixel_format.name.startswith(_HIGH_BITS)):
+        return 16
+    return max(8, bits)
+
+
+def luma_reader(pixel_format: Any) -> Callable[[Any], Luma]:
+    """A function from a PyAV picture of that pixel format to its luma, (height, width) uint8 or uint16, read only.
+
+    A view wherever luma is stored on its own; big-endian samples are copied into native order.
+    """
+    name = pixel_format.name
+    if name in _PACKED:
+        start, step = _PACKED[name]
+    elif _has_a_luma_plane(pixel_format):
+        start, step = 0, 1
+    else:
+        return _converter(name, deep=bits_of(pixel_format) > 8)
+    big = name.endswith("be")
+    dtype = np.dtype(np.uint8 if bits_of(pixel_format) == 8 else (">u2" if big else "<u2"))
+
+    def read(picture: Any) -> Luma:
+        view = _plane(picture, dtype)[:, start : start + picture.width * step : step]
+        return view.astype("=u2") if big and dtype.itemsize == 2 else view
+
+    return read
+
+
+def _plane(picture: Any, dtype: np.dtype[Any]) -> Luma:
+    """The whole first plane, (height, stride) of dtype, with the padding at the end of its lines."""
+    plane = VideoPlane(picture, 0)  # picture.planes would make all of them, 4 us more
+    stride = plane.line_size
+    lines = np.frombuffer(plane, dtype).reshape(-1, abs(stride) // dtype.itemsize)
+    lines.flags.writeable = False
+    return lines[: picture.height] if stride > 0 else lines[::-1][: picture.height]
+
+
+def _has_a_luma_plane(pixel_format: Any) -> bool:
+    parts = pixel_format.components
+    plain = not (pixel_format.is_rgb or pixel_format.has_palette or pixel_format.is_bit_stream or pixel_format.is_bayer)
+    alone = sum(part.plane == 0 for part in parts) == 1
+    return plain and alone and parts[0].bits <= 16
+
+
+def _converter(name: str, *, deep: bool) -> Callable[[Any], Luma]:
+    """For pictures without a luma plane: BT.601 grey of RGB; packed 4:4:4 video is only unpacked."""
+    from av.video.reformatter import VideoReformatter
+
+    reformatter = VideoReformatter()
+    unpacked = name.startswith(("vuy", "vyu", "ayuv", "xyuv", "uyva", "uyyvyy", "xv3", "xv4", "v30x"))
+    target = ("yuv444p" if unpacked else "gray") + ("16le" if deep else "")
+    dtype = np.dtype("<u2" if deep else np.uint8)
+
+    def read(picture: Any) -> Luma:
+        grey = reformatter.reformat(picture, format=target)
+        return _plane(grey, dtype)[:, : picture.width]
+
+    return read
