@@ -1,0 +1,74 @@
+"""What the parts of a scenario have in common: frozen, closed to unknown keys, and clear about what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from vidtrack.errors import VidtrackError
+from vidtrack.naming import did_you_mean
+from vidtrack.timecode import exact_rate
+
+Vector = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+
+
+class Plan(BaseModel):
+    """A part of a scenario."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+
+
+def _rate(value: Any) -> Any:
+    return value if isinstance(value, Fraction) else exact_rate(value)
+
+
+def _tags(value: Any) -> Any:
+    if value is None or (isinstance(value, tuple) and all(isinstance(v, str) for v in value)):
+        return value
+    tags: list[str] = []
+    for part in value if isinstance(value, list) else str(value).split(","):
+        first, dash, last = str(part).strip().partition("-")
+        whole = dash and first.isdigit() and last.isdigit()
+        tags += [str(n) for n in range(int(first), int(last) + 1)] if whole else [str(part).strip()]
+    return tuple(tags)
+
+
+Rate = Annotated[Fraction, BeforeValidator(_rate)]
+"""Frames a second: 30, 29.97 or 30000/1001 (the last two are one)."""
+Tags = Annotated[tuple[str, ...] | None, BeforeValidator(_tags)]
+"""1-16, or a list."""
+
+P = TypeVar("P", bound=Plan)
+
+
+def plan_from(kind: type[P], values: Mapping[str, Any], where: str) -> P:
+    """The plan that parsed YAML means; VidtrackError with every problem at once, a line each, after `where`."""
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        lines = [f"{where}: {_line(kind, problem)}" for problem in error.errors()]
+        raise VidtrackError(*dict.fromkeys(lines)) from None
+
+
+def _line(kind: type[Plan], problem: Mapping[str, Any]) -> str:
+    place = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] == "extra_forbidden":
+        near = did_you_mean(str(problem["loc"][-1]), _all_keys(kind))
+        return f"{place}: no such setting" + (f"; did you mean {near!r}?" if near else ". Remove it.")
+    if problem["type"] == "missing":
+        return f"{place}: missing. Give it; it has no default."
+    context: Mapping[str, Any] = problem.get("ctx", {})
+    message = str(context["error"]) if problem["type"] == "value_error" else str(problem["msg"])
+    prefix = f"{place}: " if place else ""
+    value = problem["input"]
+    return f"{prefix}{message}" + ("." if isinstance(value, Mapping) else f", not {str(value)[:60]!r}.")
+
+
+def _all_keys(kind: type[Plan]) -> Sequence[str]:
+    schema = kind.model_json_schema(mode="serialization")
+    return sorted({key for part in (schema, *schema.get("$defs", {}).values()) for key in part.get("properties", {})})

@@ -1,0 +1,134 @@
+"""What one camera records of a moving scene: its frames at its own times, with shutter, fields and losses.
+
+A camera's time is the true time less its clock's correction: what config.yaml adds to it gives true time again.
+The exposure is centred on the frame's time (ASSUME), so that blur smears a target without moving it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from vidtrack.camera import Array, Camera, camera_from_world
+from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
+from vidtrack.simulate.plan import NotNegative, Plan
+from vidtrack.simulate.render import Patches, coverage, outlines, shading, softened, vertices_needed
+
+
+class Clock(Plan):
+    """What must be added to a camera's time to make it true, as in config.yaml."""
+
+    offset_s: float = 0.0
+    rate_ppm: float = Field(0.0, description="parts per million by which the camera's time runs slow")
+
+
+class Shutter(Plan):
+    """How the light is gathered."""
+
+    open_s: NotNegative = Field(0.001, description="s, length of the exposure (thesis: 1/1000 s)")
+    samples: Annotated[int, Field(ge=1)] = Field(3, description="pictures averaged over the exposure")
+
+
+class Actor(NamedTuple):
+    """A ball in a scene: where its centre is at times (n,) s, (n, 3); its radius; its grey level; when it is hidden."""
+
+    path: Callable[[Array], Array]
+    radius: float
+    level: float
+    hidden: Sequence[tuple[float, float]] = ()  # s, true time, from and to
+
+
+Interlace = Literal["none", "top", "bottom"]
+"""Which field of a frame is exposed first: that of the rows 0, 2, 4, ... (top), the other, or both at once."""
+
+CHUNK = 128
+"""Frames whose balls are drawn in one go: bounds the memory, changes nothing else."""
+
+
+def true_times(labels: Array, clock: Clock) -> Array:
+    """True times (n,), s, of frames that a camera labels with these times (n,), s: its clock's error taken out."""
+    first = labels[:1] if len(labels) else labels
+    return np.asarray(labels + clock.offset_s + clock.rate_ppm * 1e-6 * (labels - first))
+
+
+def exposures(times: Array, rate: Fraction, interlace: Interlace) -> list[tuple[int | None, Array]]:
+    """Which field (0 top, 1 bottom; None: both) is exposed at which times (n,): the second half a frame later."""
+    if interlace == "none":
+        return [(None, times)]
+    first = 0 if interlace == "top" else 1
+    return [(first, times), (1 - first, times + float(1 / (2 * rate)))]
+
+
+def frames(
+    camera: Camera,
+    empty: Scene,
+    actors: Sequence[Actor],
+    times: Array,
+    *,
+    picture: Picture,
+    shutter: Shutter,
+    rate: Fraction,
+    interlace: Interlace,
+    rng: np.random.Generator,
+) -> Iterator[Levels]:
+    """The frames (height, width) that a camera records at true times (n,), s, of balls before an empty scene.
+
+    empty     (height, width) grey levels, from `picture.empty_scene`
+    actors    balls; a nearer one hides a farther one
+    """
+    for begin in range(0, len(times), CHUNK):
+        chunk = times[begin : begin + CHUNK]
+        fields = [
+            (field, _pieces(camera, actors, when, picture, shutter))
+            for field, when in exposures(chunk, rate, interlace)
+        ]
+        for k, t in enumerate(chunk):
+            scene = empty.copy()
+            for field, pieces in fields:
+                for share, left, top, level in pieces[k]:
+                    paint(scene, share, left, top, level, field)
+            yield developed(picture, scene, float(t), rng)
+
+
+class Piece(NamedTuple):
+    """A ball as one picture shows it: the share of each pixel that it fills, where, and its grey level."""
+
+    share: Array
+    left: int
+    top: int
+    level: float
+
+
+def _pieces(
+    camera: Camera, actors: Sequence[Actor], times: Array, picture: Picture, shutter: Shutter
+) -> list[list[Piece]]:
+    """For each time, the balls in view, the farthest first."""
+    drawn: list[list[tuple[float, Piece]]] = [[] for _ in times]
+    for actor in actors:
+        depth = camera_from_world(camera, actor.path(times))[:, 2]
+        patches = drawn_ball(camera, actor, times, picture, shutter)
+        shown = depth > 0
+        for begin, end in actor.hidden:
+            shown &= (times < begin) | (times >= end)
+        for k in np.flatnonzero(shown):
+            piece = Piece(patches.coverage[k], int(patches.left[k]), int(patches.top[k]), actor.level)
+            drawn[k].append((float(depth[k]), piece))
+    return [[piece for _, piece in sorted(row, key=lambda entry: -entry[0])] for row in drawn]
+
+
+def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter) -> Patches:
+    """A ball's pieces at times (n,): smeared over the exposure, shaded toward the rim, blurred."""
+    m = shutter.samples if shutter.open_s > 0 else 1
+    station = shutter.open_s * ((np.arange(m) + 0.5) / m - 0.5)
+    centres = actor.path((times[:, None] + station).ravel()).reshape(len(times), m, 1, 3)
+    if len(times) > 1 and not np.ptp(centres, axis=0).any():  # it stays where it is: draw it once
+        once = drawn_ball(camera, actor, times[:1], picture, shutter)
+        return Patches(*(np.broadcast_to(part, (len(times), *part.shape[1:])) for part in once))
+    radii, weights = shading(picture.limb)
+    n_vertices = vertices_needed(camera, centres, actor.radius)
+    polygons = outlines(camera, centres, actor.radius * radii, n_vertices).reshape(len(times), -1, n_vertices, 2)
+    return softened(coverage(polygons, np.tile(weights / m, m)), picture.blur_px)

@@ -1,0 +1,151 @@
+"""How much of each pixel a ball fills: the true outline of a sphere in a lens with distortion, integrated exactly.
+
+A sphere's outline is the circle where the cone of sight touches it. Its perspective image is an ellipse, whose
+centre is not quite the image of the sphere's centre; through the lens it is a distorted ellipse. The outline is
+projected as a polygon with edges shorter than a pixel, and the polygon's area in each pixel is exact, by
+Green's theorem: an edge adds its height times what lies to its right. No sampling, so no noise or bias of its own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.camera import (
+    Array,
+    Camera,
+    camera_from_world,
+    distorted_from_undistorted,
+    frame_buffer_from_distorted,
+    undistorted_from_camera,
+)
+
+
+class Patches(NamedTuple):
+    """Square pieces of a picture, one a ball: the share of each pixel that the ball fills."""
+
+    coverage: Array  # (n, size, size), 0 to 1
+    left: NDArray[np.int64]  # (n,) column of the piece's first pixel; may lie outside the picture
+    top: NDArray[np.int64]  # (n,) row
+
+
+def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: int = 128) -> Array:
+    """Outlines (..., n_vertices, 2), px, of spheres centred at (..., 3) with radius (...), world units.
+
+    A point c of the sphere's surface is on the outline where its radius is at right angles to the line of sight:
+    a circle about (1 - r^2/D^2) c, of radius r sqrt(1 - r^2/D^2), D = |c|. The polygon is widened a little so that it
+    holds the area of the smooth outline. NaN where any part of the sphere is not in front of the camera.
+    """
+    c = camera_from_world(camera, centres)
+    r = np.broadcast_to(np.asarray(radius, float), c.shape[:-1])
+    D = np.linalg.norm(c, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        forward = c / D[..., None]
+        near = 1 - (r / D) ** 2
+        seen = np.where((c[..., 2] > r) & (near > 0), near, np.nan)
+        e1 = np.cross(forward, [0.0, 1.0, 0.0])
+        e1 = e1 / np.linalg.norm(e1, axis=-1, keepdims=True)
+    e2 = np.cross(forward, e1)
+    angle = 2 * np.pi * np.arange(n_vertices) / n_vertices
+    widening = np.sqrt(angle[1] / np.sin(angle[1]))
+    reach = (r * np.sqrt(seen) * widening)[..., None, None]
+    ring = np.cos(angle)[:, None] * e1[..., None, :] + np.sin(angle)[:, None] * e2[..., None, :]
+    surface = (c * seen[..., None])[..., None, :] + reach * ring
+    return frame_buffer_from_distorted(
+        camera, distorted_from_undistorted(camera, undistorted_from_camera(camera, surface))
+    )
+
+
+def vertices_needed(camera: Camera, centres: ArrayLike, radius: ArrayLike) -> int:
+    """How many vertices keep every edge of these spheres' outlines under half a pixel; at least 64."""
+    c = camera_from_world(camera, centres)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = np.where(c[..., 2] > np.asarray(radius), np.asarray(radius) / (c[..., 2] - np.asarray(radius)), 0.0)
+    px = float(np.nanmax(size, initial=0.0)) * camera.f * max(camera.Sx / camera.dx, 1 / camera.dy)
+    return max(64, 16 * int(np.ceil(2 * 2 * np.pi * px * 1.5 / 16)))
+
+
+def coverage(polygons: ArrayLike, weights: ArrayLike | None = None) -> Patches:
+    """The share of each pixel inside closed polygons (n, n_vertices, 2), px, as square pieces all of one size.
+
+    Polygons (n, m, n_vertices, 2) are m outlines in one piece, summed with weights (m,): the stations of an exposure,
+    or the contours of a shaded ball. weights: None takes their mean.
+    The edges must be shorter than 1 px. A polygon with a NaN gives an empty piece at (0, 0).
+    """
+    b = np.asarray(polygons, float) + 0.5  # pixel (0, 0) now covers 0 to 1
+    b = b[:, None] if b.ndim == 3 else b
+    n, m = b.shape[:2]
+    share = np.full(m, 1 / m) if weights is None else np.asarray(weights, float)
+    whole = np.asarray(np.isfinite(b).all((-3, -2, -1)))
+    b = np.where(whole[:, None, None, None], b, 0.0)
+    corner = np.floor(b.min((1, 2))).astype(np.int64)
+    size = int(np.ceil((b.max((1, 2)) - corner).max(initial=0.0))) + 1
+    b = (b - corner[:, None, None, :]).reshape(n * m, -1, 2)
+    area = np.abs(np.cumsum(_accumulated(b, size), -1))[:, :size, :size]
+    area = np.einsum("nmij,m->nij", np.clip(area, 0.0, 1.0).reshape(n, m, size, size), share)
+    return Patches(area, corner[:, 0], corner[:, 1])
+
+
+def shading(limb: float, n_contours: int = 8) -> tuple[Array, Array]:
+    """Contours of a ball that darkens toward its rim: their radii (m,) as shares of the ball's, and weights (m,).
+
+    The brightness 1 - limb (1 - sqrt(1 - rho^2)), rho the share of the radius, is built in equal steps of its depth.
+    """
+    if not limb > 0:
+        return np.ones(1), np.ones(1)
+    depth = (np.arange(n_contours) + 0.5) / n_contours
+    radii = np.concatenate([[1.0], np.sqrt(1 - depth**2)])
+    weights = np.concatenate([[1 - limb], np.full(n_contours, limb / n_contours)])
+    return radii, weights
+
+
+def _accumulated(b: Array, size: int) -> Array:
+    """What each edge adds, (n, size, size + 1); the running sum along a row is the area inside."""
+    n = len(b)
+    begin, end = b, np.roll(b, -1, axis=1)
+    t = _cuts(begin, end)
+    cut = begin[..., None, :] + t[..., None] * (end - begin)[..., None, :]  # (n, vertices, 4, 2)
+    middle = (cut[..., :-1, :] + cut[..., 1:, :]) / 2
+    height = cut[..., 1:, 1] - cut[..., :-1, 1]
+    column, row = np.floor(middle[..., 0]).astype(np.int64), np.floor(middle[..., 1]).astype(np.int64)
+    column, row = np.clip(column, 0, size - 1), np.clip(row, 0, size - 1)
+    right = middle[..., 0] - column
+    cell = (np.arange(n)[:, None, None] * size + row) * (size + 1) + column
+    total = n * size * (size + 1)
+    here = np.bincount(cell.ravel(), (height * (1 - right)).ravel(), minlength=total)
+    beyond = np.bincount(cell.ravel() + 1, (height * right).ravel(), minlength=total)[:total]
+    return np.asarray(here + beyond, float).reshape(n, size, size + 1)
+
+
+def _cuts(begin: Array, end: Array) -> Array:
+    """Where along each edge (0 to 1) it meets a pixel's border, (n, vertices, 4), sorted, 0 and 1 included."""
+    line = np.maximum(np.floor(begin), np.floor(end))
+    crosses = np.floor(begin) != np.floor(end)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        t = np.where(crosses, (line - begin) / (end - begin), 0.0)
+    t = np.concatenate([np.zeros_like(t[..., :1]), t, np.ones_like(t[..., :1])], -1)
+    return np.sort(np.clip(t, 0.0, 1.0), -1)
+
+
+def softened(patches: Patches, sigma: float) -> Patches:
+    """The same pieces seen through a Gaussian blur of `sigma` px, made wider to hold its tails; light is conserved."""
+    if not sigma > 0:
+        return patches
+    half = int(np.ceil(4 * sigma))
+    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
+    kernel /= kernel.sum()
+    wide = np.pad(patches.coverage, ((0, 0), (half, half), (half, half)))
+    for axis in (1, 2):
+        wide = _convolved(wide, kernel, axis)
+    return Patches(wide, patches.left - half, patches.top - half)
+
+
+def _convolved(image: Array, kernel: Array, axis: int) -> Array:
+    half = len(kernel) // 2
+    width = [(0, 0)] * 3
+    width[axis] = (half, half)
+    padded = np.pad(image, width)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, len(kernel), axis=axis)
+    return np.asarray(windows @ kernel)
