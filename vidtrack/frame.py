@@ -26,7 +26,7 @@ class Frame(NamedTuple):
     timecode  the label that the frame itself carries (DV), None where it carries none
     """
 
-    index: int
+    index: int  # type: ignore[assignment]  # a column here, not tuple.index
     time: Fraction
     luma: Luma
     corrupt: bool
