@@ -28,6 +28,8 @@ SEPARATOR = 3
 """Empty columns between windows: the soft edge grows by three pixels and must not reach the next window."""
 QUANTISATION_SD = 12**-0.5
 """Grey levels: the noise that rounding to whole levels leaves in any picture."""
+FULL_SCALE = 254.5
+"""Grey levels: a pixel this bright may be brighter than the camera could tell."""
 _SQUARE3 = np.ones((3, 3), np.uint8)
 _SQUARE7 = np.ones((7, 7), np.uint8)
 
@@ -47,9 +49,12 @@ class Windows(NamedTuple):
 
 
 class Components(NamedTuple):
-    """Connected bright patches: labels (height, n, width + SEPARATOR), 0 outside; the rest one row a component, from label 1.
+    """Connected bright patches: one row a component, from label 1.
 
-    window is the index of the window; x, y, left, top are px in the picture; pixels is a count.
+    labels         (height, n, width + SEPARATOR), 0 outside of every component
+    window         index of the component's window
+    x, y           px in the picture, the mean of its pixels; left, top, width, height px, the box that holds them
+    pixels         their number
     """
 
     labels: NDArray[Any]
@@ -164,12 +169,11 @@ def measure(windows: Windows, found: Components, chosen: Ints, *, noise: float, 
     if kind == "binary":
         x, y, sd_x, sd_y = _binary(target, own, sums)
     elif kind == "ellipse":
-        x, y, sd_x, sd_y = _ellipse(grey, region, plane, sums, own, contrast, x, y)
+        x, y, sd_x, sd_y = _ellipse(grey, region, plane, sums, contrast, own, x, y)
     none = chosen < 0
     for values in (x, y, sd_x, sd_y, mass):
         values[none] = np.nan
-    full = 255.0 - 0.5 * windows.scale
-    bright = grey >= full
+    bright = grey >= FULL_SCALE
     saturated = (bright & target).sum(axis=(0, 2)) * 20 >= np.maximum(pixels, 1) if bright.any() else none & False
     return Centroids(
         x + windows.left + sums.middle_x,
@@ -199,7 +203,8 @@ class _Sums:
         """(3, n, 3): [k, :, l] = sum of weight y^k x^l."""
         height, n, width = weight.shape
         along = weight.astype(np.float32, copy=False).reshape(height * n, width) @ self.x
-        return (self.y @ along.reshape(height, n * 3)).reshape(3, n, 3).astype(float)
+        sums: Array = (self.y @ along.reshape(height, n * 3)).reshape(3, n, 3).astype(float)
+        return sums
 
 
 class _Plane(NamedTuple):
@@ -219,7 +224,7 @@ def _background(grey: Picture, labels: NDArray[Any], sums: _Sums, noise: float) 
     Where what it leaves is much more than the noise (a dim rope, a shadow), the pixels that stand off are dropped
     and the plane is fitted again.
     """
-    height, n, width = grey.shape
+    height, _, width = grey.shape
     bright = (labels > 0).view(np.uint8).reshape(height, -1)
     outside = (cv2.dilate(bright, _SQUARE7) == 0).reshape(grey.shape)
     outside[..., width - SEPARATOR :] = False
@@ -261,13 +266,14 @@ def _plane(grey: Picture, outside: Bools, sums: _Sums) -> _Plane:
     )
     matrix = matrix.reshape(-1, 3, 3)
     side = np.stack([r[0, :, 0], r[0, :, 1], r[1, :, 0]], -1)
-    # A gentle pull of the slope to zero: 0.1 grey levels/px for noise of 1, the weight of a hundred (grey level)^-2 px^2.
+    # A gentle pull of the slope to zero: 0.1 grey levels/px for a noise of 1.
     matrix[:, (1, 2), (1, 2)] += 100.0
     matrix[:, 0, 0] += 1e-6
-    inverse = np.linalg.inv(matrix)
+    inverse = np.asarray(np.linalg.inv(matrix), float)
     slope = np.einsum("nij,nj->ni", inverse, side)
     left_over = np.maximum(squares - (slope * side).sum(-1), 0) / np.maximum(s[0, :, 0] - 3, 1)
-    return _Plane(slope[:, 0].copy(), slope, inverse, np.maximum(np.sqrt(left_over), QUANTISATION_SD))
+    residual_sd = np.asarray(np.maximum(np.sqrt(left_over), QUANTISATION_SD), float)
+    return _Plane(slope[:, 0].copy(), slope, inverse, residual_sd)
 
 
 def _contrast(grey: Picture, target: Bools, plane: _Plane, own: Array) -> Array:
@@ -294,7 +300,8 @@ def _soft_edge(grey: Picture, target: Bools, labels: NDArray[Any], level: Array,
         near = cv2.dilate(others.view(np.uint8).reshape(flat), _SQUARE3, iterations=2).reshape(target.shape)
         region &= 1 - (near & ~target)
     region[..., width:] = 0
-    return region.view(np.bool_)
+    whole: Bools = region.view(np.bool_)
+    return whole
 
 
 def _weighted(grey: Picture, region: Bools, plane: _Plane, sums: _Sums) -> tuple[Array, Array, Array, Array, Array]:
@@ -337,68 +344,23 @@ def _binary(target: Bools, own: Array, sums: _Sums) -> tuple[Array, Array, Array
     return x, y, np.sqrt(spread_x / 8) / count, np.sqrt(spread_y / 8) / count
 
 
-_STEPS = 12
-
-
 def _ellipse(
-    grey: Picture, region: Bools, plane: _Plane, sums: _Sums, own: Array, contrast: Array, x: Array, y: Array
+    grey: Picture, region: Bools, plane: _Plane, sums: _Sums, contrast: Array, own: Array, x: Array, y: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """x, y, sd_x, sd_y of a fitted disc with a soft edge: A / (1 + exp(-(1 - rho) r / w)), damped Gauss-Newton.
+    """x, y, sd_x, sd_y of a soft-edged elliptical disc; pixels at full scale only bound it from below."""
+    from vidtrack.soft_disc import fit_soft_discs
 
-    rho^2 = ((X - x)/rx)^2 + ((Y - y)/ry)^2, r = sqrt(rx ry). A small r with a wide w is close to a Gaussian, so tiny
-    targets need no other model. Pixels at full scale only tell that the model is not below: they weigh nothing where
-    it is above. Unknowns: x, y, log rx, log ry, A, log w.
-    """
-    data = (grey - _on_grid(plane.slope, sums)).astype(np.float32)
-    clipped = grey >= 254.5
-    weight = cv2.dilate(region.view(np.uint8).reshape(grey.shape[0], -1), _SQUARE3).reshape(grey.shape)
-    weight[..., -SEPARATOR:] = 0
-    count = np.maximum(own[0, :, 0], 1.0)
-    spread = [np.sqrt(np.maximum(own[k, :, m] / count - c * c, 0.25)) * 2 for k, m, c in ((0, 2, x), (2, 0, y))]
-    start = np.stack([x, y, np.log(spread[0]), np.log(spread[1]), np.fmax(contrast, 1.0), np.full_like(x, np.log(0.4))])
-    p = np.where(np.isfinite(start), start, 1.0)
-    damping, best = np.full(x.shape, 1e-3), np.full(x.shape, np.inf)
-    kept, matrix = p, np.broadcast_to(np.eye(6), (x.size, 6, 6))
-    for step_number in range(_STEPS):
-        model, slopes = _soft_disc(p, sums)
-        free = weight * ~(clipped & (model >= data))
-        left_over = (data - model) * free
-        cost = np.einsum("hnw,hnw->n", left_over, left_over).astype(float)
-        better = cost < best
-        kept, best = np.where(better, p, kept), np.where(better, cost, best)
-        damping = np.clip(np.where(better, damping / 5, damping * 10), 1e-9, 1e9)
-        if better.any():
-            slopes = slopes * free
-            normal = np.einsum("ahnw,bhnw->nab", slopes, slopes, optimize=True).astype(float)
-            side = np.einsum("ahnw,hnw->na", slopes, left_over).astype(float)
-            matrix = np.where(better[:, None, None], normal, matrix)
-            gradient = side if step_number == 0 else np.where(better[:, None], side, gradient)
-        scale = np.maximum(matrix[:, range(6), range(6)], 1e-6)
-        damped = matrix + (damping[:, None] * scale)[:, :, None] * np.eye(6)
-        step = np.linalg.solve(damped, gradient[..., None])[..., 0].T
-        p = kept + np.clip(step, -1.5, 1.5) * _STEP_LIMIT[:, None]
-    ridge = 1e-6 * np.maximum(matrix[:, range(6), range(6)], 1e-6)
-    covariance = np.linalg.inv(matrix + ridge[:, :, None] * np.eye(6))
-    sd = plane.noise * np.sqrt(np.maximum(covariance[:, range(6), range(6)].T, 0))
-    away = np.hypot(kept[0] - x, kept[1] - y) > 0.5 * np.sqrt(count) + 1
-    return (*(np.where(away, np.nan, v) for v in (kept[0], kept[1], sd[0], sd[1])),)
-
-
-_STEP_LIMIT = np.array([1.0, 1.0, 0.5, 0.5, 100.0, 0.5])
-
-
-def _soft_disc(p: Array, sums: _Sums) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """The disc on the windows' grid (height, n, width), and its derivatives by the six unknowns (6, height, n, width)."""
-    x, y, log_rx, log_ry, a, log_w = p.astype(np.float32)[:, None, :, None]
-    rx, ry, w = np.exp(log_rx), np.exp(log_ry), np.exp(log_w)
-    dx, dy = (sums.x[:, 1] - x) / rx, (sums.y[1][:, None, None] - y) / ry
-    r, rho = np.sqrt(rx * ry), np.sqrt(dx * dx + dy * dy) + np.float32(1e-4)
-    t = np.clip((1 - rho) * r / w, -30, 30)
-    s = 1 / (1 + np.exp(-t))
-    edge = a * s * (1 - s)
-    push = edge * r / (w * rho)
-    half = edge * t / 2
-    slopes = np.stack(
-        np.broadcast_arrays(push * dx / rx, push * dy / ry, push * dx * dx + half, push * dy * dy + half, s, -edge * t)
+    wider = cv2.dilate(region.view(np.uint8).reshape(grey.shape[0], -1), _SQUARE3).reshape(grey.shape)
+    wider[..., -SEPARATOR:] = 0
+    fit = fit_soft_discs(
+        grey - _on_grid(plane.slope, sums),
+        wider,
+        grey >= FULL_SCALE,
+        middle=(sums.middle_x, sums.middle_y),
+        x=x,
+        y=y,
+        radius=np.sqrt(np.maximum(own[0, :, 0], 1) / np.pi),
+        contrast=contrast,
+        noise=plane.noise,
     )
-    return a * s, slopes
+    return fit.x, fit.y, fit.sd_x, fit.sd_y

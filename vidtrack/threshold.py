@@ -23,13 +23,13 @@ LEAST_CONTRAST = 8.0
 
 
 def grey_scale(dtype: np.dtype[Any], bits: int | None = None) -> float:
-    """Grey levels (0-255) a stored value: 1 for 8 bit, 255/1023 for 10 bit; pictures of floats are in grey levels already.
+    """Grey levels (0-255) a stored value: 1 for 8 bit, 255/1023 for 10 bit; 1 for floats, which are grey levels.
 
     bits  significant bits of the stored integers; the whole integer when not given
     """
     if dtype.kind == "f":
         return 1.0
-    return 255.0 / (2 ** (bits or 8 * dtype.itemsize) - 1)
+    return 255.0 / float(2 ** (bits or 8 * dtype.itemsize) - 1)
 
 
 def sample(image: Picture, scale: float, most: int = 40_000) -> NDArray[np.float32]:
