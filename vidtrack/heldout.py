@@ -1,0 +1,138 @@
+"""Held-out errors: how well points are located by cameras that were calibrated without them.
+
+Training errors mislead both ways: a rich lens model fits the survey's errors and looks better than it is; a plain
+one leaves the survey's errors in its residuals and looks worse. So the points are parted into folds, every camera
+is refitted without each fold, and the fold's points are located by those cameras (cross validation).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.bundle import bundle
+from vidtrack.camera import Array, Camera, project
+from vidtrack.normal_equations import Names, Priors
+from vidtrack.refine import refine
+from vidtrack.triangulate import locate_points
+from vidtrack.tsai import camera_from_closed_form, closed_form
+
+Mask = NDArray[np.bool_]
+
+Refit = Callable[[Mask], Sequence[Camera]]
+"""From which points to use (n,) to the cameras fitted to them; ValueError where they are too few."""
+
+LEAVE_ONE_OUT_UP_TO = 100
+"""Points up to which each is left out by itself; above, ten folds tell the same for less work."""
+
+
+class HeldOut(NamedTuple):
+    """What `held_out` returns for n points and m cameras."""
+
+    located: Array  # (n, 3) world units; NaN where fewer than two cameras see the point or its fold could not be fitted
+    error: Array  # (n, 3) located minus surveyed
+    sight_error: Array  # (m, n, 2) measured minus projected through cameras that never saw the point, px
+    fold: NDArray[np.intp]  # (n,) which points were left out together
+    method: str  # "leave-one-out" or "10-fold"
+
+
+def held_out(p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = None) -> HeldOut:
+    """Refit without each fold in turn and locate its points.
+
+    p      (n, 3) surveyed world points
+    b      (m, n, 2) px; NaN where a camera does not show the point or does not use it
+    refit  fits the m cameras to some of the points: see `refit_alone`, `refit_together`, `refit_closed_form`
+    folds  how many; default: each point by itself up to 100 points, else ten
+    The error holds the survey error of the held-out point as well as the calibration's and the centroids'.
+    The points are dealt into folds in an order that is shuffled, so that a fold is no row of the target, and is the
+    same every time.
+    """
+    p, b = np.asarray(p, float), np.asarray(b, float)
+    n = len(p)
+    k = min(n, folds or (n if n <= LEAVE_ONE_OUT_UP_TO else 10))
+    fold = np.random.default_rng(0).permutation(n) % k
+    located, sight_error = np.full((n, 3), np.nan), np.full(b.shape, np.nan)
+    for i in range(k):
+        out = fold == i
+        try:
+            cameras = refit(~out)
+        except ValueError:  # what is left does not settle the cameras: these points stay without an answer
+            continue
+        for j, camera in enumerate(cameras):
+            sight_error[j, out] = b[j, out] - project(camera, p[out])
+        if len(cameras) > 1:
+            located[out] = locate_points(cameras, b[:, out], sd=1.0).point
+    method = "leave-one-out" if k == n else f"{k}-fold"
+    return HeldOut(located, located - p, sight_error, fold, method)
+
+
+def refit_alone(
+    cameras: Sequence[Camera],
+    p: Array,
+    b: Array,
+    *,
+    free: Names,
+    survey: ArrayLike | None = None,
+    sd: ArrayLike | None = None,
+    priors: Priors | None = None,
+) -> Refit:
+    """Refine every camera on its own, starting where the fit to all points ended (see `refine`)."""
+    known = priors or [{} for _ in cameras]
+    tolerance = None if survey is None else np.broadcast_to(np.asarray(survey, float), len(p))
+
+    def refit(keep: Mask) -> list[Camera]:
+        fitted = []
+        for camera, sights, names, prior in zip(cameras, b, free, known, strict=True):
+            use = keep & np.isfinite(sights).all(-1)
+            if 2 * use.sum() < len(names):
+                raise ValueError(f"{use.sum()} points for {len(names)} unknown parameters")
+            told = None if tolerance is None else tolerance[use]
+            fit = refine(
+                camera, p[use], sights[use], free=names, sd=sd, survey=told, priors=prior, tolerance=WARM_TOLERANCE
+            )
+            fitted.append(fit.camera)
+        return fitted
+
+    return refit
+
+
+WARM_TOLERANCE = 1e-8
+"""Fall of the cost, as a share of it, below which a refit stops: a hundredth of a standard error is far above it."""
+
+
+def refit_together(
+    cameras: Sequence[Camera],
+    p: Array,
+    b: Array,
+    *,
+    free: Names,
+    sigma: ArrayLike,
+    sd: ArrayLike,
+    priors: Priors | None = None,
+) -> Refit:
+    """Refine all cameras and the survey together (see `bundle`), with the centroid noise sd that all points showed."""
+    spread = np.broadcast_to(np.asarray(sd, float), b.shape)
+    tolerance = np.broadcast_to(np.asarray(sigma, float), len(p))
+
+    def refit(keep: Mask) -> tuple[Camera, ...]:
+        part = {"sigma": tolerance[keep], "sd": spread[:, keep]}
+        return bundle(cameras, p[keep], b[:, keep], **part, free=free, priors=priors, scale_sd=False).cameras
+
+    return refit
+
+
+def refit_closed_form(cameras: Sequence[Camera], p: Array, b: Array) -> Refit:
+    """Tsai's closed form again, with the Cx, Cy, dx, dy that each camera has."""
+
+    def refit(keep: Mask) -> list[Camera]:
+        fitted = []
+        for camera, sights in zip(cameras, b, strict=True):
+            use = keep & np.isfinite(sights).all(-1)
+            solution = closed_form(p[use], sights[use], Cx=camera.Cx, Cy=camera.Cy, dx=camera.dx, dy=camera.dy)
+            fitted.append(camera_from_closed_form(solution, camera.image_size))
+        return fitted
+
+    return refit
