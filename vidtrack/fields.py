@@ -40,16 +40,19 @@ class Field(NamedTuple):
 class Order(NamedTuple):
     """What the motion says of the order of the fields.
 
-    order  "top", "bottom", "progressive" (both at one time), or "unknown" when the motion does not decide
-    slope  what was measured: +0.5 top first, -0.5 bottom first, 0 progressive; NaN without motion
-    sd     its standard error; NaN without motion
-    n      how many samples moved
+    order    "top", "bottom", "progressive" (both at one time), or "unknown" when the motion does not decide
+    slope    what was measured: +0.5 top first, -0.5 bottom first, 0 progressive; NaN without motion
+    sd       its standard error; NaN without motion
+    n        how many samples moved
+    combing  how far a frame's own fields differ where it moves, against those of its neighbours: 0 to 0.25 progressive,
+             0.4 to 1 interlaced, even where the order is not to be told; NaN where whole pictures were not looked at
     """
 
     order: str
     slope: float
     sd: float
     n: int
+    combing: float = np.nan
 
 
 def split(luma: Luma, order: str) -> tuple[Field, Field]:
@@ -69,7 +72,7 @@ def split(luma: Luma, order: str) -> tuple[Field, Field]:
 
 def frame_row(field_row: ArrayLike, parity: ArrayLike) -> Array:
     """Yf, px of the frame buffer, of rows of a field: 2 r + parity. Rows may lie between whole ones."""
-    return 2 * np.asarray(field_row, float) + np.asarray(parity)
+    return np.asarray(2 * np.asarray(field_row, float) + np.asarray(parity))
 
 
 def offsets(names: ArrayLike, order: str) -> Array:
@@ -143,30 +146,33 @@ def order_from_pictures(pictures: Iterable[Luma], *, contrast: float = 0.08) -> 
     pictures  consecutive (height, width) frames; may be views that last until the next (one copy is kept)
     contrast  share of the picture's range by which a pixel must change between frames to count as moving
 
-    Where something moves, the fields that are nearer in time are more alike. Against the bottom field b of a frame
-    and the top fields t of this one and the two beside it, with the distance in time as the measure of unlikeness:
-    |b - t'| of the frame before minus |b' - t|, over their sum with |b - t|, is (1.5 - 0.5)/2.5 = +0.4 for top
-    first, -0.4 for bottom first, 0 when both were taken at once. `slope` is that scaled to +-0.5.
+    Where something moves, fields that are nearer in time are more alike. Let t, b be the fields of a frame and t0, b0
+    those of the frame before; take the distance in time for the measure of unlikeness. Then |b - t0| - |b0 - t| over
+    the sum of both and |b - t| is (1.5 - 0.5)/2.5 = +0.4 for top first, -0.4 for bottom first and 0 when both were
+    taken at once; and |b - t|, the combing, is small against the others only in the last case. `slope` is the
+    measure times 1.25, so that it compares with `order_from_motion`; it shrinks when a target jumps by its own size.
     """
     before: Luma | None = None
     scores = []
     for picture in pictures:
-        rows = picture.shape[0] // 2 * 2
-        now = picture[:rows].astype(np.float32)
+        now = picture[: picture.shape[0] // 2 * 2].astype(np.float32)
         if before is not None:
-            scores.append(_likeness(before, now, contrast))
+            scores.append(_unlikeness(before, now, contrast))
         before = now
-    found = np.array([score for score in scores if np.isfinite(score)])
-    if found.size < 3:
-        return Order("unknown", np.nan, np.nan, found.size)
-    slope, sd = 1.25 * float(np.mean(found)), 1.25 * float(np.std(found, ddof=1) / np.sqrt(found.size))
-    order = "unknown"
-    if sd < 0.08:
-        order = "progressive" if abs(slope) < 0.12 else "top" if slope > 0 else "bottom"
-    return Order(order, slope, sd, found.size)
+    found = np.array([score for score in scores if np.isfinite(score[0])]).reshape(-1, 2)
+    n = len(found)
+    if n < 3:
+        return Order("unknown", np.nan, np.nan, n)
+    slope, combing = float(found[:, 0].mean()), float(found[:, 1].mean())
+    sd = float(found[:, 0].std(ddof=1) / np.sqrt(n))
+    if combing > 0.25 and abs(slope) > max(4 * sd, 0.03):
+        return Order("top" if slope > 0 else "bottom", slope, sd, n, combing)
+    return Order("progressive" if combing < 0.25 else "unknown", slope, sd, n, combing)
 
 
-def _likeness(before: Luma, now: Luma, contrast: float) -> float:
+def _unlikeness(before: Luma, now: Luma, contrast: float) -> tuple[float, float]:
+    """The signed measure, times 1.25, and the combing of one pair of frames; NaN where nothing moves."""
+
     def between(picture: Luma) -> Luma:  # top rows, interpolated to where the bottom rows lie
         top = picture[0::2]
         return (top[:-1] + top[1:]) / 2
@@ -175,9 +181,9 @@ def _likeness(before: Luma, now: Luma, contrast: float) -> float:
     t, t_before = between(now), between(before)
     moving = np.abs(b - b_before) + np.abs(t - t_before) > 2 * contrast * (np.ptp(now) + 1)
     if moving.sum() < 8:
-        return np.nan
+        return np.nan, np.nan
     same, far, near = (float(np.abs(p - q)[moving].sum()) for p, q in ((b, t), (b, t_before), (b_before, t)))
-    return (far - near) / (same + far + near)
+    return 1.25 * (far - near) / (same + far + near), 2 * same / (far + near)
 
 
 def chosen_order(flagged: str, motion: Order) -> tuple[str, str]:
