@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# Sets everything up in .venv, as requirements.lock pins it, and then does what it is asked to:
+#   bash setup.sh demo    runs the demo experiment and says where its report lies
+#   bash setup.sh test    lints, type-checks and runs the tests
+#   bash setup.sh         sets up, no more
+# A second call finds the environment standing and goes straight on.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+say() { printf 'setup: %s\n' "$*" >&2; }
+stop() { say "$*"; exit 1; }
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"; elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then sudo -n "$@"; else return 1; fi
+}
+
+debian_install() { # packages that only Debian has; fails quietly where it may not
+    command -v apt-get >/dev/null || return 1
+    as_root apt-get update -qq >/dev/null 2>&1 || true
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null 2>&1
+}
+
+find_python() {
+    for candidate in "${PYTHON:-}" python3 python3.13 python3.12 python3.11; do
+        if [ -n "$candidate" ] && "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+            printf '%s' "$candidate"
+            return
+        fi
+    done
+    return 1
+}
+
+install_locked() { # uv, itself pinned by the lock, is ten times as fast as pip; pip serves where uv cannot
+    local pip=".venv/bin/python -m pip install -qq --disable-pip-version-check"
+    awk '/^[^ #]/ { ours = /^uv==/ } ours' requirements.lock >.venv/uv.lock
+    if ! { $pip --require-hashes -r .venv/uv.lock \
+        && .venv/bin/uv pip install -q --python .venv/bin/python --compile-bytecode --require-hashes -r requirements.lock; } 2>/dev/null; then
+        $pip --require-hashes -r requirements.lock || return 1
+    fi
+    $pip --no-deps --no-build-isolation -e .
+}
+
+set_up() {
+    local wanted
+    wanted=$(cat requirements.lock pyproject.toml | sha256sum | cut -d' ' -f1)
+    [ "$(cat .venv/.set-up 2>/dev/null)" = "$wanted $PWD" ] && return
+    local python
+    python=$(find_python) || stop "no Python 3.11 or newer found. Install one, or name it: PYTHON=/path/to/python3 bash setup.sh"
+    say "making .venv with $("$python" --version); this takes a minute or two"
+    rm -rf .venv
+    "$python" -m venv .venv >/dev/null 2>&1 || {
+        say "Debian keeps venv in a package of its own; installing it"
+        rm -rf .venv
+        debian_install "python$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-venv" || debian_install python3-venv \
+            || stop "could not install python3-venv. Install it and call again: apt-get install python3-venv"
+        "$python" -m venv .venv
+    }
+    install_locked || stop "the packages in requirements.lock could not be installed; what pip said stands above"
+    .venv/bin/python -m compileall -q vidtrack
+    printf '%s' "$wanted $PWD" >.venv/.set-up
+}
+
+demo() {
+    local began=$SECONDS
+    .venv/bin/snakemake --cores all
+    say "the demo took $((SECONDS - began)) s; its report: $PWD/data/demo/results/report.html"
+}
+
+run_tests() {
+    command -v chromium >/dev/null || debian_install chromium || say "no chromium: the tests of the report in a browser will be skipped"
+    export PATH="$PWD/.venv/bin:$PATH" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+    ruff check .
+    ruff format --check --quiet .
+    mypy
+    snakefmt --check --quiet Snakefile workflow
+    python -m pytest "$@"
+}
+
+set_up
+case "${1:-}" in
+    "") say "ready: .venv/bin/snakemake --cores all runs the demo" ;;
+    demo) demo ;;
+    test) shift; run_tests "$@" ;;
+    *) stop "no such thing as '$1'; it is demo or test" ;;
+esac
