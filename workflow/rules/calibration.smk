@@ -22,6 +22,7 @@ for clip_set, after in (("calibration", False), ("calibration_after", True)):
 for camera in CAMERAS:
     CALIBRATION_ORDERS["calibrate", camera] = BOOK.place("calibrate", orders.calibrate(SETTINGS, camera), [], camera)
 CALIBRATED = SETS["calibration"]
+OVERLAY_ORDERS = {camera: BOOK.place("overlay", {"camera": camera}, [], camera) for camera in CALIBRATED}
 
 
 def clips_seen_by(w):
@@ -130,7 +131,7 @@ if CALIBRATED:
         message:
             "Drawing the points over the picture of {wildcards.camera}"
         input:
-            order=BOOK.place("overlay", {"units": SETTINGS.units}, []),
+            order=lambda w: OVERLAY_ORDERS[w.camera],
             picture=f"{RESULTS}/calibration/{{camera}}/picture.png",
             points=f"{RESULTS}/calibration/{{camera}}/points.parquet",
             table=f"{RESULTS}/calibration/backprojection.parquet",
