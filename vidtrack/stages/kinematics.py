@@ -1,0 +1,73 @@
+"""Stage kinematics: trajectories become smoothed positions, velocities and accelerations."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.kinematics import finite_differences, motion
+
+_AXES = ("x", "y", "z")
+COLUMNS = {
+    "time_s": "s",
+    "target": "",
+    **dict.fromkeys(_AXES, "world"),
+    **dict.fromkeys(("vx", "vy", "vz"), "world/s"),
+    **dict.fromkeys(("ax", "ay", "az"), "world/s^2"),
+    **dict.fromkeys(("sigma_x", "sigma_y", "sigma_z"), "world"),
+    **dict.fromkeys(("sigma_vx", "sigma_vy", "sigma_vz"), "world/s"),
+    **dict.fromkeys(("sigma_ax", "sigma_ay", "sigma_az"), "world/s^2"),
+    "flag": "",
+}
+
+
+def kinematics(
+    trajectories: pd.DataFrame, *, method: str = "spline", noise: str = "estimated"
+) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
+    """Velocity and acceleration of every target, a row for each of its rows; and what to tell about the smoothing.
+
+    trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, flag]; world units
+    method   spline (see `vidtrack.smoothing`) | differences (central, as the thesis; no sigma)
+    noise    estimated: sigma is taken as relative and the record tells the rest | known: sigma is believed
+    Where a sample is missing its row is NaN; a record is not bridged over gaps of more than two samples. flag
+    adds to the trajectory's own: edge (an end of the record or of a gap: acceleration at least twice as unsure as
+    the median), outlier (contradicted by its neighbours, not used), short (too few samples between gaps).
+    """
+    tables, told = [], []
+    for target, rows in trajectories.groupby("target", sort=True):
+        rows = rows.sort_values("time_s").drop_duplicates("time_s")
+        table, about = _one(rows, str(target), method, noise)
+        tables.append(table)
+        told += about
+    if not tables:
+        return pd.DataFrame({name: pd.Series(dtype=float) for name in COLUMNS}), []
+    return pd.concat(tables, ignore_index=True), told
+
+
+def _one(rows: pd.DataFrame, target: str, method: str, noise: str) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
+    t, p = rows["time_s"].to_numpy(float), rows[list(_AXES)].to_numpy(float)
+    flag = rows["flag"].fillna("").astype(str).to_numpy(object) if "flag" in rows else np.full(len(rows), "", object)
+    if method == "differences":
+        velocity, acceleration = finite_differences(t, p)
+        position, sigma, told = p, np.full((*p.shape, 3), np.nan), []
+    elif method == "spline":
+        given = rows[[f"sigma_{a}" for a in _AXES]].to_numpy(float) if "sigma_x" in rows else None
+        m = motion(t, p, given, noise=noise)
+        position, velocity, acceleration, sigma = m.position, m.velocity, m.acceleration, m.sigma
+        for name, where in (("edge", m.edge), ("outlier", m.outlier), ("short", m.short)):
+            flag = np.where(where, np.where(flag == "", name, flag + ";" + name), flag)
+        told = [
+            {"target": target, "axis": a, "noise_sd": sd, "noise_ratio": ratio, "spacing_s": spacing}
+            for a, sd, ratio, spacing in zip(_AXES, m.noise_sd, m.noise_ratio, m.spacing_s, strict=True)
+            if np.isfinite(sd)
+        ]
+    else:
+        raise ValueError(f"no method '{method}'; there are spline and differences")
+    columns: dict[str, Any] = {"time_s": t, "target": target}
+    for k, a in enumerate(_AXES):
+        columns |= {a: position[:, k], f"v{a}": velocity[:, k], f"a{a}": acceleration[:, k]}
+        columns |= {f"sigma_{d}{a}": sigma[:, k, i] for i, d in enumerate(("", "v", "a"))}
+    columns["flag"] = flag
+    return pd.DataFrame(columns, index=range(len(t)))[list(COLUMNS)], told
