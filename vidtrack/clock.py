@@ -1,0 +1,274 @@
+"""Cameras' clocks: how far each is off and how fast it runs, and how the motion itself tells.
+
+Where cameras are not locked together (the thesis's half frame), a moving target is seen by one of them a little
+later, and lies off its epipolar curve by its speed across that curve times the delay. The clock that brings the
+whole trajectory nearest to the curves is the answer; targets at rest, or moving along the curves, tell nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.camera import Array, Camera
+from vidtrack.epipolar import epipolar_distance
+from vidtrack.resample import interval, resample
+
+RATE_PRIOR_PPM = 100.0
+"""ASSUME: crystals of cameras and recorders lie within some 100 ppm of each other (one sd)."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A correction of one camera's time.
+
+    offset_s   s, added to the camera's time
+    rate_ppm   parts per million by which time after the first sample is stretched
+    """
+
+    offset_s: float = 0.0
+    rate_ppm: float = 0.0
+
+    def corrected(self, t: ArrayLike) -> Array:
+        """Right times, s, of a camera's times (n,), s: t0 + (t - t0)(1 + rate) + offset, t0 the earliest of them."""
+        t = np.asarray(t, float)
+        first = np.nanmin(t) if t.size else 0.0
+        return t + (t - first) * (self.rate_ppm * 1e-6) + self.offset_s
+
+
+class Clocks(NamedTuple):
+    """What `estimate_clocks` returns; cameras that were not asked for keep the clock they came with."""
+
+    clocks: tuple[Clock, ...]
+    sd: tuple[Clock, ...]  # standard deviations; NaN where the motion does not tell, 0 where the clock was given
+    error_px: float  # rms distance from the epipolar curves with these clocks
+    error_before_px: float  # and with those they came with
+    offsets: Array  # (m,) s, offsets tried
+    error_by_offset: Array  # (n_cameras, m) px, rms distance with the camera off by so much from its estimate
+    ambiguous: tuple[bool, ...]  # another offset fits about as well (a periodic motion)
+
+    def interval95(self, camera: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The 95 % confidence intervals of a camera's offset, s, and rate, ppm."""
+        at, sd = self.clocks[camera], self.sd[camera]
+        return (
+            (at.offset_s - 1.96 * sd.offset_s, at.offset_s + 1.96 * sd.offset_s),
+            (at.rate_ppm - 1.96 * sd.rate_ppm, at.rate_ppm + 1.96 * sd.rate_ppm),
+        )
+
+
+def estimate_clocks(
+    cameras: Sequence[Camera],
+    times: Sequence[ArrayLike],
+    tracks: Sequence[ArrayLike],
+    *,
+    free: Sequence[int],
+    clocks: Sequence[Clock] | None = None,
+    max_offset_s: float = 1.0,
+    rate: bool = True,
+    bias_px: float = 0.0,
+) -> Clocks:
+    """Estimate the clocks of some cameras from the epipolar error along the trajectories.
+
+    times          for each camera (T_c,)  s, rising
+    tracks         for each camera (n_targets, T_c, 2)  px, the same targets in every camera; NaN where lost
+    free           cameras whose clock is sought; at least one other camera tells the time
+    clocks         those the cameras came with; default: none of them off
+    max_offset_s   how far to search on either side
+    rate           whether rates are sought too, near 0 unless the run is long enough to tell (RATE_PRIOR_PPM)
+    bias_px        sd of the error that the calibration leaves in epipolar distances; it varies little along a
+                   trajectory, and is fitted beside the clocks so as not to pass for a delay
+    Raises ValueError when every camera is free or shapes do not match.
+    """
+    problem = _Problem(
+        list(cameras),
+        [np.asarray(t, float) for t in times],
+        [np.asarray(b, float) for b in tracks],
+        list(free),
+        bias_px,
+    )
+    _check(problem)
+    start = list(clocks) if clocks is not None else [Clock()] * len(cameras)
+    before = _rms(problem.distances(start))
+    at = list(start)
+    for camera in free:
+        at[camera] = _searched(problem, at, camera, max_offset_s, known=[c for c in range(len(at)) if c not in free])
+    at, sd = _refined(problem, at, rate)
+    step = min(interval(t) for t in problem.times)
+    offsets = np.linspace(-3, 3, 61) * step
+    curves = np.full((len(at), offsets.size), np.nan)
+    for camera in free:
+        curves[camera] = [_rms(problem.distances(_moved(at, camera, s), camera)) for s in offsets]
+    error = _rms(problem.distances(at))
+    ambiguous = tuple(
+        camera in free and _has_twin(problem, at, camera, max_offset_s, step) for camera in range(len(at))
+    )
+    return Clocks(tuple(at), tuple(sd), error, before, offsets, curves, ambiguous)
+
+
+class _Problem(NamedTuple):
+    cameras: list[Camera]
+    times: list[Array]
+    tracks: list[Array]
+    free: list[int]
+    bias_px: float
+
+    def distances(self, clocks: Sequence[Clock], only: int | None = None) -> list[tuple[Array, Array]]:
+        """Epipolar distances (n_targets, T_a) px and positions (n_targets, T_a, 2) of every pair that a clock touches.
+
+        Camera b of a pair is resampled to the moments of camera a. `only`: the pairs of one camera.
+        """
+        t = [clock.corrected(times) for clock, times in zip(clocks, self.times, strict=True)]
+        parts = []
+        for a, b in combinations(range(len(t)), 2):
+            if not {a, b} & set(self.free if only is None else [only]):
+                continue
+            seen = resample(t[b], self.tracks[b], t[a]).values
+            parts.append((epipolar_distance(self.cameras[a], self.cameras[b], self.tracks[a], seen), seen))
+        return parts
+
+
+def _check(problem: _Problem) -> None:
+    n = len(problem.cameras)
+    if len(problem.times) != n or len(problem.tracks) != n:
+        raise ValueError(f"{n} cameras need as many times and tracks, not {len(problem.times)}, {len(problem.tracks)}")
+    if any(b.shape[1:] != (t.size, 2) for t, b in zip(problem.times, problem.tracks, strict=True)):
+        raise ValueError("tracks must be (n_targets, T, 2) with as many moments as the camera's times")
+    if not set(problem.free) < set(range(n)):
+        raise ValueError("at least one camera must keep its clock")
+
+
+def _rms(parts: Sequence[tuple[Array, Array]]) -> float:
+    d = np.concatenate([part.ravel() for part, _ in parts]) if parts else np.zeros(0)
+    d = d[np.isfinite(d)]
+    return float(np.sqrt(np.mean(d * d))) if d.size else float("nan")
+
+
+def _moved(clocks: Sequence[Clock], camera: int, offset_s: float, rate_ppm: float = 0.0) -> list[Clock]:
+    out = list(clocks)
+    out[camera] = Clock(out[camera].offset_s + offset_s, out[camera].rate_ppm + rate_ppm)
+    return out
+
+
+def _searched(problem: _Problem, at: Sequence[Clock], camera: int, reach: float, known: Sequence[int]) -> Clock:
+    """The offset of least error against the cameras whose clock is known, tried in steps of half an interval."""
+    some = [camera, *known]
+    part = _Problem(
+        [problem.cameras[c] for c in some],
+        [problem.times[c] for c in some],
+        [problem.tracks[c] for c in some],
+        [0],
+        0.0,
+    )
+    clocks = [at[c] for c in some]
+    step = min(interval(t) for t in part.times) / 2
+    offsets = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
+    errors = np.array([_explained(part.distances(_moved(clocks, 0, s))) for s in offsets])
+    if not np.isfinite(errors).any():
+        return at[camera]
+    return _moved(clocks, 0, float(offsets[np.nanargmin(errors)]))[0]
+
+
+def _explained(parts: Sequence[tuple[Array, Array]]) -> float:
+    """Rms distance, px, with a penalty for moments lost by moving tracks apart; NaN with almost nothing in common."""
+    n = sum(int(np.isfinite(d).sum()) for d, _ in parts)
+    whole = sum(d.size for d, _ in parts)
+    return _rms(parts) / np.sqrt(n / whole) if n > max(5, 0.2 * whole) else float("nan")
+
+
+def _has_twin(problem: _Problem, at: Sequence[Clock], camera: int, reach: float, step: float) -> bool:
+    """Whether some offset outside the neighbourhood of the estimate fits within twice the error."""
+    offsets = np.arange(-reach, reach + step, step)
+    errors = np.array([_explained(problem.distances(_moved(at, camera, float(s)), camera)) for s in offsets])
+    best = _explained(problem.distances(at, camera))
+    low = errors <= 2 * best
+    # the valley around the estimate itself does not count
+    middle = int(np.argmin(np.abs(offsets)))
+    left, right = middle, middle
+    while left > 0 and errors[left - 1] >= errors[left]:
+        left -= 1
+    while right < offsets.size - 1 and errors[right + 1] >= errors[right]:
+        right += 1
+    return bool(low[:left].any() or low[right + 1 :].any())
+
+
+def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock], list[Clock]]:
+    """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and their sd."""
+    names = [
+        (camera, which) for camera in problem.free for which in (("offset_s", "rate_ppm") if rate else ("offset_s",))
+    ]
+    step = min(interval(t) for t in problem.times)
+    length = max(np.ptp(t) for t in problem.times)
+    unit = {"offset_s": 0.02 * step, "rate_ppm": 0.02 * step / length * 1e6}
+    covariance = np.full((len(names), len(names)), np.nan)
+    for _ in range(20):
+        d, seen = _flat(problem.distances(at))
+        columns = []
+        for camera, which in names:
+            ahead, _ = _flat(problem.distances(_moved(at, camera, **_by(which, unit[which]))))
+            behind, _ = _flat(problem.distances(_moved(at, camera, **_by(which, -unit[which]))))
+            columns.append((ahead - behind) / (2 * unit[which]))
+        J = np.stack(columns, -1)
+        good = np.isfinite(d) & np.isfinite(J).all(-1)
+        # ASSUME: a distance beyond four times the usual one is a bad centroid, not a delay
+        scale = 1.4826 * float(np.median(np.abs(d[good]))) if good.any() else 0.0
+        good &= np.abs(d) <= 4 * max(scale, 1e-9)
+        if good.sum() < 3 * len(names):
+            return at, [_sd(camera, names, covariance, problem.free) for camera in range(len(at))]
+        nuisance = seen[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
+        A = np.concatenate([J[good], nuisance], -1)
+        size = np.sqrt(np.maximum((A * A).sum(0), 1e-300))
+        prior = np.concatenate([_prior(names, at), np.full(nuisance.shape[1], 1 / max(problem.bias_px, 1e-9) ** 2)])
+        noise2 = float(np.mean(d[good] ** 2))
+        # the noise and the step follow from each other; a second look settles them
+        for _ in range(3):
+            H = A.T @ A / noise2 + np.diag(prior)
+            pull = np.concatenate([-_prior(names, at) * _values(names, at), np.zeros(nuisance.shape[1])])
+            move = np.linalg.solve(H / size / size[:, None], (-(A.T @ d[good]) / noise2 + pull) / size) / size
+            noise2 = max(float(np.sum((d[good] + A @ move) ** 2)) / max(int(good.sum()) - A.shape[1], 1), 1e-12)
+        covariance = (np.linalg.inv(H / size / size[:, None]) / size / size[:, None])[: len(names), : len(names)]
+        limits = np.array([(0.5 if which == "offset_s" else 25.0) * unit[which] / 0.02 for _, which in names])
+        move = np.clip(move[: len(names)], -limits, limits)
+        for (camera, which), value in zip(names, move, strict=True):
+            at = _moved(at, camera, **_by(which, float(value)))
+        if (np.abs(move) < 0.01 * np.sqrt(np.diag(covariance))).all():
+            break
+    return at, [_sd(camera, names, covariance, problem.free) for camera in range(len(at))]
+
+
+def _flat(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """All distances (n,), and for each pair of cameras three columns that a smooth calibration error may follow."""
+    d = np.concatenate([part.ravel() for part, _ in parts])
+    columns = np.zeros((d.size, 3 * len(parts)))
+    start = 0
+    for k, (part, seen) in enumerate(parts):
+        stop = start + part.size
+        flat = seen.reshape(-1, 2)
+        spread = flat - np.nanmean(flat, 0) if np.isfinite(flat).any() else flat
+        columns[start:stop, 3 * k] = 1
+        columns[start:stop, 3 * k + 1 : 3 * k + 3] = spread / max(float(np.nanmax(np.abs(spread), initial=1.0)), 1.0)
+        start = stop
+    return d, columns
+
+
+def _by(which: str, value: float) -> dict[str, float]:
+    return {"offset_s": value} if which == "offset_s" else {"offset_s": 0.0, "rate_ppm": value}
+
+
+def _prior(names: Sequence[tuple[int, str]], at: Sequence[Clock]) -> Array:
+    return np.array([1 / RATE_PRIOR_PPM**2 if which == "rate_ppm" else 0.0 for _, which in names])
+
+
+def _values(names: Sequence[tuple[int, str]], at: Sequence[Clock]) -> Array:
+    return np.array([getattr(at[camera], which) for camera, which in names])
+
+
+def _sd(camera: int, names: Sequence[tuple[int, str]], covariance: Array, free: Sequence[int]) -> Clock:
+    if camera not in free:
+        return Clock()
+    sd = {which: float(np.sqrt(covariance[i, i])) for i, (c, which) in enumerate(names) if c == camera}
+    return Clock(sd["offset_s"], sd.get("rate_ppm", 0.0))
