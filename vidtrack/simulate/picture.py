@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from functools import lru_cache
+from statistics import NormalDist
 from typing import Annotated, Literal
 
 import numpy as np
@@ -89,7 +92,7 @@ def developed(picture: Picture, scene: Scene, t: float, rng: np.random.Generator
     uint8 for 8 bits; uint16, scaled to the depth, for more.
     """
     light = 1 + picture.light_drift_per_s * t + picture.flicker * np.sin(2 * np.pi * picture.flicker_hz * t)
-    image = rng.standard_normal(scene.shape, dtype=np.float32)
+    image = _white_noise(scene.shape, rng)
     image *= np.float32(picture.noise)
     image += scene * np.float32(picture.gain * light) + np.float32(picture.offset)
     scale = 2 ** (picture.bits - 8)
@@ -98,3 +101,16 @@ def developed(picture: Picture, scene: Scene, t: float, rng: np.random.Generator
     np.rint(image, out=image)
     np.clip(image, 0, 255 if scale == 1 else 2**picture.bits - 1, out=image)
     return image.astype(np.uint8) if scale == 1 else image.astype(np.uint16)
+
+
+def _white_noise(shape: tuple[int, ...], rng: np.random.Generator) -> Scene:
+    """Normal noise of unit variance from a table of 65536 quantiles: fast, at the price of tails beyond 4.3 sigma."""
+    draws = np.frombuffer(rng.bytes(2 * math.prod(shape)), "<u2")
+    return _quantiles().take(draws).reshape(shape)
+
+
+@lru_cache(maxsize=1)
+def _quantiles() -> Scene:
+    upper = np.array([NormalDist().inv_cdf((k + 0.5) / 65536) for k in range(32768, 65536)])
+    upper /= np.sqrt(np.mean(upper**2))
+    return np.concatenate([-upper, upper]).astype(np.float32)

@@ -127,7 +127,8 @@ def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shu
     centres = actor.path((times[:, None] + station).ravel()).reshape(len(times), m, 1, 3)
     if len(times) > 1 and not np.ptp(centres, axis=0).any():  # it stays where it is: draw it once
         once = drawn_ball(camera, actor, times[:1], picture, shutter)
-        return Patches(*(np.broadcast_to(part, (len(times), *part.shape[1:])) for part in once))
+        n = len(times)
+        return Patches(np.repeat(once.coverage, n, 0), np.repeat(once.left, n), np.repeat(once.top, n))
     radii, weights = shading(picture.limb)
     n_vertices = vertices_needed(camera, centres, actor.radius)
     polygons = outlines(camera, centres, actor.radius * radii, n_vertices).reshape(len(times), -1, n_vertices, 2)
