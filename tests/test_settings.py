@@ -1,0 +1,117 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from vidtrack.errors import VidtrackError
+from vidtrack.settings import Settings, detect_for, settings_from_config
+
+SMALLEST = {"units": "in", "cameras": {"cam1": None, "cam2": {}}}
+
+
+def refusals(**changes):
+    with pytest.raises(VidtrackError) as caught:
+        settings_from_config({**SMALLEST, **changes})
+    return list(caught.value.problems)
+
+
+def test_units_and_cameras_are_enough():
+    settings = settings_from_config(SMALLEST)
+    assert settings.experiment == "."
+    assert settings.calibration.refine == "full"
+    assert settings.detect.box == (50.0, 50.0)
+    assert list(settings.cameras) == ["cam1", "cam2"]
+
+
+def test_the_contracts_example_is_understood():
+    settings = settings_from_config(
+        {
+            "units": "in",
+            "cameras": {"cam1": {"Cx": 256, "Cy": 240.0, "sensor": [8.8, 6.6], "clock": {"offset_s": 0.1}}},
+            "detect": {"threshold": 120, "centroid": "binary", "start": "10:00:59:15", "end": 300},
+            "calibration": {"sigma": 0.03, "clips": {"row1": {"tags": "1-16", "polarity": "dark"}}},
+            "runs": {
+                "pluck": {
+                    "targets": ["a", "b", "c"],
+                    "threshold": 90,
+                    "reference": {"time": "time_s", "value": "x_in", "axis": "x", "target": "a"},
+                    "bodies": {"float": {"a": [0, 0, 0], "b": [6, 0, 0], "c": [0, 6, 0]}},
+                }
+            },
+        }
+    )
+    assert settings.calibration.clips["row1"].tags == tuple(str(n) for n in range(1, 17))
+    assert settings.runs["pluck"].bodies["float"]["b"] == (6.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("1-4", "1 2 3 4"), ([1, "a"], "1 a"), ("3, 7-8, left", "3 7 8 left"), (12, "12"), (["1-3", "x"], "1 2 3 x")],
+)
+def test_tags_are_ranges_lists_and_names(written, meant):
+    settings = settings_from_config({**SMALLEST, "calibration": {"clips": {"c": {"tags": written}}}})
+    assert settings.calibration.clips["c"].tags == tuple(meant.split())
+
+
+def test_a_whole_number_and_a_decimal_mean_the_same():
+    one = settings_from_config({**SMALLEST, "cameras": {"cam1": {"Cx": 256}}})
+    other = settings_from_config({**SMALLEST, "cameras": {"cam1": {"Cx": 256.0}}})
+    assert one.model_dump_json() == other.model_dump_json()
+
+
+def test_a_misspelt_key_names_the_nearest_one_wherever_it_belongs():
+    assert refusals(detect={"treshold": 3}) == [
+        "config.yaml: detect.treshold: no such setting; did you mean 'threshold'?"
+    ]
+    assert refusals(cameras={"cam1": {"treshold": 3}}) == [
+        "config.yaml: cameras.cam1.treshold: no such setting; did you mean 'threshold'?"
+    ]
+    assert "did you mean 'calibration'" in refusals(calbration={})[0]
+
+
+def test_all_problems_are_told_at_once_each_with_its_place():
+    lines = refusals(units="inch", cameras={"cam1": {"Cx": "left"}}, runs={"p": {"targets": 0, "polarity": "drak"}})
+    assert [line.split(": ")[1] for line in lines] == ["units", "cameras.cam1.Cx", "runs.p.polarity", "runs.p.targets"]
+    assert "did you mean 'in'" in lines[0]
+    assert "'left'" in lines[1]
+
+
+def test_a_place_that_allows_several_forms_is_told_of_once():
+    assert len(refusals(detect={"threshold": "outo"})) == 1
+    assert len(refusals(cameras={"cam1": {"clock": {"ofset_s": 1}}})) == 1
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"cameras": {}},
+        {"cameras": {"../x": {}}},
+        {"cameras": {"c": {"sensor": [8.8, 0]}}},
+        {"cameras": {"c": {"Cx": float("nan")}}},
+        {"calibration": {"sigma": -1}},
+        {"calibration": {"fix": ["kapa1"]}},
+        {"calibration": {"prior": {"Cx": [256, 0]}}},
+        {"calibration": {"clips": {"r": {"tags": "16-1"}}}},
+        {"detect": {"box": [50]}},
+        {"detect": {"threshold": 300}},
+        {"runs": {"p": {"bodies": {"f": {"a": [1, 2]}}}}},
+    ],
+)
+def test_values_that_make_no_sense_are_refused(change):
+    assert len(refusals(**change)) == 1
+
+
+def test_a_runs_own_detect_settings_win_in_either_place():
+    settings = settings_from_config(
+        {**SMALLEST, "detect": {"threshold": 50}, "runs": {"p": {"threshold": 90, "detect": {"min_pixels": 9}}}}
+    )
+    own = settings.runs["p"]
+    merged = detect_for(settings, own, own.detect)
+    assert (merged["threshold"], merged["min_pixels"], merged["polarity"]) == (90.0, 9, "bright")
+
+
+def test_the_schema_in_the_workflow_is_the_one_that_the_settings_make():
+    stored = Path(__file__).parents[1] / "workflow/schemas/config.schema.json"
+    assert json.loads(stored.read_text()) == Settings.model_json_schema(by_alias=True), (
+        "make it anew: python -m vidtrack.settings > workflow/schemas/config.schema.json"
+    )
