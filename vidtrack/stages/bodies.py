@@ -1,0 +1,103 @@
+"""Stage bodies: the trajectories of targets on a rigid body become its six degrees of freedom."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.errors import VidtrackError
+from vidtrack.rigid import angles_by_turn, fit_pose, quaternion, roll_pitch_yaw, unwrapped
+
+COLUMNS = {
+    "time_s": "s",
+    "timecode": "",
+    "body": "",
+    **dict.fromkeys(("x", "y", "z"), "world"),
+    **dict.fromkeys(("roll", "pitch", "yaw"), "deg"),
+    **dict.fromkeys(("qw", "qx", "qy", "qz"), ""),
+    "rms": "world",
+    **dict.fromkeys(("sigma_x", "sigma_y", "sigma_z"), "world"),
+    **dict.fromkeys(("sigma_roll", "sigma_pitch", "sigma_yaw"), "deg"),
+    "n_targets": "",
+    "flag": "",
+}
+
+NEAR_VERTICAL_DEG = 85.0
+"""Beyond this pitch, roll and yaw turn about nearly the same axis and are flagged."""
+MISFIT = 9.0
+"""Reduced chi squared beyond which the targets are not where a rigid body has them (3 sd, rms)."""
+
+Bodies = Mapping[str, Mapping[str, Sequence[float]]]
+
+
+def bodies(trajectories: pd.DataFrame, bodies: Bodies, *, where: str = "bodies") -> pd.DataFrame:
+    """Position of each body's origin and its attitude, a row for each body and sample time.
+
+    trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, timecode]; world units
+    bodies         body: {target: its place in the body's axes}; the body's origin is the point that is reported,
+                   so measure from the centre of gravity to have its motion
+    roll, pitch, yaw: degrees, intrinsic z-y'-x'' (yaw, then pitch, then roll), unwrapped over time.
+    flag: missing (fewer than three targets), collinear, misfit (not where a rigid body has them: a target slipped
+    or two were swapped), vertical (pitch beyond 85 degrees: trust the quaternion). A flagged first two are NaN.
+    Raises VidtrackError for a body with a target that the run does not have, or too few of them.
+    """
+    known = sorted(trajectories["target"].astype(str).unique())
+    tables = []
+    for name, targets in bodies.items():
+        strange = [t for t in map(str, targets) if t not in known]
+        if strange:
+            raise VidtrackError(
+                f"{where}.{name}: the run has no target {', '.join(strange)}; it has {', '.join(known)}. "
+                "Name the body's targets as targets.csv does."
+            )
+        tables.append(_one(trajectories, name, {str(t): place for t, place in targets.items()}, where))
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame({name: [] for name in COLUMNS})
+
+
+def _one(trajectories: pd.DataFrame, name: str, targets: Mapping[str, Sequence[float]], where: str) -> pd.DataFrame:
+    rows = trajectories[trajectories["target"].astype(str).isin(targets)]
+    rows = rows.assign(target=rows["target"].astype(str), time=rows["time_s"].round(6)).drop_duplicates(
+        ["time", "target"]
+    )
+    times = np.sort(rows["time"].unique())
+
+    def grid(columns: tuple[str, ...]) -> np.ndarray[Any, np.dtype[np.float64]]:
+        tables = [
+            rows.pivot(index="time", columns="target", values=c).reindex(times, columns=list(targets)) for c in columns
+        ]
+        return np.stack([table.to_numpy(float) for table in tables], -1)
+
+    sigma = grid(("sigma_x", "sigma_y", "sigma_z")) if "sigma_x" in rows else None
+    if sigma is not None and not (np.isfinite(sigma) & (sigma > 0)).any():
+        sigma = None
+    try:
+        pose = fit_pose(grid(("x", "y", "z")), np.array(list(targets.values()), float), sigma)
+    except ValueError as problem:
+        raise VidtrackError(f"{where}.{name}: {problem}. Name three or more, spread out.") from None
+    angles = roll_pitch_yaw(pose.R)
+    B = angles_by_turn(angles)
+    with np.errstate(invalid="ignore"):
+        turn_sd = np.degrees(
+            np.sqrt(np.diagonal(B @ pose.covariance[:, :3, :3] @ np.swapaxes(B, -1, -2), axis1=1, axis2=2))
+        )
+        shift_sd = np.sqrt(np.diagonal(pose.covariance[:, 3:, 3:], axis1=1, axis2=2))
+    degrees, q = np.degrees(unwrapped(angles)), quaternion(pose.R)
+    codes = rows.drop_duplicates("time").set_index("time")["timecode"].reindex(times) if "timecode" in rows else ""
+    columns: dict[str, Any] = {"time_s": times, "timecode": codes if isinstance(codes, str) else codes.to_numpy()}
+    columns |= {"body": name} | {a: pose.origin[:, i] for i, a in enumerate("xyz")}
+    columns |= {a: degrees[:, i] for i, a in enumerate(("roll", "pitch", "yaw"))}
+    columns |= {f"q{a}": q[:, i] for i, a in enumerate("wxyz")} | {"rms": pose.rms}
+    columns |= {f"sigma_{a}": shift_sd[:, i] for i, a in enumerate("xyz")}
+    columns |= {f"sigma_{a}": turn_sd[:, i] for i, a in enumerate(("roll", "pitch", "yaw"))}
+    columns |= {"n_targets": pose.n_targets}
+    flags = {
+        "missing": pose.n_targets < 3,
+        "collinear": pose.collinear,
+        "misfit": pose.excess > MISFIT,
+        "vertical": np.abs(np.degrees(angles[:, 1])) > NEAR_VERTICAL_DEG,
+    }
+    columns["flag"] = [";".join(f for f, is_so in flags.items() if is_so[i]) for i in range(len(times))]
+    return pd.DataFrame(columns)[list(COLUMNS)]
