@@ -16,7 +16,7 @@ from pydantic import Field
 from vidtrack.camera import Array, Camera, camera_from_world
 from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
 from vidtrack.simulate.plan import NotNegative, Plan
-from vidtrack.simulate.render import Patches, coverage, outlines, shading, softened, vertices_needed
+from vidtrack.simulate.render import Patches, outlines, shading, softened, vertices_needed
 
 
 class Clock(Plan):
@@ -132,4 +132,4 @@ def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shu
     radii, weights = shading(picture.limb)
     n_vertices = vertices_needed(camera, centres, actor.radius)
     polygons = outlines(camera, centres, actor.radius * radii, n_vertices).reshape(len(times), -1, n_vertices, 2)
-    return softened(coverage(polygons, np.tile(weights / m, m)), picture.blur_px)
+    return softened(polygons, picture.blur_px, np.tile(weights / m, m))

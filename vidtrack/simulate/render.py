@@ -22,6 +22,9 @@ from vidtrack.camera import (
     undistorted_from_camera,
 )
 
+FINE = 4
+"""How many times finer than the sensor's the pixels are on which blur is worked out."""
+
 
 class Patches(NamedTuple):
     """Square pieces of a picture, one a ball: the share of each pixel that the ball fills."""
@@ -31,13 +34,15 @@ class Patches(NamedTuple):
     top: NDArray[np.int64]  # (n,) row
 
 
-def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: int = 128) -> Array:
+def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: int | None = None) -> Array:
     """Outlines (..., n_vertices, 2), px, of spheres centred at (..., 3) with radius (...), world units.
 
     A point c of the sphere's surface is on the outline where its radius is at right angles to the line of sight:
     a circle about (1 - r^2/D^2) c, of radius r sqrt(1 - r^2/D^2), D = |c|. The polygon is widened a little so that it
     holds the area of the smooth outline. NaN where any part of the sphere is not in front of the camera.
+    n_vertices: None takes `vertices_needed`.
     """
+    n_vertices = n_vertices or vertices_needed(camera, centres, radius)
     c = camera_from_world(camera, centres)
     r = np.broadcast_to(np.asarray(radius, float), c.shape[:-1])
     D = np.linalg.norm(c, axis=-1)
@@ -59,12 +64,12 @@ def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: 
 
 
 def vertices_needed(camera: Camera, centres: ArrayLike, radius: ArrayLike) -> int:
-    """How many vertices keep every edge of these spheres' outlines under half a pixel; at least 64."""
+    """How many vertices keep every edge of these spheres' outlines under 1 / FINE px; at least 64."""
     c = camera_from_world(camera, centres)
     with np.errstate(invalid="ignore", divide="ignore"):
         size = np.where(c[..., 2] > np.asarray(radius), np.asarray(radius) / (c[..., 2] - np.asarray(radius)), 0.0)
     px = float(np.nanmax(size, initial=0.0)) * camera.f * max(camera.Sx / camera.dx, 1 / camera.dy)
-    return max(64, 16 * int(np.ceil(2 * 2 * np.pi * px * 1.5 / 16)))
+    return max(64, 16 * int(np.ceil(1.5 * FINE * 2 * np.pi * px / 16)))
 
 
 def coverage(polygons: ArrayLike, weights: ArrayLike | None = None) -> Patches:
@@ -72,7 +77,7 @@ def coverage(polygons: ArrayLike, weights: ArrayLike | None = None) -> Patches:
 
     Polygons (n, m, n_vertices, 2) are m outlines in one piece, summed with weights (m,): the stations of an exposure,
     or the contours of a shaded ball. weights: None takes their mean.
-    The edges must be shorter than 1 px. A polygon with a NaN gives an empty piece at (0, 0).
+    A polygon with a NaN gives an empty piece at (0, 0). Raises ValueError for an edge longer than 1 px.
     """
     b = np.asarray(polygons, float) + 0.5  # pixel (0, 0) now covers 0 to 1
     b = b[:, None] if b.ndim == 3 else b
@@ -80,6 +85,8 @@ def coverage(polygons: ArrayLike, weights: ArrayLike | None = None) -> Patches:
     share = np.full(m, 1 / m) if weights is None else np.asarray(weights, float)
     whole = np.asarray(np.isfinite(b).all((-3, -2, -1)))
     b = np.where(whole[:, None, None, None], b, 0.0)
+    if (longest := np.abs(np.diff(b, axis=-2)).max(initial=0.0)) > 1:
+        raise ValueError(f"an edge of {longest:.3g} px: give the outline more vertices, so that none exceeds 1 px")
     corner = np.floor(b.min((1, 2))).astype(np.int64)
     size = int(np.ceil((b.max((1, 2)) - corner).max(initial=0.0))) + 1
     b = (b - corner[:, None, None, :]).reshape(n * m, -1, 2)
@@ -129,23 +136,37 @@ def _cuts(begin: Array, end: Array) -> Array:
     return np.sort(np.clip(t, 0.0, 1.0), -1)
 
 
-def softened(patches: Patches, sigma: float) -> Patches:
-    """The same pieces seen through a Gaussian blur of `sigma` px, made wider to hold its tails; light is conserved."""
+def softened(polygons: ArrayLike, sigma: float, weights: ArrayLike | None = None) -> Patches:
+    """As `coverage`, seen through a Gaussian blur of `sigma` px; light is conserved.
+
+    A lens blurs before the pixels sample, which takes off most of the sampling's own error in the centre of light
+    (5 mpx for a sharp disc of radius 4 px). So the shares are found on pixels FINE times as fine, blurred there,
+    and summed.
+    Raises ValueError for an edge longer than 1 / FINE px.
+    """
     if not sigma > 0:
-        return patches
-    half = int(np.ceil(4 * sigma))
-    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
+        return coverage(polygons, weights)
+    fine = coverage((np.asarray(polygons, float) + 0.5) * FINE - 0.5, weights)
+    half = int(np.ceil(4 * sigma * FINE))
+    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / (sigma * FINE)) ** 2)
     kernel /= kernel.sum()
-    wide = np.pad(patches.coverage, ((0, 0), (half, half), (half, half)))
-    for axis in (1, 2):
-        wide = _convolved(wide, kernel, axis)
-    return Patches(wide, patches.left - half, patches.top - half)
+    return _summed(_convolved(_convolved(fine.coverage, kernel, 1), kernel, 2), fine.left - half, fine.top - half)
+
+
+def _summed(share: Array, left: NDArray[np.int64], top: NDArray[np.int64]) -> Patches:
+    """Pieces (n, size, size) on fine pixels, from `left` and `top`, as pieces on whole ones."""
+    n, size = share.shape[:2]
+    wide = (size + 2 * FINE - 2) // FINE  # whole pixels that such a piece may touch
+    whole = np.zeros((n, wide * FINE, wide * FINE))
+    for k in range(n):
+        x, y = left[k] % FINE, top[k] % FINE
+        whole[k, y : y + size, x : x + size] = share[k]
+    return Patches(whole.reshape(n, wide, FINE, wide, FINE).mean((2, 4)), left // FINE, top // FINE)
 
 
 def _convolved(image: Array, kernel: Array, axis: int) -> Array:
-    half = len(kernel) // 2
+    """Pieces (n, height, width) convolved along an axis, and wider there by the kernel's tails."""
     width = [(0, 0)] * 3
-    width[axis] = (half, half)
-    padded = np.pad(image, width)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, len(kernel), axis=axis)
+    width[axis] = (len(kernel) - 1, len(kernel) - 1)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(image, width), len(kernel), axis=axis)
     return np.asarray(windows @ kernel)
