@@ -1,5 +1,6 @@
 # vidtrack: from recordings to positions. This page is the table of contents; the rules are in workflow/rules.
 import os
+import subprocess
 import sys
 import time
 
@@ -33,11 +34,14 @@ configfile: "config.yaml"
 
 
 SETTINGS = told(settings_from_config, config)
+SCENARIO = os.path.normpath(SETTINGS.experiment) + ".yaml"
+if not os.path.isdir(SETTINGS.experiment) and os.path.isfile(SCENARIO):
+    print(f"vidtrack: {SETTINGS.experiment} is not there yet; rendering it from {SCENARIO}", file=sys.stderr)
+    if subprocess.run([sys.executable, "-m", "vidtrack.simulate", SCENARIO, SETTINGS.experiment]).returncode:
+        sys.exit(1)
 EXPERIMENT = told(checked_experiment, SETTINGS)
 RESULTS = EXPERIMENT.results
 BOOK = OrderBook(RESULTS, writing=workflow.is_main_process)
-# Recordings and intermediate tables are compared by content, however large they are.
-workflow.dag_settings.max_checksum_file_size = sys.maxsize
 
 
 include: "workflow/rules/tracking.smk"

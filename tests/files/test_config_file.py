@@ -1,0 +1,45 @@
+import pytest
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.config_file import read_config
+
+
+def refusal(tmp_path, text):
+    (tmp_path / "config.yaml").write_text(text)
+    with pytest.raises(VidtrackError) as caught:
+        read_config(str(tmp_path / "config.yaml"))
+    (line,) = caught.value.problems
+    return line.replace(str(tmp_path) + "/", "")
+
+
+def test_a_config_is_read(tmp_path):
+    (tmp_path / "config.yaml").write_text("units: in\ncameras: {cam1: {Cx: 256}}\n")
+    assert read_config(str(tmp_path / "config.yaml")) == {"units": "in", "cameras": {"cam1": {"Cx": 256}}}
+
+
+def test_a_syntax_error_is_told_with_its_line(tmp_path):
+    assert refusal(tmp_path, "units: in\ncameras:\n  cam1: {Cx: 256\nruns: {}\n").startswith("config.yaml, line 4")
+
+
+def test_a_tab_is_told_with_its_line(tmp_path):
+    assert refusal(tmp_path, "units: in\ncameras:\n\tcam1: {}\n").startswith(
+        "config.yaml, line 3, column 1: not valid YAML"
+    )
+
+
+def test_a_key_given_twice_is_refused_rather_than_the_last_one_taken(tmp_path):
+    line = refusal(tmp_path, "units: in\ncameras:\n  cam1: {}\n  cam2: {}\n  cam1: {Cx: 3}\n")
+    assert line.startswith("config.yaml, line 5")
+    assert "'cam1' appears twice (also line 3)" in line
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [("", "empty"), ("- a\n", "holds no settings"), ("just words", "holds no settings")]
+)
+def test_something_else_than_settings_is_refused(tmp_path, text, says):
+    assert says in refusal(tmp_path, text)
+
+
+def test_a_missing_config_says_what_to_write(tmp_path):
+    with pytest.raises(VidtrackError, match="units"):
+        read_config(str(tmp_path / "config.yaml"))

@@ -1,0 +1,169 @@
+"""Discovery, checks and orders on folders that need no real video: nothing is opened before work begins."""
+
+import pytest
+
+from vidtrack import orders
+from vidtrack.errors import VidtrackError
+from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.files.order_files import OrderBook
+from vidtrack.settings import settings_from_config
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for path, text in {
+        "calibration/points.csv": "tag,x,y,z\n" + "".join(f"{n},{n},0,0\n" for n in range(1, 9)),
+        "calibration/row1/cam1.mov": "video",
+        "calibration/row1/cam2.mov": "video",
+        "calibration/row1/picks.csv": "camera,tag,Xf,Yf\ncam1,1,10,20\n",
+        "runs/pluck/cam1.mov": "video",
+        "runs/pluck/cam2.MP4": "video",
+        "runs/pluck/reference.csv": "time_s,x_in\n0,1\n",
+        "runs/pluck/notes.txt": "a windy day",
+    }.items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(text)
+    return tmp_path
+
+
+def settings(**changes):
+    return settings_from_config({"units": "in", "cameras": {"cam1": {}, "cam2": {}}, **changes})
+
+
+def problems(**changes):
+    with pytest.raises(VidtrackError) as caught:
+        checked_experiment(settings(**changes))
+    return list(caught.value.problems)
+
+
+def test_what_lies_in_the_folder_is_found(folder):
+    found = checked_experiment(settings())
+    assert found.clips["row1"].videos == {"cam1": "calibration/row1/cam1.mov", "cam2": "calibration/row1/cam2.mov"}
+    assert found.runs["pluck"].videos == {"cam1": "runs/pluck/cam1.mov", "cam2": "runs/pluck/cam2.MP4"}
+    assert found.runs["pluck"].reference == "runs/pluck/reference.csv"
+    assert found.results == "results"
+
+
+def test_a_recording_elsewhere_is_found_by_its_path(folder):
+    (folder / "tape").mkdir()
+    (folder / "tape/a.avi").write_text("video")
+    found = checked_experiment(settings(runs={"far": {"videos": {"cam1": "tape/a.avi", "cam2": "tape/a.avi"}}}))
+    assert found.runs["far"].videos["cam1"] == "tape/a.avi"
+
+
+def spoil(folder, path, text=None):
+    target = folder / path
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if text is None:
+        target.unlink()
+    else:
+        target.write_text(text)
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "says"),
+    [
+        ("runs/pluck/cam2.MP4", None, "runs/pluck: only camera cam1 has a recording, and mode space needs two"),
+        ("runs/pluck/cma1.mov", "v", "runs/pluck/cma1.mov: config.yaml names no camera 'cma1'; did you mean 'cam1'?"),
+        ("runs/pluck/cam1.avi", "v", "cam1.mov: camera cam1 has another recording here, runs/pluck/cam1.avi"),
+        ("runs/empty/notes.txt", "v", "runs/empty: no recording of any camera"),
+        ("calibration/points.csv", None, "calibration/points.csv: no such file"),
+        ("calibration/points.csv", "tag,x,y,z\n1,0,0,0\n1,1,1,1\n", "line 3: tag 1 appears twice (also line 2)"),
+        ("calibration/points.csv", "tag,x,y,z\n1,0,zero,0\n", "line 2: y is 'zero', not a number"),
+        ("calibration/row1/cam2.mov", None, "runs/pluck: camera cam2 has no calibration clip"),
+        ("calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam1,99,1,1\n", "line 2: clip row1 shows no tag 99"),
+        ("calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam9,1,1,1\n", "line 2: config.yaml names no camera cam9"),
+    ],
+)
+def test_a_problem_in_the_folder_is_one_line(folder, path, text, says):
+    spoil(folder, path, text)
+    lines = problems()
+    assert len(lines) == 1
+    assert says in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"experiment": "nowhere"}, "experiment: no such folder as 'nowhere'"),
+        ({"calibration": {"clips": {"rwo1": {}}}}, "calibration.clips.rwo1: no such folder in calibration/; did you mean 'row1'?"),
+        ({"calibration": {"clips": {"row1": {"tags": "1-9"}}}}, "row1.tags: tag 9 is not in calibration/points.csv"),
+        ({"calibration": {"clips": {"row1": {"tags": "1, 2, 2"}}}}, "row1.tags: tag 2 appears twice"),
+        ({"runs": {"plukc": {}}}, "runs.plukc: no such folder in runs/; did you mean 'pluck'?"),
+        ({"runs": {"pluck": {"reference": {"value": "x"}}}}, "reference.value: runs/pluck/reference.csv has no column 'x'"),
+        ({"runs": {"pluck": {"reference": {"value": "x_in", "target": "ball"}}}}, "no target 'ball'; known: t1"),
+        ({"runs": {"pluck": {"mode": "plane", "plane": {"scale": 1}}}}, "mode plane uses one camera"),
+        ({"runs": {"pluck": {"bodies": {"b": {"t1": [0, 0, 0]}}}}}, "1 targets; six degrees of freedom need three"),
+        ({"runs": {"pluck": {"videos": {"cam1": "no.mov"}}}}, "runs.pluck.videos.cam1: no such file as no.mov"),
+    ],
+)  # fmt: skip
+def test_a_config_that_does_not_fit_the_folder_is_one_line(folder, changes, says):
+    lines = problems(**changes)
+    assert len(lines) == 1
+    assert says in lines[0]
+
+
+def test_plane_mode_needs_one_camera_and_a_scale(folder):
+    spoil(folder, "runs/pluck/cam2.MP4")
+    assert "mode plane needs a scale" in problems(runs={"pluck": {"mode": "plane"}})[0]
+    assert checked_experiment(settings(runs={"pluck": {"mode": "plane", "plane": {"scale": 0.1}}}))
+
+
+def test_many_problems_are_told_at_once(folder):
+    spoil(folder, "runs/pluck/cam2.MP4")
+    spoil(folder, "calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam1,77,1,1\n")
+    assert len(problems()) == 2
+
+
+def orders_of(folder, book, **changes):
+    """Every order of the experiment as text, by its file's name."""
+    these = settings(**changes)
+    found = checked_experiment(these)
+    run = found.runs["pluck"]
+    paths = [
+        book.place("track", orders.track(these, found, "pluck", "cam1"), [run.videos["cam1"]], "pluck", "cam1"),
+        book.place("calibrate", orders.calibrate(these, "cam1"), [], "cam1"),
+        book.place("calibrate", orders.calibrate(these, "cam2"), [], "cam2"),
+        book.place("calibration_points", orders.calibration_points(these, found, "cam1"), [], "cam1"),
+        book.place("locate", orders.locate(these, found, "pluck"), [], "pluck"),
+        book.place("compare", orders.compare(these, found, "pluck"), [run.reference], "pluck"),
+    ]
+    return {path: (folder / path).read_text() for path in paths}
+
+
+def changed(before, after):
+    return sorted(path.removeprefix("results/.orders/") for path in after if before[path] != after[path])
+
+
+@pytest.mark.parametrize(
+    ("changes", "touched"),
+    [
+        ({"cameras": {"cam1": {"Cx": 250}, "cam2": {}}}, ["calibrate.cam1.json"]),
+        ({"runs": {"pluck": {"threshold": 90}}}, ["track.pluck.cam1.json"]),
+        ({"calibration": {"refine": "linear"}}, ["calibrate.cam1.json", "calibrate.cam2.json"]),
+        ({"calibration": {"clips": {"row1": {"tags": "1-8"}}}}, []),
+        ({"cameras": {"cam2": {}, "cam1": {}}}, []),
+        ({"cameras": {"cam1": {"clock": {"offset_s": 1}}, "cam2": {}}}, ["locate.pluck.json"]),
+        ({"runs": {"pluck": {"reference": {"value": "x_in", "axis": "y"}}}}, ["compare.pluck.json"]),
+    ],
+)
+def test_a_setting_touches_the_orders_of_its_rules_alone(folder, changes, touched):
+    book = OrderBook("results")
+    before = orders_of(folder, book)
+    assert changed(before, orders_of(folder, OrderBook("results"), **changes)) == touched
+
+
+def test_an_order_that_says_the_same_is_not_written_again(folder):
+    before = orders_of(folder, OrderBook("results"))
+    dates = {path: (folder / path).stat().st_mtime_ns for path in before}
+    orders_of(folder, OrderBook("results"))
+    assert dates == {path: (folder / path).stat().st_mtime_ns for path in before}
+
+
+def test_an_edited_recording_is_seen_and_a_touched_one_is_not(folder):
+    before = orders_of(folder, OrderBook("results"))
+    (folder / "runs/pluck/cam1.mov").write_text("video")
+    assert changed(before, orders_of(folder, OrderBook("results"))) == []
+    (folder / "runs/pluck/cam1.mov").write_text("other")
+    assert changed(before, orders_of(folder, OrderBook("results"))) == ["track.pluck.cam1.json"]

@@ -1,0 +1,90 @@
+"""A page of a report before it is drawn: sections of lines, tables and figures, and what a reader must not overlook."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a header; the first column names the row."""
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture by the address of its data, with what it shows."""
+
+    caption: str
+    uri: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page; `key` is its address within the page."""
+
+    key: str
+    title: str
+    lines: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    figures: Sequence[Figure] = ()
+    sections: Sequence[Section] = ()
+
+
+@dataclass(frozen=True)
+class Page:
+    """The whole report."""
+
+    title: str
+    lead: Sequence[str]
+    warnings: Sequence[str]
+    sections: Sequence[Section]
+    footer: Sequence[str] = field(default=())
+
+
+def number(value: Any, digits: int = 4) -> str:
+    """A number to so many significant digits, without needless zeros; a dash for what is missing."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return "–"
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    if isinstance(value, int):
+        return str(value)
+    text = f"{value:.{digits}g}"
+    if "e" in text:
+        mantissa, power = text.split("e")
+        return f"{mantissa}·10{_superscript(int(power))}"
+    return text
+
+
+def share(value: Any, digits: int = 2) -> str:
+    """A part of one as a percentage."""
+    return "–" if value is None or not math.isfinite(value) else f"{100 * value:.{digits}g} %"
+
+
+def one_over(value: Any) -> str:
+    """1/N with N to three digits; a dash for what is missing."""
+    if value is None or not math.isfinite(value) or value <= 0:
+        return "–"
+    rounded = round(value, 2 - math.floor(math.log10(value)))
+    return f"1/{rounded:,.0f}".replace(",", " ")
+
+
+def pick(record: Mapping[str, Any], *path: str) -> Any:
+    """What lies at a path in a nested record; None where the path ends early."""
+    value: Any = record
+    for part in path:
+        if not isinstance(value, Mapping):
+            return None
+        value = value.get(part)
+    return value
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
