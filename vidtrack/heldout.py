@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.bundle import bundle
 from vidtrack.camera import Array, Camera, project
+from vidtrack.gates import FLAT, flatness
 from vidtrack.normal_equations import Names, Priors
 from vidtrack.refine import refine
 from vidtrack.triangulate import locate_points
-from vidtrack.tsai import camera_from_closed_form, closed_form
+from vidtrack.tsai import camera_from_closed_form, closed_form, closed_form_coplanar
 
 Mask = NDArray[np.bool_]
 
@@ -118,20 +119,25 @@ def refit_together(
     tolerance = np.broadcast_to(np.asarray(sigma, float), len(p))
 
     def refit(keep: Mask) -> tuple[Camera, ...]:
-        part = {"sigma": tolerance[keep], "sd": spread[:, keep]}
-        return bundle(cameras, p[keep], b[:, keep], **part, free=free, priors=priors, scale_sd=False).cameras
+        part = (cameras, p[keep], b[:, keep])
+        known = spread[:, keep]
+        return bundle(*part, sigma=tolerance[keep], free=free, sd=known, scale_sd=False, priors=priors).cameras
 
     return refit
 
 
 def refit_closed_form(cameras: Sequence[Camera], p: Array, b: Array) -> Refit:
-    """Tsai's closed form again, with the Cx, Cy, dx, dy that each camera has."""
+    """Tsai's closed form again, with the Cx, Cy, dx, dy that each camera has.
+
+    Where they were searched (`centre`), the search has seen the held-out points: two numbers a camera, a trifle.
+    """
 
     def refit(keep: Mask) -> list[Camera]:
         fitted = []
         for camera, sights in zip(cameras, b, strict=True):
             use = keep & np.isfinite(sights).all(-1)
-            solution = closed_form(p[use], sights[use], Cx=camera.Cx, Cy=camera.Cy, dx=camera.dx, dy=camera.dy)
+            solve = closed_form_coplanar if flatness(p[use]) < FLAT else closed_form
+            solution = solve(p[use], sights[use], Cx=camera.Cx, Cy=camera.Cy, dx=camera.dx, dy=camera.dy)
             fitted.append(camera_from_closed_form(solution, camera.image_size))
         return fitted
 

@@ -1,0 +1,28 @@
+"""Job `back_project`: cameras and calibration points in, backprojection.parquet and .json out."""
+
+from __future__ import annotations
+
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.records import write_json
+from vidtrack.files.tables import read_parquet, write_parquet
+from vidtrack.job import Job
+from vidtrack.stages.back_project import back_project
+
+
+def run(job: Job) -> None:
+    """inputs cameras, points (a path a camera, in one order); outputs table, record."""
+    calibrated = [read_camera(path) for path in job.paths("cameras")]
+    done = back_project(
+        [each.camera for each in calibrated],
+        [read_parquet(path) for path in job.paths("points")],
+        refine=job.settings["refine"],
+        free=[each.uncertainty.names for each in calibrated if each.uncertainty] or None,
+        prior=job.settings["prior"],
+        sigma=job.settings["sigma"],
+        units=job.settings["units"],
+    )
+    units = {f"{axis}_held_out": "world" for axis in "xyz"}
+    write_parquet(
+        job.outputs["table"], done.table, units=job.settings["units"], provenance=job.provenance, columns=units
+    )
+    write_json(job.outputs["record"], done.record, job.provenance)

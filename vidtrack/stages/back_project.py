@@ -1,0 +1,211 @@
+"""The calibration held against its points: located by the cameras, and projected back into every picture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.accuracy import AXES, by_axis, errors_by_axis, largest_distance
+from vidtrack.bundle import bundle
+from vidtrack.camera import (
+    Array,
+    Camera,
+    camera_from_world,
+    frame_buffer_from_distorted,
+    project,
+    undistorted_from_camera,
+)
+from vidtrack.field_of_view import diagonal_field
+from vidtrack.floor import NORMAL_MEAN_ABS, located_covariance, mean_length
+from vidtrack.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
+from vidtrack.measures import measures
+from vidtrack.normal_equations import Names, Priors
+from vidtrack.refine import free_parameters
+from vidtrack.shared_points import SharedPoints, side_by_side
+from vidtrack.triangulate import Located, locate_points
+
+
+class BackProjection(NamedTuple):
+    """What `back_project` returns."""
+
+    table: pd.DataFrame  # a row for each point and camera
+    record: dict[str, Any]
+
+
+class Noise(NamedTuple):
+    """The standard deviation of the centroids, px, and what told it."""
+
+    sigma_px: float
+    source: str
+
+
+def back_project(
+    cameras: Sequence[Camera],
+    points: Sequence[pd.DataFrame],
+    *,
+    refine: str = "full",
+    free: Names | None = None,
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    sigma: float = 0.0,
+    units: str = "",
+) -> BackProjection:
+    """Locate the calibration points with all cameras and compare with the survey, as the thesis does (6.6, 6.8).
+
+    cameras  m calibrated cameras, with their names
+    points   for each its points.parquet: clip, tag, x, y, z, sigma, Xf, Yf, used, reason; one row a point
+    refine   how the cameras were calibrated, and so how they are refitted without the held-out points
+    free     for each camera the parameters that its calibration freed; default: those of Tsai's model
+    sigma    units, survey tolerance of points that have none of their own
+    prior    what was known beforehand of any parameter: {name: (mean, sd)}
+    In mode `full` and `bundle` the refits weigh the survey's sigma against the centroid noise that the sights show.
+    Sights that the calibration rejected are projected too, but locate nothing. With one camera there is nothing to
+    locate: the positions are NaN, the measures in the picture remain.
+    """
+    shared = side_by_side(points, sigma=sigma)
+    b = shared.b_used
+    located = locate_points(cameras, b) if len(cameras) > 1 else None
+    names = free or [free_parameters("tsai")] * len(cameras)
+    priors = [{name: told for name, told in (prior or {}).items() if name in own} for own in names]
+    noise = _noise(cameras, shared, b, names, priors)
+    out = held_out(shared.p, b, _refit(refine, cameras, shared, b, names, priors, noise))
+    table = _table(cameras, points, shared, located, out)
+    record = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
+    record |= _record(cameras, shared, located, out, noise)
+    return BackProjection(table, record)
+
+
+def _noise(cameras: Sequence[Camera], shared: SharedPoints, b: Array, free: Names, priors: Priors) -> Noise:
+    """The centroid noise that the sights show when the survey's errors are taken out."""
+    if len(cameras) < 2:
+        return Noise(np.nan, "one camera alone cannot tell")
+    sigma = shared.sigma
+    if sigma.any() and len(sigma) <= 300:  # with more points, what the calibration takes up of it is negligible
+        try:
+            found = bundle(cameras, shared.p, b, sigma=sigma, free=free, priors=priors)
+            return Noise(found.sigma_px, "all cameras and the survey refined together")
+        except ValueError:  # too few points for that
+            pass
+    return Noise(locate_points(cameras, b).sd, "reprojection errors of the located points")
+
+
+def _refit(
+    refine: str, cameras: Sequence[Camera], shared: SharedPoints, b: Array, free: Names, priors: Priors, noise: Noise
+) -> Refit:
+    sigma = shared.sigma
+    sd = noise.sigma_px if noise.sigma_px > 0 else None
+    if refine in ("linear", "centre"):
+        return refit_closed_form(cameras, shared.p, b)
+    if refine == "bundle" and sd is not None:
+        return refit_together(cameras, shared.p, b, free=free, sigma=sigma, sd=sd, priors=priors)
+    survey = sigma if sd is not None and sigma.any() else None
+    return refit_alone(cameras, shared.p, b, free=free, survey=survey, sd=sd, priors=priors)
+
+
+def _table(
+    cameras: Sequence[Camera],
+    points: Sequence[pd.DataFrame],
+    shared: SharedPoints,
+    located: Located | None,
+    out: HeldOut,
+) -> pd.DataFrame:
+    n = len(shared.p)
+    point = located.point if located else np.full((n, 3), np.nan)
+    common: dict[str, Any] = {
+        "tag": [key[1] for key in shared.keys],
+        "clip": [key[0] for key in shared.keys],
+        **dict(zip(AXES, shared.p.T, strict=True)),
+        **{f"{axis}_located": point[:, k] for k, axis in enumerate(AXES)},
+        **{f"{axis}_held_out": out.located[:, k] for k, axis in enumerate(AXES)},
+        **{f"sigma_{axis}": located.sigma[:, k] if located else np.nan for k, axis in enumerate(AXES)},
+        "miss": located.miss if located else np.nan,
+        "n_cameras": located.n_cameras if located else np.zeros(n, int),
+    }
+    parts = []
+    for i, camera in enumerate(cameras):
+        listed = shared.row[i] >= 0
+        own = points[i].iloc[shared.row[i, listed]]
+        part = pd.DataFrame(common)[listed].reset_index(drop=True)
+        part.insert(2, "camera", camera.name)
+        for name, b in {
+            "": shared.b[i],
+            "_projected": project(camera, shared.p),
+            "_no_distortion": frame_buffer_from_distorted(camera, _pinhole(camera, shared.p)),
+            "_from_located": project(camera, point),
+        }.items():
+            part[[f"Xf{name}", f"Yf{name}"]] = b[listed]
+        part["used"] = shared.used[i, listed]
+        part["reason"] = own["reason"].to_numpy() if "reason" in own else ""
+        parts.append(part)
+    whole: pd.DataFrame = pd.concat(parts, ignore_index=True)
+    return whole
+
+
+def _pinhole(camera: Camera, p: Array) -> Array:
+    return undistorted_from_camera(camera, camera_from_world(camera, p))
+
+
+def _record(
+    cameras: Sequence[Camera],
+    shared: SharedPoints,
+    located: Located | None,
+    out: HeldOut,
+    noise: Noise,
+) -> dict[str, Any]:
+    seen = shared.p[shared.used.any(0)]
+    lengths = {"largest_distance": largest_distance(seen), "diagonal_field": diagonal_field(cameras, seen)}
+    error = (located.point if located else np.full(shared.p.shape, np.nan)) - shared.p
+    held = errors_by_axis(out.error, **lengths)
+    floor = _floor(cameras, shared, noise)
+    return {
+        "n_points": int(shared.used.any(0).sum()),
+        **lengths,
+        **errors_by_axis(error, **lengths),
+        "worst": _worst(error, shared),
+        "held_out": {"method": out.method, **held, "rms_px": _rms(out.sight_error)},
+        "floor": floor,
+        "ratio": _ratio(held["mean_3d"], floor["mean_3d"]),
+        "ratio_with_survey": _ratio(held["mean_3d"], floor["mean_3d_with_survey"]),
+        "measures": {
+            camera.name: {k: v._asdict() for k, v in measures(camera, shared.p, shared.b_used[i])._asdict().items()}
+            for i, camera in enumerate(cameras)
+        },
+    }
+
+
+def _worst(error: Array, shared: SharedPoints) -> dict[str, Any]:
+    """For each axis the tag of the largest error, with its sign: located minus surveyed."""
+    found = {}
+    for k, axis in enumerate(AXES):
+        if np.isfinite(error[:, k]).any():
+            worst = int(np.nanargmax(np.abs(error[:, k])))
+            clip, tag = shared.keys[worst]
+            found[axis] = {"tag": tag, "clip": clip, "error": float(error[worst, k])}
+    return found
+
+
+def _floor(cameras: Sequence[Camera], shared: SharedPoints, noise: Noise) -> dict[str, Any]:
+    """What perfectly known cameras would attain with the same centroid noise."""
+    found = {"sigma_px": noise.sigma_px, "sigma_px_source": noise.source}
+    if not (noise.sigma_px > 0 and (shared.used.sum(0) > 1).any()):
+        return {**found, "mean_3d": np.nan, "mean_3d_with_survey": np.nan, "mean_abs": by_axis(np.full(3, np.nan))}
+    C = located_covariance(cameras, shared.p, noise.sigma_px, shared.used)
+    survey = shared.sigma[:, None, None] ** 2 * np.eye(3)
+    variance = np.einsum("naa->na", C)
+    return {
+        **found,
+        "mean_3d": float(np.nanmean(mean_length(C))),
+        "mean_3d_with_survey": float(np.nanmean(mean_length(C + survey))),
+        "mean_abs": by_axis(NORMAL_MEAN_ABS * np.nanmean(np.sqrt(variance), 0)),
+    }
+
+
+def _ratio(error: float, floor: float) -> float:
+    return error / floor if floor > 0 else np.nan
+
+
+def _rms(errors: Array) -> float:
+    e = errors[np.isfinite(errors).all(-1)]
+    return float(np.sqrt((e**2).sum(-1).mean())) if len(e) else np.nan

@@ -1,0 +1,118 @@
+"""All cameras and the surveyed points refined together, from the cameras as each was calibrated alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.accuracy import AXES
+from vidtrack.bundle import Bundle, bundle
+from vidtrack.camera import Array, Camera
+from vidtrack.errors import VidtrackError
+from vidtrack.normal_equations import Names
+from vidtrack.refine import Uncertainty, free_parameters
+from vidtrack.shared_points import SharedPoints, side_by_side
+
+SUSPECT = 4.0
+"""ASSUME: a point that lies more of its own standard deviations from its survey was not surveyed there."""
+
+
+class Bundled(NamedTuple):
+    """What `refine_together` returns for m cameras."""
+
+    cameras: list[Camera]
+    uncertainties: list[Uncertainty]
+    records: list[dict[str, Any]]  # what each camera.json says anew of its calibration
+    points: pd.DataFrame  # where the points are thought to be: clip, tag, x, y, z, shift_x ..., normalised_x ...
+
+
+def refine_together(
+    cameras: Sequence[Camera],
+    points: Sequence[pd.DataFrame],
+    *,
+    free: Names | None = None,
+    sigma: float = 0.0,
+    prior: Mapping[str, tuple[float, float]] | None = None,
+) -> Bundled:
+    """Refine m cameras and their calibration points together (see `vidtrack.bundle`).
+
+    cameras  as calibrated alone, with their names
+    points   for each its points.parquet: clip, tag, x, y, z, sigma, Xf, Yf, used; only used sights count
+    free     for each camera the names of its free parameters; default: those of Tsai's model
+    sigma    units, survey tolerance of points that have none of their own
+    prior    what is known beforehand of any parameter: {name: (mean, sd)}
+    Raises VidtrackError where no sigma is known, for then there is nothing to gain, or where the sights do not
+    settle the parameters.
+    """
+    shared = side_by_side(points, sigma=sigma)
+    names = free or [free_parameters("tsai")] * len(cameras)
+    priors = [{name: told for name, told in (prior or {}).items() if name in own} for own in names]
+    if not (shared.sigma[shared.used.any(0)] > 0).any():
+        raise VidtrackError(
+            "calibration.sigma: 0, so the survey is taken for exact and a bundle has nothing to share. "
+            "Give the survey's tolerance, here or as a column sigma in points.csv, or set calibration.refine: full."
+        )
+    try:
+        found = bundle(cameras, shared.p, shared.b_used, sigma=shared.sigma, free=names, priors=priors)
+    except ValueError as error:
+        raise VidtrackError(f"calibration.refine: bundle: {error}. Or set calibration.refine: full.") from None
+    warnings = _warnings(found, shared)
+    records = [_record(found, shared, i, warnings) for i in range(len(cameras))]
+    return Bundled(
+        list(found.cameras), [found.uncertainty(i) for i in range(len(cameras))], records, _points(found, shared)
+    )
+
+
+def _record(found: Bundle, shared: SharedPoints, i: int, warnings: list[str]) -> dict[str, Any]:
+    left = np.linalg.norm(found.residuals[i, shared.used[i]], axis=-1)
+    return {
+        "refine": "bundle",
+        "n_points": int(shared.used[i].sum()),
+        "rms_px": float(np.sqrt((left**2).mean())) if left.size else np.nan,
+        "max_px": float(left.max()) if left.size else np.nan,
+        "sigma_px": found.sigma_px,
+        "bundle": {
+            "cameras": [camera.name for camera in found.cameras],
+            "names": [list(names) for names in found.free],
+            "joint_covariance": found.covariance,
+            "survey_factor": found.survey_factor,
+            "survey_shift_rms": _rms((found.points - shared.p)[shared.used.any(0)]),
+            "steps": found.steps,
+            "converged": found.converged,
+            "warnings": warnings,
+        },
+    }
+
+
+def _rms(shift: Array) -> float:
+    return float(np.sqrt((shift**2).sum(-1).mean()))
+
+
+def _warnings(found: Bundle, shared: SharedPoints) -> list[str]:
+    told = [] if found.converged else [f"the bundle did not converge in {found.steps} steps; look for bad points"]
+    if found.survey_factor > 2:
+        told.append(
+            f"the survey's errors are {found.survey_factor:.1f} times what sigma says; give a larger calibration.sigma"
+        )
+    far = np.nanmax(np.where(np.isfinite(found.survey_shift), np.abs(found.survey_shift), 0), -1)
+    for j in np.flatnonzero(far > SUSPECT):
+        shift = np.linalg.norm(found.points[j] - shared.p[j])
+        told.append(
+            f"tag {shared.keys[j][1]} lies {shift:.3g} from its surveyed place, {far[j]:.1f} standard deviations; "
+            "measure it again or drop it"
+        )
+    return told
+
+
+def _points(found: Bundle, shared: SharedPoints) -> pd.DataFrame:
+    columns: dict[str, Any] = {"clip": [key[0] for key in shared.keys], "tag": [key[1] for key in shared.keys]}
+    deviation = np.sqrt(np.einsum("naa->na", found.point_covariance))
+    for k, axis in enumerate(AXES):
+        columns[axis] = found.points[:, k]
+        columns[f"sigma_{axis}"] = deviation[:, k]
+        columns[f"shift_{axis}"] = (found.points - shared.p)[:, k]
+        columns[f"normalised_{axis}"] = found.survey_shift[:, k]
+    return pd.DataFrame(columns)
