@@ -34,16 +34,7 @@ def dlt(p: ArrayLike, b: ArrayLike) -> Array:
     p, b = np.asarray(p, float), np.asarray(b, float)
     if p.shape[-2] < 6:
         raise ValueError(f"{p.shape[-2]} points; the direct linear transformation needs 6")
-    N, q = _normalised(p)
-    M, u = _normalised(b)
-    one = np.ones((*q.shape[:-1], 1))
-    h = np.concatenate([q, one], -1)
-    zero = np.zeros(h.shape)
-    above = np.concatenate([h, zero, -u[..., :1] * h], -1)
-    below = np.concatenate([zero, h, -u[..., 1:] * h], -1)
-    A = np.concatenate([above, below], -2)
-    v = np.linalg.eigh(np.swapaxes(A, -1, -2) @ A)[1][..., :, 0]
-    P = np.linalg.inv(M) @ v.reshape(*v.shape[:-1], 3, 4) @ N
+    P = _direct(p, b)
     depth = (p @ P[..., 2, :3, None])[..., 0] + P[..., 2, 3:]
     sign = np.where((depth > 0).mean(-1) >= 0.5, 1.0, -1.0)
     return np.asarray(P * (sign / np.linalg.norm(P[..., 2, :3], axis=-1))[..., None, None])
@@ -53,7 +44,35 @@ def project_dlt(P: Array, p: ArrayLike) -> Array:
     """Frame buffer px (..., n, 2) of world points (..., n, 3) by matrices P (..., 3, 4); NaN behind the camera."""
     p = np.asarray(p, float)
     h = p @ np.swapaxes(P[..., :3], -1, -2) + P[..., None, :, 3]
-    return h[..., :2] / np.where(h[..., 2:] > 0, h[..., 2:], np.nan)
+    return np.asarray(h[..., :2] / np.where(h[..., 2:] > 0, h[..., 2:], np.nan))
+
+
+def homography(q: ArrayLike, b: ArrayLike) -> Array:
+    """The matrix H (..., 3, 3) with b ~ H [q, 1], up to scale: the same for points in one plane.
+
+    q (..., n, 2) coordinates in the plane, b (..., n, 2) px; n >= 4.
+    """
+    return _direct(np.asarray(q, float), np.asarray(b, float))
+
+
+def project_homography(H: Array, q: ArrayLike) -> Array:
+    """Frame buffer px (..., n, 2) of plane coordinates (..., n, 2)."""
+    h = np.asarray(q, float) @ np.swapaxes(H[..., :2], -1, -2) + H[..., None, :, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(h[..., :2] / h[..., 2:])
+
+
+def _direct(x: Array, b: Array) -> Array:
+    """The matrix (..., 3, k + 1), up to scale, from x (..., n, k) to b (..., n, 2): the smallest eigenvector."""
+    N, q = _normalised(x)
+    M, u = _normalised(b)
+    h = np.concatenate([q, np.ones((*q.shape[:-1], 1))], -1)
+    zero = np.zeros(h.shape)
+    above = np.concatenate([h, zero, -u[..., :1] * h], -1)
+    below = np.concatenate([zero, h, -u[..., 1:] * h], -1)
+    A = np.concatenate([above, below], -2)
+    v = np.linalg.eigh(np.swapaxes(A, -1, -2) @ A)[1][..., :, 0]
+    return np.asarray(np.linalg.inv(M) @ v.reshape(*v.shape[:-1], 3, -1) @ N)
 
 
 def decomposed(P: Array) -> Decomposition:
@@ -70,7 +89,7 @@ def decomposed(P: Array) -> Decomposition:
     sign = np.diag(np.where(np.diag(K) < 0, -1.0, 1.0))
     K, R = K @ sign, sign @ R
     T = np.linalg.solve(K, P[:, 3])
-    return Decomposition(K / K[2, 2], R, T / 1.0, handed)
+    return Decomposition(K / K[2, 2], R, T, handed)
 
 
 def camera_from_dlt(P: Array, *, dx: float, dy: float, image_size: tuple[int, int]) -> Camera:

@@ -101,11 +101,11 @@ def refine(
     pivot = p.mean(0) if pivot is None else np.asarray(pivot, float)
     problem = _Problem(p, b, names, pivot, dict(priors or {}), max_iterations, tolerance)
     camera = _start_that_sees_all(camera, p)
-    fit = _descend(problem, camera, _whiteners(camera, p, sd, survey))
+    fit = _descend(problem, camera, whiteners(camera, p, sd, survey))
     if survey is not None:  # the tolerance was projected through the start; project it through the answer
-        fit = _descend(problem, fit.camera, _whiteners(fit.camera, p, sd, survey))
+        fit = _descend(problem, fit.camera, whiteners(fit.camera, p, sd, survey))
     if sd is None and survey is None and priors and np.isfinite(fit.sigma_px):
-        fit = _descend(problem, fit.camera, _whiteners(fit.camera, p, max(fit.sigma_px, 1e-9), None))
+        fit = _descend(problem, fit.camera, whiteners(fit.camera, p, max(fit.sigma_px, 1e-9), None))
     return fit
 
 
@@ -138,8 +138,9 @@ def _start_that_sees_all(camera: Camera, p: Array) -> Camera:
     return camera.with_(kappa1=0.0, kappa2=0.0, p1=0.0, p2=0.0)
 
 
-def _whiteners(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike | None) -> Array:
-    """Matrices W (n, 2, 2), 1/px, with W^T W the inverse covariance of each measured position."""
+def whiteners(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike | None) -> Array:
+    """Matrices W (n, 2, 2), 1/px, with W^T W the inverse covariance of each measured position: the centroid's own
+    noise and the survey's, as the camera projects it. Arguments as for `refine`."""
     n = len(p)
     sd = np.asarray(1.0 if sd is None else sd, float)
     sd = np.broadcast_to(sd[:, None] if sd.ndim == 1 else sd, (n, 2))

@@ -33,13 +33,22 @@ class ClosedForm(NamedTuple):
 
 
 def closed_form(
-    p: ArrayLike, b: ArrayLike, *, Cx: ArrayLike, Cy: ArrayLike, dx: ArrayLike, dy: ArrayLike
+    p: ArrayLike,
+    b: ArrayLike,
+    *,
+    Cx: ArrayLike,
+    Cy: ArrayLike,
+    dx: ArrayLike,
+    dy: ArrayLike,
+    Sx: float | None = None,
+    kappa1: float | None = None,
 ) -> ClosedForm:
     """Tsai's camera from points that do not lie in one plane; at least 7 of them.
 
     p               (n, 3)  world units
     b               (n, 2)  px
     Cx, Cy, dx, dy  (...)   px, and mm (or px) a px
+    Sx, kappa1      held at these values where given
     Mirrored axes come out with f < 0 or points behind the camera: see `vidtrack.gates`.
     Raises ValueError for fewer than 7 points.
     """
@@ -55,19 +64,30 @@ def closed_form(
     a = _null_vector(A)
     length_x = np.linalg.norm(a[..., 0:3], axis=-1)
     length_y = np.linalg.norm(a[..., 4:7], axis=-1)
-    Sx = length_x / length_y  # (4.4.26)
+    found = length_x / length_y  # Sx (4.4.26)
     a = a * (_vote(a, h, X, Y) / length_y)[..., None]
-    rows = np.stack([a[..., 0:3] / Sx[..., None], a[..., 4:7]], -2)
+    rows = np.stack([a[..., 0:3] / found[..., None], a[..., 4:7]], -2)
     R = _rotation_from_two_rows(rows)
-    t_xy = size * np.stack([a[..., 3] / Sx, a[..., 7]], -1)
-    d = np.stack([X / Sx[..., None], Y], -1)
-    return _finish(p, middle, d, R, t_xy, Cx, Cy, dx, dy, Sx)
+    t_xy = size * np.stack([a[..., 3] / found, a[..., 7]], -1)
+    S = found if Sx is None else np.full(found.shape, Sx)
+    d = np.stack([X / S[..., None], Y], -1)
+    return _finish(p, middle, d, R, t_xy, (Cx, Cy, dx, dy, S), kappa1)
 
 
 def closed_form_coplanar(
-    p: ArrayLike, b: ArrayLike, *, Cx: ArrayLike, Cy: ArrayLike, dx: ArrayLike, dy: ArrayLike
+    p: ArrayLike,
+    b: ArrayLike,
+    *,
+    Cx: ArrayLike,
+    Cy: ArrayLike,
+    dx: ArrayLike,
+    dy: ArrayLike,
+    Sx: float = 1.0,
+    kappa1: float | None = None,
 ) -> ClosedForm:
-    """Tsai's camera from points in one plane, any plane of the world; at least 5 of them. Sx is taken to be 1.
+    """Tsai's camera from points in one plane, any plane of the world; at least 5 of them. Sx must be given.
+
+    Arguments as for `closed_form`; one plane cannot tell Sx, and Tsai takes it to be 1.
 
     Two rows of R are known but for one column each; that they are orthogonal unit vectors settles their length:
     with rows rho (r1, r2), rho (r4, r5) and A, B their squared lengths, D their product,
@@ -78,6 +98,7 @@ def closed_form_coplanar(
         raise ValueError(f"{len(p)} points; the coplanar method needs 5")
     middle, q, size = centred(p)
     Cx, Cy, dx, dy, d = _sensor(b, Cx, Cy, dx, dy)
+    d[..., 0] /= Sx
     X, Y = d[..., 0], d[..., 1]
     plane = plane_axes(q)  # rows: two axes in the plane, and its normal
     flat = q @ plane.T
@@ -97,7 +118,7 @@ def closed_form_coplanar(
             [np.stack([a[..., 0], a[..., 1], sign * r3], -1), np.stack([a[..., 3], a[..., 4], sign * r6], -1)], -2
         )
         R = _rotation_from_two_rows(rows) @ plane
-        both.append(_finish(p, middle, d, R, t_xy, Cx, Cy, dx, dy, np.ones(Cx.shape)))
+        both.append(_finish(p, middle, d, R, t_xy, (Cx, Cy, dx, dy, np.full(Cx.shape, Sx)), kappa1))
     return _choose(both[0], both[1])
 
 
@@ -133,13 +154,18 @@ def _sensor(
 
 
 def _null_vector(A: Array) -> Array:
-    """The unit vector (..., k) that A (..., n, k) shrinks most, its columns first brought to one length."""
+    """The unit vector (..., k) that A (..., n, k) shrinks most, its columns first brought to one length.
+
+    By singular values for one camera; for a search over many, by the eigenvalues of A^T A, which are as good as the
+    square root of rounding and several times faster.
+    """
     length = np.linalg.norm(A, axis=-2, keepdims=True)
     length = np.where(length > 0, length, 1.0)
-    if A.shape[-2] < A.shape[-1]:
-        a = np.linalg.svd(A / length, full_matrices=True)[2][..., -1, :]
+    A = A / length
+    if A.ndim > 2:
+        a = np.linalg.eigh(np.swapaxes(A, -1, -2) @ A)[1][..., :, 0]
     else:
-        a = np.linalg.svd(A / length, full_matrices=False)[2][..., -1, :]
+        a = np.linalg.svd(A, full_matrices=len(A) < A.shape[-1])[2][-1]
     return np.asarray(a / length[..., 0, :])
 
 
@@ -159,25 +185,32 @@ def _rotation_from_two_rows(rows: Array) -> Array:
 
 
 def _finish(
-    p: Array, middle: Array, d: Array, R: Array, t_xy: Array, Cx: Array, Cy: Array, dx: Array, dy: Array, Sx: Array
+    p: Array,
+    middle: Array,
+    d: Array,
+    R: Array,
+    t_xy: Array,
+    sensor: tuple[Array, Array, Array, Array, Array],
+    kappa1: float | None,
 ) -> ClosedForm:
     """f, kappa1 and Tz from the perspective equations (4.4.12, 4.4.13), then T for the world's own origin."""
     c = (p - middle) @ np.swapaxes(R, -1, -2)
     xy, w = c[..., :2] + t_xy[..., None, :], c[..., 2]
-    f, tz, kappa1 = _depth(xy, w, d)
+    f, tz, k = _depth(xy, w, d, kappa1)
     t = np.concatenate([t_xy, tz[..., None]], -1)
     T = t - (R @ middle[:, None])[..., 0]
-    return ClosedForm(Cx, Cy, dx, dy, Sx, f, kappa1, R, T, w + tz[..., None])
+    return ClosedForm(*sensor, f, k, R, T, w + tz[..., None])
 
 
-def _depth(xy: Array, w: Array, d: Array, rounds: int = 6) -> tuple[Array, Array, Array]:
-    """f, Tz and kappa1 (...): first f x - Tz Xd = w Xd, linear without distortion; then a few Gauss-Newton steps
-    on f x / (w + Tz) - Xd (1 + kappa1 r^2), divided by the lens's gain so that a shrunken picture gains nothing."""
+def _depth(xy: Array, w: Array, d: Array, held: float | None, rounds: int = 5) -> tuple[Array, Array, Array]:
+    """f, Tz and kappa1 (...), the last perhaps held: first f x - Tz Xd = w Xd, linear without distortion;
+    then a few Gauss-Newton steps on f x / (w + Tz) - Xd (1 + kappa1 r^2), divided by the lens's gain so that
+    a shrunken picture gains nothing."""
     A = np.stack([xy, -d], -1)
     A = A.reshape(*A.shape[:-3], -1, 2)
     y = (w[..., None] * d).reshape(*A.shape[:-2], -1)
     f, tz = np.moveaxis(_solved(A, y), -1, 0)
-    kappa1 = np.zeros_like(f)
+    kappa1 = np.full(f.shape, held or 0.0)
     r2 = (d**2).sum(-1)[..., None]
     for _ in range(rounds):
         z = (w + tz[..., None])[..., None]
@@ -185,10 +218,11 @@ def _depth(xy: Array, w: Array, d: Array, rounds: int = 6) -> tuple[Array, Array
         gain = 1 + kappa1[..., None, None] * r2
         stretch = np.maximum(gain, 0.2)
         error = (d * gain - f[..., None, None] * ray) / stretch
-        J = np.stack([ray, -f[..., None, None] * ray / z, -d * r2], -1) / stretch[..., None]
-        step = _solved(J.reshape(*A.shape[:-2], -1, 3), error.reshape(*A.shape[:-2], -1))
-        step = np.nan_to_num(step)
-        f, tz, kappa1 = f + step[..., 0], tz + step[..., 1], kappa1 + step[..., 2]
+        columns = [ray, -f[..., None, None] * ray / z, -d * r2][: 3 if held is None else 2]
+        J = np.stack(columns, -1) / stretch[..., None]
+        step = np.nan_to_num(_solved(J.reshape(*A.shape[:-2], -1, len(columns)), error.reshape(*A.shape[:-2], -1)))
+        f, tz = f + step[..., 0], tz + step[..., 1]
+        kappa1 = kappa1 + step[..., 2] if held is None else kappa1
     return f, tz, kappa1
 
 

@@ -1,0 +1,31 @@
+"""Job calibrate: a camera's sightings in; points.parquet, camera.json and the search map out."""
+
+from __future__ import annotations
+
+import sys
+
+from vidtrack.files.camera_json import write_camera
+from vidtrack.files.records import read_png
+from vidtrack.files.tables import read_parquet, write_parquet
+from vidtrack.job import Job
+from vidtrack.stages.calibrate import calibrate
+
+
+def run(job: Job) -> None:
+    """Inputs sightings, picture; outputs points, camera, search."""
+    settings = {name: value for name, value in job.settings.items() if name != "units"}
+    height, width = read_png(job.path("picture")).shape[:2]
+    done = calibrate(
+        read_parquet(job.path("sightings")), image_size=(width, height), units=job.settings["units"], **settings
+    )
+    for warning in done.warnings:
+        sys.stderr.write(f"warning: {warning}\n")
+    units, provenance = job.settings["units"], job.provenance
+    write_parquet(job.outputs["points"], done.points, units=units, provenance=provenance)
+    if done.search is not None and "search" in job.outputs:
+        columns = {
+            "sensor_width": "mm",
+            **dict.fromkeys(("Cx", "Cy", "rms_closed_form", "rms_refined", "rms_px"), "px"),
+        }
+        write_parquet(job.outputs["search"], done.search, units=units, provenance=provenance, columns=columns)
+    write_camera(job.outputs["camera"], done.camera, done.uncertainty, done.record, provenance)

@@ -1,0 +1,188 @@
+"""One camera from its points: which of them belong, and the camera that the chosen method gives from those."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.camera import Array, Camera
+from vidtrack.centre_search import best_centre
+from vidtrack.gates import FLAT, flatness
+from vidtrack.lens import Ladder, climb
+from vidtrack.refine import Fit, Uncertainty, free_parameters, refine
+from vidtrack.robust import ENOUGH, Mask, majority, trusted
+from vidtrack.starts import Nominal, distances, fit_camera, tsai_solution
+from vidtrack.tsai import camera_from_closed_form
+
+RICH_LENS_POINTS = 30
+"""Points from which bad ones are sought with the richest lens, lest a plain one's misfit be taken for bad points."""
+
+
+class NoCamera(ValueError):
+    """The points give no camera; the message says what to do."""
+
+
+class Points(NamedTuple):
+    """What one camera sees of the surveyed points; all finite."""
+
+    p: Array  # (n, 3) world units
+    b: Array  # (n, 2) px
+    sd: Array | None = None  # (n, 2) px, noise of b
+    survey: Array | None = None  # (n,) world units, tolerance of p
+
+    def __len__(self) -> int:
+        return len(self.p)
+
+    def take(self, keep: Mask) -> Points:
+        """Some of the points."""
+        return Points(*(None if value is None else value[keep] for value in tuple(self)))  # type: ignore[arg-type]
+
+    @property
+    def coplanar(self) -> bool:
+        """Whether they lie in one plane."""
+        return flatness(self.p) < FLAT
+
+
+class Task(NamedTuple):
+    """How a camera is to be calibrated; see `vidtrack.stages.calibrate`."""
+
+    nominal: Nominal
+    model: str
+    refine: str
+    fixed: dict[str, float]
+    priors: dict[str, tuple[float, float]]
+
+    @property
+    def closed(self) -> bool:
+        """Whether by closed form, without refinement."""
+        return self.refine in ("linear", "centre")
+
+    @property
+    def held(self) -> dict[str, float]:
+        """What the closed form holds."""
+        return {name: self.fixed[name] for name in ("Sx", "kappa1") if name in self.fixed}
+
+
+class Belonging(NamedTuple):
+    """Which points belong to the camera."""
+
+    keep: Mask  # (n,)
+    scale: float  # px, the noise of one coordinate that the good points show; NaN where too few to tell
+
+
+class Answer(NamedTuple):
+    """A calibrated camera and what is left over."""
+
+    camera: Camera
+    uncertainty: Uncertainty
+    fit: Fit
+    model: str
+    ladder: Ladder | None  # where the lens model was chosen
+    at_edge: bool  # the centre search ended at the edge of its reach
+
+    @property
+    def max_px(self) -> float:
+        """The longest reprojection error."""
+        return float(np.sqrt((self.fit.residuals**2).sum(1)).max())
+
+
+def belonging(points: Points, task: Task, *, seed: int = 0) -> Belonging:
+    """The points that belong: a majority by random samples, then all that agree with a camera fitted to those.
+
+    With 30 points or more the richest lens has the last word, whichever lens was asked for. Of fewer than 12 points
+    all are kept. Raises NoCamera when no camera fits.
+    """
+    if len(points) < ENOUGH:
+        return Belonging(np.ones(len(points), bool), np.nan)
+    start = majority(points.p, points.b, rng=np.random.default_rng(seed))
+    fixed = {}
+    if points.coplanar:
+        fixed = {"Cx": task.nominal.Cx, "Cy": task.nominal.Cy, **task.fixed}
+    n_plain = len(free_parameters("tsai", tuple(fixed)))
+    keep, _, scale = trusted(start, _measure(points, task.nominal, "tsai", fixed), n_parameters=n_plain)
+    if keep.sum() >= RICH_LENS_POINTS and not fixed:
+        keep, _, scale = trusted(keep, _measure(points, task.nominal, "affine", fixed), n_parameters=15)
+    return Belonging(keep, scale)
+
+
+def _measure(points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> Callable[[Mask], Array]:
+    """Distances of all points from a camera fitted to some, each fit starting from the last."""
+    last: list[Camera | None] = [None]
+
+    def measure(keep: Mask) -> Array:
+        p, b, sd, survey = points.take(keep)
+        fit = fit_camera(
+            p, b, nominal, model=model, fixed=fixed, sd=sd, survey=survey, near=last[0], coplanar=points.coplanar
+        )
+        if fit is None:
+            raise NoCamera(_NOTHING_FITS)
+        last[0] = fit.camera if fit.converged else None
+        return distances(fit.camera, points.p, points.b)
+
+    return measure
+
+
+_NOTHING_FITS = (
+    "no camera fits the points. Check that the tags go with the right balls and that points.csv is right-handed."
+)
+
+
+def calibrated(points: Points, task: Task) -> Answer:
+    """The camera by the task's method. Raises NoCamera when there is none."""
+    return _by_closed_form(points, task) if task.closed else _by_refinement(points, task)
+
+
+def _by_closed_form(points: Points, task: Task) -> Answer:
+    """The closed form, at the given centre or the best; its uncertainty is that of a fit with the same freedom."""
+    p, b, sd, survey = points
+    nominal, held, edge = task.nominal, task.held, False
+    try:
+        if task.refine == "centre":
+            x, y, edge = best_centre(
+                *(p, b), Cx=nominal.Cx, Cy=nominal.Cy, dx=nominal.dx, dy=nominal.dy, coplanar=points.coplanar, held=held
+            )
+            nominal = nominal._replace(Cx=x, Cy=y)
+        solution = tsai_solution(p, b, nominal, held, coplanar=points.coplanar)
+        camera = camera_from_closed_form(solution, nominal.image_size)
+    except ValueError:
+        raise NoCamera(
+            f"the closed form makes no camera at Cx {nominal.Cx:g}, Cy {nominal.Cy:g}. "
+            f"Set calibration.refine: full, or give Cx and Cy nearer to the optical axis."
+        ) from None
+    centre = () if task.refine == "centre" else ("Cx", "Cy")
+    free = free_parameters("tsai", (*task.fixed, *centre))
+    at = refine(camera, p, b, free=free, sd=sd, survey=survey, max_iterations=0)
+    return Answer(camera, at.uncertainty, at._replace(converged=True, message=""), "tsai", None, edge)
+
+
+def _by_refinement(points: Points, task: Task) -> Answer:
+    p, b, sd, survey = points
+    model = "tsai" if task.model == "auto" else task.model
+    priors = {name: prior for name, prior in task.priors.items() if name in free_parameters(model)}
+    fit = fit_camera(
+        *(p, b, task.nominal),
+        model=model,
+        fixed=task.fixed,
+        priors=priors,
+        sd=sd,
+        survey=survey,
+        coplanar=points.coplanar,
+    )
+    if fit is None or not np.isfinite(fit.cost):
+        raise NoCamera(_NOTHING_FITS)
+    ladder = None
+    if task.model == "auto":
+        ladder = climb(p, b, fit.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
+        model, fit = ladder.model, ladder.fit
+    return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
+
+
+def noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
+    """The noise, px, that the richest lens leaves, its parameters counted; NaN where the points are too few."""
+    if len(points) < RICH_LENS_POINTS:
+        return float("nan")
+    p, b, sd, survey = points
+    fit = fit_camera(p, b, task.nominal, model="affine", fixed=task.fixed, sd=sd, survey=survey, near=near)
+    return fit.sigma_px if fit else float("nan")

@@ -1,0 +1,358 @@
+"""Stage calibrate: the named points that one camera sees become that camera, with the uncertainty of every number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from vidtrack import gates
+from vidtrack.camera import LENS_TERMS, Array, Camera, project
+from vidtrack.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.errors import VidtrackError
+from vidtrack.one_camera import Answer, Belonging, NoCamera, Points, Task, belonging, calibrated, noise_with_rich_lens
+from vidtrack.refine import Uncertainty, free_parameters
+from vidtrack.robust import ENOUGH, Mixup, limit_for, majority, mixups
+from vidtrack.starts import Nominal
+
+CENTROID_SD_PX = 0.1
+"""ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""
+
+SMALLEST_SD_PX = 0.02
+"""ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
+
+Prior = Mapping[str, tuple[float, float]]
+Fix = Mapping[str, float | None] | Sequence[str]
+Rows = NDArray[np.intp]
+
+
+class Calibration(NamedTuple):
+    """One camera, and how it came about."""
+
+    camera: Camera
+    uncertainty: Uncertainty
+    points: pd.DataFrame  # the sightings, with used, reason, residual_x, residual_y (px)
+    search: pd.DataFrame | None  # the error over Cx, Cy and the sensor's width
+    record: dict[str, Any]  # what camera.json holds beside the camera
+    warnings: tuple[str, ...]
+
+
+def calibrate(
+    sightings: pd.DataFrame,
+    *,
+    image_size: tuple[int, int],
+    Cx: float | None = None,
+    Cy: float | None = None,
+    sensor: tuple[float, float] | None = None,
+    model: str = "tsai",
+    refine: str = "full",
+    fix: Fix = (),
+    prior: Prior | None = None,
+    sigma: float = 0.0,
+    camera: str = "",
+    units: str = "in",
+    search: bool = True,
+    seed: int = 0,
+) -> Calibration:
+    """Calibrate one camera from the points it sees.
+
+    sightings    tag, x, y, z (units), Xf, Yf (px); and where known clip, sigma (units), sd_x, sd_y (px), found, reason
+    image_size   px, (width, height)
+    Cx, Cy       px, where the optical axis is thought to be; default: the middle of the picture
+    sensor       mm, (width, height) of the area that the frame covers; default: dx = dy = 1 px
+    model        tsai, tsai2, brown, affine, or auto: the plainest that foretells held-out points as well as any
+    refine       linear: closed form at Cx, Cy; centre: also searches Cx, Cy; full or bundle: every parameter
+    fix          names that are held (Sx at 1, Cx and Cy as given, lens terms at 0), or names with values
+    prior        name: (mean, standard deviation)
+    sigma        units, survey tolerance (1 sigma) of points that have none of their own
+    search       whether to map the error over Cx, Cy and the sensor's width
+    seed         of the random samples by which bad points are found
+    Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `warnings`.
+    """
+    where = f"cameras.{camera}" if camera else "calibrate"
+    task = _task(where, image_size, Cx, Cy, sensor, model, refine, fix, prior)
+    table = sightings.reset_index(drop=True).assign(tag=sightings["tag"].astype(str).to_numpy())
+    _check_tags(where, table)
+    rows = _usable(table)
+    points = _points(table, rows, sigma)
+    _refuse(where, points, task)
+    try:
+        found = belonging(points, task, seed=seed)
+        good = points.take(found.keep)
+        _refuse(where, good, task, among=len(points))
+        answer = calibrated(good, task)
+    except NoCamera as none:
+        raise VidtrackError(f"{where}: {none}") from None
+    places = project(answer.camera, points.p)
+    noise = found.scale if np.isfinite(found.scale) else answer.fit.sigma_px
+    mixed = mixups(places, points.b, ~found.keep, max(limit_for(len(points)) * noise, 1.0))
+    tags = table["tag"].iloc[rows].tolist()
+    told = _points_table(table, rows, tags, found, points.b - places, mixed)
+    mapped = _searched(good, task, answer) if search else None
+    lines = [*_rejections(tags, found, points.b - places, mixed), *_doubts(good, task, answer)]
+    warnings = tuple(f"{where}: {line}" for line in lines)
+    record = _record(answer, task, good, table, mapped) | {
+        "units": units,
+        "settings": _settings(Cx, Cy, sensor, task, sigma),
+        "warnings": list(warnings),
+    }
+    named = answer.camera.with_(name=camera)
+    return Calibration(named, answer.uncertainty, told, _search_table(mapped, task), record, warnings)
+
+
+def _task(
+    where: str,
+    image_size: tuple[int, int],
+    Cx: float | None,
+    Cy: float | None,
+    sensor: tuple[float, float] | None,
+    model: str,
+    refine: str,
+    fix: Fix,
+    prior: Prior | None,
+) -> Task:
+    width, height = image_size
+    dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
+    nominal = Nominal(
+        (width - 1) / 2 if Cx is None else Cx, (height - 1) / 2 if Cy is None else Cy, dx, dy, (width, height)
+    )
+    priors = {name: (float(mean), float(sd)) for name, (mean, sd) in (prior or {}).items()}
+    task = Task(nominal, model, refine, _fixed(where, fix, nominal), priors)
+    if problems := _unfit_settings(task):
+        raise VidtrackError(*(f"{where}: {problem}" for problem in problems))
+    return task
+
+
+def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:
+    given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
+    default = {"Sx": 1.0, "Cx": nominal.Cx, "Cy": nominal.Cy, **dict.fromkeys(LENS_TERMS["affine"], 0.0)}
+    values: dict[str, float] = {}
+    for name, value in given.items():
+        if value is None and name not in default:
+            cure = "Give it one: fix: {f: 12.5}." if name == "f" else f"Known are {', '.join([*default, 'f'])}."
+            raise VidtrackError(f"{where}: calibration.fix: {name} has no value to be held at. {cure}")
+        values[name] = default[name] if value is None else float(value)
+    return values
+
+
+def _unfit_settings(task: Task) -> list[str]:
+    """Settings that contradict each other, a line each."""
+    if task.model not in (*LENS_TERMS, "auto"):
+        return [f"calibration.model: {task.model!r} is not {', '.join(LENS_TERMS)} or auto."]
+    if task.refine not in ("linear", "centre", "full", "bundle"):
+        return [f"calibration.refine: {task.refine!r} is not linear, centre, full or bundle."]
+    problems = []
+    if task.closed:
+        if task.model not in ("tsai", "auto"):
+            problems.append(f"model {task.model} has no closed form. Set calibration.refine: full, or model: tsai.")
+        if others := sorted(set(task.fixed) - {"Sx", "Cx", "Cy", "kappa1"}):
+            problems.append(f"the closed form cannot hold {', '.join(others)}. Set calibration.refine: full.")
+        if task.priors:
+            problems.append("the closed form takes no prior. Set calibration.refine: full, or drop calibration.prior.")
+        return problems
+    free = free_parameters("affine" if task.model == "auto" else task.model, tuple(task.fixed))
+    for name in task.priors:
+        if name not in free:
+            why = "is held by calibration.fix" if name in task.fixed else f"is no parameter of model {task.model}"
+            problems.append(f"calibration.prior: {name} {why}. Drop the prior, or free the parameter.")
+    return problems
+
+
+def _check_tags(where: str, table: pd.DataFrame) -> None:
+    """Gate: one tag, one place in the world; and in one clip, one sighting."""
+    clips = table["clip"].astype(str).tolist() if "clip" in table else [""] * len(table)
+    seen: dict[tuple[str, str], int] = {}
+    places: dict[str, tuple[float, ...]] = {}
+    problems: dict[str, None] = {}
+    for clip, tag, place in zip(clips, table["tag"], table[["x", "y", "z"]].to_numpy(float).tolist(), strict=True):
+        seen[clip, tag] = seen.get((clip, tag), 0) + 1
+        if seen[clip, tag] == 2:
+            inside = f" in clip {clip}" if clip else ""
+            problems[f"{where}: tag {tag} is sighted more than once{inside}. Give each point its own tag."] = None
+        elif places.setdefault(tag, tuple(place)) != tuple(place):
+            problems[f"{where}: tag {tag} has two places in the world. Give each point its own tag."] = None
+    if problems:
+        raise VidtrackError(*problems)
+
+
+def _usable(table: pd.DataFrame) -> Rows:
+    usable = np.isfinite(table[["x", "y", "z", "Xf", "Yf"]].to_numpy(float)).all(1)
+    if "found" in table:
+        usable &= table["found"].fillna(False).to_numpy(bool)
+    return np.flatnonzero(usable)
+
+
+def _points(table: pd.DataFrame, rows: Rows, sigma: float) -> Points:
+    numbers = table[["x", "y", "z", "Xf", "Yf"]].to_numpy(float)[rows]
+    own = table["sigma"].to_numpy(float)[rows] if "sigma" in table else np.full(len(rows), np.nan)
+    survey = np.where(np.isfinite(own), own, sigma)
+    sd = _centroid_sd(table, rows)
+    if sd is None and survey.any():
+        sd = np.full((len(rows), 2), CENTROID_SD_PX)
+    return Points(numbers[:, :3], numbers[:, 3:], sd, survey if survey.any() else None)
+
+
+def _centroid_sd(table: pd.DataFrame, rows: Rows) -> Array | None:
+    """Noise of each position, px (n, 2): its own estimate, drawn towards all points' the fewer frames it rests on."""
+    if not {"sd_x", "sd_y"} <= set(table):
+        return None
+    own = table[["sd_x", "sd_y"]].to_numpy(float)[rows]
+    known = np.isfinite(own)
+    if not known.any():
+        return None
+    frames = (
+        np.nan_to_num(table["frames"].to_numpy(float)[rows, None]) if "frames" in table else np.ones((len(rows), 1))
+    )
+    common = float(np.median(own[known])) ** 2
+    trust = np.where(known, frames / (frames + 10), 0.0)
+    variance: Array = trust * np.where(known, own, 0) ** 2 + (1 - trust) * common + SMALLEST_SD_PX**2
+    return np.sqrt(variance)
+
+
+def _refuse(where: str, points: Points, task: Task, among: int | None = None) -> None:
+    """The gates that no camera passes; the first that is shut speaks."""
+    flat_meant = len(points) > 2 and points.coplanar and "Sx" in task.fixed
+    line = (
+        gates.too_few(len(points), task.refine, task.model, coplanar=flat_meant)
+        or gates.straight(points.p)
+        or gates.coplanar(points.p, task.refine, tuple(task.fixed))
+        or gates.mirrored(_sense(points, task.nominal))
+        or gates.disagreeing(len(points), among or len(points))
+    )
+    if line:
+        raise VidtrackError(f"{where}: {line}")
+
+
+def _sense(points: Points, nominal: Nominal) -> int:
+    """Whether the axes are mirrored, in the eyes of the points that agree best."""
+    p, b = points.p, points.b
+    if len(p) >= ENOUGH:
+        best = majority(p, b, rng=np.random.default_rng(0))
+        p, b = p[best], b[best]
+    if len(p) < gates.LINEAR_NEEDS:
+        return 0
+    return gates.handedness(p, b, nominal.Cx, nominal.Cy, nominal.dx, nominal.dy)
+
+
+def _points_table(
+    table: pd.DataFrame, rows: Rows, tags: list[str], found: Belonging, errors: Array, mixed: list[Mixup]
+) -> pd.DataFrame:
+    """The sightings with used, reason and the reprojection error; every point stays."""
+    used = np.zeros(len(table), bool)
+    used[rows[found.keep]] = True
+    reason = table["reason"].fillna("").astype(str).tolist() if "reason" in table else [""] * len(table)
+    for row in np.setdiff1d(np.arange(len(table)), rows).tolist():
+        reason[row] = reason[row] or "not found"
+    place_of = {m.point: m for m in mixed}
+    for i in np.flatnonzero(~found.keep).tolist():
+        if mixup := place_of.get(i):
+            other = tags[mixup.place]
+            reason[rows[i]] = f"swapped with tag {other}" if mixup.mutual else f"lies where tag {other} should be"
+        else:
+            reason[rows[i]] = _off(float(np.hypot(*errors[i])), found.scale)
+    residual = np.full((len(table), 2), np.nan)
+    residual[rows] = errors
+    return table.assign(used=used, reason=reason, residual_x=residual[:, 0], residual_y=residual[:, 1])
+
+
+def _off(distance: float, scale: float) -> str:
+    if not np.isfinite(distance):
+        return "behind the camera, or beyond the fold of its lens"
+    return f"{distance:.3g} px off, {distance / scale:.0f} times the noise"
+
+
+def _rejections(tags: list[str], found: Belonging, errors: Array, mixed: list[Mixup]) -> list[str]:
+    pairs = [m for m in mixed if m.mutual and m.point < m.place]
+    told = {i for m in pairs for i in (m.point, m.place)}
+    rest = [i for i in np.flatnonzero(~found.keep).tolist() if i not in told]
+    far = float(np.nanmax(np.hypot(*errors[rest].T), initial=0.0))
+    lines = [gates.swapped(tags[m.point], tags[m.place]) for m in pairs]
+    if line := gates.rejected([tags[i] for i in rest], len(tags), far):
+        lines.append(line)
+    if len(tags) < ENOUGH:
+        lines.append(f"{len(tags)} points are too few to find a bad one among. Use {ENOUGH} or more.")
+    return lines
+
+
+def _doubts(good: Points, task: Task, answer: Answer) -> list[str]:
+    """What the gates have to say of a camera that can be had."""
+    lines = [
+        gates.nearly_coplanar(good.p),
+        gates.folded(answer.camera),
+        gates.bunched(good.b, task.nominal.image_size),
+        gates.unsure(answer.camera, answer.uncertainty),
+    ]
+    if good.coplanar:
+        lines.append(f"points in one plane: Tsai's coplanar method, with Sx held at {answer.camera.Sx:g}.")
+        lines.append(gates.facing(answer.camera, good.p))
+    if answer.at_edge:
+        lines.append(gates.at_edge(task.nominal.Cx, task.nominal.Cy, REACH_PX))
+    if answer.fit.message:
+        lines.append(f"{answer.fit.message}. Add points, or hold parameters with calibration.fix.")
+    if not (task.closed or task.fixed or task.model in ("auto", "affine")):
+        rich = noise_with_rich_lens(good, task, answer.camera)
+        lines.append(gates.plain_lens(answer.fit.sigma_px, rich, answer.model))
+    return [line for line in lines if line]
+
+
+def _searched(good: Points, task: Task, answer: Answer) -> SearchMap:
+    """The map about the nominal centre, or about the answer where that lies beyond reach."""
+    camera, Cx, Cy = answer.camera, task.nominal.Cx, task.nominal.Cy
+    if not task.closed and max(abs(camera.Cx - Cx), abs(camera.Cy - Cy)) > REACH_PX:
+        Cx, Cy = camera.Cx, camera.Cy
+    free = () if task.closed else answer.uncertainty.names
+    return search_map(camera, good.p, good.b, Cx=Cx, Cy=Cy, free=free, held=task.held, coplanar=good.coplanar)
+
+
+def _search_table(mapped: SearchMap | None, task: Task) -> pd.DataFrame | None:
+    """The map's columns, and rms_px: the error by the method in use."""
+    if mapped is None:
+        return None
+    return pd.DataFrame(mapped._asdict()).assign(rms_px=mapped.rms_closed_form if task.closed else mapped.rms_refined)
+
+
+def _search_record(mapped: SearchMap, task: Task) -> dict[str, Any]:
+    """Where the least error lies, and how far the centre may move before it rises by a tenth."""
+    error = mapped.rms_closed_form if task.closed else mapped.rms_refined
+    known = np.isfinite(error) & np.isfinite(mapped.Cx)
+    if not known.any():
+        return {}
+    x, y, e = mapped.Cx[known], mapped.Cy[known], error[known]
+    best, flat = int(e.argmin()), e <= 1.1 * e.min()
+    within = {"Cx": [x[flat].min(), x[flat].max()], "Cy": [y[flat].min(), y[flat].max()]}
+    return {"best_Cx": x[best], "best_Cy": y[best], "rms_px": e[best], "within_a_tenth": within}
+
+
+def _settings(
+    Cx: float | None, Cy: float | None, sensor: tuple[float, float] | None, task: Task, sigma: float
+) -> dict[str, Any]:
+    priors = {name: list(prior) for name, prior in task.priors.items()}
+    given = {"Cx": Cx, "Cy": Cy, "sensor": list(sensor) if sensor else None, "sigma": sigma}
+    return given | {"model": task.model, "refine": task.refine, "fix": task.fixed, "prior": priors}
+
+
+def _record(answer: Answer, task: Task, good: Points, table: pd.DataFrame, mapped: SearchMap | None) -> dict[str, Any]:
+    record: dict[str, Any] = {
+        "model": answer.model,
+        "refine": task.refine,
+        "n_points": len(good),
+        "n_sighted": len(table),
+        "rms_px": answer.fit.rms_px,
+        "max_px": answer.max_px,
+        "sigma_px": answer.fit.sigma_px,
+        "misfit": answer.fit.misfit if good.sd is not None else None,
+        "flatness": gates.flatness(good.p),
+        "volume": {"low": good.p.min(0).tolist(), "high": good.p.max(0).tolist()},
+    }
+    if ladder := answer.ladder:
+        record["ladder"] = {
+            "held_out_px": {rung.model: rung.held_out_px for rung in ladder.rungs},
+            "training_px": {rung.model: rung.training_px for rung in ladder.rungs},
+            "reasons": list(ladder.reasons),
+        }
+    if mapped is not None:
+        record["search"] = _search_record(mapped, task)
+    return record

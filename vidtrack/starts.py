@@ -1,0 +1,115 @@
+"""Fit one camera from several starts: the DLT, and Tsai's closed form at the nominal centre and at the DLT's.
+
+Alone, each of them leads the refinement into a worse minimum now and then: Tsai's where the optical axis lies far
+from the nominal centre, the DLT where the lens bends strongly or the points are few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.camera import Array, Camera, contains, fold_radius, project
+from vidtrack.dlt import camera_from_dlt, dlt
+from vidtrack.refine import Fit, best_of, free_parameters, refine
+from vidtrack.tsai import ClosedForm, camera_from_closed_form, closed_form, closed_form_coplanar
+
+
+class Nominal(NamedTuple):
+    """What is known of a camera before it is calibrated."""
+
+    Cx: float  # px
+    Cy: float
+    dx: float  # mm, or px where no sensor is given
+    dy: float
+    image_size: tuple[int, int]  # px
+
+
+def tsai_solution(
+    p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False
+) -> ClosedForm:
+    """Tsai's closed form at the nominal centre, Sx and kappa1 held where they are fixed."""
+    fixed = fixed or {}
+    held = {name: fixed[name] for name in ("Sx", "kappa1") if name in fixed}
+    method = closed_form_coplanar if coplanar else closed_form
+    Cx, Cy = fixed.get("Cx", nominal.Cx), fixed.get("Cy", nominal.Cy)
+    return method(p, b, Cx=Cx, Cy=Cy, dx=nominal.dx, dy=nominal.dy, **held)
+
+
+def starts(
+    p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False
+) -> list[Camera]:
+    """Cameras to refine from, those that can be had: empty where the axes are mirrored or the points too few."""
+    found: list[Camera] = []
+    centres = [nominal]
+    if not coplanar:
+        try:
+            direct = camera_from_dlt(dlt(p, b), dx=nominal.dx, dy=nominal.dy, image_size=nominal.image_size)
+        except (ValueError, np.linalg.LinAlgError):
+            pass
+        else:
+            found.append(direct)
+            if contains(direct, (direct.Cx, direct.Cy), margin=-max(nominal.image_size)):
+                centres.append(nominal._replace(Cx=direct.Cx, Cy=direct.Cy))
+    for centre in centres:
+        try:
+            solution = tsai_solution(p, b, centre, fixed, coplanar=coplanar)
+            found.append(camera_from_closed_form(solution, nominal.image_size))
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+    return [camera.with_(**fixed) for camera in found] if fixed else found
+
+
+def fit_camera(
+    p: Array,
+    b: Array,
+    nominal: Nominal,
+    *,
+    model: str = "tsai",
+    fixed: Mapping[str, float] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    sd: ArrayLike | None = None,
+    survey: ArrayLike | None = None,
+    near: Camera | None = None,
+    coplanar: bool = False,
+) -> Fit | None:
+    """The best full refinement of a lens model over all starts; None where no start makes a camera.
+
+    fixed   name: value of parameters that are held
+    near    a camera already close to the answer: the only start then
+    The richer lens models start from the plain one's answer. Other arguments as for `refine`.
+    """
+    fixed = dict(fixed or {})
+    priors = dict(priors or {})
+    plain = free_parameters("tsai", tuple(fixed))
+    free = free_parameters(model, tuple(fixed))
+    here = {"sd": sd, "survey": survey}
+
+    def run(camera: Camera, names: tuple[str, ...]) -> Fit:
+        known = {name: prior for name, prior in priors.items() if name in names}
+        return refine(camera, p, b, free=names, priors=known, **here)  # type: ignore[arg-type]
+
+    if near is not None:
+        return run(near.with_(**fixed), free)
+    fits = [run(camera, plain) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
+    if not fits:
+        return None
+    best = best_of(fits)
+    if free == plain:
+        return best
+    richer = run(best.camera, free)
+    return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
+
+
+def distances(camera: Camera, p: Array, b: Array) -> Array:
+    """How far each measured position (n, 2) lies from its projection, px; inf where the point does not project."""
+    off = np.sqrt(((b - project(camera, p)) ** 2).sum(-1))
+    return np.where(np.isfinite(off), off, np.inf)
+
+
+def folds_at_px(camera: Camera) -> float:
+    """Distance from the optical axis, px (rows), at which the lens model folds; inf where it never does."""
+    return fold_radius(camera) / camera.dy
