@@ -44,7 +44,8 @@ class VideoInfo:
     bits           levels reach from 0 to 2**bits - 1
     field_order    what the flags say: "progressive", "top" or "bottom" (the field that came first) or "unknown"
     timecodes      where a time code was found -> label of the first frame
-    n_frames_hint  what the container claims; never to be relied on
+    n_frames_hint  how many pictures the container claims; never to be relied on
+    duration       s that the container claims, None where it only guesses; tells a recording that is cut off
     is_still       one picture, no time
     start          s, the first picture's time stamp on the container's own scale, which its sound shares
     time           from time stamps to seconds since midnight and labels
@@ -61,6 +62,7 @@ class VideoInfo:
     field_order: str = "unknown"
     timecodes: dict[str, str] = field(default_factory=dict)
     n_frames_hint: int | None = None
+    duration: Fraction | None = None
     is_still: bool = False
     start: Fraction = Fraction(0)
     time: TimeBase = field(default_factory=lambda: TimeBase(Fraction(25), Fraction(25)))

@@ -15,13 +15,13 @@ video the stamps themselves are the time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.timecode import Timecode, label_from_frame, nominal
+from vidtrack.timecode import Timecode, exact_rate, label_from_frame, nominal
 
 Array = NDArray[np.float64]
 
@@ -101,6 +101,36 @@ class TimeBase:
             if following is None or time < following.time:
                 return time
         return seconds
+
+    def fitted(self, times: ArrayLike) -> TimeBase:
+        """This time base, with the grid that the time stamps themselves show, once they are all known.
+
+        times  (n,) s after the first frame, in order; fewer than 3 change nothing
+        The stated rate holds if every stamp lies within 0.3 frame of its grid; else the rate that the stamps have
+        (a divisor of the stated one, as for fields counted as frames, or what a straight line through them gives);
+        else the rate varies: `constant` is False and the stamps are taken as they are.
+        """
+        times = np.asarray(times, float)
+        if len(times) < 3:
+            return self
+        step = float(np.median(np.diff(times)))
+        if not step > 0:
+            return replace(self, constant=False)
+        stated = self.rate / max(1, round(step * float(self.rate)))
+        n = np.rint((times - times[0]) / step)
+        for _ in range(3):  # whole numbers of frames and their length, in turn: a long file needs the length first
+            length = float(np.polyfit(n, times, 1)[0]) if n[-1] > 0 else step
+            n = np.rint((times - times[0]) / length)
+        measured = exact_rate(Fraction(1 / length).limit_denominator(100_000)) if length > 0 else stated
+        for rate in (stated, measured):
+            off = (times - times[0]) * float(rate)
+            off = off - np.rint(off)
+            if np.abs(off - np.median(off)).max() < 0.3:
+                same = self.code_rate == self.rate
+                return replace(
+                    self, rate=rate, code_rate=rate if same and self.anchors == () else self.code_rate, constant=True
+                )
+        return replace(self, constant=False)
 
     def _origin(self, anchor: Anchor) -> Fraction:
         return (anchor.frame + Fraction(anchor.phase)) * self.rate / self.code_rate

@@ -18,6 +18,8 @@ from types import TracebackType
 from typing import Any
 
 import av
+from av.codec.codec import Capabilities
+from av.logging import PANIC, get_last_error, get_level, set_level
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.damage import Watch
@@ -30,6 +32,12 @@ from vidtrack.timecode import exact_rate
 _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
 """libavcodec's AVFieldOrder, by which field is shown first; 0 is unknown."""
 
+_PATIENCE = 100
+"""How often in a row reading is taken up again where a container is damaged."""
+
+if get_level() is None:
+    set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
+
 
 class Video:
     """An open recording; see `open_video`."""
@@ -41,8 +49,9 @@ class Video:
             self._stream = _picture_stream(self._container, path)
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
-            self._watch = Watch()
-            self._codes: dict[int | None, str] = {}
+            self._watch = Watch(self._in_hand(threads))
+            self._codes: dict[int | None, str | None] = {}
+            self._drained = False
             self._pictures = self._decoded()
             self._first = next(self._pictures, None)
             if self._first is None:
@@ -63,8 +72,17 @@ class Video:
     def close(self) -> None:
         """Let the file go; frames that were given become invalid."""
         self._first = None
+        if not self._drained:
+            # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
+            self._stream.codec_context.flush_buffers()
         self._pictures.close()
         self._container.close()
+
+    def _in_hand(self, threads: int) -> int:
+        """How many packets the decoder may be at work on: one a thread, where its threads take whole pictures."""
+        if not self._stream.codec_context.codec.capabilities & Capabilities.frame_threads:
+            return 1
+        return threads or 16
 
     @property
     def account(self) -> ReadAccount:
@@ -79,45 +97,65 @@ class Video:
         if self._first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
         picture, self._first = self._first, None
-        size = (picture.width, picture.height)
-        name, read = picture.format.name, luma_reader(picture.format)
-        start, step, scale = picture.pts or 0, self.info.rate, self._stream.time_base
-        time = Fraction(0)
-        index = 0
+        watch, codes = self._watch, self._codes
+        width, height, name = picture.width, picture.height, ""
+        start, scale, step = picture.pts or 0, self._stream.time_base, 1 / self.info.rate
+        time, index = -step, 0
         while picture is not None:
-            if picture.pts is not None:
-                time = (picture.pts - start) * scale
-            elif index:
-                time += 1 / step
-            if (picture.width, picture.height) != size:
-                self._watch.other_size(index, picture.width, picture.height)
+            pts = picture.pts
+            time = (pts - start) * scale if pts is not None else time + step
+            if picture.width != width or picture.height != height:
+                watch.other_size()
             else:
                 if picture.format.name != name:
                     name, read = picture.format.name, luma_reader(picture.format)
-                luma = read(picture)
-                corrupt = picture.is_corrupt
-                self._watch.picture(index, time, luma, corrupt)
-                yield Frame(index, time, luma, corrupt, self._codes.pop(picture.pts, None) if self._codes else None)
+                luma, corrupt = read(picture), watch.is_suspect(picture)
+                watch.picture(index, float(time), luma, corrupt)
+                yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
                 index += 1
             picture = next(self._pictures, None)
 
     def _decoded(self) -> Generator[Any, None, None]:
         """Pictures, packet by packet, past every packet that fails."""
-        decode = self._stream.codec_context.decode
-        tape = self._stream.codec_context.name == "dvvideo"
+        codec, watch = self._stream.codec_context, self._watch
+        decode, tape = codec.decode, codec.name == "dvvideo"
+        logged, _ = get_last_error()
         for packet in self._packets():
-            if tape and packet.size:
-                self._codes[packet.pts] = code_of_dv_packet(packet) or ""
+            if packet.size:
+                watch.sent(packet.pts, packet.is_keyframe)
+                if packet.is_corrupt:
+                    watch.complained("a packet that the container marks as corrupt", refused=False)
+                if tape:
+                    self._codes[packet.pts] = code_of_dv_packet(packet)
+            refused = None
             try:
-                yield from decode(packet)
+                pictures = decode(packet)
             except (av.error.FFmpegError, EOFError) as error:
-                self._watch.failed_packet(error)
+                pictures, refused = [], error
+            errors, last = get_last_error()
+            if refused or errors != logged:
+                said = last[2] if last and errors != logged and last[1] == codec.name else None
+                logged = errors
+                if refused or said:  # what the container logs is told by gaps, not by this packet
+                    watch.complained(said or str(refused), refused=refused is not None)
+            yield from pictures
+        self._drained = True
 
     def _packets(self) -> Iterator[Any]:
-        try:
-            yield from self._container.demux(self._stream)
-        except av.error.FFmpegError as error:
-            self._watch.broken_off(error)
+        """Packets of the picture stream; where the container is damaged, reading is taken up again behind it."""
+        failures, raw_dv = 0, self._container.format.name == "dv"
+        while failures < _PATIENCE:
+            try:
+                for packet in self._container.demux(self._stream):
+                    failures = 0
+                    if raw_dv and packet.size:
+                        # the demuxer counts frames; behind a damaged one only their place in the file is right
+                        packet.pts = round(packet.pos / packet.size) * packet.duration
+                    yield packet
+                return
+            except av.error.FFmpegError as error:
+                failures += 1
+                self._watch.broken_off(error)
 
     def _described(self, first: Any) -> VideoInfo:
         stream, codec = self._stream, self._stream.codec_context
@@ -137,6 +175,7 @@ class Video:
             field_order=_flagged_order(codec, first),
             timecodes=codes,
             n_frames_hint=stream.frames or None,
+            duration=None if still else _stated_duration(self._container, stream, rate),
             is_still=still,
             start=(first.pts or 0) * stream.time_base,
             time=time_base(rate, code, source=source),
@@ -193,6 +232,20 @@ def _stated_rate(container: Any, stream: Any) -> Fraction:
         if rate:
             return Fraction(rate)
     return Fraction(25)
+
+
+def _stated_duration(container: Any, stream: Any, rate: Fraction) -> Fraction | None:
+    """What a header, not a guess from the size of the file, says of the length of the pictures, s."""
+    kind = container.format.name
+    if kind == "avi" and stream.frames:  # the duration is put right from what was found, the count is not
+        return Fraction(stream.frames) / rate
+    if kind in ("mov,mp4,m4a,3gp,3g2,mj2", "mxf") and stream.duration:
+        return Fraction(stream.duration) * Fraction(stream.time_base)
+    tag = stream.metadata.get("DURATION", "")  # Matroska, 00:01:02.345000000
+    parts = tag.split(":")
+    if len(parts) == 3 and tag.replace(":", "").replace(".", "").isdigit():
+        return Fraction(parts[2]) + 60 * int(parts[1]) + 3600 * int(parts[0])
+    return None
 
 
 def _flagged_order(codec: Any, first: Any) -> str:
