@@ -97,6 +97,34 @@ def match_tracks(
     return Correspondence(target, candidates.error[chosen], runner_up, ambiguous, candidates.n_common[chosen], T)
 
 
+def by_target(tracks: ArrayLike, target: Indices, m: int) -> Array:
+    """Tracks (n_tracks, T, k) of one camera put together by target, (m, T, k); NaN where no track has a sample."""
+    b = np.asarray(tracks, float)
+    out = np.full((m, *b.shape[1:]), np.nan)
+    for k in range(m):
+        for track in np.flatnonzero(target == k):
+            out[k] = np.where(np.isfinite(out[k]), out[k], b[track])
+    return out
+
+
+def match_errors(cameras: Sequence[Camera], seen: Sequence[ArrayLike]) -> Array:
+    """Rms distance (m,), px, of what the cameras see of each target, (m, T, 2) each, from the epipolar curves.
+
+    NaN for a target that no two cameras see at one moment.
+    """
+    b = [np.asarray(s, float) for s in seen]
+    b = [s[:, _spread(b)] for s in b]
+    total, n = np.zeros(len(b[0])), np.zeros(len(b[0]))
+    for i, j in combinations(range(len(b)), 2):
+        d2 = np.maximum(
+            epipolar_distance(cameras[i], cameras[j], b[i], b[j]) ** 2,
+            epipolar_distance(cameras[j], cameras[i], b[j], b[i]) ** 2,
+        )
+        total += np.nansum(d2, -1)
+        n += np.isfinite(d2).sum(-1)
+    return np.sqrt(np.where(n > 0, total, np.nan) / np.maximum(n, 1))
+
+
 def _spread(b: Sequence[Array]) -> Indices:
     """Up to MAX_SAMPLES of the moments at which two cameras or more see anything, evenly spread."""
     seen = np.sum([np.isfinite(t[..., 0]).any(0) for t in b], 0) >= 2

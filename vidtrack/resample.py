@@ -7,6 +7,7 @@ parabola where only three samples hang together. Beyond that there is no answer.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -93,3 +94,23 @@ def _lagrange(nodes: Array) -> Array:
                 if i != j:
                     w[:, i] *= nodes[:, j] / (nodes[:, j] - nodes[:, i])
     return w
+
+
+def common_times(times: Sequence[ArrayLike]) -> tuple[Array, NDArray[np.intp]]:
+    """The moments (m,), s, rising, to which several cameras' samples are brought, and whose moments they are (m,).
+
+    They are those of the camera with most samples; where it has none within 3/4 of an interval, of the next one.
+    """
+    t = [np.asarray(each, float) for each in times]
+    at, whose = np.zeros(0), np.zeros(0, np.intp)
+    for camera in sorted(range(len(t)), key=lambda c: -t[c].size):
+        own = t[camera]
+        if at.size:
+            step = interval(own) if own.size > 1 else interval(at)
+            after = np.clip(np.searchsorted(at, own), 1, max(at.size - 1, 1))
+            near = np.minimum(np.abs(own - at[after - 1]), np.abs(own - at[np.minimum(after, at.size - 1)]))
+            own = own[~(near < 0.75 * step)]
+        at, whose = np.concatenate([at, own]), np.concatenate([whose, np.full(own.size, camera)])
+        order = np.argsort(at, kind="stable")
+        at, whose = at[order], whose[order]
+    return at, whose

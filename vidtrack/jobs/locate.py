@@ -1,0 +1,78 @@
+"""Job locate: centroid tables and cameras -> results/runs/<run>/trajectories.parquet, .csv and locate.json."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.records import read_json, write_json
+from vidtrack.files.tables import read_parquet, write_csv, write_parquet
+from vidtrack.job import Job
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+def run(job: Job) -> None:
+    """inputs: centroids; cameras and points (mode space); sightings and readings (mode plane, where there are any).
+
+    settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, tolerance_px, plane[, max_miss].
+    outputs: trajectories, csv, record.
+    """
+    trajectories, record = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
+    write_parquet(job.outputs["trajectories"], trajectories, units=job.settings["units"], provenance=job.provenance)
+    write_csv(job.outputs["csv"], trajectories)
+    write_json(job.outputs["record"], record, job.provenance)
+
+
+def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
+    from vidtrack.stages.locate import locate
+
+    names = list(job.settings["cameras"])
+    options = {
+        key: job.settings[key] for key in ("targets", "clocks", "tolerance_px", "max_miss") if key in job.settings
+    }
+    points = [read_parquet(path) for path in job.paths("points")]
+    return locate(
+        {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)},
+        {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)},
+        points=dict(zip(names, points, strict=True)) if points else None,
+        units=job.settings["units"],
+        where=f"runs.{job.settings['run']}",
+        **options,
+    )
+
+
+def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
+    from vidtrack.stages.locate_plane import locate_plane
+
+    where = f"runs.{job.settings['run']}"
+    tables = job.paths("centroids")
+    if len(tables) != 1:
+        raise VidtrackError(f"{where}: mode plane uses one camera; there are {len(tables)}. Drop the other videos.")
+    plane = job.settings["plane"] or {}
+    size = read_json(job.path("readings")).get("image_size") if job.paths("readings") else None
+    return locate_plane(
+        read_parquet(tables[0]),
+        scale=plane.get("scale"),
+        aspect=plane.get("aspect", 1.0),
+        points=_known_points(job, plane.get("clip"), where) if plane.get("points") else None,
+        units=job.settings["units"],
+        image_size=(int(size[0]), int(size[1])) if size else None,
+        where=where,
+    )
+
+
+def _known_points(job: Job, clip: str | None, where: str) -> DataFrame:
+    """The known points as the camera saw them, in the clip that is named."""
+    sightings = read_parquet(job.path("sightings"))
+    if clip is None or "clip" not in sightings:
+        return sightings
+    known = sightings[sightings["clip"] == clip].reset_index(drop=True)
+    if known.empty:
+        clips = ", ".join(sorted(set(sightings["clip"].astype(str)))) or "none"
+        raise VidtrackError(
+            f"{where}.plane.clip: the camera saw no points in '{clip}' (clips: {clips}). Name one of them."
+        )
+    return known
