@@ -25,11 +25,11 @@ def accuracy_section(back: Record, units: str) -> Section:
     """The calibration points located by the cameras and compared with the survey (thesis 6.8), and held out."""
     held = back.get("held_out") or {}
     lines = [
-        f"{back['n_points']} calibration points, located by the cameras from their pictures and compared with the survey. "
+        f"{back['n_points']} calibration points, located by the cameras and compared with the survey. "
         f"Mean error by axis: {_by_axis(back, 'mean_abs', units)}. The thesis reached 0.11 in, 1/1350 of its field.",
         f"Points held out of the calibration ({held.get('method')}) tell what a new target can expect: "
-        f"{number(held.get('mean_3d'), 3)} {units} in space, {one_over(_share(held.get('mean_3d'), back))} of the diagonal "
-        f"field of {number(back.get('diagonal_field'), 4)} {units}.",
+        f"{number(held.get('mean_3d'), 3)} {units} in space, {one_over(_share(held.get('mean_3d'), back))} of the "
+        f"diagonal field of {number(back.get('diagonal_field'), 4)} {units}.",
         _floor_line(back, units),
     ]
     return Section(
@@ -41,8 +41,9 @@ def camera_section(camera: Record, points: Sequence[Mapping[str, Any]], labellin
     """One camera: its parameters and how well each is known, its measures, the points it lost."""
     name = str(camera["camera"])
     lines = [
-        f"Model {camera['model']}, refined {camera['refine']}, from {camera['n_points']} of {camera['n_sighted']} sighted "
-        f"points; reprojection error {number(camera['rms_px'], 3)} px rms, {number(camera['max_px'], 3)} px at most."
+        f"Model {camera['model']}, refined {camera['refine']}, from {camera['n_points']} of {camera['n_sighted']} "
+        f"sighted points; reprojection error {number(camera['rms_px'], 3)} px rms, "
+        f"{number(camera['max_px'], 3)} px at most."
     ]
     lines += [str(line) for line in pick(camera, "ladder", "reasons") or ()]
     lines += [str(line) for line in labelling.get("notes") or ()]
@@ -150,9 +151,9 @@ def _floor_line(back: Record, units: str) -> str:
     if sigma is None:
         return "The centroid noise could not be told apart, so that no floor is given."
     return (
-        f"Perfectly known cameras would reach {number(pick(back, 'floor', 'mean_3d'), 3)} {units} with the centroid noise of "
-        f"{number(sigma, 2)} px ({pick(back, 'floor', 'sigma_px_source')}); with the survey's own errors among what is "
-        f"compared, {number(pick(back, 'floor', 'mean_3d_with_survey'), 3)} {units}."
+        f"Perfectly known cameras would reach {number(pick(back, 'floor', 'mean_3d'), 3)} {units} with the centroid "
+        f"noise of {number(sigma, 2)} px ({pick(back, 'floor', 'sigma_px_source')}); with the survey's own errors "
+        f"among what is compared, {number(pick(back, 'floor', 'mean_3d_with_survey'), 3)} {units}."
     )
 
 
