@@ -26,7 +26,7 @@ def _case(seed: int = 0, n: int = 12, m: int = 3):
 
 def _dense(seen, residual, weight, free, information, shift):
     """All equations one below the other, nothing eliminated; exact points have no column."""
-    m, n = residual.shape[:2]
+    n = residual.shape[1]
     places = columns(free)
     K = places[-1][0].stop
     moving = np.flatnonzero(np.isfinite(information).all(-1))

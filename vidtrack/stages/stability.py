@@ -1,0 +1,137 @@
+"""The calibration from before a test held against one from after it: did a camera move, and what did it cost?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.accuracy import AXES, errors_by_axis, largest_distance
+from vidtrack.camera import Array, Camera
+from vidtrack.field_of_view import diagonal_field
+from vidtrack.movement import TURNS, Movement, movement
+from vidtrack.refine import Uncertainty
+from vidtrack.shared_points import SharedPoints, side_by_side
+from vidtrack.triangulate import locate_points
+
+SURE = 0.001
+"""ASSUME: a movement that a camera at rest would show less often than this is one."""
+
+IN_PLACE = 16.3
+"""Chi-squared of 3 degrees of freedom that is exceeded once in a thousand times."""
+
+
+def stability(
+    before: Sequence[Camera],
+    after: Sequence[Camera],
+    before_points: Sequence[pd.DataFrame],
+    after_points: Sequence[pd.DataFrame],
+    *,
+    uncertainties: tuple[Sequence[Uncertainty | None], Sequence[Uncertainty | None]] | None = None,
+    sigma: float = 0.0,
+    units: str = "",
+) -> dict[str, Any]:
+    """What happened to the cameras between two sets of calibration clips (thesis 6.8 asks for it).
+
+    before, after   m cameras as calibrated on each set, with their names
+    ..._points      points.parquet of each camera and set; only used sights count
+    uncertainties   of the cameras before and after, for the change of lens
+    sigma           units, survey tolerance of points that have none of their own
+    For each camera the movement in units and degrees with its standard deviation (see `vidtrack.movement`), how far
+    the picture moved, and the change of f; for all together, the errors by axis of the later points, located with
+    the cameras of before (what the movement costs) and of after (what there would be without it).
+    """
+    sets = side_by_side(before_points, sigma=sigma), side_by_side(after_points, sigma=sigma)
+    told: dict[str, Any] = {}
+    warnings: list[str] = []
+    for i, (old, new) in enumerate(zip(before, after, strict=True)):
+        known = (uncertainties[0][i], uncertainties[1][i]) if uncertainties else (None, None)
+        lens = _lens(old, new, known)
+        try:
+            moved = movement(old, _sights(sets[0], i), _sights(sets[1], i), survey=_survey(sets, i))
+        except ValueError as error:
+            told[old.name] = {"moved": None, "reason": str(error), "lens": lens}
+            warnings.append(f"cameras.{old.name}: whether it moved cannot be told: {error}")
+            continue
+        told[old.name] = {**_movement(moved), "lens": lens}
+        warnings += _warnings(old.name, moved, lens, units)
+    return {"units": units, "cameras": told, "located": _located(before, after, sets[1]), "warnings": warnings}
+
+
+def _sights(points: SharedPoints, i: int) -> tuple[np.ndarray, np.ndarray]:
+    return points.p[points.used[i]], points.b[i, points.used[i]]
+
+
+def _survey(sets: Sequence[SharedPoints], i: int) -> tuple[np.ndarray, np.ndarray]:
+    return sets[0].sigma[sets[0].used[i]], sets[1].sigma[sets[1].used[i]]
+
+
+def _movement(moved: Movement) -> dict[str, Any]:
+    return {
+        "moved": bool(moved.probability < SURE),
+        "distance": float(np.linalg.norm(moved.shift)),
+        "distance_sd": _sd_along(moved.shift, moved.shift_sd),
+        "shift": dict(zip(AXES, moved.shift.tolist(), strict=True)),
+        "shift_sd": dict(zip(AXES, moved.shift_sd.tolist(), strict=True)),
+        "angle_deg": float(np.linalg.norm(moved.turn)),
+        "angle_sd_deg": _sd_along(moved.turn, moved.turn_sd),
+        "turn_deg": dict(zip(TURNS, moved.turn.tolist(), strict=True)),
+        "turn_sd_deg": dict(zip(TURNS, moved.turn_sd.tolist(), strict=True)),
+        "turn_in_place_deg": dict(zip(TURNS, moved.turn_in_place.tolist(), strict=True)),
+        "turn_in_place_sd_deg": dict(zip(TURNS, moved.turn_in_place_sd.tolist(), strict=True)),
+        "only_turned": bool(moved.probability < SURE and moved.chi2_in_place < IN_PLACE),
+        "chi2": moved.chi2,
+        "chi2_in_place": moved.chi2_in_place,
+        "probability_at_rest": moved.probability,
+        "picture_shift_px": {"mean": float(moved.picture_shift.mean()), "max": float(moved.picture_shift.max())},
+        "rms_px": {"before": moved.before.rms_px, "after": moved.after.rms_px},
+        "n_points": {"before": len(moved.before.residuals), "after": len(moved.after.residuals)},
+    }
+
+
+def _sd_along(vector: Array, sd: Array) -> float:
+    """Standard deviation of a vector's length, from those of its components."""
+    length = float(np.linalg.norm(vector))
+    return float(np.linalg.norm(vector * sd) / length) if length > 0 else float(np.linalg.norm(sd))
+
+
+def _lens(old: Camera, new: Camera, known: tuple[Uncertainty | None, Uncertainty | None]) -> dict[str, Any]:
+    variance = sum(
+        float(each.covariance[each.names.index("f"), each.names.index("f")]) if each and "f" in each.names else np.nan
+        for each in known
+    )
+    return {"f_before": old.f, "f_after": new.f, "f_change": new.f - old.f, "f_change_sd": float(np.sqrt(variance))}
+
+
+def _warnings(name: str, moved: Movement, lens: dict[str, Any], units: str) -> list[str]:
+    told = []
+    if moved.probability < SURE:
+        if moved.chi2_in_place < IN_PLACE:
+            how = f"turned by {np.linalg.norm(moved.turn_in_place):.3g} degrees in its place"
+        else:
+            how = f"moved by {np.linalg.norm(moved.shift):.3g} {units} and {np.linalg.norm(moved.turn):.3g} degrees"
+        told.append(
+            f"cameras.{name}: {how} between the two calibrations, {moved.picture_shift.mean():.2g} px in the picture. "
+            "Use the calibration nearer to each run, and lock the mount."
+        )
+    if abs(lens["f_change"]) > 4 * lens["f_change_sd"]:
+        told.append(
+            f"cameras.{name}: f changed from {lens['f_before']:.6g} to {lens['f_after']:.6g}. Lock zoom and focus."
+        )
+    return told
+
+
+def _located(before: Sequence[Camera], after: Sequence[Camera], points: SharedPoints) -> dict[str, Any] | None:
+    """Errors by axis of the later points with either set of cameras; None where no two cameras share a point."""
+    if len(before) < 2 or not (points.used.sum(0) > 1).any():
+        return None
+    lengths = {
+        "largest_distance": largest_distance(points.p[points.used.any(0)]),
+        "diagonal_field": diagonal_field(after, points.p),
+    }
+    return {
+        name: errors_by_axis(locate_points(cameras, points.b_used, sd=1.0).point - points.p, **lengths)
+        for name, cameras in (("with_before", before), ("with_after", after))
+    } | lengths
