@@ -220,7 +220,7 @@ def _clips(scenario: Scenario) -> Iterator[Task]:
         start = first + k * round(60 * recording.rate)
         shown = [places[tags.index(tag)] for tag in clip.tags or tags]
         for name in scenario.cameras:
-            camera = _moved(scenario.camera(name), clip.moved.get(name))
+            camera = moved(scenario.camera(name), clip.moved.get(name))
             picture = scenario.picture_of(name)
             balls = [_still_ball(place, plan.diameter / 2, picture) for place in shown]
             count = 1 if recording.tape.codec == "png" else clip.frames or plan.frames
@@ -311,7 +311,7 @@ def _moving_ball(target: Target, picture: Picture) -> Actor:
     return Actor(lambda t: position(target.motion, t), target.diameter / 2, level)
 
 
-def _moved(camera: Camera, change: tuple[tuple[float, ...], tuple[float, ...]] | None) -> Camera:
+def moved(camera: Camera, change: tuple[tuple[float, ...], tuple[float, ...]] | None) -> Camera:
     """A camera that was shifted by (3,) world units and turned by (3,) degrees about its own axes."""
     if change is None:
         return camera
