@@ -142,16 +142,17 @@ def measure_mask(
         for size in np.unique(side)
     ]
     if not parts:
-        return _no_blobs()
+        return no_blobs()
     joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
     keep = np.flatnonzero((joined[2] >= min_pixels) & np.isfinite(joined[0]) & np.isfinite(joined[1]))
     order = keep[np.lexsort((joined[0][keep], joined[1][keep]))]
-    return Blobs(*(column[order] for column in joined))
+    return Blobs._make(column[order] for column in joined)
 
 
-def _no_blobs() -> Blobs:
+def no_blobs() -> Blobs:
+    """What an empty picture shows."""
     kinds = [float, float, np.intp, float, float, float, np.intp, np.intp, np.intp, np.intp, bool, bool]
-    return Blobs(*(np.empty(0, kind) for kind in kinds))
+    return Blobs._make(np.empty(0, kind) for kind in kinds)
 
 
 def _window_side(need: Ints) -> Ints:

@@ -1,0 +1,82 @@
+"""Track the targets of a run in one camera: video in, centroids and an account of the reading out."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.records import write_json
+from vidtrack.files.tables import read_targets, write_parquet
+from vidtrack.files.video import open_video
+from vidtrack.frame import VideoInfo
+from vidtrack.job import Job
+from vidtrack.progress import Progress
+from vidtrack.stages.track import track
+from vidtrack.timebase import time_base
+from vidtrack.timecode import parse
+
+
+def run(job: Job) -> None:
+    """Follow the targets and write the table and the record."""
+    settings = job.settings
+    camera = settings["camera"]
+    boxes = read_targets(job.path("targets"), camera) if job.paths("targets") else None
+    with open_video(job.path("video"), threads=job.threads) as video:
+        info = _timed(video.info, settings.get("start_timecode"))
+        label = f"track {settings['run']}/{camera}"
+        with Progress(label, info.n_frames_hint, "frames") as progress:
+            tracked = track(
+                progress.over(video.frames()),
+                info,
+                targets=settings["targets"],
+                start_boxes=boxes,
+                **settings["detect"],
+            )
+        account = video.account
+    record = {
+        "run": settings["run"],
+        "camera": camera,
+        "video": _told(info),
+        "time": {"source": info.time.source, "rate": str(info.rate), "drop": info.time.drop, "codes": info.timecodes},
+        "reading": account._asdict(),
+        **tracked.diagnostics,
+    }
+    record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
+    write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
+    write_json(job.outputs["record"], record, job.provenance)
+
+
+def _timed(info: VideoInfo, start_timecode: str | None) -> VideoInfo:
+    """The recording's own time code, or the one that the config gives to its first frame."""
+    if start_timecode is None:
+        return info
+    try:
+        code = parse(start_timecode, info.time.code_rate)
+    except ValueError as error:
+        raise VidtrackError(f"start_timecode: {error}.") from None
+    return replace(info, time=time_base(info.rate, code, source="config", constant=info.time.constant))
+
+
+def _told(info: VideoInfo) -> dict[str, Any]:
+    return {
+        "width": info.width,
+        "height": info.height,
+        "rate": float(info.rate),
+        "sample_aspect": str(info.sample_aspect),
+        "rotation": info.rotation,
+        "codec": info.codec,
+        "pix_fmt": info.pix_fmt,
+        "bits": info.bits,
+        "field_order": info.field_order,
+    }
+
+
+def _png_text(picture: NDArray[np.uint8]) -> str:
+    """A small picture as text that a page can show: base64 of a PNG."""
+    return base64.b64encode(cv2.imencode(".png", picture)[1].tobytes()).decode()

@@ -1,0 +1,252 @@
+"""Targets found without being told: from their motion, or else from their brightness.
+
+The first samples of a recording are searched for blobs; blobs that follow each other smoothly make a trail. Trails
+that move are targets before things that stand still; among them the long, bright, compact ones come first. What
+stands still and was not chosen is clutter, which the tracker then never takes for a target. The names go from top
+to bottom, then left to right, of where the trails begin: the same every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.assignment import one_to_one
+from vidtrack.blobs import Blobs, measure_mask, no_blobs
+from vidtrack.detection import Detection
+from vidtrack.sample import Sample, in_frame_buffer
+from vidtrack.seek import blobs_of, contrast_of
+from vidtrack.threshold import LEAST_CONTRAST, SIGMAS
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+LEAP = 0.15
+"""# ASSUME: share of the picture's diagonal that a target moves between samples, at most."""
+SHORTEST = 3
+"""Samples that a moving trail must have: fewer could be chance."""
+STIR = 1.5
+"""px that a trail must move in all to count as moving."""
+MOST = 400
+"""Blobs a sample that are linked, the most massive ones."""
+
+
+class Trail(NamedTuple):
+    """Blobs of one thing: sample numbers (m,), positions (m, 2) px, pixels, contrast (m,), sizes (m, 2), fill (m,)."""
+
+    sample: Ints
+    position: Array
+    pixels: Array
+    contrast: Array
+    size: Array
+    fill: Array
+
+
+class Opening(NamedTuple):
+    """The trails of the targets, in the order of their names, and what stands still besides.
+
+    moving  how many of the trails were found from motion; they are not marked one by one
+    """
+
+    trails: list[Trail]
+    clutter: Blobs
+    moving: int
+
+
+def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Opening:
+    """The n likeliest targets of a recording's first samples; fewer where fewer can be found."""
+    still = _blobs_above(samples[0], samples[0].luma, detection, None)
+    trails: list[Trail] = []
+    if len(samples) >= SHORTEST:
+        backgrounds = background_of(samples)
+        moving = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
+        trails = sorted((t for t in moving if _moves(t)), key=_merit, reverse=True)[:n]
+    n_moving = len(trails)
+    standing = _standing(still, trails)
+    trails += _brightest(standing, n - n_moving)
+    order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
+    return Opening(order, _rest(_lasting(standing, samples, detection), order), n_moving)
+
+
+def find_movers(samples: Sequence[Sample], backgrounds: dict[int, NDArray[Any]], detection: Detection) -> list[Trail]:
+    """Trails that move over a background known before, best first."""
+    moving = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
+    return sorted((t for t in moving if _moves(t)), key=_merit, reverse=True)
+
+
+def _lasting(standing: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:
+    """Those of the blobs that are still there in the last sample of the same kind."""
+    last = next(sample for sample in reversed(samples) if sample.parity == samples[0].parity)
+    late = _blobs_above(last, last.luma, detection, None)
+    if not standing.Xf.size or not late.Xf.size:
+        return standing if last is samples[0] else no_blobs()
+    near = np.hypot(standing.Xf[:, None] - late.Xf, standing.Yf[:, None] - late.Yf) < 1.5
+    alike = np.abs(np.log(standing.pixels[:, None] / late.pixels)) < 0.4
+    return Blobs._make(column[(near & alike).any(axis=1)] for column in standing)
+
+
+def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detection: Detection) -> Blobs:
+    """Blobs that stand still through the samples and began in no start box (n, 2 middles and sizes): no targets."""
+    found = _lasting(_blobs_above(samples[0], samples[0].luma, detection, None), samples, detection)
+    inside = (np.abs(found.Xf[:, None] - starts[:, 0]) < box[:, 0] / 2) & (
+        np.abs(found.Yf[:, None] - starts[:, 1]) < box[:, 1] / 2
+    )
+    return Blobs._make(column[~inside.any(axis=1)] for column in found)
+
+
+def background_of(samples: Sequence[Sample]) -> dict[int, NDArray[Any]]:
+    """What stands still: the median picture of each parity."""
+    pictures: dict[int, NDArray[Any]] = {}
+    for parity in {sample.parity for sample in samples}:
+        stack = [sample.luma for sample in samples if sample.parity == parity]
+        step = max(1, len(stack) // 15)
+        few = np.stack(stack[::step])
+        pictures[parity] = np.partition(few, len(few) // 2, axis=0)[len(few) // 2]
+    return pictures
+
+
+def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
+    """Blobs of consecutive samples joined to trails: nearest to where the trail heads, alike in size and contrast."""
+    rows, columns = samples[0].luma.shape
+    leap = LEAP * float(np.hypot(rows * samples[0].lines, columns))
+    trails: list[list[tuple[int, int]]] = []
+    alive: list[int] = []
+    for j, blobs in enumerate(found):
+        position = np.stack([blobs.Xf, blobs.Yf], axis=1)
+        cost = np.full((len(alive), len(position)), np.inf)
+        for row, t in enumerate(alive):
+            cost[row] = _link_cost(trails[t], found, samples, j, position, leap)
+        chosen = one_to_one(cost)
+        for t, b in zip(alive, chosen, strict=True):
+            if b >= 0:
+                trails[t].append((j, int(b)))
+        started = np.setdiff1d(np.arange(len(position)), chosen)
+        trails += [[(j, int(b))] for b in started]
+        alive = [t for t, trail in enumerate(trails) if trail[-1][0] >= j - 1]
+    return [_trail(trail, found) for trail in trails]
+
+
+def _link_cost(
+    trail: list[tuple[int, int]],
+    found: Sequence[Blobs],
+    samples: Sequence[Sample],
+    j: int,
+    position: Array,
+    leap: float,
+) -> Array:
+    (last, b) = trail[-1]
+    here = np.array([found[last].Xf[b], found[last].Yf[b]])
+    wait = samples[j].time - samples[last].time
+    velocity, gate = np.zeros(2), leap * wait
+    if len(trail) > 1:
+        before, a = trail[-2]
+        there = np.array([found[before].Xf[a], found[before].Yf[a]])
+        velocity = (here - there) / (samples[last].time - samples[before].time)
+        gate = min(gate, (10 + 0.6 * float(np.hypot(*velocity))) * wait)
+    off = np.hypot(*(position - here - velocity * wait).T)
+    size = np.abs(np.log(found[j].pixels / found[last].pixels[b]))
+    light = np.abs(np.log(contrast_of(found[j]) / contrast_of(found[last])[b]))
+    cost: Array = np.where((off < gate) & (size < 0.7) & (light < 0.5), off / gate + size + light, np.inf)
+    return cost
+
+
+def _trail(trail: list[tuple[int, int]], found: Sequence[Blobs]) -> Trail:
+    picked = [(j, Blobs._make(column[b : b + 1] for column in found[j])) for j, b in trail]
+    one = Blobs._make(np.concatenate(column) for column in zip(*(blob for _, blob in picked), strict=True))
+    return _as_trail(np.array([j for j, _ in picked], np.intp), one)
+
+
+def _as_trail(sample: Ints, b: Blobs) -> Trail:
+    size = np.stack([b.width, b.height], axis=1).astype(float)
+    return Trail(
+        sample,
+        np.stack([b.Xf, b.Yf], axis=1),
+        b.pixels.astype(float),
+        contrast_of(b),
+        size,
+        b.pixels / size.prod(axis=1),
+    )
+
+
+def _moves(trail: Trail) -> bool:
+    return len(trail.sample) >= SHORTEST and float(np.ptp(trail.position, axis=0).max()) > STIR
+
+
+def _merit(trail: Trail) -> float:
+    """Length times contrast times compactness, less for what changes its size or jerks."""
+    length = np.log1p(len(trail.sample))
+    steady = 1 / (1 + 4 * float(np.std(np.log(trail.pixels))))
+    bend = np.diff(trail.position, n=2, axis=0)
+    jerk = float(np.median(np.abs(np.diff(bend, axis=0)))) if len(bend) > 1 else 0.0
+    smooth = 1 / (1 + jerk / 3)
+    return float(length * np.median(trail.contrast) * _compact(trail) * steady * smooth)
+
+
+def _compact(trail: Trail) -> float:
+    """1 for a disc or square; falls with elongation and with holes and arms (a disc fills 0.785 of its box)."""
+    w, h = np.median(trail.size, axis=0)
+    shape = float(min(w, h) / max(w, h))
+    fill = min(1.0, float(np.median(trail.fill)) / 0.65)
+    return shape * fill * fill
+
+
+def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
+    """Blobs that stand out of the background picture."""
+    over = cv2.subtract(detection.bright(sample.luma), detection.bright(background))
+    level = max(SIGMAS * detection.noise * 1.5, 2 * LEAST_CONTRAST)
+    strong = over[over > level / detection.scale]
+    if strong.size:
+        level = max(level, 0.4 * float(np.percentile(strong, 90)) * detection.scale)
+    return _blobs_above(sample, over, detection, level)
+
+
+def _blobs_above(sample: Sample, picture: NDArray[Any], detection: Detection, level: float | None) -> Blobs:
+    """Whole blobs of a sample where `picture` is above a level; without one, above the sample's own threshold."""
+    if level is None:
+        found = blobs_of(sample, detection, detection.level)
+    else:
+        mask = (picture > level / detection.scale).view(np.uint8)
+        image = detection.bright(sample.luma)
+        least = detection.min_pixels
+        measured = measure_mask(
+            image, mask, scale=detection.scale, noise=detection.noise, min_pixels=least, centroid=detection.centroid
+        )
+        found = in_frame_buffer(measured, sample)
+    good = np.flatnonzero(~found.edge & (found.mass > 0))
+    good = np.sort(good[np.argsort(-found.mass[good], kind="stable")[:MOST]])
+    return Blobs._make(column[good] for column in found)
+
+
+def _standing(found: Blobs, movers: list[Trail]) -> Blobs:
+    """Blobs of the first sample that no moving trail has there."""
+    here = [trail.position[0] for trail in movers if trail.sample[0] == 0]
+    if not here or not found.Xf.size:
+        return found
+    at = np.array(here)
+    same = np.hypot(found.Xf[:, None] - at[:, 0], found.Yf[:, None] - at[:, 1]) < 3
+    return Blobs._make(column[~same.any(axis=1)] for column in found)
+
+
+def _brightest(standing: Blobs, n: int) -> list[Trail]:
+    """The n compact blobs of greatest contrast and size among those that stand still."""
+    if n <= 0 or not standing.Xf.size:
+        return []
+    each = [
+        _as_trail(np.zeros(1, np.intp), Blobs._make(c[i : i + 1] for c in standing)) for i in range(len(standing.Xf))
+    ]
+    compact = [trail for trail in each if _compact(trail) > 0.45]
+    return sorted(compact, key=lambda t: float(t.contrast[0] * np.sqrt(t.pixels[0])) * _compact(t), reverse=True)[:n]
+
+
+def _rest(standing: Blobs, chosen: list[Trail]) -> Blobs:
+    """What stands still and is not among the chosen."""
+    if not standing.Xf.size:
+        return no_blobs()
+    kept = np.ones(standing.Xf.size, bool)
+    for trail in chosen:
+        kept &= np.hypot(standing.Xf - trail.position[0, 0], standing.Yf - trail.position[0, 1]) > 3
+    return Blobs._make(column[kept] for column in standing)

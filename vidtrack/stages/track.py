@@ -1,0 +1,412 @@
+"""Track: follow every target of a run through one camera's recording.
+
+with open_video("runs/toss/cam1.mp4") as video:
+    tracked = track(video.frames(), video.info, targets=["ball"])
+tracked.centroids[["time_s", "Xf", "Yf"]]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.detection import Detection
+from vidtrack.errors import VidtrackError
+from vidtrack.fields import chosen_order, order_from_motion, order_from_pictures, split
+from vidtrack.frame import Frame, VideoInfo
+from vidtrack.opening import Trail, background_of, clutter_besides, find_movers, find_targets
+from vidtrack.read_ahead import batches_ahead
+from vidtrack.sample import Sample
+from vidtrack.threshold import automatic, background_level, noise_sd
+from vidtrack.timecode import parse
+from vidtrack.tracker import FLAGS, RECOVERED, Rows, Starts, Tracker
+from vidtrack.tracking_quality import described, pixel_counts, pixel_locking, shares
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Array = NDArray[np.float64]
+
+HELD_BYTES = 40_000_000
+"""Pictures kept in memory, at the beginning to find targets in and later between decoder and tracker."""
+OPENING = 48
+"""Frames looked at before tracking begins, at most."""
+BATCH = 8
+NEVER = 1 << 60
+
+
+class Tracked(NamedTuple):
+    """centroids: one row a sample and target, as `track` tells; diagnostics: plain values, pictures under `worst`."""
+
+    centroids: DataFrame
+    diagnostics: dict[str, Any]
+
+
+def track(
+    frames: Iterable[Frame],
+    info: VideoInfo,
+    *,
+    targets: int | Sequence[str] = 1,
+    start_boxes: DataFrame | None = None,
+    polarity: Literal["bright", "dark"] = "bright",
+    threshold: float | Literal["auto"] = "auto",
+    centroid: Literal["weighted", "binary", "ellipse"] = "weighted",
+    min_pixels: int = 4,
+    box: tuple[float, float] = (50, 50),
+    fields: Literal["auto", "frame", "top", "bottom"] = "auto",
+    start: str | int | None = None,
+    end: str | int | None = None,
+) -> Tracked:
+    """Follow targets through a recording.
+
+    frames       in order of time; their pictures must last while the next ones are read (those of `open_video` do)
+    targets      how many (named t1, t2, ...), or their names
+    start_boxes  target, Xf, Yf and where they differ from `box` width, height, px: where each target is in the first
+                 sample. None: targets are found by motion, or else by brightness, and named from top to bottom, left
+                 to right
+    threshold    grey level 0-255 on any depth; auto: half-way between each target and its own background
+    fields       auto: as the motion and the flags say; frame: whole frames; top, bottom: the field that comes first
+    start, end   frame number or time code of the first and the last sample used
+
+    The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
+    sd_y (px), pixels, total_pixels, mass, contrast, background (grey levels), box_x, box_y (px, the box's left top
+    corner), box_w, box_h, flag. A target that was not measured has NaN and a flag that says why; its box is a guess.
+    Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
+    """
+    names, boxes = _named(targets, start_boxes, box)
+    used = _between(frames, info, start, end)
+    size = info.width * info.height * (1 if info.bits == 8 else 2)
+    batches = batches_ahead(used, max(1, min(BATCH, HELD_BYTES // (5 * size))))
+    opening = _opening(batches, max(1, min(OPENING, HELD_BYTES // (2 * size))))
+    if not opening:
+        raise VidtrackError(
+            f"detect.start: no frame of the recording lies between {start!r} and {end!r}. Choose a start within it."
+        )
+    order, why = _field_order(fields, info, opening)
+    detection = _detection(opening[0], info, polarity, threshold, centroid, min_pixels)
+    samples = _samples(opening, info, order)
+    level = _level(samples[0], detection)
+    if boxes is not None:
+        clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], detection)
+        trails, begun = [], "start boxes"
+        starts = _starts_in_boxes(boxes)
+    else:
+        found = find_targets(samples, len(names), detection)
+        trails, clutter = found.trails, found.clutter
+        begun = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
+        starts = _starts_of_trails(trails, len(names), box)
+    tracker = Tracker(starts, detection, level, clutter=clutter)
+    tracker.follow(samples)
+    moments = [_moments(samples, opening, order)]
+    waiting = list(range(len(trails), len(names))) if boxes is None else []
+    backgrounds = background_of(samples) if waiting else {}
+    earlier = _backwards(samples, starts, detection, level)
+    del opening, samples
+    for batch in batches:
+        samples = _samples(batch, info, order)
+        tracker.follow(samples)
+        moments.append(_moments(samples, batch, order))
+        if waiting:
+            waiting = _late_comers(tracker, samples, backgrounds, detection, waiting)
+    rows = _with_earlier(tracker.rows(), earlier)
+    moment = _Moments._make(np.concatenate(column) for column in zip(*moments, strict=True))
+    table = _table(rows, moment, names, starts, info)
+    diagnostics = _diagnosed(rows, moment, names, tracker, info)
+    diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
+    if waiting:
+        missing = ", ".join(names[i] for i in waiting)
+        diagnostics["problems"].append(f"never found: {missing}. Give a start box in targets.csv, or a threshold.")
+    return Tracked(table, diagnostics)
+
+
+def _named(
+    targets: int | Sequence[str], start_boxes: DataFrame | None, box: tuple[float, float]
+) -> tuple[list[str], Array | None]:
+    """Names, and boxes (n, 4): middle, width and height, px."""
+    if start_boxes is None or not len(start_boxes):
+        return ([f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]), None
+    listed = [str(name) for name in start_boxes["target"]]
+    names = listed if isinstance(targets, int) else [str(t) for t in targets]
+    for name in names:
+        if name not in listed:
+            raise VidtrackError(f"targets.csv: no start box for target {name!r}. Add its row, or take it off the list.")
+    rows = start_boxes.iloc[[listed.index(name) for name in names]]
+    boxes = np.empty((len(names), 4))
+    boxes[:, 0], boxes[:, 1] = rows["Xf"], rows["Yf"]
+    for column, key, usual in ((2, "width", box[0]), (3, "height", box[1])):
+        given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
+        boxes[:, column] = np.where(np.isfinite(given), given, usual)
+    return names, boxes
+
+
+def _between(
+    frames: Iterable[Frame], info: VideoInfo, start: str | int | None, end: str | int | None
+) -> Iterator[Frame]:
+    """The frames from start to end, both included."""
+    first, last = (_instant(word, value, info) for word, value in (("start", start), ("end", end)))
+    slack = 0.5 / float(info.rate)
+    for frame in frames:
+        time = float(frame.time)
+        if first is not None and (frame.index < first if isinstance(first, int) else time < first - slack):
+            continue
+        if last is not None and (frame.index > last if isinstance(last, int) else time > last + slack):
+            return
+        yield frame
+
+
+def _instant(word: str, value: str | int | None, info: VideoInfo) -> int | float | None:
+    """A frame number as it is; a time code as seconds after the first frame."""
+    if value is None or isinstance(value, int):
+        return value
+    if not info.time.anchors:
+        raise VidtrackError(
+            f"detect.{word}: {value!r} is a time code, but the recording carries none. "
+            "Give a frame number, or the run's start_timecode."
+        )
+    try:
+        code = parse(value, info.time.code_rate, info.time.drop or None)
+    except ValueError as error:
+        raise VidtrackError(f"detect.{word}: {error}.") from None
+    return info.time.time_of(float(code.seconds))
+
+
+def _opening(batches: Iterator[list[Frame]], most: int) -> list[Frame]:
+    """The first frames of the recording."""
+    frames: list[Frame] = []
+    while len(frames) < most and (batch := next(batches, None)) is not None:
+        frames += batch
+    return frames
+
+
+def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
+    """ "frame", or the field that comes first; and why."""
+    if fields != "auto":
+        return fields, f"fields: {fields}, as set"
+    if info.is_still:
+        return "frame", "fields: a still"
+    if info.field_order == "progressive":
+        return "frame", "fields: progressive, from the flags"
+    order, why = chosen_order(info.field_order, order_from_pictures(frame.luma for frame in opening[:32]))
+    return (order if order in ("top", "bottom") else "frame"), why
+
+
+def _detection(
+    frame: Frame, info: VideoInfo, polarity: str, threshold: float | str, centroid: Any, min_pixels: int
+) -> Detection:
+    full = float(2**info.bits - 1)
+    scale = 255.0 / full
+    level = None if threshold == "auto" else float(threshold)
+    noise = noise_sd(frame.luma, scale=scale)
+    return Detection(scale, full, polarity == "dark", level, noise, centroid, min_pixels)
+
+
+def _level(sample: Sample, detection: Detection) -> float:
+    """The clip's threshold, grey level of pictures turned bright."""
+    if detection.level is not None:
+        return detection.level
+    image = detection.bright(sample.luma)
+    base = background_level(image, scale=detection.scale)
+    over = image.astype(np.float32) * np.float32(detection.scale) - np.float32(base)
+    return base + automatic(over, detection.noise)
+
+
+def _samples(frames: Sequence[Frame], info: VideoInfo, order: str) -> list[Sample]:
+    """Samples in order of time: one a frame, or its two fields."""
+    rate = float(info.rate)
+    if order == "frame":
+        return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt) for f in frames]
+    fields = ((f, field) for f in frames for field in split(f.luma, order))
+    return [Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt) for f, d in fields]
+
+
+class _Moments(NamedTuple):
+    """Per sample: the frame's number and time stamp (s), which field, and frames by which it is later."""
+
+    frame: NDArray[np.int64]
+    time: Array
+    field: NDArray[np.object_]
+    offset: Array
+
+
+def _moments(samples: Sequence[Sample], frames: Sequence[Frame], order: str) -> _Moments:
+    each = len(samples) // max(len(frames), 1)
+    field = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
+    return _Moments(
+        np.repeat(np.array([frame.index for frame in frames], np.int64), each),
+        np.repeat(np.array([float(frame.time) for frame in frames]), each),
+        np.array(field * len(frames), object),
+        np.tile(np.arange(each) / 2.0, len(frames)),
+    )
+
+
+def _starts_in_boxes(boxes: Array) -> Starts:
+    n = len(boxes)
+    unknown = np.full(n, np.nan)
+    return Starts(
+        boxes[:, :2].copy(),
+        np.full((n, 2), np.nan),
+        np.full((n, 2), np.nan),
+        boxes[:, 2:].copy(),
+        np.zeros(n, np.intp),
+        unknown,
+        unknown,
+        unknown,
+        np.full((n, 2), np.nan),
+    )
+
+
+def _starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float]) -> Starts:
+    """Starts of the trails, then of those that nobody has seen yet."""
+    unknown = np.full(n, np.nan)
+    starts = Starts(
+        np.full((n, 2), np.nan),
+        np.full((n, 2), np.nan),
+        np.full((n, 2), np.nan),
+        np.tile(np.asarray(box, float), (n, 1)),
+        np.full(n, NEVER, np.intp),
+        unknown.copy(),
+        unknown.copy(),
+        unknown.copy(),
+        np.full((n, 2), np.nan),
+    )
+    for i, trail in enumerate(trails):
+        starts.position[i] = trail.position[0]
+        if len(trail.sample) > 2:
+            t = trail.sample[:3] - trail.sample[0]
+            curve = np.polynomial.polynomial.polyfit(t, trail.position[:3], 2)
+            starts.velocity[i], starts.acceleration[i] = curve[1], 2 * curve[2]
+        starts.first[i] = trail.sample[0]
+        starts.pixels[i], starts.contrast[i], starts.size[i] = trail.pixels[0], trail.contrast[0], trail.size[0]
+    return starts
+
+
+def _backwards(samples: Sequence[Sample], starts: Starts, detection: Detection, level: float) -> list[tuple[int, Rows]]:
+    """What the samples before a target's own first one show, followed back in time: (target, rows in order)."""
+    followed = []
+    for i in np.flatnonzero((starts.first > 0) & (starts.first < NEVER)):
+        before = list(reversed(samples[: starts.first[i]]))
+        last = samples[starts.first[i]].time
+        one = Starts._make(column[i : i + 1].copy() for column in starts)
+        gone = last - before[0].time
+        one = one._replace(
+            position=one.position - one.velocity * gone, velocity=-one.velocity, first=np.zeros(1, np.intp)
+        )
+        back = Tracker(one, detection, level, far=False)
+        back.follow([sample._replace(time=last - sample.time) for sample in before])
+        followed.append((int(i), Rows._make(column[::-1] for column in back.rows())))
+    return followed
+
+
+def _with_earlier(rows: Rows, earlier: list[tuple[int, Rows]]) -> Rows:
+    for i, before in earlier:
+        k = len(before.total_pixels)
+        for column, values in zip(rows[:-1], before[:-1], strict=True):
+            column[:k, i] = values[:, 0]
+        rows.flag[:k, i] &= ~RECOVERED
+    return rows
+
+
+def _late_comers(
+    tracker: Tracker,
+    samples: Sequence[Sample],
+    backgrounds: dict[int, NDArray[Any]],
+    detection: Detection,
+    waiting: list[int],
+) -> list[int]:
+    """Give trails that began in these samples to targets that nobody has seen yet; returns who still waits."""
+    known = tracker.last(len(samples))
+    for trail in find_movers(samples, backgrounds, detection):
+        if not waiting:
+            break
+        at = np.stack([known.x[trail.sample], known.y[trail.sample]], axis=-1)
+        if trail.sample[-1] < len(samples) - 2 or (np.hypot(*(at - trail.position[:, None]).T) < 5).any():
+            continue
+        times = np.array([samples[j].time for j in trail.sample])
+        looks = float(trail.pixels[-1]), float(trail.contrast[-1]), trail.size[-1]
+        tracker.begin(waiting.pop(0), trail.position, *looks, times)
+    return waiting
+
+
+def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info: VideoInfo) -> DataFrame:
+    from pandas import DataFrame
+
+    k, n = rows.x.shape
+    time_s = info.time.seconds(moment.time, fields=moment.offset)
+    labels = info.time.labels(moment.time).astype(object)
+
+    def each(values: NDArray[Any]) -> NDArray[Any]:
+        return np.repeat(values, n)
+
+    return DataFrame(
+        {
+            "frame": each(moment.frame),
+            "field": each(moment.field),
+            "time_s": each(time_s),
+            "timecode": each(labels),
+            "target": np.tile(np.array(names, object), k),
+            "Xf": rows.x.ravel(),
+            "Yf": rows.y.ravel(),
+            "sd_x": rows.sd_x.ravel(),
+            "sd_y": rows.sd_y.ravel(),
+            "pixels": rows.pixels.ravel(),
+            "total_pixels": each(rows.total_pixels),
+            "mass": rows.mass.ravel(),
+            "contrast": rows.contrast.ravel(),
+            "background": rows.background.ravel(),
+            "box_x": rows.box_x.ravel(),
+            "box_y": rows.box_y.ravel(),
+            "box_w": np.tile(starts.box[:, 0], k),
+            "box_h": np.tile(starts.box[:, 1], k),
+            "flag": described(rows.flag, FLAGS).ravel(),
+        }
+    )
+
+
+def _diagnosed(rows: Rows, moment: _Moments, names: list[str], tracker: Tracker, info: VideoInfo) -> dict[str, Any]:
+    """Pixel locking, pixel counts, what was lost and why, and pieces of pictures at the worst moments."""
+    problems: list[str] = []
+    each = {}
+    for i, name in enumerate(names):
+        measured = float(np.isfinite(rows.x[:, i]).mean())
+        each[name] = {
+            "measured": measured,
+            "flags": shares(rows.flag[:, i], FLAGS),
+            "pixels": pixel_counts(rows.pixels[:, i]),
+        }
+    if set(moment.field) == {"top", "bottom"}:
+        problems += _fields_checked(rows, moment)
+    return {
+        "samples": len(rows.x),
+        "measured": float(np.isfinite(rows.x).mean()) if rows.x.size else 0.0,
+        "targets": each,
+        "total_pixels": pixel_counts(rows.total_pixels),
+        "pixel_locking": {"x": pixel_locking(rows.x), "y": pixel_locking(rows.y)},
+        "worst": [
+            {
+                "frame": int(moment.frame[crop.sample]),
+                "field": str(moment.field[crop.sample]),
+                "target": names[crop.target],
+                "flag": str(described(np.array([crop.flag]), FLAGS)[0]),
+                "picture": crop.picture,
+            }
+            for crop in tracker.crops
+        ],
+        "problems": problems,
+    }
+
+
+def _fields_checked(rows: Rows, moment: _Moments) -> list[str]:
+    """A line when the tracks themselves contradict the order of fields that was used."""
+    where = np.stack([rows.x, rows.y], axis=-1)
+    order = str(moment.field[0])
+    top, bottom = (where[moment.field == name] for name in ("top", "bottom"))
+    motion = order_from_motion(top, bottom)
+    if motion.order in ("unknown", order):
+        return []
+    return [
+        f"fields: {order} first was used, but the tracks say {motion.order} "
+        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f}). Set detect.fields to {motion.order}."
+    ]
