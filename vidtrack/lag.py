@@ -77,12 +77,17 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     start, times = np.asarray(tx, float), np.asarray(ty, float)
     smooth_x, smooth_y = smooth(start, x), smooth(times, y)
     values: Array = np.where(smooth_y.outlier, np.nan, np.asarray(y, float))
-    tried = (_refined(smooth_x, times, values, lag) for lag in _coarse(start, smooth_x, times, smooth_y, longest))
+    shorter = min(
+        np.isfinite(values).sum(), np.isfinite(smooth_x.state[:, 0]).sum() * _interval(start) / _interval(times)
+    )
+    least = max(FEWEST, int(LEAST_OVERLAP * shorter))
+    lags = _coarse(start, smooth_x, times, smooth_y, longest)
+    tried = (_refined(smooth_x, times, values, lag, least) for lag in lags)
     found = [f for f in tried if f is not None and (longest is None or abs(f.lag) <= longest + 1e-9)]
     if not found:
         return Lag(np.nan, np.nan, np.nan, np.nan, np.nan, (), 0)
-    least = min(found, key=lambda f: f.unexplained)
-    equal = least.unexplained * max(AS_GOOD, 1 + 10 / np.sqrt(least.good.sum()))  # few samples distinguish little
+    closest = min(found, key=lambda f: f.unexplained)
+    equal = closest.unexplained * max(AS_GOOD, 1 + 10 / np.sqrt(closest.good.sum()))  # few samples distinguish little
     # Of equals, one that needs no change of sign, then the shortest.
     good = sorted((f for f in found if f.unexplained <= equal), key=lambda f: (f.gain < 0, abs(f.lag)))
     best = good[0]
@@ -110,21 +115,18 @@ class _Refined(NamedTuple):
     good: NDArray[np.bool_]
 
 
-def _refined(x: Smooth, t: Array, y: Array, lag: float) -> _Refined | None:
-    """The least-squares lag from a start; None where too little is left to compare or the steps do not settle."""
-    start = lag
+def _refined(x: Smooth, t: Array, y: Array, lag: float, least: int) -> _Refined | None:
+    """The least-squares lag from a start; None where fewer than `least` samples are left to compare."""
     for _ in range(30):
         J, r, good, gain = _linearised(x, t, y, lag)
-        if len(r) < FEWEST:
+        if len(r) < least:
             return None
         step = float(np.linalg.lstsq(J, r, rcond=None)[0][0])
         lag += step
-        if abs(lag - start) > 0.5 * float(t[-1] - t[0]):
-            return None
         if abs(step) < 1e-9:
             break
     J, r, good, gain = _linearised(x, t, y, lag)
-    if len(r) < FEWEST:
+    if len(r) < least:
         return None
     return _Refined(lag, gain, float(r.var() / max(y[good].var(), 1e-300)), J, r, good)
 
