@@ -115,11 +115,11 @@ def search_map(
     Cx, Cy   px, the middle of the map
     free     parameters that the refinement frees (Cx, Cy and Sx left out here); empty: no refined errors
     held     Sx, kappa1 where the closed form holds them
-    Of more than `most_points` points every k-th is taken: the map is for looking at.
+    Of more than `most_points` points as many are taken, always the same: the map is for looking at.
     A wrong sensor width and Sx undo each other exactly, so that the width only shows when Sx is held.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
-    pick = slice(None, None, max(1, -(-len(p) // most_points)))
+    pick = np.sort(np.random.default_rng(0).permutation(len(p))[:most_points])
     p, b = p[pick], b[pick]
     offsets = np.linspace(-REACH_PX, REACH_PX, steps)
     gx, gy = (g.ravel() for g in np.meshgrid(Cx + offsets, Cy + offsets))
@@ -195,7 +195,10 @@ def refined_error(
         for _ in range(rounds):
             e, J = _linearised(theta, R, p - pivot, b, dx, camera.dy)
             rms = np.sqrt((e**2).sum(-1).mean(-1))
+            settled = np.nanmax(np.abs(rms - best) / rms, initial=0.0) < 1e-4 and np.isfinite(best).any()
             best = np.fmin(best, rms)
+            if settled:
+                return np.asarray(best)
             J = np.where(np.isfinite(J), J, 0)[..., columns].reshape(m, -1, len(columns))
             size = np.linalg.norm(J, axis=1) + 1e-300
             J = J / size[:, None]

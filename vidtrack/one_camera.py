@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.camera import Array, Camera
 from vidtrack.centre_search import best_centre
@@ -18,6 +19,13 @@ from vidtrack.tsai import camera_from_closed_form
 
 RICH_LENS_POINTS = 30
 """Points from which bad ones are sought with the richest lens, lest a plain one's misfit be taken for bad points."""
+
+
+ENOUGH_TO_JUDGE = 300
+"""Points that a camera is fitted to while bad ones are sought; all are then held against it."""
+
+ENOUGH_TO_CHOOSE = 600
+"""Points by which the lens model is chosen; the chosen one is then fitted to all."""
 
 
 class NoCamera(ValueError):
@@ -35,9 +43,15 @@ class Points(NamedTuple):
     def __len__(self) -> int:
         return len(self.p)
 
-    def take(self, keep: Mask) -> Points:
+    def take(self, keep: Mask | NDArray[np.intp]) -> Points:
         """Some of the points."""
         return Points(*(None if value is None else value[keep] for value in tuple(self)))  # type: ignore[arg-type]
+
+    def thinned(self, most: int) -> Points:
+        """At most so many of them, always the same, drawn at random lest a stride falls in step with a grid."""
+        if len(self) <= most:
+            return self
+        return self.take(np.sort(np.random.default_rng(0).permutation(len(self))[:most]))
 
     @property
     def coplanar(self) -> bool:
@@ -88,33 +102,48 @@ class Answer(NamedTuple):
         return float(np.sqrt((self.fit.residuals**2).sum(1)).max())
 
 
-def belonging(points: Points, task: Task, *, seed: int = 0) -> Belonging:
-    """The points that belong: a majority by random samples, then all that agree with a camera fitted to those.
+def belonging(points: Points, task: Task, best: Mask) -> Belonging:
+    """The points that belong: from the better part of them, grown to all that agree with a camera fitted to those.
 
+    best   (n,) as from `better_part`
     With 30 points or more the richest lens has the last word, whichever lens was asked for. Of fewer than 12 points
     all are kept. Raises NoCamera when no camera fits.
     """
     if len(points) < ENOUGH:
         return Belonging(np.ones(len(points), bool), np.nan)
-    start = majority(points.p, points.b, rng=np.random.default_rng(seed))
     fixed = {}
     if points.coplanar:
         fixed = {"Cx": task.nominal.Cx, "Cy": task.nominal.Cy, **task.fixed}
     n_plain = len(free_parameters("tsai", tuple(fixed)))
-    keep, _, scale = trusted(start, _measure(points, task.nominal, "tsai", fixed), n_parameters=n_plain)
+    keep, _, scale = trusted(best, _measure(points, task.nominal, "tsai", fixed), n_parameters=n_plain)
     if keep.sum() >= RICH_LENS_POINTS and not fixed:
         keep, _, scale = trusted(keep, _measure(points, task.nominal, "affine", fixed), n_parameters=15)
     return Belonging(keep, scale)
 
 
+def better_part(points: Points, *, seed: int = 0) -> Mask:
+    """The points (n,) that agree best on a camera without a lens (`robust.majority`); all of fewer than 12."""
+    if len(points) < ENOUGH:
+        return np.ones(len(points), bool)
+    return majority(points.p, points.b, rng=np.random.default_rng(seed))
+
+
 def _measure(points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> Callable[[Mask], Array]:
     """Distances of all points from a camera fitted to some, each fit starting from the last."""
     last: list[Camera | None] = [None]
+    coplanar = points.coplanar
 
     def measure(keep: Mask) -> Array:
-        p, b, sd, survey = points.take(keep)
+        p, b, sd, survey = points.take(keep).thinned(ENOUGH_TO_JUDGE)
         fit = fit_camera(
-            p, b, nominal, model=model, fixed=fixed, sd=sd, survey=survey, near=last[0], coplanar=points.coplanar
+            *(p, b, nominal),
+            model=model,
+            fixed=fixed,
+            sd=sd,
+            survey=survey,
+            near=last[0],
+            coplanar=coplanar,
+            tolerance=1e-3,
         )
         if fit is None:
             raise NoCamera(_NOTHING_FITS)
@@ -158,31 +187,39 @@ def _by_closed_form(points: Points, task: Task) -> Answer:
 
 
 def _by_refinement(points: Points, task: Task) -> Answer:
-    p, b, sd, survey = points
     model = "tsai" if task.model == "auto" else task.model
-    priors = {name: prior for name, prior in task.priors.items() if name in free_parameters(model)}
-    fit = fit_camera(
-        *(p, b, task.nominal),
-        model=model,
-        fixed=task.fixed,
-        priors=priors,
-        sd=sd,
-        survey=survey,
-        coplanar=points.coplanar,
-    )
-    if fit is None or not np.isfinite(fit.cost):
+    few = points.thinned(ENOUGH_TO_JUDGE)
+    start = _fit(few, task, model)
+    if start is None or not np.isfinite(start.cost):
         raise NoCamera(_NOTHING_FITS)
     ladder = None
     if task.model == "auto":
-        ladder = climb(p, b, fit.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
-        model, fit = ladder.model, ladder.fit
+        p, b, sd, survey = points.thinned(ENOUGH_TO_CHOOSE)
+        ladder = climb(p, b, start.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
+        model, start = ladder.model, ladder.fit
+    fit = start if len(points) == len(few) else _fit(points, task, model, start.camera)
+    assert fit is not None
     return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
+
+
+def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> Fit | None:
+    p, b, sd, survey = points
+    free = free_parameters(model, tuple(task.fixed))
+    return fit_camera(
+        *(p, b, task.nominal),
+        model=model,
+        fixed=task.fixed,
+        priors={name: prior for name, prior in task.priors.items() if name in free},
+        sd=sd,
+        survey=survey,
+        near=near,
+        coplanar=near is None and points.coplanar,
+    )
 
 
 def noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
     """The noise, px, that the richest lens leaves, its parameters counted; NaN where the points are too few."""
     if len(points) < RICH_LENS_POINTS:
         return float("nan")
-    p, b, sd, survey = points
-    fit = fit_camera(p, b, task.nominal, model="affine", fixed=task.fixed, sd=sd, survey=survey, near=near)
+    fit = _fit(points.thinned(ENOUGH_TO_JUDGE), task._replace(priors={}), "affine", near)
     return fit.sigma_px if fit else float("nan")

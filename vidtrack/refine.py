@@ -260,7 +260,7 @@ def covariance_of(J: Array) -> Array:
         return np.full((J.shape[1],) * 2, np.nan)
     scale = np.linalg.norm(J, axis=0)
     scale[scale == 0] = 1.0
-    _, s, Vt = np.linalg.svd(J / scale, full_matrices=False)
+    _, s, Vt = np.linalg.svd(np.linalg.qr(J / scale, mode="r"))
     if s.size < J.shape[1] or s[-1] < 1e-11 * s[0]:
         return np.full((J.shape[1],) * 2, np.nan)
     root = Vt.T / s / scale[:, None]

@@ -17,6 +17,9 @@ from vidtrack.dlt import camera_from_dlt, dlt
 from vidtrack.refine import Fit, best_of, free_parameters, refine
 from vidtrack.tsai import ClosedForm, camera_from_closed_form, closed_form, closed_form_coplanar
 
+COARSE = 1e-4
+"""Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
+
 
 class Nominal(NamedTuple):
     """What is known of a camera before it is calibrated."""
@@ -75,32 +78,33 @@ def fit_camera(
     survey: ArrayLike | None = None,
     near: Camera | None = None,
     coplanar: bool = False,
+    tolerance: float = 1e-12,
 ) -> Fit | None:
     """The best full refinement of a lens model over all starts; None where no start makes a camera.
 
     fixed   name: value of parameters that are held
     near    a camera already close to the answer: the only start then
+    The starts are refined coarsely, and only the best of them to the end.
     The richer lens models start from the plain one's answer. Other arguments as for `refine`.
     """
     fixed = dict(fixed or {})
     priors = dict(priors or {})
     plain = free_parameters("tsai", tuple(fixed))
     free = free_parameters(model, tuple(fixed))
-    here = {"sd": sd, "survey": survey}
 
-    def run(camera: Camera, names: tuple[str, ...]) -> Fit:
+    def run(camera: Camera, names: tuple[str, ...], to: float) -> Fit:
         known = {name: prior for name, prior in priors.items() if name in names}
-        return refine(camera, p, b, free=names, priors=known, **here)  # type: ignore[arg-type]
+        return refine(camera, p, b, free=names, priors=known, sd=sd, survey=survey, tolerance=to)
 
     if near is not None:
-        return run(near.with_(**fixed), free)
-    fits = [run(camera, plain) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
+        return run(near.with_(**fixed), free, tolerance)
+    fits = [run(camera, plain, COARSE) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
     if not fits:
         return None
-    best = best_of(fits)
+    best = run(best_of(fits).camera, plain, tolerance if free == plain else COARSE)
     if free == plain:
         return best
-    richer = run(best.camera, free)
+    richer = run(best.camera, free, tolerance)
     return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
 
 

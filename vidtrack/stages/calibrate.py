@@ -13,9 +13,19 @@ from vidtrack import gates
 from vidtrack.camera import LENS_TERMS, Array, Camera, project
 from vidtrack.centre_search import REACH_PX, SearchMap, search_map
 from vidtrack.errors import VidtrackError
-from vidtrack.one_camera import Answer, Belonging, NoCamera, Points, Task, belonging, calibrated, noise_with_rich_lens
+from vidtrack.one_camera import (
+    Answer,
+    Belonging,
+    NoCamera,
+    Points,
+    Task,
+    belonging,
+    better_part,
+    calibrated,
+    noise_with_rich_lens,
+)
 from vidtrack.refine import Uncertainty, free_parameters
-from vidtrack.robust import ENOUGH, Mixup, limit_for, majority, mixups
+from vidtrack.robust import ENOUGH, Mixup, limit_for, mixups
 from vidtrack.starts import Nominal
 
 CENTROID_SD_PX = 0.1
@@ -79,8 +89,10 @@ def calibrate(
     rows = _usable(table)
     points = _points(table, rows, sigma)
     _refuse(where, points, task)
+    best = better_part(points, seed=seed)
+    _refuse_mirror(where, points.take(best), task.nominal)
     try:
-        found = belonging(points, task, seed=seed)
+        found = belonging(points, task, best)
         good = points.take(found.keep)
         _refuse(where, good, task, among=len(points))
         answer = calibrated(good, task)
@@ -219,22 +231,18 @@ def _refuse(where: str, points: Points, task: Task, among: int | None = None) ->
         gates.too_few(len(points), task.refine, task.model, coplanar=flat_meant)
         or gates.straight(points.p)
         or gates.coplanar(points.p, task.refine, tuple(task.fixed))
-        or gates.mirrored(_sense(points, task.nominal))
         or gates.disagreeing(len(points), among or len(points))
     )
     if line:
         raise VidtrackError(f"{where}: {line}")
 
 
-def _sense(points: Points, nominal: Nominal) -> int:
-    """Whether the axes are mirrored, in the eyes of the points that agree best."""
-    p, b = points.p, points.b
-    if len(p) >= ENOUGH:
-        best = majority(p, b, rng=np.random.default_rng(0))
-        p, b = p[best], b[best]
-    if len(p) < gates.LINEAR_NEEDS:
-        return 0
-    return gates.handedness(p, b, nominal.Cx, nominal.Cy, nominal.dx, nominal.dy)
+def _refuse_mirror(where: str, best: Points, nominal: Nominal) -> None:
+    if len(best) < gates.LINEAR_NEEDS:
+        return
+    sense = gates.handedness(best.p, best.b, nominal.Cx, nominal.Cy, nominal.dx, nominal.dy)
+    if line := gates.mirrored(sense):
+        raise VidtrackError(f"{where}: {line}")
 
 
 def _points_table(
