@@ -5,6 +5,7 @@ Each function answers the plain values that one job gets; the doors turn them in
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
@@ -53,8 +54,14 @@ def calibrate(settings: Settings, camera: str) -> Order:
     return {
         "units": settings.units,
         "camera": camera,
-        "Cx": own.Cx, "Cy": own.Cy, "sensor": own.sensor,
-        "model": how.model, "refine": how.refine, "fix": how.fix, "prior": how.prior, "sigma": how.sigma,
+        "Cx": own.Cx,
+        "Cy": own.Cy,
+        "sensor": own.sensor,
+        "model": how.model,
+        "refine": how.refine,
+        "fix": how.fix,
+        "prior": how.prior,
+        "sigma": how.sigma,
     }
 
 
@@ -70,7 +77,10 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
     return {
         "units": settings.units,
         "cameras": cameras,
-        "refine": how.refine, "fix": how.fix, "prior": how.prior, "sigma": how.sigma,
+        "refine": how.refine,
+        "fix": how.fix,
+        "prior": how.prior,
+        "sigma": how.sigma,
     }
 
 
@@ -128,6 +138,7 @@ def waterline(settings: Settings, run: str, camera: str) -> Order:
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the report page tells of."""
     return {
+        "title": os.path.basename(os.path.abspath(experiment.folder)),
         "units": settings.units,
         "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
         "calibrated": experiment.cameras_in_clips(),

@@ -1,0 +1,78 @@
+"""How well targets were followed: their tracks in the picture, pixel locking, and the worst moments to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vidtrack.figures.style import PALETTE, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+def tracks(centroids: Mapping[str, DataFrame], colours: Mapping[str, str], title: str) -> Figure:
+    """Xf and Yf of every target against time, a column of axes a camera."""
+    figure, axes = new_figure(2, len(centroids), height=1.7, sharex="col", squeeze=False)
+    for column, (camera, table) in zip(axes.T, centroids.items(), strict=True):
+        for _, rows in table.groupby("target", sort=False):
+            for ax, name in zip(column, ("Xf", "Yf"), strict=True):
+                ax.plot(rows["time_s"], rows[name], color=colours[camera], lw=0.8, alpha=0.8)
+        lost = table.loc[table["Xf"].isna(), "time_s"]
+        if len(lost) and table["Xf"].notna().any():
+            column[0].plot(lost, np.full(len(lost), table["Xf"].min()), "|", color="#B00020", ms=5)
+        column[0].set_title(f"{camera}" + (f" ({len(lost)} samples lost, red)" if len(lost) else ""), fontsize=9)
+        column[1].set_xlabel("time (s)", fontsize=8)
+    axes[0, 0].set_ylabel("Xf (px)", fontsize=8)
+    axes[1, 0].set_ylabel("Yf (px)", fontsize=8)
+    figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def pixel_locking(records: Mapping[str, Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
+    """Where within a pixel centroids came to lie: flat is good, a comb means that they prefer places."""
+    figure, axes = new_figure(1, 2, height=2.2, sharey=True)
+    for camera, record in records.items():
+        for ax, axis in zip(axes, "xy", strict=True):
+            told = record["pixel_locking"][axis]
+            counts, edges = np.asarray(told["counts"], float), np.asarray(told["edges"], float)
+            if counts.sum():
+                ax.stairs(counts / counts.mean(), edges, color=colours[camera], lw=1.2, label=camera)
+    for ax, axis in zip(axes, ("Xf", "Yf"), strict=True):
+        ax.axhline(1, color="#444444", lw=0.6, ls=":")
+        ax.set_xlabel(f"{axis} within the pixel (px)", fontsize=8)
+        ax.set_ylim(bottom=0)
+    axes[0].set_ylabel("share, times the mean", fontsize=8)
+    axes[0].legend(fontsize=7)
+    return figure
+
+
+def worst_moments(crops: Sequence[Mapping[str, Any]], camera: str) -> Figure:
+    """Pieces of pictures around the targets at the moments that went worst, with what went wrong."""
+    figure, axes = new_figure(1, len(crops), width=min(9.0, 1.5 * len(crops) + 0.4), height=1.8, squeeze=False)
+    for ax, crop in zip(axes[0], crops, strict=True):
+        picture = np.asarray(crop["picture"])
+        ax.imshow(picture, cmap="gray", interpolation="nearest")
+        ax.set_xticks([])
+        ax.set_yticks([])
+        ax.grid(False)
+        ax.set_title(f"frame {crop['frame']}\n{crop['target']}: {crop['flag'] or 'least contrast'}", fontsize=7)
+    figure.suptitle(camera, fontsize=8, color=PALETTE[7])
+    return figure
+
+
+def clock_search(clocks: Mapping[str, Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
+    """The epipolar error against a camera's clock offset: the minimum is the estimate."""
+    figure, ax = new_figure(width=6, height=2.6)
+    for camera, own in clocks.items():
+        if own.get("offsets_s"):
+            offsets = np.asarray(own["offsets_s"], float)
+            ax.plot(1000 * offsets, np.array(own["error_px"], float), color=colours[camera], lw=1.2, label=camera)
+            ax.axvline(1000 * own["offset_s"], color=colours[camera], lw=0.8, ls=":")
+    ax.set_xlabel("offset of the camera's clock (ms)", fontsize=8)
+    ax.set_ylabel("epipolar error (px rms)", fontsize=8)
+    ax.legend(fontsize=7)
+    return figure

@@ -1,0 +1,143 @@
+"""Stage report: what the other stages found, told in order: first what a reader must not overlook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from vidtrack import report_calibration as calibration
+from vidtrack import report_runs as told
+from vidtrack.page import Section, number, one_over
+
+Record = Mapping[str, Any]
+
+
+class Story(NamedTuple):
+    """The page without its pictures, and the runs as given."""
+
+    title: str
+    lead: tuple[str, ...]
+    warnings: tuple[str, ...]
+    sections: tuple[Section, ...]
+    footer: tuple[str, ...]
+    runs: dict[str, Any]
+
+
+def report(
+    *,
+    cameras: Mapping[str, Record],
+    points: Mapping[str, pd.DataFrame],
+    labellings: Mapping[str, Record],
+    back: Record | None,
+    stability: Record | None,
+    runs: Mapping[str, Record],
+    units: str,
+    title: str = "vidtrack",
+    version: str = "",
+) -> Story:
+    """Compose the report of an experiment.
+
+    cameras      camera: its camera.json;  points, labellings: camera: points.parquet, labelling.json
+    back         backprojection.json, or None where nothing was calibrated;  stability: stability.json, or None
+    runs         run: {readings, trajectories, kinematics, locate; where there are: bodies, comparison, series, waterline}
+    units        the experiment's unit of length
+    """
+    sections = []
+    if back is not None:
+        parts = [calibration.accuracy_section(back, units)]
+        for name, record in cameras.items():
+            rows = points[name].to_dict("records")
+            parts.append(calibration.camera_section(record, rows, labellings.get(name, {}), units))  # type: ignore[arg-type]
+        if stability is not None:
+            parts.append(calibration.stability_section(stability, units))
+        tables = [calibration.measures_table(back, units)]
+        sections.append(Section("calibration", "Calibration", tables=tables, sections=parts))
+    if runs:
+        glance = {name: {**run, **_measures(run)} for name, run in runs.items()}
+        each = [_run_section(name, run, units) for name, run in runs.items()]
+        sections.append(Section("runs", "Runs", tables=[told.runs_table(glance, units)], sections=each))
+    return Story(
+        title,
+        _lead(back, runs, units),
+        _warnings(cameras, labellings, stability, runs),
+        tuple(sections),
+        (f"vidtrack {version}. Lengths in {units} unless said otherwise; px are frame buffer pixels.",),
+        dict(runs),
+    )
+
+
+def _measures(run: Record) -> dict[str, Any]:
+    table = run["trajectories"]
+    return {
+        "n_targets": int(table["target"].nunique()),
+        "duration_s": float(table["time_s"].max() - table["time_s"].min()) if len(table) else None,
+    }
+
+
+def _run_section(name: str, run: Record, units: str) -> Section:
+    comparison, locate = run.get("comparison") or {}, run.get("locate") or {}
+    tables = [
+        told.comparison_table(comparison, units),
+        told.truth_table(comparison, units),
+        told.reading_table(run["readings"]),
+        told.clock_table(locate),
+        told.correspondence_table(locate, units),
+    ]
+    return Section(f"run-{name}", name, _run_lines(comparison, locate, units), [t for t in tables if t])
+
+
+def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
+    lines = []
+    if comparison.get("lag_s") is not None:
+        low, high = comparison.get("lag_95") or (None, None)
+        lines.append(
+            f"The video shows the motion {number(comparison['lag_s'], 4)} s later than the reference "
+            f"(95 %: {number(low, 4)} to {number(high, 4)} s). With the lag removed they differ by "
+            f"{number((comparison.get('after') or {}).get('rms'), 3)} {units} rms."
+        )
+    samples = locate.get("samples") or {}
+    if samples.get("mean_miss") is not None:
+        lines.append(f"Lines of sight miss the located points by {number(samples['mean_miss'], 3)} {units} on average.")
+    return lines
+
+
+def _lead(back: Record | None, runs: Mapping[str, Record], units: str) -> tuple[str, ...]:
+    lines = []
+    if back is not None:
+        held = back.get("held_out") or {}
+        field = back.get("diagonal_field")
+        mean = held.get("mean_3d")
+        ratio = f", {one_over(mean / field)} of the diagonal field" if mean and field else ""
+        lines.append(
+            f"{len(back.get('cameras') or ())} cameras calibrated from {back['n_points']} points; points that the "
+            f"calibration did not see are located to {number(mean, 3)} {units} on average{ratio}."
+        )
+    if runs:
+        lines.append(f"{len(runs)} run{'s' if len(runs) > 1 else ''}: {', '.join(runs)}.")
+    return tuple(lines)
+
+
+def _warnings(
+    cameras: Mapping[str, Record],
+    labellings: Mapping[str, Record],
+    stability: Record | None,
+    runs: Mapping[str, Record],
+) -> tuple[str, ...]:
+    lines: list[str] = []
+    for record in cameras.values():
+        lines += record.get("warnings") or ()
+    for camera, record in labellings.items():
+        lines += [f"{camera}: {line}" for line in (*(record.get("warnings") or ()), *(record.get("reading") or ()))]
+    lines += (stability or {}).get("warnings") or ()
+    for name, run in runs.items():
+        for camera, reading in run["readings"].items():
+            problems: Sequence[str] = (
+                *((reading.get("reading") or {}).get("problems") or ()),
+                *(reading.get("problems") or ()),
+            )
+            lines += [f"{name}, {camera}: {line}" for line in problems]
+        for part in ("locate", "comparison"):
+            lines += [f"{name}: {line}" for line in (run.get(part) or {}).get("warnings") or ()]
+    return tuple(dict.fromkeys(lines))
