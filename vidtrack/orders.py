@@ -138,7 +138,7 @@ def waterline(settings: Settings, run: str, camera: str) -> Order:
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the report page tells of."""
     return {
-        "title": os.path.basename(os.path.abspath(experiment.folder)),
+        "title": settings.title or os.path.basename(os.path.normpath(experiment.folder)).strip(".") or "Experiment",
         "units": settings.units,
         "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
         "calibrated": experiment.cameras_in_clips(),

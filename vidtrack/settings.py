@@ -192,7 +192,8 @@ class Run(DetectChange):
 class Settings(Section):
     """The whole of config.yaml."""
 
-    experiment: str = "."
+    experiment: str = Field(".", description="the folder that holds calibration/ and runs/, and receives results/")
+    title: str = Field("", description="what the report is headed with; default: the experiment folder's name")
     units: Literal["m", "cm", "mm", "in", "ft"] = Field(description="the unit of every world length, in and out")
     cameras: Annotated[dict[Name, Camera], Field(min_length=1)]
     detect: Detect = Detect()

@@ -41,7 +41,7 @@ def report(
 
     cameras      camera: its camera.json;  points, labellings: camera: points.parquet, labelling.json
     back         backprojection.json, or None where nothing was calibrated;  stability: stability.json, or None
-    runs         run: {readings, trajectories, kinematics, locate; where there are: bodies, comparison, series, waterline}
+    runs         run: {readings, trajectories, kinematics, locate[, bodies, comparison, series, waterline]}
     units        the experiment's unit of length
     """
     sections = []
