@@ -1,4 +1,4 @@
-"""A batch of points to locate: cut into blocks, solved, with what calibration errors add to their covariance."""
+"""A batch of points to locate: cut into blocks, solved, with what calibration and clocks add to their covariance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vidtrack.sights import (
     refined_point,
     sight,
 )
-from vidtrack.symmetric import ELEMENTS
+from vidtrack.symmetric import ELEMENTS, add_product
 
 BLOCK = 8192
 """Points a block: what one needs stays in the second-level cache."""
@@ -44,7 +44,7 @@ class Solution:
     def __init__(self, n_cameras: int, n: int) -> None:
         self.point = np.empty((3, n))
         self.noise = np.empty((6, n))  # covariance from centroid noise
-        self.calibration = np.zeros((6, n))  # and from the calibration
+        self.common = np.zeros((6, n))  # and from what all points have in common: calibration and clocks
         self.miss = np.empty(n)
         self.error = np.empty((n_cameras, 2, n))
         self.chi2 = np.empty(n)  # weighted sum of squared errors
@@ -67,12 +67,14 @@ class Task(NamedTuple):
     b: Array
     weight: Array
     known: CalibrationErrors | None
+    slips: Array | None  # (n_cameras, n, 2) px, by which a clock's standard error moves each camera's measurement
     steps: int  # of refinement, at most; 0 is the thesis's linear answer
     min_sine: float
 
     def at(self, which: NDArray[np.intp]) -> Task:
         """The same for some of the points."""
-        return self._replace(b=self.b[:, which], weight=self.weight[:, which])
+        slips = None if self.slips is None else self.slips[:, which]
+        return self._replace(b=self.b[:, which], weight=self.weight[:, which], slips=slips)
 
     def solve(self, used: Mask) -> Solution:
         """Locate all points from the cameras used (n_cameras, n), block by block."""
@@ -96,7 +98,7 @@ class Task(NamedTuple):
                 p, Q = refined_point(sights, p, self.steps)
             seen = [look_back(s, p) for s in sights]
             gains = []
-            if self.known or not self.steps:
+            if self.known or self.slips is not None or not self.steps:
                 gains = [refined_gain(s, p, Q) if self.steps else linear_gain(s, p, Q) for s in sights]
             out.noise[:] = Q if self.steps else carried_noise(sights, gains)
             out.chi2[:] = sum(np.sum(s.weight * view.error**2, 0) for s, view in zip(sights, seen, strict=True))
@@ -108,7 +110,11 @@ class Task(NamedTuple):
             out.error[i] = np.where(s.seen, view.error, np.nan)
         out.point[:] = np.where(good, p + origin[:, None], np.nan)
         if self.known:
-            out.calibration[:, good] = self.known.carried(out.point[:, good], [gain[..., good] for gain in gains])
+            out.common[:, good] = self.known.carried(out.point[:, good], [gain[..., good] for gain in gains])
+        if self.slips is not None:
+            for gain, slip in zip(gains, self.slips[:, part], strict=True):
+                moved = gain[0] * slip[:, 0] + gain[1] * slip[:, 1]
+                add_product(out.common, moved, moved)
         return out
 
 
@@ -122,12 +128,11 @@ class CalibrationErrors:
         self.uncertainties = uncertainties
         parts = [np.asarray(u.covariance, float) for u in uncertainties if u is not None]
         size = sum(len(part) for part in parts)
-        self.covariance = np.zeros((size, size))
-        if joint is not None:
-            self.covariance[:] = joint
-            return
+        self.covariance = np.zeros((size, size)) if joint is None else np.asarray(joint, float)
+        if self.covariance.shape != (size, size):
+            raise ValueError(f"the joint covariance must be ({size}, {size}), not {self.covariance.shape}")
         start = 0
-        for part in parts:
+        for part in parts if joint is None else ():
             stop = start + len(part)
             self.covariance[start:stop, start:stop] = part
             start = stop

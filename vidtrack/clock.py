@@ -46,11 +46,17 @@ class Clocks(NamedTuple):
 
     clocks: tuple[Clock, ...]
     sd: tuple[Clock, ...]  # standard deviations; NaN where the motion does not tell, 0 where the clock was given
+    covariance: Array  # (n_cameras, 2, 2) of offset and rate, s and ppm
     error_px: float  # rms distance from the epipolar curves with these clocks
     error_before_px: float  # and with those they came with
     offsets: Array  # (m,) s, offsets tried
     error_by_offset: Array  # (n_cameras, m) px, rms distance with the camera off by so much from its estimate
     ambiguous: tuple[bool, ...]  # another offset fits about as well (a periodic motion)
+
+    def sd_at(self, camera: int, t: ArrayLike) -> Array:
+        """Standard deviation, s, of a camera's right times, at times t (n,) after its first sample, s."""
+        by = np.stack([np.ones_like(np.asarray(t, float)), np.asarray(t, float) * 1e-6])
+        return np.asarray(np.sqrt(np.maximum(np.einsum("in,ij,jn->n", by, self.covariance[camera], by), 0.0)))
 
     def interval95(self, camera: int) -> tuple[tuple[float, float], tuple[float, float]]:
         """The 95 % confidence intervals of a camera's offset, s, and rate, ppm."""
@@ -97,7 +103,8 @@ def estimate_clocks(
     at = list(start)
     for camera in free:
         at[camera] = _searched(problem, at, camera, max_offset_s, known=[c for c in range(len(at)) if c not in free])
-    at, sd = _refined(problem, at, rate)
+    at, covariance = _refined(problem, at, rate)
+    sd = tuple(Clock(*np.sqrt(np.diag(c)).tolist()) for c in covariance)
     step = min(interval(t) for t in problem.times)
     offsets = np.linspace(-3, 3, 61) * step
     curves = np.full((len(at), offsets.size), np.nan)
@@ -107,7 +114,7 @@ def estimate_clocks(
     ambiguous = tuple(
         camera in free and _has_twin(problem, at, camera, max_offset_s, step) for camera in range(len(at))
     )
-    return Clocks(tuple(at), tuple(sd), error, before, offsets, curves, ambiguous)
+    return Clocks(tuple(at), sd, covariance, error, before, offsets, curves, ambiguous)
 
 
 class _Problem(NamedTuple):
@@ -196,8 +203,8 @@ def _has_twin(problem: _Problem, at: Sequence[Clock], camera: int, reach: float,
     return bool(low[:left].any() or low[right + 1 :].any())
 
 
-def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock], list[Clock]]:
-    """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and their sd."""
+def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock], Array]:
+    """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and covariances."""
     names = [
         (camera, which) for camera in problem.free for which in (("offset_s", "rate_ppm") if rate else ("offset_s",))
     ]
@@ -218,7 +225,7 @@ def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock
         scale = 1.4826 * float(np.median(np.abs(d[good]))) if good.any() else 0.0
         good &= np.abs(d) <= 4 * max(scale, 1e-9)
         if good.sum() < 3 * len(names):
-            return at, [_sd(camera, names, covariance, problem.free) for camera in range(len(at))]
+            return at, _by_camera(names, covariance, len(at))
         nuisance = seen[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
         A = np.concatenate([J[good], nuisance], -1)
         size = np.sqrt(np.maximum((A * A).sum(0), 1e-300))
@@ -237,7 +244,7 @@ def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock
             at = _moved(at, camera, **_by(which, float(value)))
         if (np.abs(move) < 0.01 * np.sqrt(np.diag(covariance))).all():
             break
-    return at, [_sd(camera, names, covariance, problem.free) for camera in range(len(at))]
+    return at, _by_camera(names, covariance, len(at))
 
 
 def _flat(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
@@ -267,8 +274,11 @@ def _values(names: Sequence[tuple[int, str]], at: Sequence[Clock]) -> Array:
     return np.array([getattr(at[camera], which) for camera, which in names])
 
 
-def _sd(camera: int, names: Sequence[tuple[int, str]], covariance: Array, free: Sequence[int]) -> Clock:
-    if camera not in free:
-        return Clock()
-    sd = {which: float(np.sqrt(covariance[i, i])) for i, (c, which) in enumerate(names) if c == camera}
-    return Clock(sd["offset_s"], sd.get("rate_ppm", 0.0))
+def _by_camera(names: Sequence[tuple[int, str]], covariance: Array, n_cameras: int) -> Array:
+    """Each camera's own part (n_cameras, 2, 2) of the covariance; 0 for what was not sought."""
+    out = np.zeros((n_cameras, 2, 2))
+    for i, (camera, which) in enumerate(names):
+        for j, (other, what) in enumerate(names):
+            if camera == other:
+                out[camera, int(which == "rate_ppm"), int(what == "rate_ppm")] = covariance[i, j]
+    return out

@@ -94,6 +94,7 @@ def locate_points(
     sd: ArrayLike | None = None,
     uncertainties: Sequence[CameraUncertainty | None] | None = None,
     joint: ArrayLike | None = None,
+    slips: ArrayLike | None = None,
     refine: bool = True,
     reject: float | None = None,
     min_angle_deg: float = 2.0,
@@ -108,6 +109,8 @@ def locate_points(
     uncertainties  a calibration uncertainty (or None) for each camera; adds to the covariance
     joint          covariance (k, k) of the parameters of all cameras that have an uncertainty, one camera after the
                    other, where their errors are not independent (see `shared_survey`)
+    slips          (n_cameras, ..., 2)  px by which each camera's centroid would move with one standard error of that
+                   camera's clock; adds to the covariance
     refine         minimise the weighted reprojection error instead of the thesis's algebraic one
     reject         px; where any camera's reprojection error is larger, the camera without which the others agree
                    best is left out. None: nothing is left out
@@ -126,9 +129,10 @@ def locate_points(
     flat = b.reshape(len(cameras), -1, 2)
     weight = _weights(1.0 if sd is None else sd, b.shape).reshape(flat.shape)
     known = CalibrationErrors(cameras, uncertainties, joint) if uncertainties is not None else None
-    task = Task(cameras, flat, weight, known, 10 if refine else 0, np.sin(np.radians(min_angle_deg)))
+    slipped = None if slips is None else np.nan_to_num(np.broadcast_to(slips, b.shape)).reshape(flat.shape)
+    task = Task(cameras, flat, weight, known, slipped, 10 if refine else 0, np.sin(np.radians(min_angle_deg)))
 
-    used = np.isfinite(flat).all(-1)
+    used = np.isfinite(flat).all(-1) & (weight > 0).all(-1)
     solved = task.solve(used)
     noise = 1.0 if sd is not None else _noise(solved, used)
     left_out = np.zeros(used.shape, bool)
@@ -144,11 +148,12 @@ def locate_points(
 
 
 def _weights(sd: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """1/px^2 in b's shape; 0 where sd is NaN or infinite: such a measurement is not used."""
     s = np.asarray(sd, float)
     if s.ndim > len(shape) or (s <= 0).any():
         raise ValueError("sd must be positive, its leading axes as those of b")
     s = s.reshape(s.shape + (1,) * (len(shape) - s.ndim)) if s.ndim else s
-    return np.broadcast_to(1 / s**2, shape)
+    return np.broadcast_to(np.nan_to_num(1 / s**2), shape)
 
 
 def _noise(solved: Solution, used: Mask) -> float:
@@ -182,7 +187,7 @@ def _located(
 ) -> Located:
     points = shape[1:-1]
     lost = np.isnan(solved.point[0])
-    S = solved.noise * noise**2 + solved.calibration
+    S = solved.noise * noise**2 + solved.common
     S[:, lost] = np.nan
     if sd is not None:
         noise = float(np.asarray(sd, float).item()) if np.size(sd) == 1 else float("nan")
