@@ -27,11 +27,16 @@ def runs_table(runs: Mapping[str, Record], units: str) -> Table:
                 number(max(sigma) if sigma else None, 2),
                 number(pick(run, "comparison", "lag_s"), 4),
                 number(pick(run, "comparison", "after", "rms"), 3),
-                one_over(pick(run, "comparison", "truth", "one_over")),
+                one_over(_share_of_field(run)),
             ]
         )
     header = ["run", "targets", "length (s)", "samples", "located", f"largest mean sigma ({units})", "lag (s)"]
     return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
+
+
+def _share_of_field(run: Record) -> float | None:
+    part = pick(run, "comparison", "truth", "one_over")
+    return 1 / part if part else None
 
 
 def reading_table(readings: Mapping[str, Record]) -> Table:
@@ -125,7 +130,8 @@ def truth_table(comparison: Record, units: str) -> Table | None:
         return None
     rows = []
     for axis in "xyz":
-        cells = [number(pick(truth, key, axis), 3) for key in ("bias", "mean_abs", "rms", "max_abs")]
+        cells = [number(pick(truth, key, axis), 3) for key in ("bias", "mean_abs", "rms_by_axis", "max_abs")]
         rows.append([axis, *cells])
-    mean = f"{number(truth.get('mean_3d'), 3)} {units}, {one_over(truth.get('one_over'))} of the diagonal field"
+    part = truth.get("one_over")
+    mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
     return Table(f"Against truth.csv: mean error in space {mean}", ["axis", "bias", "mean", "rms", "max"], rows)

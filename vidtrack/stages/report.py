@@ -91,11 +91,17 @@ def _run_section(name: str, run: Record, units: str) -> Section:
 def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
     lines = []
     if comparison.get("lag_s") is not None:
-        low, high = comparison.get("lag_95") or (None, None)
+        low, high = comparison.get("lag_low_s"), comparison.get("lag_high_s")
         lines.append(
             f"The video shows the motion {number(comparison['lag_s'], 4)} s later than the reference "
             f"(95 %: {number(low, 4)} to {number(high, 4)} s). With the lag removed they differ by "
             f"{number((comparison.get('after') or {}).get('rms'), 3)} {units} rms."
+        )
+    line = comparison.get("axis") or {}
+    if line.get("skew_deg") is not None:
+        lines.append(
+            f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} degrees off "
+            f"the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over {number(line.get('length'), 3)}."
         )
     samples = locate.get("samples") or {}
     if samples.get("mean_miss") is not None:

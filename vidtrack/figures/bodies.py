@@ -1,0 +1,29 @@
+"""Six degrees of freedom against time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vidtrack.figures.style import PALETTE, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+def six_degrees(bodies: DataFrame, units: str, title: str) -> Figure:
+    """x, y, z on the left, roll, pitch, yaw on the right, two standard deviations shaded; a colour a body."""
+    figure, axes = new_figure(3, 2, height=1.6, sharex=True)
+    for i, (body, rows) in enumerate(bodies.groupby("body", sort=False)):
+        colour = PALETTE[i % len(PALETTE)]
+        for column, names, unit in ((0, ("x", "y", "z"), units), (1, ("roll", "pitch", "yaw"), "deg")):
+            for ax, name in zip(axes[:, column], names, strict=True):
+                value, sigma = rows[name].to_numpy(float), rows[f"sigma_{name}"].to_numpy(float)
+                ax.plot(rows["time_s"], value, color=colour, lw=0.9, label=str(body))
+                ax.fill_between(rows["time_s"], value - 2 * sigma, value + 2 * sigma, color=colour, alpha=0.2, lw=0)
+                ax.set_ylabel(f"{name} ({unit})", fontsize=8)
+    for ax in axes[-1]:
+        ax.set_xlabel("time (s)", fontsize=8)
+    axes[0, 0].legend(fontsize=7)
+    figure.suptitle(title, fontsize=10)
+    return figure
