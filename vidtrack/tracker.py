@@ -19,7 +19,7 @@ from vidtrack.assignment import one_to_one
 from vidtrack.blobs import Blobs
 from vidtrack.detection import Detection
 from vidtrack.look import Seen, look
-from vidtrack.prediction import predict
+from vidtrack.extrapolation import predict
 from vidtrack.sample import Sample
 from vidtrack.seek import blobs_near, blobs_of, contrast_of, unlikeness, within
 
