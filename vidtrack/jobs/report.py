@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures import bodies, comparison, search_map, tracking, trajectories, waterline
+from vidtrack.figures import bodies, comparison, search_map, tracking, trajectories
 from vidtrack.figures.style import camera_colours
 from vidtrack.files.figure_files import data_uri, file_uri
 from vidtrack.files.page_file import write_page
@@ -126,6 +126,8 @@ def _run_figures(
     if "bodies" in own:
         add("Six degrees of freedom", bodies.six_degrees(own["bodies"], units, name))
     if "waterline" in own:
+        from vidtrack.figures import waterline
+
         add("Timestack and the water's edge", waterline.timestacks(own["waterline"], own["timestack"], units))
     if any(c.get("offsets_s") for c in (own["locate"].get("clocks") or {}).get("cameras", {}).values()):
         add("Which clock offset fits the motion", tracking.clock_search(own["locate"]["clocks"]["cameras"], colours))

@@ -100,8 +100,9 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
     line = comparison.get("axis") or {}
     if line.get("skew_deg") is not None:
         lines.append(
-            f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} degrees off "
-            f"the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over {number(line.get('length'), 3)}."
+            f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} degrees "
+            f"off the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over "
+            f"{number(line.get('length'), 3)}."
         )
     samples = locate.get("samples") or {}
     if samples.get("mean_miss") is not None:
