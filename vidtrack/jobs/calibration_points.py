@@ -1,0 +1,63 @@
+"""Job calibration_points: a camera's clips, the survey and the picks in; sightings, a picture and the account out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from contextlib import ExitStack
+
+import pandas as pd
+
+from vidtrack.files.records import write_json, write_png
+from vidtrack.files.tables import read_picks, read_points, write_parquet
+from vidtrack.files.video import open_video
+from vidtrack.frame import Frame
+from vidtrack.job import Job
+from vidtrack.progress import Progress
+from vidtrack.stages.calibration_points import calibration_points
+
+
+def run(job: Job) -> None:
+    """Inputs points, videos (as settings["clips"]), picks (as picks_clips); outputs sightings, picture, record."""
+    camera, clips = job.settings["camera"], job.settings["clips"]
+    points = read_points(job.path("points"))
+    picks = _picks(job)
+    with ExitStack() as stack:
+        videos = {
+            clip: stack.enter_context(open_video(path, threads=job.threads))
+            for clip, path in zip(clips, job.paths("videos"), strict=True)
+        }
+        found = calibration_points(
+            {
+                clip: _shown(video.frames(), f"calibration_points {clip}/{camera}", video.info.n_frames_hint)
+                for clip, video in videos.items()
+            },
+            points,
+            picks,
+            camera=camera,
+            tags={clip: own["tags"] for clip, own in clips.items()},
+            detect={clip: own.get("detect", {}) for clip, own in clips.items()},
+            bits={clip: video.info.bits for clip, video in videos.items()},
+            sigma=job.settings.get("sigma", 0.0),
+        )
+        troubles = [f"calibration/{clip}/{camera}: {p}" for clip, v in videos.items() for p in v.account.problems]
+    for warning in (*troubles, *found.warnings):
+        sys.stderr.write(f"warning: {warning}\n")
+    units, provenance = job.settings.get("units", ""), job.provenance
+    write_parquet(job.outputs["sightings"], found.table, units=units, provenance=provenance)
+    write_png(job.outputs["picture"], found.picture)
+    write_json(job.outputs["record"], found.record | {"reading": troubles}, provenance)
+
+
+def _picks(job: Job) -> pd.DataFrame | None:
+    parts = []
+    for clip, path in zip(job.settings.get("picks_clips", []), job.paths("picks"), strict=True):
+        table = read_picks(path, job.settings["camera"])
+        if len(table):
+            parts.append(table.assign(clip=clip, file=path))
+    return pd.concat(parts, ignore_index=True) if parts else None
+
+
+def _shown(frames: Iterable[Frame], label: str, total: int | None) -> Iterable[Frame]:
+    with Progress(label, total=total, unit="frames") as progress:
+        yield from progress.over(frames)

@@ -1,0 +1,314 @@
+"""Stage calibration_points: one camera's clips of surveyed points become a table of where it saw each tag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from vidtrack.blobs import find_blobs
+from vidtrack.configuration import label_with
+from vidtrack.errors import VidtrackError
+from vidtrack.label import GATE, Index, Labels, Picks, View, shifted
+from vidtrack.shot import Shot, composite, look_again, take
+from vidtrack.still import FrameLike
+from vidtrack.verdict import Case, missing_because, odd_picks, settled
+
+SWING = 0.3
+"""px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
+DISAGREE = 0.5
+"""px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
+NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": []})
+
+
+class Sightings(NamedTuple):
+    """What the stage gives.
+
+    table    a row a clip and tag: clip, tag, x, y, z, sigma, Xf, Yf, pixels, frames, sd_x, sd_y, found, reason
+    picture  (rows, columns) the balls of all clips in one picture
+    record   how the names were found, clip by clip
+    """
+
+    table: pd.DataFrame
+    picture: NDArray[np.uint8]
+    record: dict[str, Any]
+    warnings: tuple[str, ...]
+
+
+def calibration_points(
+    clips: Mapping[str, Iterable[FrameLike]],
+    points: pd.DataFrame,
+    picks: pd.DataFrame | None = None,
+    *,
+    camera: str = "",
+    tags: Mapping[str, Sequence[str]] | None = None,
+    detect: Mapping[str, Mapping[str, Any]] | None = None,
+    bits: Mapping[str, int] | None = None,
+    sigma: float = 0.0,
+) -> Sightings:
+    """Find every ball in every clip of one camera, and name it.
+
+    clips    clip: its frames (anything with luma (rows, columns) and corrupt); all of one size
+    points   tag, x, y, z (world units) and where known sigma
+    picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout must speak for itself
+    tags     clip: the tags it shows; default: all of them
+    detect   clip: polarity, threshold, min_pixels, centroid, as `find_blobs` takes them
+    bits     clip: significant bits of 16-bit luma
+    sigma    world units, survey tolerance where points has none
+    A position is the centroid on the mean of up to 64 frames, sd its standard deviation: the scatter of single
+    frames' centroids over the root of their number; for a lone frame, what noise and contrast make of it.
+    A tag that a clip should show and does not keeps its row: Xf, Yf NaN, found False, and a reason.
+    Raises VidtrackError, a line a problem: picks that cannot be right, clips without balls, names in doubt.
+    """
+    shown = _shown_tags(points, clips, tags)
+    shots = {clip: _shot(clip, f, (detect or {}).get(clip, {}), (bits or {}).get(clip)) for clip, f in clips.items()}
+    size = _size(shots, camera)
+    seeds = NO_PICKS if picks is None else picks
+    _check_picks(seeds, size, points, shown, camera)
+    _check_blobs(shots, camera)
+    case = _case(camera, points, shown, shots, seeds, size)
+    labels = settled(case, label_with(case.points, case.views, case.picks, size))
+    warnings = [f"{line}. The pick was not used." for line in odd_picks(case, labels)]
+    parts = []
+    for i, (clip, shot) in enumerate(shots.items()):
+        blob = _blobs_of(case, labels, i, warnings)
+        parts.append(_rows(clip, shot, points.iloc[case.views[i].points], blob, labels, i, sigma))
+    rows = pd.concat(parts, ignore_index=True)
+    warnings += _swinging(rows, camera) + _disagreeing(rows, camera)
+    record = _record(case, labels, shots, rows, warnings)
+    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), record, tuple(warnings))
+
+
+def _shown_tags(
+    points: pd.DataFrame, clips: Mapping[str, Any], tags: Mapping[str, Sequence[str]] | None
+) -> dict[str, list[str]]:
+    known = points["tag"].astype(str).tolist()
+    shown = {clip: [str(t) for t in (tags or {}).get(clip) or known] for clip in clips}
+    strange = [(clip, tag) for clip, wanted in shown.items() for tag in wanted if tag not in set(known)]
+    if strange:
+        raise VidtrackError(
+            *(
+                f"config.yaml: calibration.clips.{clip}.tags: no point {tag} in points.csv. Correct them or survey it."
+                for clip, tag in strange
+            )
+        )
+    return shown
+
+
+def _shot(clip: str, frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None) -> Shot:
+    try:
+        return take(frames, detect, bits)
+    except ValueError as error:
+        raise VidtrackError(f"calibration/{clip}: {error}. Record the clip again or leave it out.") from None
+
+
+def _size(shots: Mapping[str, Shot], camera: str) -> tuple[int, int]:
+    """px, (width, height) of all shots."""
+    sizes = {clip: shot.still.mean.shape[::-1] for clip, shot in shots.items()}
+    first, size = next(iter(sizes.items()))
+    problems = [
+        f"calibration/{clip}: camera {camera} has {own[0]} x {own[1]} px here, but {size[0]} x {size[1]} in {first}. "
+        "Use clips of one size."
+        for clip, own in sizes.items()
+        if own != size
+    ]
+    if problems:
+        raise VidtrackError(*problems)
+    return int(size[0]), int(size[1])
+
+
+def _check_blobs(shots: Mapping[str, Shot], camera: str) -> None:
+    problems = []
+    for clip, shot in shots.items():
+        if len(shot.at):
+            continue
+        polarity, threshold = shot.settings.get("polarity", "bright"), shot.settings.get("threshold", "auto")
+        other = {"bright": "dark", "dark": "bright"}[polarity]
+        cure = "Is it the right clip, and was the light on?"
+        for change in ({"threshold": "auto"}, {"threshold": "auto", "polarity": other}):
+            seen = len(find_blobs(shot.still.mean, **{**shot.settings, **change}).Xf)
+            if seen:
+                cure = " with ".join(f"{name}: {value}" for name, value in change.items()) + f" finds {seen}."
+                break
+        problems.append(
+            f"calibration/{clip}: no {polarity} ball in the picture of camera {camera} at threshold {threshold}. {cure}"
+        )
+    if problems:
+        raise VidtrackError(*problems)
+
+
+def _check_picks(
+    picks: pd.DataFrame,
+    size: tuple[int, int],
+    points: pd.DataFrame,
+    shown: Mapping[str, list[str]],
+    camera: str,
+) -> None:
+    """Refuse picks that cannot be right whatever the pictures show."""
+    known = set(points["tag"].astype(str))
+    problems = []
+    for _, pick in picks.iterrows():
+        clip, tag, where = pick["clip"], str(pick["tag"]), _place(pick)
+        if clip not in shown:
+            problems.append(f"{where}: camera {camera} has no clip {clip}. Add the clip or delete the pick.")
+        elif tag not in known:
+            problems.append(f"{where}: no tag {tag} in points.csv. Correct the tag or survey the point.")
+        elif tag not in shown[clip]:
+            problems.append(
+                f"{where}: clip {clip} does not show tag {tag}. Correct it, or calibration.clips.{clip}.tags."
+            )
+        elif not (0 <= pick["Xf"] < size[0] and 0 <= pick["Yf"] < size[1]):
+            problems.append(
+                f"{where}: tag {tag} of camera {camera} at ({pick['Xf']:g}, {pick['Yf']:g}) is outside the picture of "
+                f"{size[0]} x {size[1]} px. Correct Xf and Yf."
+            )
+    if problems:
+        raise VidtrackError(*problems)
+
+
+def _place(pick: pd.Series) -> str:
+    file = pick["file"] if "file" in pick else f"calibration/{pick['clip']}/picks.csv"
+    return f"{file}, line {int(pick['line'])}" if "line" in pick else str(file)
+
+
+def _case(
+    camera: str,
+    points: pd.DataFrame,
+    shown: Mapping[str, list[str]],
+    shots: Mapping[str, Shot],
+    picks: pd.DataFrame,
+    size: tuple[int, int],
+) -> Case:
+    tags, clips = points["tag"].astype(str).tolist(), list(shots)
+    row_of = {tag: i for i, tag in enumerate(tags)}
+    views = [
+        View(
+            np.array(sorted({row_of[tag] for tag in shown[clip]}), np.intp),
+            shot.at,
+            np.stack([shot.blobs.width, shot.blobs.height], -1) / 2,
+        )
+        for clip, shot in shots.items()
+    ]
+    seeds = Picks(
+        np.array([clips.index(clip) for clip in picks["clip"]], np.intp),
+        np.array([row_of[str(tag)] for tag in picks["tag"]], np.intp),
+        picks[["Xf", "Yf"]].to_numpy(float).reshape(-1, 2),
+    )
+    where = [_place(pick) for _, pick in picks.iterrows()]
+    return Case(camera, clips, tags, points[["x", "y", "z"]].to_numpy(float), views, seeds, where, size)
+
+
+def _blobs_of(case: Case, labels: Labels, i: int, warnings: list[str]) -> Index:
+    """The blob of each tag of clip i; warns where the clip lies elsewhere as a whole."""
+    shift = shifted(labels, i)
+    if shift is None:
+        return labels.blob[i]
+    warnings.append(
+        f"calibration/{case.clips[i]}: the balls of camera {case.camera} lie ({shift.offset[0]:+.1f}, "
+        f"{shift.offset[1]:+.1f}) px from where the other clips put them. Did the camera move?"
+    )
+    return shift.blob
+
+
+def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels, i: int, sigma: float) -> pd.DataFrame:
+    """The table of one clip."""
+    has = (blob >= 0) & ~shot.blobs.edge[blob]
+    table = own[["tag", "x", "y", "z"]].astype({"tag": str}).reset_index(drop=True)
+    table.insert(0, "clip", clip)
+    known = own["sigma"] if "sigma" in own else pd.Series(np.nan, own.index)
+    table["sigma"] = known.fillna(sigma).to_numpy(float)
+    tremble = np.hypot(shot.tremble[:, 0], shot.tremble[:, 1])
+    for name, column in (("Xf", shot.at[:, 0]), ("Yf", shot.at[:, 1])):
+        table[name] = np.where(has, column[blob], np.nan)
+    table["pixels"] = np.where(has, shot.blobs.pixels[blob], 0)
+    table["frames"] = shot.still.frames
+    for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("tremble", tremble)):
+        table[name] = np.where(has, column[blob], np.nan)
+    table["found"] = has
+    table["reason"] = ""
+    for k in np.flatnonzero(~has):
+        if blob[k] >= 0:
+            table.loc[k, "reason"] = "touches the edge of the picture"
+        elif not _found_after_all(table, int(k), shot, labels, i):
+            table.loc[k, "reason"] = missing_because(labels, i, int(k))
+    return table
+
+
+def _found_after_all(table: pd.DataFrame, k: int, shot: Shot, labels: Labels, i: int) -> bool:
+    """Look where it must be for a ball too dim for the whole picture's threshold; fills row k if it is there."""
+    at = labels.projected[i]
+    if labels.merged[i][k] or not np.isfinite(at[k]).all():
+        return False
+    others = np.linalg.norm(np.delete(at, k, 0) - at[k], axis=-1)
+    again = look_again(shot, at[k], float(np.clip(0.5 * np.nanmin(others, initial=60.0), 6, 30)))
+    if again is None:
+        return False
+    d = np.linalg.norm(again.at - at[k], axis=-1)
+    j = int(d.argmin())
+    taken = np.linalg.norm(shot.at - again.at[j], axis=-1).min(initial=np.inf)
+    if d[j] > GATE * labels.sd or taken < 2:
+        return False
+    table.loc[k, ["Xf", "Yf", "sd_x", "sd_y"]] = [*again.at[j], *again.sd[j]]
+    table.loc[k, "pixels"] = int(again.blobs.pixels[j])
+    table.loc[k, "found"] = True
+    return True
+
+
+def _swinging(rows: pd.DataFrame, camera: str) -> list[str]:
+    bad = rows[(rows["tremble"] > SWING) & (rows["tremble"] > 5 * rows["tremble"].median())]
+    return [
+        f"calibration/{row['clip']}: tag {row['tag']} moves {row['tremble']:.2f} px rms within the clip of camera "
+        f"{camera}. Let it come to rest."
+        for _, row in bad.iterrows()
+    ]
+
+
+def _disagreeing(rows: pd.DataFrame, camera: str) -> list[str]:
+    """Tags that several clips show at different places."""
+    lines = []
+    for tag, own in rows[rows["found"]].groupby("tag", sort=False):
+        first = own.iloc[0]
+        for _, other in own.iloc[1:].iterrows():
+            dx, dy = other["Xf"] - first["Xf"], other["Yf"] - first["Yf"]
+            noise = float(np.linalg.norm([first["sd_x"], first["sd_y"], other["sd_x"], other["sd_y"]]))
+            if np.hypot(dx, dy) > max(DISAGREE, 5 * noise):
+                lines.append(
+                    f"calibration/{other['clip']}: tag {tag} of camera {camera} lies ({dx:+.1f}, {dy:+.1f}) px from "
+                    f"where {first['clip']} has it. Did the ball or the camera move?"
+                )
+    return lines
+
+
+def _record(
+    case: Case, labels: Labels, shots: Mapping[str, Shot], rows: pd.DataFrame, warnings: list[str]
+) -> dict[str, Any]:
+    clips = {}
+    for i, (clip, shot) in enumerate(shots.items()):
+        own = rows[rows["clip"] == clip]
+        spare = np.setdiff1d(np.arange(len(shot.at)), labels.blob[i])
+        lost = own[~own["found"]]
+        clips[clip] = {
+            "frames_seen": shot.seen,
+            "frames_averaged": shot.still.frames,
+            "frames_damaged": shot.damaged,
+            "share_left_out": shot.still.left_out,
+            "noise_grey_levels": float(np.median(shot.still.sd)),
+            "detect": shot.settings,
+            "tags": len(own),
+            "found": int(own["found"].sum()),
+            "blobs": len(shot.at),
+            "blobs_of_no_tag": np.round(shot.at[spare], 1).tolist(),
+            "missing": dict(zip(lost["tag"], lost["reason"], strict=True)),
+        }
+    return {
+        "camera": case.camera,
+        "picks": len(case.picks.point),
+        "points": len(rows),
+        "found": int(rows["found"].sum()),
+        "scatter_px": labels.sd,
+        "clips": clips,
+        "warnings": warnings,
+    }
