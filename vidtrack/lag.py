@@ -225,32 +225,6 @@ def masked_correlation(x: ArrayLike, y: ArrayLike) -> tuple[Array, Array, NDArra
     return r, n, np.arange(size) - (len(a) - 1)
 
 
-def resampled(t: ArrayLike, x: ArrayLike, at: ArrayLike) -> Array:
-    """Record x (n,) at other times (m,), by the cubic through its four nearest samples' trend; NaN in and beside gaps.
-
-    Where x is sampled much faster than `at`, its own noise passes unchanged: nothing is averaged.
-    """
-    time: Array = np.asarray(t, float)
-    value: Array = np.asarray(x, float)
-    when: Array = np.asarray(at, float)
-    good = np.isfinite(value)
-    answer = np.full(when.shape, np.nan)
-    if good.sum() < 2:
-        return answer
-    from scipy.interpolate import CubicSpline
-
-    known, level = time[good], value[good]
-    spline = CubicSpline(known, level) if len(known) > 3 else None
-    left = np.clip(np.searchsorted(known, when, side="right") - 1, 0, len(known) - 2)
-    width = known[left + 1] - known[left]
-    near = (when >= known[0]) & (when <= known[-1]) & (width < 2.5 * np.median(np.diff(known)))
-    straight = np.interp(when, known, level)
-    answer[near] = (spline(when) if spline is not None else straight)[near]
-    exact = np.isin(when, known)
-    answer[exact] = straight[exact]
-    return answer
-
-
 def agreement(x: ArrayLike, y: ArrayLike) -> Agreement:
     """How record y (n,) agrees with x (n,) at the same times; pairs with NaN are left out; fewer than 3: NaN."""
     a: Array = np.asarray(x, float)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from vidtrack.clock import Clock
 from vidtrack.errors import VidtrackError
 from vidtrack.plane import (
     Plane,
@@ -53,6 +55,7 @@ def locate_plane(
     centre: tuple[float, float] | None = None,
     image_size: tuple[int, int] | None = None,
     model: str = "auto",
+    clock: Mapping[str, float] | None = None,
     where: str = "mode plane",
 ) -> PlaneLocations:
     """Locate every centroid in the plane in which the targets move.
@@ -64,6 +67,7 @@ def locate_plane(
     points      tag, x, y[, z, sigma], and Xf, Yf (px)[, sd_x, sd_y] unless `sightings` has those, by tag;
                 a point without Xf is left out
     centre      px, of the lens; default: the middle of image_size, or of the points
+    clock       offset_s and rate_ppm, added to the camera's time
     A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
     """
     if (scale is None) == (points is None):
@@ -76,6 +80,8 @@ def locate_plane(
         known = _known_points(points, sightings, where)
         fit = _fitted(known, aspect, centre, model, where)
         plane, record = fit.plane, _points_record(fit, known, aspect, units, image_size)
+    if clock is not None:
+        centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))
     table = located(plane, centroids)
     record["samples"], record["located"] = len(table), int(table["x"].notna().sum())
     return PlaneLocations(table, record)

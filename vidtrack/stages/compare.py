@@ -1,0 +1,303 @@
+"""Stage compare: trajectories against a contact sensor's record, and against the truth where that is known."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from vidtrack.errors import VidtrackError
+from vidtrack.lag import Agreement, Lag, agreement, find_lag
+from vidtrack.resample import resample
+from vidtrack.straight import Line, fit_line
+from vidtrack.time_column import counting_of, regular, seconds_from_cells
+
+Array = NDArray[np.float64]
+
+COLUMNS = {
+    "time_s": "s",
+    "target": "",
+    "video": "world",
+    "reference": "world",
+    "reference_aligned": "world",
+    "difference": "world",
+    "difference_aligned": "world",
+    "mean_aligned": "world",
+    "error_x": "world",
+    "error_y": "world",
+    "error_z": "world",
+}
+"""reference: at the video's time; reference_aligned: as much earlier as the lag; difference: reference minus video."""
+
+MEANING = {
+    "lag_s": "positive: the video shows the motion later than the reference",
+    "gain, bias": "reference = gain video + bias, least squares",
+    "rms, max_abs": "of reference minus video",
+    "rms_fit": "of what is left after gain and bias",
+    "limits": "Bland and Altman: mean difference +- 1.96 standard deviations",
+    "before, after": "before and after the lag is removed; the plain keys are those after",
+}
+LEAST_STRAIGHT = 0.98
+"""Share of the motion's variance along its principal direction below which it is no straight line."""
+
+
+class Comparison(NamedTuple):
+    """record: what comparison.json tells; series: the records side by side, a row for each video sample."""
+
+    record: dict[str, Any]
+    series: pd.DataFrame
+
+
+def compare(
+    trajectories: pd.DataFrame,
+    reference: pd.DataFrame | None = None,
+    truth: pd.DataFrame | None = None,
+    *,
+    value: str | None = None,
+    time: str = "time_s",
+    axis: str = "x",
+    target: str | None = None,
+    field_diagonal: float | None = None,
+    longest_lag: float | None = None,
+    units: str = "",
+    where: str = "compare",
+) -> Comparison:
+    """Hold a run against its contact sensor, before and after the lag between their clocks is removed.
+
+    trajectories    time_s, target, x, y, z; timecode, sigma_x... where there are any
+    reference       column `time` (seconds, time code or ISO) and column `value`, in the trajectories' unit
+    truth           time_s, target, x, y, z: where the targets truly were
+    axis            x | y | z, or auto: the line along which the target moves, as a rod that is skewed to the world
+                    axes leads it (thesis figure 6.12)
+    target          default: the only one
+    field_diagonal  world units; mean errors are told as a share of it, 1/N
+    longest_lag     s
+    Raises VidtrackError where the records share no time or a column is missing or unreadable.
+    """
+    record: dict[str, Any] = {"units": units, "meaning": MEANING, "warnings": []}
+    parts = []
+    if reference is not None:
+        rows = _of_target(trajectories, target, where)
+        told, part = _against_reference(rows, reference, value, time, axis, longest_lag, where)
+        record["warnings"] += told.pop("warnings")
+        record |= told
+        parts.append(part)
+    if truth is not None:
+        told, errors = _against_truth(trajectories, truth, field_diagonal, where)
+        record["warnings"] += told.pop("warnings")
+        record["truth"] = told
+        parts.append(errors)
+    if not parts:
+        raise VidtrackError(f"{where}: neither a reference nor the truth to compare with. Give reference.csv.")
+    series = parts[0] if len(parts) == 1 else parts[0].merge(parts[1], on=["time_s", "target"], how="outer")
+    return Comparison(record, series.reindex(columns=list(COLUMNS)))
+
+
+def _of_target(trajectories: pd.DataFrame, target: str | None, where: str) -> pd.DataFrame:
+    names = sorted(trajectories["target"].astype(str).unique())
+    if target is None and len(names) != 1:
+        raise VidtrackError(f"{where}: targets {', '.join(names)}: which one? Set reference.target.")
+    target = names[0] if target is None else str(target)
+    if target not in names:
+        raise VidtrackError(f"{where}: no target '{target}'; the run has {', '.join(names)}. Correct reference.target.")
+    rows: pd.DataFrame = trajectories[trajectories["target"].astype(str) == target].sort_values("time_s")
+    return rows.drop_duplicates("time_s").reset_index(drop=True)
+
+
+def _against_reference(
+    rows: pd.DataFrame,
+    reference: pd.DataFrame,
+    value: str | None,
+    time: str,
+    axis: str,
+    longest: float | None,
+    where: str,
+) -> tuple[dict[str, Any], pd.DataFrame]:
+    t = rows["time_s"].to_numpy(float)
+    line, video, warnings = _along(rows, axis)
+    tr, r, about = _reference_record(reference, value, time, rows, where)
+    if not (np.isfinite(video).sum() >= 8 and max(t[0], tr[0]) < min(t[-1], tr[-1])):
+        raise VidtrackError(
+            f"{where}: the reference runs from {tr[0]:.3f} to {tr[-1]:.3f} s and the {np.isfinite(video).sum()} "
+            f"located samples from {t[0]:.3f} to {t[-1]:.3f} s: nothing to compare. Put both on one clock, in seconds "
+            "since midnight."
+        )
+    lag = find_lag(tr, r, t, video, longest=longest)
+    warnings += about.pop("warnings") + _lag_warnings(lag)
+    before = _at(tr, r, t)
+    after = _at(tr, r, t - lag.lag_s) if np.isfinite(lag.lag_s) else np.full(len(t), np.nan)
+    told_before, told_after = _told(agreement(video, before)), _told(agreement(video, after))
+    record = {
+        "target": str(rows["target"].iloc[0]),
+        "lag_s": lag.lag_s,
+        "lag_sd_s": lag.sd,
+        "lag_low_s": lag.low,
+        "lag_high_s": lag.high,
+        "lag_others_s": list(lag.others),
+        **told_after,
+        "before": told_before,
+        "after": told_after,
+        "axis": _told_line(line, axis),
+        "reference": about,
+        "warnings": warnings,
+    }
+    worst = np.abs(after - video)
+    if np.isfinite(worst).any():
+        record["max_abs_time_s"] = float(t[np.nanargmax(worst)])
+    series = {"time_s": t, "target": rows["target"].astype(str), "video": video, "reference": before}
+    series |= {"reference_aligned": after, "difference": before - video, "difference_aligned": after - video}
+    return record, pd.DataFrame({**series, "mean_aligned": (after + video) / 2})
+
+
+def _at(t: Array, x: Array, when: Array) -> Array:
+    values: Array = resample(t, x[:, None], when).values[:, 0]
+    return values
+
+
+def _along(rows: pd.DataFrame, axis: str) -> tuple[Line, Array, list[str]]:
+    """The target's coordinate along the axis that the sensor measures, and the line on which it moves."""
+    if axis not in ("x", "y", "z", "auto"):
+        raise ValueError(f"axis is x, y, z or auto, not {axis!r}")
+    p = rows[["x", "y", "z"]].to_numpy(float)
+    line = fit_line(p, None if axis == "auto" else "xyz".index(axis))
+    if axis != "auto":
+        return line, p[:, "xyz".index(axis)], []
+    warnings = []
+    if not line.straight >= LEAST_STRAIGHT:
+        warnings.append(
+            f"only {100 * line.straight:.0f} % of the target's motion lies along one line: "
+            "axis auto may not be what the sensor saw"
+        )
+    return line, line.along(p), warnings
+
+
+def _reference_record(
+    reference: pd.DataFrame, value: str | None, time: str, rows: pd.DataFrame, where: str
+) -> tuple[Array, Array, dict[str, Any]]:
+    columns = [c for c in reference.columns if c != "line"]
+    value = value if value is not None else next((str(c) for c in columns if c != time), "")
+    for name in (time, value):
+        if name not in reference:
+            raise VidtrackError(
+                f"{where}: the reference has no column '{name}'; it has {', '.join(map(str, columns))}."
+            )
+    labels = rows["timecode"].fillna("").astype(str).tolist() if "timecode" in rows else []
+    counting = counting_of(labels, rows["time_s"].to_numpy(float)) if labels else None
+    try:
+        times = seconds_from_cells(reference[time].tolist(), counting)
+        r = pd.to_numeric(reference[value]).to_numpy(float)
+    except ValueError as problem:
+        raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Mend the file.") from None
+    good = np.isfinite(times.seconds)
+    t, r = times.seconds[good], r[good]
+    if len(t) < 2:
+        raise VidtrackError(f"{where}: the reference has {len(t)} rows with a time. Record more of the motion.")
+    warnings = []
+    even = regular(t)
+    if even is not None:
+        t = even
+        warnings.append(
+            f"reference times are rounded until some coincide; taken as even, every {np.diff(t).mean():.6g} s"
+        )
+    elif (np.diff(t) <= 0).any():
+        mean = pd.Series(r).groupby(t).mean()
+        t, r = mean.index.to_numpy(float), mean.to_numpy(float)
+        warnings.append("reference times do not rise; sorted, and values of equal times averaged")
+    about = {"column": value, "time_column": time, "time_written_as": times.written, "samples": len(t)}
+    about |= {"first_s": float(t[0]), "last_s": float(t[-1]), "rate_hz": float(1 / np.median(np.diff(t)))}
+    return t, r, {**about, "warnings": warnings}
+
+
+def _lag_warnings(lag: Lag) -> list[str]:
+    if not np.isfinite(lag.lag_s):
+        return ["no lag could be found: one record does not move, or too little of them is in common"]
+    warnings = []
+    if lag.others:
+        others = ", ".join(f"{o:.3f}" for o in lag.others[:5])
+        warnings.append(f"the motion repeats itself: lags of {others} s explain the records about as well")
+    if abs(lag.correlation) < 0.9:
+        warnings.append(f"even after the lag is removed the records correlate only to {lag.correlation:.2f}")
+    if lag.correlation < 0:
+        warnings.append("the reference counts in the opposite direction (gain below zero)")
+    return warnings
+
+
+def _told(a: Agreement) -> dict[str, Any]:
+    low, high = a.mean_difference - 1.96 * a.sd_difference, a.mean_difference + 1.96 * a.sd_difference
+    return {**a._asdict(), "limits": [low, high]}
+
+
+def _told_line(line: Line, axis: str) -> dict[str, Any]:
+    return {
+        "asked": axis,
+        "nearest": "xyz"[line.axis],
+        "skew_deg": line.skew_deg,
+        "skew_sd_deg": line.skew_sd_deg,
+        "direction": line.direction.tolist(),
+        "straight": line.straight,
+        "rms_off_line": line.rms_off,
+        "length": line.length,
+        "run_out": float(line.length * np.sin(np.radians(line.skew_deg))),
+    }
+
+
+def _against_truth(
+    trajectories: pd.DataFrame, truth: pd.DataFrame, diagonal: float | None, where: str
+) -> tuple[dict[str, Any], pd.DataFrame]:
+    names, true_names = (sorted(table["target"].astype(str).unique()) for table in (trajectories, truth))
+    pairs = {n: n for n in names if n in true_names}
+    if not pairs and len(names) == len(true_names) == 1:
+        pairs = {names[0]: true_names[0]}
+    if not pairs:
+        raise VidtrackError(
+            f"{where}: truth names {', '.join(true_names)}, the run {', '.join(names)}. Name them alike."
+        )
+    tables, warnings = [], []
+    for name, true_name in pairs.items():
+        rows = _of_target(trajectories, name, where)
+        known = _of_target(truth, true_name, where)
+        t = rows["time_s"].to_numpy(float)
+        p = resample(known["time_s"].to_numpy(float), known[["x", "y", "z"]].to_numpy(float), t).values
+        error = rows[["x", "y", "z"]].to_numpy(float) - p
+        sigma = (
+            rows[["sigma_x", "sigma_y", "sigma_z"]].to_numpy(float)
+            if "sigma_x" in rows
+            else np.full(error.shape, np.nan)
+        )
+        frame = {"time_s": t, "target": name, **{f"error_{a}": error[:, k] for k, a in enumerate("xyz")}}
+        tables.append(pd.DataFrame({**frame, **{f"z_{a}": error[:, k] / sigma[:, k] for k, a in enumerate("xyz")}}))
+    unmatched = sorted(set(names) - set(pairs))
+    if unmatched:
+        warnings.append(f"no truth for {', '.join(unmatched)}")
+    errors = pd.concat(tables, ignore_index=True)
+    if not np.isfinite(errors[["error_x", "error_y"]].to_numpy(float)).any():
+        raise VidtrackError(f"{where}: the truth and the located samples share no time. Put both on one clock.")
+    told = {**_errors(errors, diagonal), "by_target": {n: _errors(e, diagonal) for n, e in errors.groupby("target")}}
+    return {**told, "warnings": warnings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
+
+
+def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
+    e = errors[["error_x", "error_y", "error_z"]].to_numpy(float)
+    used = np.isfinite(e[:, :2]).all(1)
+    e = e[used]
+    length = np.sqrt(np.nansum(e**2, axis=1))
+    axes = [k for k in range(3) if np.isfinite(e[:, k]).any()]
+    told: dict[str, Any] = {"n": len(e), "mean": float(length.mean()), "rms": float(np.sqrt((length**2).mean()))}
+    told["max"] = float(length.max())
+    size = np.abs(e)
+    for name, of_axes in (
+        ("mean_abs", np.nanmean(size[:, axes], 0)),
+        ("rms_by_axis", np.sqrt(np.nanmean(size[:, axes] ** 2, 0))),
+        ("max_abs", np.nanmax(size[:, axes], 0)),
+        ("bias", np.nanmean(e[:, axes], 0)),
+    ):
+        told[name] = {"xyz"[k]: float(v) for k, v in zip(axes, of_axes, strict=True)}
+    z = errors[["z_x", "z_y", "z_z"]].to_numpy(float)[used]
+    told["normalised_variance"] = {
+        "xyz"[k]: float(np.nanmean(z[:, k] ** 2)) for k in axes if np.isfinite(z[:, k]).any()
+    }
+    if diagonal is not None:
+        told |= {"field_diagonal": float(diagonal), "one_over": float(diagonal / max(told["mean"], 1e-300))}
+    return told
