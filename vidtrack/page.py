@@ -68,12 +68,12 @@ def share(value: Any, digits: int = 2) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{100 * value:.{digits}g} %"
 
 
-def one_over(value: Any) -> str:
-    """1/N with N to three digits; a dash for what is missing."""
-    if value is None or not math.isfinite(value) or value <= 0:
+def one_over(part: Any) -> str:
+    """A small share as 1/N, N to three digits: 0.000335 is 1/2 990; a dash for what is missing."""
+    if part is None or not math.isfinite(part) or part <= 0:
         return "–"
-    rounded = round(value, 2 - math.floor(math.log10(value)))
-    return f"1/{rounded:,.0f}".replace(",", " ")
+    n = 1 / part
+    return f"1/{round(n, 2 - math.floor(math.log10(n))):,.0f}".replace(",", " ")
 
 
 def pick(record: Mapping[str, Any], *path: str) -> Any:

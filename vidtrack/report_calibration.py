@@ -27,9 +27,9 @@ def accuracy_section(back: Record, units: str) -> Section:
     lines = [
         f"{back['n_points']} calibration points, located by the cameras and compared with the survey. "
         f"Mean error by axis: {_by_axis(back, 'mean_abs', units)}. The thesis reached 0.11 in, 1/1350 of its field.",
-        f"Points held out of the calibration ({held.get('method')}) tell what a new target can expect: "
-        f"{number(held.get('mean_3d'), 3)} {units} in space, {one_over(_share(held.get('mean_3d'), back))} of the "
-        f"diagonal field of {number(back.get('diagonal_field'), 4)} {units}.",
+        f"Points held out of the calibration ({held.get('method')}) lie {number(held.get('mean_3d'), 3)} {units} from "
+        f"their survey on average, {one_over(_share(held.get('mean_3d'), back))} of the diagonal field of "
+        f"{number(back.get('diagonal_field'), 4)} {units}; the survey's own tolerance is part of that.",
         _floor_line(back, units),
     ]
     return Section(
@@ -130,8 +130,10 @@ def _error_table(back: Record, units: str) -> Table:
 
 def _parameter_table(camera: Record, units: str) -> Table:
     errors: Record = camera.get("standard_errors") or {}
+    length = "px" if camera["dx"] == camera["dy"] == 1 else "mm"
     unit = {
-        **PARAMETER_UNITS,
+        **{name: length + power for name, power in POWERS.items()},
+        **{"Cx": "px", "Cy": "px"},
         **{f"t_{a}": units for a in AXES},
         **{f"omega_{a}": "rad" for a in AXES},
     }

@@ -22,7 +22,7 @@ def overlay(picture: np.ndarray[Any, Any], points: DataFrame, backprojection: Da
     Rejected points are drawn hollow, with their tag and in the colour of a warning.
     """
     height, width = picture.shape[:2]
-    figure, ax = new_figure(width=10, height=10 * height / width + 0.6)
+    figure, ax = new_figure(width=8, height=8 * height / width + 0.6)
     ax.imshow(picture, cmap="gray", vmin=0, vmax=max(int(picture.max()), 1), interpolation="nearest")
     picture_axes(ax, width, height)
     used = points[points["used"] & points["Xf"].notna()]

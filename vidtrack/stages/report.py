@@ -100,8 +100,8 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
     line = comparison.get("axis") or {}
     if line.get("skew_deg") is not None:
         lines.append(
-            f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} degrees "
-            f"off the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over "
+            f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} "
+            f"degrees off the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over "
             f"{number(line.get('length'), 3)}."
         )
     samples = locate.get("samples") or {}
@@ -113,13 +113,13 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
 def _lead(back: Record | None, runs: Mapping[str, Record], units: str) -> tuple[str, ...]:
     lines = []
     if back is not None:
-        held = back.get("held_out") or {}
-        field = back.get("diagonal_field")
-        mean = held.get("mean_3d")
+        mean, field = (back.get("held_out") or {}).get("mean_3d"), back.get("diagonal_field")
+        survey = (back.get("floor") or {}).get("mean_3d_with_survey")
         ratio = f", {one_over(mean / field)} of the diagonal field" if mean and field else ""
+        due = f"; the survey's tolerance and the centroid noise alone make {number(survey, 3)}" if survey else ""
         lines.append(
-            f"{len(back.get('cameras') or ())} cameras calibrated from {back['n_points']} points; points that the "
-            f"calibration did not see are located to {number(mean, 3)} {units} on average{ratio}."
+            f"{len(back.get('cameras') or ())} cameras calibrated from {back['n_points']} points. Points held out of the "
+            f"calibration are located to {number(mean, 3)} {units} of their survey on average{ratio}{due}."
         )
     if runs:
         lines.append(f"{len(runs)} run{'s' if len(runs) > 1 else ''}: {', '.join(runs)}.")
