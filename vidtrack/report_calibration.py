@@ -10,15 +10,8 @@ from vidtrack.page import Section, Table, number, one_over, pick, share
 Record = Mapping[str, Any]
 AXES = ("x", "y", "z")
 
-PARAMETER_UNITS = {
-    "f": "mm or px",
-    "Cx": "px",
-    "Cy": "px",
-    "Sx": "",
-    "kappa1": "1/mm²",
-    "kappa2": "1/mm⁴",
-    "p1": "1/mm",
-}
+POWERS = {"f": "", "kappa1": "⁻²", "kappa2": "⁻⁴", "p1": "⁻¹", "p2": "⁻¹"}
+"""The powers of the sensor's unit of length, mm, or px where no sensor is given."""
 
 
 def accuracy_section(back: Record, units: str) -> Section:
@@ -133,7 +126,7 @@ def _parameter_table(camera: Record, units: str) -> Table:
     length = "px" if camera["dx"] == camera["dy"] == 1 else "mm"
     unit = {
         **{name: length + power for name, power in POWERS.items()},
-        **{"Cx": "px", "Cy": "px"},
+        **dict.fromkeys(("Cx", "Cy"), "px"),
         **{f"t_{a}": units for a in AXES},
         **{f"omega_{a}": "rad" for a in AXES},
     }

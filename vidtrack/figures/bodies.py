@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vidtrack.figures.style import PALETTE, new_figure
+from vidtrack.figures.style import PALETTE, clock_axis, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ def six_degrees(bodies: DataFrame, units: str, title: str) -> Figure:
                 ax.fill_between(rows["time_s"], value - 2 * sigma, value + 2 * sigma, color=colour, alpha=0.2, lw=0)
                 ax.set_ylabel(f"{name} ({unit})", fontsize=8)
     for ax in axes[-1]:
-        ax.set_xlabel("time (s)", fontsize=8)
+        clock_axis(ax)
     axes[0, 0].legend(fontsize=7)
     figure.suptitle(title, fontsize=10)
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, new_figure
+from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, clock_axis, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,7 +44,7 @@ def records(series: DataFrame, axis: str, units: str, lag: str) -> Figure:
     axes[2].plot(t, series["difference_aligned"], color=PALETTE[1], lw=0.8)
     axes[2].axhline(0, color="#999999", lw=0.6)
     axes[2].set_ylabel(f"difference ({units})", fontsize=8)
-    axes[2].set_xlabel("time (s)", fontsize=8)
+    clock_axis(axes[2])
     axes[0].legend(fontsize=7, ncols=2, loc="upper right")
     return figure
 
@@ -61,7 +61,7 @@ def one_second(series: DataFrame, axis: str, units: str) -> Figure:
         t[near], series["reference_aligned"].to_numpy(float)[near], "-", color=REFERENCE_COLOUR, lw=1, label="reference"
     )
     ax.plot(t[near], video[near], "o", mfc="none", color=VIDEO_COLOUR, ms=4, label="video")
-    ax.set_xlabel("time (s)", fontsize=8)
+    clock_axis(ax)
     ax.set_ylabel(f"{axis} ({units})", fontsize=8)
     ax.legend(fontsize=7)
     return figure

@@ -61,3 +61,14 @@ def magnification(lengths: Any, target: float) -> float:
     wanted = target / typical
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(max(1.0, power * max(s for s in (1, 2, 5) if s * power <= wanted * 1.0001)))
+
+
+def clock_axis(ax: Axes) -> None:
+    """Label the time axis of what is drawn so far: seconds since midnight are told as seconds after a whole one."""
+    import numpy as np
+
+    begin = float(ax.dataLim.x0)
+    first = int(np.floor(begin)) if np.isfinite(begin) and abs(begin) >= 100 else 0
+    clock = f"{first // 3600:02d}:{first // 60 % 60:02d}:{first % 60:02d}"
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value - first:.6g}")
+    ax.set_xlabel(f"time (s after {clock})" if first else "time (s)", fontsize=8)

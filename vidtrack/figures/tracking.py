@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, new_figure
+from vidtrack.figures.style import PALETTE, clock_axis, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ def tracks(centroids: Mapping[str, DataFrame], colours: Mapping[str, str], title
         if len(lost) and table["Xf"].notna().any():
             column[0].plot(lost, np.full(len(lost), table["Xf"].min()), "|", color="#B00020", ms=5)
         column[0].set_title(f"{camera}" + (f" ({len(lost)} samples lost, red)" if len(lost) else ""), fontsize=9)
-        column[1].set_xlabel("time (s)", fontsize=8)
+        clock_axis(column[1])
     axes[0, 0].set_ylabel("Xf (px)", fontsize=8)
     axes[1, 0].set_ylabel("Yf (px)", fontsize=8)
     figure.suptitle(title, fontsize=10)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import AXIS_COLOURS, PALETTE, new_figure
+from vidtrack.figures.style import AXIS_COLOURS, PALETTE, clock_axis, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ def against_time(trajectories: DataFrame, units: str, title: str) -> Figure:
             ax.fill_between(t, value - 2 * sigma, value + 2 * sigma, color=colour, alpha=0.2, lw=0)
             ax.set_ylabel(f"{axis} ({units})", fontsize=8)
     _flagged(axes[0, 0], trajectories, axes_shown[0])
-    axes[-1, 0].set_xlabel("time (s)", fontsize=8)
+    clock_axis(axes[-1, 0])
     if 1 < trajectories["target"].nunique() <= MANY or axes[0, 0].collections[-1:] == []:
         axes[0, 0].legend(fontsize=7, ncols=8, loc="upper right")
     axes[0, 0].set_title(title, fontsize=10)
@@ -67,7 +67,7 @@ def derivatives(kinematics: DataFrame, units: str, title: str) -> Figure:
             axes[1].plot(rows["time_s"], rows[f"a{axis}"], color=AXIS_COLOURS[axis], lw=0.9, label=axis)
     axes[0].set_ylabel(f"velocity ({units}/s)", fontsize=8)
     axes[1].set_ylabel(f"acceleration ({units}/s$^2$)", fontsize=8)
-    axes[1].set_xlabel("time (s)", fontsize=8)
+    clock_axis(axes[1])
     axes[0].legend(fontsize=7, ncols=3, loc="upper right")
     axes[0].set_title(f"{title}, target {', '.join(map(str, shown))}", fontsize=10)
     return figure

@@ -118,8 +118,8 @@ def _lead(back: Record | None, runs: Mapping[str, Record], units: str) -> tuple[
         ratio = f", {one_over(mean / field)} of the diagonal field" if mean and field else ""
         due = f"; the survey's tolerance and the centroid noise alone make {number(survey, 3)}" if survey else ""
         lines.append(
-            f"{len(back.get('cameras') or ())} cameras calibrated from {back['n_points']} points. Points held out of the "
-            f"calibration are located to {number(mean, 3)} {units} of their survey on average{ratio}{due}."
+            f"{len(back.get('cameras') or ())} cameras calibrated from {back['n_points']} points. Points held out of "
+            f"the calibration are located to {number(mean, 3)} {units} of their survey on average{ratio}{due}."
         )
     if runs:
         lines.append(f"{len(runs)} run{'s' if len(runs) > 1 else ''}: {', '.join(runs)}.")
