@@ -14,6 +14,7 @@ Source: SMPTE ST 12-1, sections 9.2 to 9.5.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -33,8 +34,8 @@ _SLOWEST, _FASTEST = 0.45 * 24, 2.2 * 30
 class Words(NamedTuple):
     """Words that were read; arrays of one length, in order of time.
 
-    start   samples, the beginning of the first bit: that of the frame which the word names
-    period  samples, how long the word lasted
+    start   samples (or s, once placed), the beginning of the first bit: that of the frame which the word names
+    period  samples (or s), how long the word lasted
     parts   hours, minutes, seconds, frames
     drop    the drop-frame flag
     user    the 32 user bits
@@ -45,6 +46,22 @@ class Words(NamedTuple):
     parts: Parts
     drop: NDArray[np.bool_]
     user: NDArray[np.uint32]
+
+    def where(self, chosen: NDArray[np.bool_]) -> Words:
+        """Those words for which `chosen` (n,) is true."""
+        parts = Parts(*(part[chosen] for part in self.parts))
+        return Words(self.start[chosen], self.period[chosen], parts, self.drop[chosen], self.user[chosen])
+
+
+def joined(stretches: Sequence[Words]) -> Words:
+    """The words of several stretches, one after the other; no words of none."""
+    if not stretches:
+        return _gathered(*_nothing())
+    parts = Parts(*(np.concatenate(part) for part in zip(*(words.parts for words in stretches), strict=True)))
+    start, period, drop, user = (
+        np.concatenate([getattr(words, name) for words in stretches]) for name in ("start", "period", "drop", "user")
+    )
+    return Words(start, period, parts, drop, user)
 
 
 def read_words(samples: ArrayLike, rate: float) -> Words:

@@ -15,13 +15,14 @@ video the stamps themselves are the time.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.timecode import Timecode, exact_rate, label_from_frame, nominal
+from vidtrack.timecode import Timecode, exact_rate, label_from_frame, nominal, parse
 
 Array = NDArray[np.float64]
 
@@ -33,11 +34,13 @@ class Anchor:
     time   s, the frame's time stamp after the first frame
     frame  whole number of the code's frames since midnight
     phase  by how much of a code frame the picture comes later than the code's frame began, 0 where they are locked
+    speed  seconds of code a second of the recording: 1 unless it is played slower or faster than it was made
     """
 
     time: float
     frame: int
     phase: float = 0.0
+    speed: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -68,13 +71,12 @@ class TimeBase:
         fields  frames to add: 0 for the first field and for whole frames, 0.5 for the second field
         """
         times = np.asarray(times, float)
-        fields = np.asarray(fields, float)
-        start, origin = self._anchored(times)
-        if not self.constant:
-            return origin / float(self.rate) + (times - start) + fields / float(self.rate)
-        # one count of frames over the exact rate: cameras that share a label share the very same float
-        frames = origin + np.rint((times - start) * float(self.rate)) + fields
-        return np.asarray(frames * self.rate.denominator / self.rate.numerator)
+        if not self.anchors:
+            return self._over_rate(self._elapsed(times) + np.asarray(fields, float))
+        which = self._which(times)
+        start, speed = self._column("time")[which], self._column("speed")[which]
+        origin = np.array([float((a.frame + Fraction(a.phase)) * self.rate / self.code_rate) for a in self.anchors])
+        return self._over_rate(origin[which] + speed * (self._elapsed(times - start) + np.asarray(fields, float)))
 
     def labels(self, times: ArrayLike) -> NDArray[np.str_]:
         """Time code labels, a string array in the shape of `times`; "" where there is no code or time is NaN."""
@@ -97,69 +99,50 @@ class TimeBase:
         The inverse of `seconds`, for `start` and `end`: with several anchors, the first stretch that holds it.
         """
         for anchor, following in zip(self.anchors, (*self.anchors[1:], None), strict=True):
-            time = anchor.time + seconds - float(self._origin(anchor) / self.rate)
+            shown = float((anchor.frame + Fraction(anchor.phase)) / self.code_rate)
+            time = anchor.time + (seconds - shown) / anchor.speed
             if following is None or time < following.time:
                 return time
         return seconds
 
     def fitted(self, times: ArrayLike) -> TimeBase:
-        """This time base, with the grid that the time stamps themselves show, once they are all known.
+        """This time base on the grid that the time stamps themselves show, once they are all known.
 
         times  (n,) s after the first frame, in order; fewer than 3 change nothing
-        The stated rate holds if every stamp lies within 0.3 frame of its grid; else the rate that the stamps have
-        (a divisor of the stated one, as for fields counted as frames, or what a straight line through them gives);
-        else the rate varies: `constant` is False and the stamps are taken as they are.
+        Where no grid fits, the rate varies: `constant` is False and the stamps are taken as they are.
         """
         times = np.asarray(times, float)
         if len(times) < 3:
             return self
-        step = float(np.median(np.diff(times)))
-        if not step > 0:
+        rate = grid_rate(times, self.rate)
+        if rate is None:
             return replace(self, constant=False)
-        stated = self.rate / max(1, round(step * float(self.rate)))
-        n = np.rint((times - times[0]) / step)
-        for _ in range(3):  # whole numbers of frames and their length, in turn: a long file needs the length first
-            length = float(np.polyfit(n, times, 1)[0]) if n[-1] > 0 else step
-            n = np.rint((times - times[0]) / length)
-        measured = exact_rate(Fraction(1 / length).limit_denominator(100_000)) if length > 0 else stated
-        for rate in (stated, measured):
-            off = (times - times[0]) * float(rate)
-            off = off - np.rint(off)
-            if np.abs(off - np.median(off)).max() < 0.3:
-                same = self.code_rate == self.rate
-                return replace(
-                    self, rate=rate, code_rate=rate if same and self.anchors == () else self.code_rate, constant=True
-                )
-        return replace(self, constant=False)
+        return replace(self, rate=rate, code_rate=self.code_rate if self.anchors else rate, constant=True)
 
-    def _origin(self, anchor: Anchor) -> Fraction:
-        return (anchor.frame + Fraction(anchor.phase)) * self.rate / self.code_rate
+    def _column(self, name: str) -> Array:
+        return np.array([getattr(anchor, name) for anchor in self.anchors], float)
+
+    def _elapsed(self, dt: Array) -> Array:
+        """Frames of video in dt, s: whole ones in constant-rate video."""
+        frames: Array = dt * float(self.rate)
+        return np.rint(frames) if self.constant else frames
+
+    def _over_rate(self, frames: Array) -> Array:
+        # one count of frames over the exact rate: cameras that share a label share the very same float
+        return np.asarray(frames * self.rate.denominator / self.rate.numerator)
 
     def _which(self, times: Array) -> NDArray[np.intp]:
         # half a frame early: a rounded stamp must not fall before the anchor that it belongs to
-        starts = np.array([anchor.time for anchor in self.anchors]) - 0.5 / float(self.rate)
+        starts = self._column("time") - 0.5 / float(self.rate)
         return np.maximum(np.searchsorted(starts, np.nan_to_num(times), side="right") - 1, 0)
-
-    def _anchored(self, times: Array) -> tuple[Array, Array]:
-        """The time stamp, s, and the clock, frames of video since midnight, of the anchor that holds at `times`."""
-        if not self.anchors:
-            return np.zeros(times.shape), np.zeros(times.shape)
-        starts = np.array([anchor.time for anchor in self.anchors])
-        origins = np.array([float(self._origin(anchor)) for anchor in self.anchors])
-        which = self._which(times)
-        return starts[which], origins[which]
 
     def _code_frames(self, times: Array) -> NDArray[np.int64]:
         which = self._which(times)
-        first, phase, start = (
-            np.array([getattr(anchor, part) for anchor in self.anchors])[which] for part in ("frame", "phase", "time")
-        )
-        elapsed: Array = (times - start) * float(self.rate)
-        if self.constant:
-            elapsed = np.rint(elapsed)
+        elapsed = self._elapsed(times - self._column("time")[which]) * self._column("speed")[which]
+        first, phase = np.array([anchor.frame for anchor in self.anchors], np.int64), self._column("phase")[which]
         if self.rate == self.code_rate:
-            return np.asarray(first + np.rint(elapsed), np.int64)
-        return np.asarray(first + np.floor(elapsed * float(self.code_rate / self.rate) + phase + 1e-3), np.int64)
+            return np.asarray(first[which] + np.rint(elapsed + np.clip(phase, -0.49, 0.49)), np.int64)
+        return np.asarray(first[which] + np.floor(elapsed * float(self.code_rate / self.rate) + phase + 1e-3), np.int64)
 
 
 def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "none", constant: bool = True) -> TimeBase:
@@ -168,6 +151,21 @@ def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "no
         return TimeBase(rate, rate, constant=constant)
     anchors = (Anchor(0.0, code.frame),)
     return TimeBase(rate, code.rate, code.drop, anchors, constant, source)
+
+
+def base_from_labels(labels: Mapping[str, str], rate: Fraction) -> TimeBase:
+    """The TimeBase by the first of several sources -> label of the first frame that can be read; none without one.
+
+    A group header (gop) that counts from zero is no time code: encoders write it unasked.
+    """
+    for source, label in labels.items():
+        if source == "gop" and label.startswith("00:00:00"):
+            continue
+        try:
+            return time_base(rate, parse(label, code_rate_of(rate)), source=source)
+        except ValueError:
+            continue
+    return time_base(rate)
 
 
 def code_rate_of(rate: Fraction) -> Fraction:
@@ -182,3 +180,26 @@ def code_rate_of(rate: Fraction) -> Fraction:
         if n % base == 0:
             return rate * base / n
     return rate
+
+
+def grid_rate(times: Array, stated: Fraction) -> Fraction | None:
+    """The exact rate on whose grid time stamps (n,) s lie, every one within 0.3 frame; None where the rate varies.
+
+    The stated rate, or a divisor of it (fields counted as frames), is tried first; then what a straight line through
+    the stamps gives. Stamps rounded to 1 ms lie within 0.3 frame up to 500 frames a second. Gaps are no matter.
+    """
+    since = times - times[0]
+    step = float(np.median(np.diff(times)))
+    if not step > 0:
+        return None
+    for _ in range(3):  # whole frames and their length, in turn: a long recording needs the length first
+        n = np.rint(since / step)
+        step = float((n * since).sum() / max((n * n).sum(), 1.0)) or step
+    divided = stated / max(1, round(step * float(stated)))
+    measured = exact_rate(Fraction(1 / step).limit_denominator(100_000))
+    for rate in (divided, measured):
+        off = since * float(rate)
+        off = off - np.rint(off)
+        if np.abs(off - np.median(off)).max() < 0.3:
+            return rate
+    return None

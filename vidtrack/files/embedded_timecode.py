@@ -1,50 +1,64 @@
-"""Time code that a video file carries beside its pictures: container tags, DV subcode, MPEG-2 GOP headers."""
+"""Time code that a video file carries beside its pictures: container tags, DV subcode, GOP headers, AVI `ISMP`."""
 
 from __future__ import annotations
 
-from fractions import Fraction
+import re
 from typing import Any
 
-from vidtrack.timebase import code_rate_of
-from vidtrack.timecode import Timecode, parse
+_TAG_OF = {"mov,mp4,m4a,3gp,3g2,mj2": "tmcd", "mxf": "mxf", "matroska,webm": "matroska", "avi": "ismp", "dv": "dv"}
+_LABEL = re.compile(rb"\d\d:\d\d:\d\d[:;.]\d\d")
 
-_TAG_OF = {"mov,mp4,m4a,3gp,3g2,mj2": "tmcd", "mxf": "mxf", "matroska,webm": "matroska", "avi": "avi", "dv": "dv"}
+ZERO = ("00:00:00:00", "00:00:00;00", "00:00:00.00")
+"""Labels that a counter shows which nobody set."""
 
 
 def embedded_timecodes(container: Any, stream: Any, first: Any, dv_code: str | None) -> dict[str, str]:
-    """Where a time code was found -> the label of the first picture, the most trustworthy first."""
+    """Where a time code was found -> the label of the first picture; the most trustworthy first, unset ones last.
+
+    first    the first picture
+    dv_code  what its DV packet says, if it is one
+    """
     codes: dict[str, str] = {}
     if dv_code:
         codes["dv"] = dv_code
     tag = _TAG_OF.get(container.format.name, container.format.name)
     for holder in (stream, *container.streams, container):
         for key, value in holder.metadata.items():
-            if key.lower() == "timecode" and value and tag not in codes:
-                codes[tag] = value
-    of_frame = first.metadata.get("timecode")
-    if of_frame:
-        codes["gop"] = of_frame
-    return codes
+            if key.lower() == "timecode" and value:
+                codes.setdefault(tag, value)
+    if tag == "ismp" and tag not in codes and (label := _ismp_in_header(container.name)):
+        codes[tag] = label
+    of_picture = first.metadata.get("timecode")
+    if of_picture:
+        # MPEG-2 counts in its group headers, H.264 and HEVC in picture timing (ST 12-1 in SEI); only the first is sure
+        codes["gop" if stream.codec_context.name.startswith("mpeg") else "sei"] = of_picture
+    return dict(sorted(codes.items(), key=lambda item: item[1] in ZERO))
 
 
-def first_code(codes: dict[str, str], rate: Fraction) -> tuple[str, Timecode | None]:
-    """The first source whose label can be read, and its code; ("none", None) where there is none."""
-    for source, label in codes.items():
-        if source == "gop" and label[:8] == "00:00:00":
-            continue  # encoders write it unasked
-        try:
-            return source, parse(label, code_rate_of(rate))
-        except ValueError:
-            continue
-    return "none", None
+def _ismp_in_header(name: str) -> str | None:
+    """The label of an `ISMP` chunk, which old capture programs put into the header list, where no library looks."""
+    with open(name.removeprefix("file:"), "rb") as file:
+        head = file.read(1 << 16)
+    at = head.find(b"ISMP", 0, head.find(b"movi") if b"movi" in head else len(head))
+    found = _LABEL.match(head, at + 8) if at >= 0 else None
+    return found.group().decode() if found else None
 
 
-def code_of_dv_packet(packet: Any) -> str | None:
-    """The label in a raw DV frame: pack 0x13 of the first subcode block, bytes 86 to 90; None where it is empty."""
-    pack = memoryview(packet)[86:91]
+def code_of_dv(pack: bytes | memoryview) -> str | None:
+    """The label in a DV time code pack (0x13), its five bytes; None where it is another, empty or no label.
+
+    IEC 61834-4: binary-coded decimal, frames first; bit 6 of the frames is the drop-frame flag.
+    """
     if len(pack) < 5 or pack[0] != 0x13 or pack[1] == 0xFF:
         return None
     frames, seconds, minutes, hours = (
-        10 * (byte >> 4 & tens) + (byte & 0xF) for byte, tens in zip(pack[1:], (3, 7, 7, 3), strict=True)
+        10 * (byte >> 4 & tens) + (byte & 0xF) for byte, tens in zip(pack[1:5], (3, 7, 7, 3), strict=True)
     )
+    if hours > 23 or minutes > 59 or seconds > 59 or frames > 29:
+        return None
     return f"{hours:02d}:{minutes:02d}:{seconds:02d}{';' if pack[1] & 0x40 else ':'}{frames:02d}"
+
+
+def code_of_dv_packet(packet: Any) -> str | None:
+    """The label in a raw DV frame: the pack at bytes 86 to 90 of its first subcode block; None where there is none."""
+    return code_of_dv(memoryview(packet)[86:91])

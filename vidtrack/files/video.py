@@ -23,10 +23,10 @@ from av.logging import PANIC, get_last_error, get_level, set_level
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.damage import Watch
-from vidtrack.files.embedded_timecode import code_of_dv_packet, embedded_timecodes, first_code
+from vidtrack.files.embedded_timecode import code_of_dv_packet, embedded_timecodes
 from vidtrack.files.luma import bits_of, luma_reader
 from vidtrack.frame import Frame, ReadAccount, VideoInfo
-from vidtrack.timebase import time_base
+from vidtrack.timebase import base_from_labels
 from vidtrack.timecode import exact_rate
 
 _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
@@ -162,7 +162,6 @@ class Video:
         still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
         rate = exact_rate(_stated_rate(self._container, stream))
         codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
-        source, code = first_code(codes, rate)
         return VideoInfo(
             width=first.width,
             height=first.height,
@@ -178,7 +177,7 @@ class Video:
             duration=None if still else _stated_duration(self._container, stream, rate),
             is_still=still,
             start=(first.pts or 0) * stream.time_base,
-            time=time_base(rate, code, source=source),
+            time=base_from_labels(codes, rate),
         )
 
 
