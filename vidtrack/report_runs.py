@@ -11,19 +11,19 @@ Record = Mapping[str, Any]
 
 
 def runs_table(runs: Mapping[str, Record], units: str) -> Table:
-    """All runs at a glance; each is {locate, comparison, duration_s} as far as there is."""
+    """All runs at a glance; each is {trajectories, n_targets, duration_s, comparison where there is one}."""
     rows = []
     for name, run in runs.items():
-        samples: Record = pick(run, "locate", "samples") or {}
-        n, located = samples.get("n"), samples.get("located")
-        sigma = [s for s in samples.get("mean_sigma") or () if s is not None]
+        table = run["trajectories"]
+        n, located = len(table), int(table["x"].notna().sum())
+        sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
         rows.append(
             [
                 name,
                 number(run.get("n_targets")),
                 number(run.get("duration_s"), 4),
                 number(n),
-                share(located / n if n and located is not None else None, 4),
+                share(located / n if n else None, 4),
                 number(max(sigma) if sigma else None, 2),
                 number(pick(run, "comparison", "lag_s"), 4),
                 number(pick(run, "comparison", "after", "rms"), 3),

@@ -9,7 +9,7 @@ import pandas as pd
 
 from vidtrack import report_calibration as calibration
 from vidtrack import report_runs as told
-from vidtrack.page import Section, number, one_over
+from vidtrack.page import Section, number, one_over, pick
 
 Record = Mapping[str, Any]
 
@@ -104,9 +104,9 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
             f"degrees off the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over "
             f"{number(line.get('length'), 3)}."
         )
-    samples = locate.get("samples") or {}
-    if samples.get("mean_miss") is not None:
-        lines.append(f"Lines of sight miss the located points by {number(samples['mean_miss'], 3)} {units} on average.")
+    miss = pick(locate, "samples", "mean_miss")
+    if miss is not None:
+        lines.append(f"Lines of sight miss the located points by {number(miss, 3)} {units} on average.")
     return lines
 
 
