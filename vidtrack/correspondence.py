@@ -38,7 +38,7 @@ class Correspondence(NamedTuple):
 
     target: tuple[Indices, ...]  # for each camera (n_tracks,): the target that a track shows; NONE
     error_px: Array  # (m,) rms distance from the epipolar curves, px
-    runner_up_px: Array  # (m,) that of the best other match of any of its tracks; inf where there is none
+    runner_up_px: Array  # (m,) that of the best other match of any of its tracks that explains as much; inf: none
     ambiguous: NDArray[np.bool_]  # (m,) another match explains the tracks about as well
     n_common: Indices  # (m,) moments at which two cameras or more saw it, of those looked at
     looked_at: int
@@ -53,7 +53,8 @@ class _Candidates(NamedTuple):
     tracks: Indices  # (m, n_cameras)
     error: Array  # (m,) px
     n_common: Indices  # (m,)
-    value: Array  # (m,) samples explained, over those looked at, less for a large error
+    explained: Array  # (m,) samples of a second and further camera, over the moments looked at
+    value: Array  # (m,) the same, less for a large error
 
 
 def match_tracks(
@@ -177,7 +178,7 @@ def _weighed(
     cameras: Sequence[Camera], b: Sequence[Array], sets: Indices, tolerance: float, min_common: int
 ) -> _Candidates:
     T = b[0].shape[1]
-    error, n_common, value = np.full(len(sets), np.inf), np.zeros(len(sets), np.intp), np.zeros(len(sets))
+    error, n_common, explained = np.full(len(sets), np.inf), np.zeros(len(sets), np.intp), np.zeros(len(sets))
     for start in range(0, len(sets), 512):
         part = slice(start, start + 512)
         lost = np.full((1, T, 2), np.nan)
@@ -190,10 +191,10 @@ def _weighed(
         # a distance from the epipolar curve holds the noise of two pictures: twice the variance of one
         error[part] = np.sqrt(2 * chi2.sum(-1) / np.maximum(spare.sum(-1), 1))
         n_common[part] = found.sum(-1)
-        explained = np.where(found, np.isfinite(seen[..., 0]).sum(0) - 1, 0).sum(-1) / T
-        value[part] = explained * (1 - 0.5 * (error[part] / tolerance) ** 2)
+        explained[part] = np.where(found, np.isfinite(seen[..., 0]).sum(0) - 1, 0).sum(-1) / T
+    value = explained * (1 - 0.5 * (error / tolerance) ** 2)
     good = (n_common >= min_common) & (error <= tolerance)
-    return _Candidates(sets[good], error[good], n_common[good], value[good])
+    return _Candidates(sets[good], error[good], n_common[good], explained[good], value[good])
 
 
 def _chosen(candidates: _Candidates, limit: int, without: int = NONE) -> Indices:
@@ -231,13 +232,17 @@ def _incidence(tracks: Indices) -> Array:
 
 
 def _rivals(candidates: _Candidates, chosen: Indices, limit: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Error, px, of the best rival of each chosen candidate, and whether without it all is explained about as well."""
+    """Error, px, of the best rival of each chosen candidate, and whether without it all is explained about as well.
+
+    A rival holds one of its tracks and another one instead of one of the rest, and explains as many samples.
+    """
     runner_up = np.full(len(chosen), np.inf)
     ambiguous = np.zeros(len(chosen), bool)
     tracks = candidates.tracks
     for k, own in enumerate(chosen):
         both = (tracks != NONE) & (tracks[own] != NONE)
         rival = (both & (tracks == tracks[own])).any(1) & (both & (tracks != tracks[own])).any(1)
+        rival &= candidates.explained >= 0.9 * candidates.explained[own]
         if not rival.any():
             continue
         runner_up[k] = candidates.error[rival].min()
@@ -247,7 +252,7 @@ def _rivals(candidates: _Candidates, chosen: Indices, limit: int) -> tuple[Array
             continue
         other = _chosen(candidates, limit, without=int(own))
         changed, instead = np.setdiff1d(chosen, other), np.setdiff1d(other, chosen)
-        if candidates.n_common[instead].sum() < 0.98 * candidates.n_common[changed].sum():
+        if candidates.explained[instead].sum() < 0.98 * candidates.explained[changed].sum():
             continue
         ambiguous[k] = _rms(candidates.error[instead]) <= ratio * max(_rms(candidates.error[changed]), 0.02)
     return runner_up, ambiguous
