@@ -51,7 +51,7 @@ include: "workflow/rules/comparison.smk"
 include: "workflow/rules/report.smk"
 
 
-BOOK.close()
+told(BOOK.close)
 
 
 wildcard_constraints:

@@ -82,12 +82,16 @@ class Checksums:
         except (OSError, ValueError):
             self._known = {}
 
+    def knows(self, path: str) -> bool:
+        """Whether the file's checksum is remembered for the state that the file is in."""
+        state = os.stat(path)
+        return self._known.get(path, [])[:2] == [state.st_size, state.st_mtime_ns]
+
     def of(self, path: str) -> str:
         """The checksum of the file's content; OSError where it cannot be read."""
+        if self.knows(path):
+            return str(self._known[path][2])
         state = os.stat(path)
-        known = self._known.get(path)
-        if known and known[:2] == [state.st_size, state.st_mtime_ns]:
-            return str(known[2])
         with open(path, "rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         self._known[path] = [state.st_size, state.st_mtime_ns, digest]

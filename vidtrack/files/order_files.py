@@ -13,7 +13,7 @@ from typing import Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
-from vidtrack.files.experiment import within
+from vidtrack.files.experiment import NO_RECORDING, within
 from vidtrack.files.fingerprint import Checksums, code_fingerprint
 
 
@@ -28,6 +28,7 @@ class OrderBook:
         self.folder = within(results, ".orders")
         self.writing = writing
         self._checksums = Checksums(within(self.folder, "checksums.json"))
+        self._fresh: dict[str, None] = {}
 
     def place(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> str:
         """Write the order of one job, if it has changed, and answer its path.
@@ -51,15 +52,40 @@ class OrderBook:
         return path
 
     def close(self) -> None:
-        """Remember the checksums for the next call."""
-        if self.writing:
-            self._checksums.save()
+        """Remember the checksums for the next call.
+
+        A recording that is new or has changed is opened first: VidtrackError, a line each, where one cannot be read.
+        """
+        if not self.writing:
+            return
+        problems: list[str] = []
+        for path in self._fresh:
+            if os.path.splitext(path)[1].lower() not in NO_RECORDING:
+                problems += _unreadable(path)
+        if problems:
+            raise VidtrackError(*problems)
+        self._checksums.save()
 
     def _checksum(self, path: str) -> str:
         try:
-            return self._checksums.of(path)
+            known = self._checksums.knows(path)
+            checksum = self._checksums.of(path)
         except OSError as error:
             raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Mend it and run again.") from None
+        if not known:
+            self._fresh[path] = None
+        return checksum
+
+
+def _unreadable(path: str) -> tuple[str, ...]:
+    """What hinders a recording from being opened, if anything does."""
+    from vidtrack.files.video import open_video
+
+    try:
+        with open_video(path):
+            return ()
+    except VidtrackError as error:
+        return error.problems
 
 
 def _holds(path: str, text: str) -> bool:
