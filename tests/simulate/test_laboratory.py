@@ -11,7 +11,7 @@ import yaml
 
 from vidtrack.camera import project
 from vidtrack.simulate.__main__ import main
-from vidtrack.simulate.laboratory import moved, planned_files, set_up, surveyed
+from vidtrack.simulate.laboratory import moved, planned_files, random_stream, set_up, survey_sigma, surveyed
 from vidtrack.simulate.scenario import scenario_from
 
 LAB = {
@@ -90,6 +90,17 @@ def test_the_survey_errs_as_much_as_it_says(distribution, spread):
     assert error.std() == pytest.approx(spread, rel=0.04)
     assert abs(error.mean()) < 4 * spread / np.sqrt(error.size)
     assert (np.abs(error).max() <= 0.1) == (distribution == "uniform")
+
+
+def test_the_standard_deviation_of_a_tolerance_is_a_third_root_of_it():
+    plan = {**LAB["calibration"], "survey": {"error": 0.3, "distribution": "uniform"}}
+    assert survey_sigma(scenario_from({**LAB, "calibration": plan})) == pytest.approx(0.3 / 3**0.5)
+
+
+def test_every_file_has_random_numbers_of_its_own():
+    scenario = scenario_from(LAB)
+    first = [random_stream(scenario, *names).integers(2**40) for names in (("a",), ("b",), ("a", "b"), ("a", "c"))]
+    assert len(set(first)) == 4
 
 
 def test_the_survey_is_what_the_laboratory_knows_and_the_truth_lies_apart(lab):
@@ -171,7 +182,19 @@ def test_a_camera_that_turned_to_its_right_sees_things_move_left():
     turned = moved(camera, ((0, 0, 0), (0, 2, 0)))  # about y, which points down
     left = project(camera, ahead)[0] - project(turned, ahead)[0]
     assert left == pytest.approx(np.tan(np.radians(2)) * camera.f / camera.dx)
-    assert moved(camera, ((1, 2, 3), (0, 2, 0))).position == pytest.approx(camera.position + [1, 2, 3])
+    assert moved(camera, ((1, 2, 3), (0, 2, 0))).position == pytest.approx(camera.position + np.array([1, 2, 3]))
+
+
+def test_longitudinal_time_code_lasts_as_long_as_the_film(tmp_path):
+    tape = {"timecode": "both", "sound_level": 0.25}
+    recording = {**LAB["recording"], "tape": tape}
+    set_up(scenario_from({**LAB, "recording": recording, "calibration": {}}), str(tmp_path / "ltc"))
+    with av.open(str(tmp_path / "ltc/runs/swing/right.mov")) as container:
+        heard = np.concatenate([frame.to_ndarray()[0] for frame in container.decode(audio=0)]) / 32767
+    assert len(heard) == int(12 * 1001 / 30000 * 48000)
+    assert np.abs(heard).max() == pytest.approx(0.25, abs=0.01)
+    turns = np.count_nonzero(np.diff(np.sign(heard)))  # 80 to 160 a word
+    assert 80 * 12 < turns < 160 * 12
 
 
 def test_cameras_truth_is_written_in_tsais_symbols(lab):

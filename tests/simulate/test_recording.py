@@ -71,6 +71,16 @@ def test_an_open_shutter_smears_a_ball_about_the_same_place_and_keeps_its_light(
     assert smeared.max() < 0.9 * sharp.max()
 
 
+def test_a_shaded_ball_gives_less_light_by_a_third_of_its_limbs_loss():
+    shaded = film([ball(radius=3.0)], np.zeros(1), picture=PLAIN.model_copy(update={"limb": 0.6}))[0]
+    plain = film([ball(radius=3.0)], np.zeros(1))[0]
+    assert shaded.sum() / plain.sum() == pytest.approx(
+        1 - 0.6 / 3, rel=5e-3
+    )  # the mean of 1 - 0.6 (1 - sqrt(1 - rho^2))
+    assert shaded.max() == pytest.approx(200, rel=5e-3)
+    assert centre_of_light(shaded) == pytest.approx(centre_of_light(plain), abs=0.01)
+
+
 @pytest.mark.parametrize("order", ["top", "bottom"])
 def test_each_field_shows_the_ball_at_its_own_time(order):
     velocity = np.array([80.0, 0, 0])

@@ -134,3 +134,8 @@ def test_a_recording_that_breaks_off_leaves_nothing_behind(tmp_path):
 def test_a_still_that_is_no_png_is_refused():
     with pytest.raises(VidtrackError, match="png"):
         plan_from(Tape, {"codec": "png"}, "x.yaml")
+
+
+def test_a_tape_that_cannot_hold_sound_as_it_is_refuses_longitudinal_time_code():
+    with pytest.raises(VidtrackError, match="mov, mkv or avi"):
+        plan_from(Tape, {"codec": "h264", "container": "mp4", "timecode": "ltc"}, "x.yaml")

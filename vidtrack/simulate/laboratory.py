@@ -23,6 +23,7 @@ import yaml
 from vidtrack.camera import Array, Camera, project
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
+from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.simulate.motion import position
 from vidtrack.simulate.picture import Picture, empty_scene
 from vidtrack.simulate.recording import Actor, frames, true_times
@@ -289,14 +290,20 @@ def _film(
             interlace=recording.interlace,
             start=start,
             lost=frozenset(lost),
-            sound=_sound(recording, start, count),
+            sound=_sound(recording, start, count, random_stream(scenario, path, "sound")),
         )
 
     return write
 
 
-def _sound(recording: Recording, start: Timecode, count: int) -> Sound | None:
-    return None
+def _sound(recording: Recording, start: Timecode, count: int, rng: np.random.Generator) -> Sound | None:
+    """Longitudinal time code for the whole length of the film, where the tape has it."""
+    tape = recording.tape
+    if tape.timecode not in ("ltc", "both"):
+        return None
+    t = np.arange(int(count / recording.rate * tape.sound_rate)) / tape.sound_rate
+    heard = ltc_signal(t, start, level=tape.sound_level) + tape.sound_noise * rng.standard_normal(len(t))
+    return Sound(samples=np.rint(32767 * np.clip(heard, -1, 1)).astype(np.int16), rate=tape.sound_rate)
 
 
 def _still_ball(place: Array, radius: float, picture: Picture) -> Actor:

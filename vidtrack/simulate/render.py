@@ -35,7 +35,7 @@ class Patches(NamedTuple):
 
 
 def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: int | None = None) -> Array:
-    """Outlines (..., n_vertices, 2), px, of spheres centred at (..., 3) with radius (...), world units.
+    """Outlines (..., n_vertices, 2), px, of spheres centred at (..., 3) with radius (...), world units, broadcast.
 
     A point c of the sphere's surface is on the outline where its radius is at right angles to the line of sight:
     a circle about (1 - r^2/D^2) c, of radius r sqrt(1 - r^2/D^2), D = |c|. The polygon is widened a little so that it
@@ -44,7 +44,8 @@ def outlines(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_vertices: 
     """
     n_vertices = n_vertices or vertices_needed(camera, centres, radius)
     c = camera_from_world(camera, centres)
-    r = np.broadcast_to(np.asarray(radius, float), c.shape[:-1])
+    shape = np.broadcast_shapes(c.shape[:-1], np.shape(radius))
+    c, r = np.broadcast_to(c, (*shape, 3)), np.broadcast_to(np.asarray(radius, float), shape)
     D = np.linalg.norm(c, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         forward = c / D[..., None]
@@ -67,35 +68,37 @@ def vertices_needed(camera: Camera, centres: ArrayLike, radius: ArrayLike) -> in
     """How many vertices keep every edge of these spheres' outlines under 1 / FINE px; at least 64."""
     c = camera_from_world(camera, centres)
     with np.errstate(invalid="ignore", divide="ignore"):
-        size = np.where(c[..., 2] > np.asarray(radius), np.asarray(radius) / (c[..., 2] - np.asarray(radius)), 0.0)
+        near = c[..., 2] - np.max(radius)
+        stretch = np.linalg.norm(c, axis=-1) / c[..., 2]  # off the axis, an image grows along the radius
+        size = np.where(near > 0, np.max(radius) / near * stretch, 0.0)
     px = float(np.nanmax(size, initial=0.0)) * camera.f * max(camera.Sx / camera.dx, 1 / camera.dy)
-    return max(64, 16 * int(np.ceil(1.5 * FINE * 2 * np.pi * px / 16)))
+    return max(64, 16 * int(np.ceil(1.2 * FINE * 2 * np.pi * px / 16)))
 
 
-def coverage(polygons: ArrayLike, weights: ArrayLike | None = None) -> Patches:
+def coverage(polygons: ArrayLike, weights: ArrayLike | None = None, *, align: int = 1) -> Patches:
     """The share of each pixel inside closed polygons (n, n_vertices, 2), px, as square pieces all of one size.
 
-    Polygons (n, m, n_vertices, 2) are m outlines in one piece, summed with weights (m,): the stations of an exposure,
-    or the contours of a shaded ball. weights: None takes their mean.
+    Polygons (n, m, n_vertices, 2), all of one sense of rotation, are m outlines in one piece, summed with weights (m,):
+    the stations of an exposure, or the contours of a shaded ball. weights: None takes their mean.
+    align    the pieces begin at multiples of this number of pixels, and are a multiple of it wide
     A polygon with a NaN gives an empty piece at (0, 0). Raises ValueError for an edge longer than 1 px.
     """
     b = np.asarray(polygons, float) + 0.5  # pixel (0, 0) now covers 0 to 1
     b = b[:, None] if b.ndim == 3 else b
-    n, m = b.shape[:2]
+    m = b.shape[1]
     share = np.full(m, 1 / m) if weights is None else np.asarray(weights, float)
     whole = np.asarray(np.isfinite(b).all((-3, -2, -1)))
     b = np.where(whole[:, None, None, None], b, 0.0)
     if (longest := np.abs(np.diff(b, axis=-2)).max(initial=0.0)) > 1:
         raise ValueError(f"an edge of {longest:.3g} px: give the outline more vertices, so that none exceeds 1 px")
-    corner = np.floor(b.min((1, 2))).astype(np.int64)
-    size = int(np.ceil((b.max((1, 2)) - corner).max(initial=0.0))) + 1
-    b = (b - corner[:, None, None, :]).reshape(n * m, -1, 2)
-    area = np.abs(np.cumsum(_accumulated(b, size), -1))[:, :size, :size]
-    area = np.einsum("nmij,m->nij", np.clip(area, 0.0, 1.0).reshape(n, m, size, size), share)
+    corner = align * np.floor(b.min((1, 2)) / align).astype(np.int64)
+    size = align * (int(np.ceil((b.max((1, 2)) - corner).max(initial=0.0)) // align) + 1)
+    added = _accumulated(b - corner[:, None, None, :], share, size)
+    area = np.abs(np.cumsum(added, -1))[:, :, :size]
     return Patches(area, corner[:, 0], corner[:, 1])
 
 
-def shading(limb: float, n_contours: int = 8) -> tuple[Array, Array]:
+def shading(limb: float, n_contours: int = 5) -> tuple[Array, Array]:
     """Contours of a ball that darkens toward its rim: their radii (m,) as shares of the ball's, and weights (m,).
 
     The brightness 1 - limb (1 - sqrt(1 - rho^2)), rho the share of the radius, is built in equal steps of its depth.
@@ -108,32 +111,35 @@ def shading(limb: float, n_contours: int = 8) -> tuple[Array, Array]:
     return radii, weights
 
 
-def _accumulated(b: Array, size: int) -> Array:
-    """What each edge adds, (n, size, size + 1); the running sum along a row is the area inside."""
+def _accumulated(b: Array, weights: Array, size: int) -> Array:
+    """What the edges of (n, m, vertices, 2) add, (n, size, size + 1); the sum along a row is the area inside."""
     n = len(b)
-    begin, end = b, np.roll(b, -1, axis=1)
-    t = _cuts(begin, end)
-    cut = begin[..., None, :] + t[..., None] * (end - begin)[..., None, :]  # (n, vertices, 4, 2)
-    middle = (cut[..., :-1, :] + cut[..., 1:, :]) / 2
-    height = cut[..., 1:, 1] - cut[..., :-1, 1]
-    column, row = np.floor(middle[..., 0]).astype(np.int64), np.floor(middle[..., 1]).astype(np.int64)
-    column, row = np.clip(column, 0, size - 1), np.clip(row, 0, size - 1)
-    right = middle[..., 0] - column
-    cell = (np.arange(n)[:, None, None] * size + row) * (size + 1) + column
+    begin = b.reshape(n, -1, 2)
+    step = (np.roll(b, -1, axis=2) - b).reshape(n, -1, 2)
+    t = _cuts(begin, step)
+    height = np.diff(t, axis=-1) * step[..., None, 1] * np.repeat(weights, b.shape[2])[:, None]
+    middle = begin[..., None, :] + ((t[..., 1:] + t[..., :-1]) / 2)[..., None] * step[..., None, :]
+    cell = np.clip(np.floor(middle).astype(np.int64), 0, size - 1)
+    right = height * (middle[..., 0] - cell[..., 0])
+    index = ((np.arange(n)[:, None, None] * size + cell[..., 1]) * (size + 1) + cell[..., 0]).ravel()
     total = n * size * (size + 1)
-    here = np.bincount(cell.ravel(), (height * (1 - right)).ravel(), minlength=total)
-    beyond = np.bincount(cell.ravel() + 1, (height * right).ravel(), minlength=total)[:total]
+    here = np.bincount(index, (height - right).ravel(), minlength=total)
+    beyond = np.bincount(index + 1, right.ravel(), minlength=total)[:total]
     return np.asarray(here + beyond, float).reshape(n, size, size + 1)
 
 
-def _cuts(begin: Array, end: Array) -> Array:
-    """Where along each edge (0 to 1) it meets a pixel's border, (n, vertices, 4), sorted, 0 and 1 included."""
+def _cuts(begin: Array, step: Array) -> Array:
+    """Where along each edge (0 to 1) it meets a pixel's border, (..., 4), in order, 0 and 1 included."""
+    end = begin + step
     line = np.maximum(np.floor(begin), np.floor(end))
     crosses = np.floor(begin) != np.floor(end)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        t = np.where(crosses, (line - begin) / (end - begin), 0.0)
-    t = np.concatenate([np.zeros_like(t[..., :1]), t, np.ones_like(t[..., :1])], -1)
-    return np.sort(np.clip(t, 0.0, 1.0), -1)
+    t = np.divide(line - begin, step, out=np.zeros_like(begin), where=crosses)
+    t = np.clip(t, 0.0, 1.0)
+    cuts = np.zeros((*t.shape[:-1], 4))
+    np.minimum(t[..., 0], t[..., 1], out=cuts[..., 1])
+    np.maximum(t[..., 0], t[..., 1], out=cuts[..., 2])
+    cuts[..., 3] = 1.0
+    return cuts
 
 
 def softened(polygons: ArrayLike, sigma: float, weights: ArrayLike | None = None) -> Patches:
@@ -141,32 +147,21 @@ def softened(polygons: ArrayLike, sigma: float, weights: ArrayLike | None = None
 
     A lens blurs before the pixels sample, which takes off most of the sampling's own error in the centre of light
     (5 mpx for a sharp disc of radius 4 px). So the shares are found on pixels FINE times as fine, blurred there,
-    and summed.
+    and summed, in one product with a matrix on either side.
     Raises ValueError for an edge longer than 1 / FINE px.
     """
     if not sigma > 0:
         return coverage(polygons, weights)
-    fine = coverage((np.asarray(polygons, float) + 0.5) * FINE - 0.5, weights)
-    half = int(np.ceil(4 * sigma * FINE))
-    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / (sigma * FINE)) ** 2)
-    kernel /= kernel.sum()
-    return _summed(_convolved(_convolved(fine.coverage, kernel, 1), kernel, 2), fine.left - half, fine.top - half)
+    fine = coverage((np.asarray(polygons, float) + 0.5) * FINE - 0.5, weights, align=FINE)
+    margin = int(np.ceil(4 * sigma))
+    blur = _blur_matrix(fine.coverage.shape[-1] // FINE, margin, sigma)
+    return Patches(blur @ fine.coverage @ blur.T, fine.left // FINE - margin, fine.top // FINE - margin)
 
 
-def _summed(share: Array, left: NDArray[np.int64], top: NDArray[np.int64]) -> Patches:
-    """Pieces (n, size, size) on fine pixels, from `left` and `top`, as pieces on whole ones."""
-    n, size = share.shape[:2]
-    wide = (size + 2 * FINE - 2) // FINE  # whole pixels that such a piece may touch
-    whole = np.zeros((n, wide * FINE, wide * FINE))
-    for k in range(n):
-        x, y = left[k] % FINE, top[k] % FINE
-        whole[k, y : y + size, x : x + size] = share[k]
-    return Patches(whole.reshape(n, wide, FINE, wide, FINE).mean((2, 4)), left // FINE, top // FINE)
-
-
-def _convolved(image: Array, kernel: Array, axis: int) -> Array:
-    """Pieces (n, height, width) convolved along an axis, and wider there by the kernel's tails."""
-    width = [(0, 0)] * 3
-    width[axis] = (len(kernel) - 1, len(kernel) - 1)
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(image, width), len(kernel), axis=axis)
-    return np.asarray(windows @ kernel)
+def _blur_matrix(n_whole: int, margin: int, sigma: float) -> Array:
+    """What each of n_whole + 2 margin pixels takes of each of n_whole * FINE fine ones within."""
+    to = (np.arange((n_whole + 2 * margin) * FINE) + 0.5) / FINE - margin
+    origin = (np.arange(n_whole * FINE) + 0.5) / FINE
+    weight = np.exp(-0.5 * ((to[:, None] - origin) / sigma) ** 2)
+    weight /= weight.sum(0)
+    return np.asarray(weight.reshape(-1, FINE, n_whole * FINE).sum(1) / FINE)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from vidtrack.simulate.picture import Levels
-from vidtrack.simulate.plan import Plan
+from vidtrack.simulate.plan import NotNegative, Plan
 from vidtrack.simulate.recording import Interlace
 from vidtrack.timecode import Timecode
 
@@ -43,11 +43,16 @@ class Tape(Plan):
         "file", description="in the file's own track or tags, as sound (longitudinal), both or none"
     )
     options: dict[str, str | int | float] = Field({}, description="further options of the encoder, such as crf: 23")
+    sound_rate: int = Field(48000, description="samples a second")
+    sound_level: float = Field(0.5, description="amplitude of the time code; below 0: the other polarity")
+    sound_noise: NotNegative = Field(0.0, description="sigma, of full scale 1")
 
     @model_validator(mode="after")
-    def _stills_are_png(self) -> Self:
+    def _container_holds_it(self) -> Self:
         if (self.codec == "png") != (self.container == "png"):
             raise ValueError("a still picture has codec png and container png")
+        if self.timecode in ("ltc", "both") and self.container not in ("mov", "mkv", "avi"):
+            raise ValueError(f"time code as sound goes into mov, mkv or avi, not into {self.container}")
         return self
 
 
