@@ -110,6 +110,28 @@ def bundle(
     return problem.result(state, known, spread * scale, steps, converged)
 
 
+def cameras_only(
+    cameras: Sequence[Camera],
+    p: ArrayLike,
+    b: ArrayLike,
+    *,
+    sigma: ArrayLike,
+    free: Names,
+    sd: ArrayLike,
+    priors: Priors | None = None,
+    tolerance: float = 1e-6,
+) -> tuple[Camera, ...]:
+    """The cameras of `bundle` with known noise sd, without any covariance: for refits that start near the answer.
+
+    tolerance  share of the cost below which a step's gain ends the search; 1e-6 is a hundredth of a standard error
+    Raises ValueError as `bundle` does.
+    """
+    b = np.asarray(b, float)
+    problem = _Problem(np.asarray(p, float), b, sigma, free, priors or [{} for _ in cameras])
+    spread = np.broadcast_to(np.asarray(sd, float), b.shape)
+    return problem.minimise(problem.start(cameras, spread), spread, 100, tolerance)[0].cameras
+
+
 class _State(NamedTuple):
     """Cameras and points on the way to the least cost."""
 
@@ -168,7 +190,7 @@ class _Problem:
         normal = normal_equations(state.seen, left, weight, self.free, self.information, self.p - state.x)
         return with_priors(normal, state.cameras, self.free, self.priors)
 
-    def minimise(self, state: _State, sd: Array, max_steps: int) -> tuple[_State, int, bool]:
+    def minimise(self, state: _State, sd: Array, max_steps: int, tolerance: float = 1e-9) -> tuple[_State, int, bool]:
         """Levenberg-Marquardt: damp until the cost falls, relax after each success."""
         state = state._replace(cost=self.cost(*state[:3], sd))
         damping = 1e-8
@@ -177,7 +199,7 @@ class _Problem:
             while True:
                 cameras, points = solved(normal, damping)
                 promised = float(cameras @ normal.g + (points * normal.h).sum())
-                if promised <= 1e-9 * state.cost + 1e-12:
+                if promised <= tolerance * state.cost + 1e-12:
                     return state, taken, True
                 trial = self.stepped(state, cameras, points, sd)
                 if trial.cost <= state.cost:

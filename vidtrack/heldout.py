@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.bundle import bundle
+from vidtrack.bundle import cameras_only
 from vidtrack.camera import Array, Camera, project
 from vidtrack.gates import FLAT, flatness
 from vidtrack.normal_equations import Names, Priors
-from vidtrack.refine import refine
 from vidtrack.triangulate import locate_points
 from vidtrack.tsai import camera_from_closed_form, closed_form, closed_form_coplanar
+from vidtrack.warm_start import WarmStart
 
 Mask = NDArray[np.bool_]
 
@@ -77,31 +77,22 @@ def refit_alone(
     *,
     free: Names,
     survey: ArrayLike | None = None,
-    sd: ArrayLike | None = None,
+    sd: float | None = None,
     priors: Priors | None = None,
 ) -> Refit:
-    """Refine every camera on its own, starting where the fit to all points ended (see `refine`)."""
+    """Refine every camera on its own, starting where the fit to all points ended (see `refine`).
+
+    The first Gauss-Newton step takes the left-out points' share out of the normal equations of all points; exact
+    steps follow until one is below a hundredth of a standard error.
+    sd   px, centroid noise; None: from what the cameras leave over
+    """
+    tolerance = np.zeros(len(p)) if survey is None else np.broadcast_to(np.asarray(survey, float), len(p))
     known = priors or [{} for _ in cameras]
-    tolerance = None if survey is None else np.broadcast_to(np.asarray(survey, float), len(p))
-
-    def refit(keep: Mask) -> list[Camera]:
-        fitted = []
-        for camera, sights, names, prior in zip(cameras, b, free, known, strict=True):
-            use = keep & np.isfinite(sights).all(-1)
-            if 2 * use.sum() < len(names):
-                raise ValueError(f"{use.sum()} points for {len(names)} unknown parameters")
-            told = None if tolerance is None else tolerance[use]
-            fit = refine(
-                camera, p[use], sights[use], free=names, sd=sd, survey=told, priors=prior, tolerance=WARM_TOLERANCE
-            )
-            fitted.append(fit.camera)
-        return fitted
-
-    return refit
-
-
-WARM_TOLERANCE = 1e-8
-"""Fall of the cost, as a share of it, below which a refit stops: a hundredth of a standard error is far above it."""
+    warm = [
+        WarmStart(camera, p, sights, tuple(names), tolerance, sd, prior)
+        for camera, sights, names, prior in zip(cameras, b, free, known, strict=True)
+    ]
+    return lambda keep: [each.without(~keep) for each in warm]
 
 
 def refit_together(
@@ -120,8 +111,7 @@ def refit_together(
 
     def refit(keep: Mask) -> tuple[Camera, ...]:
         part = (cameras, p[keep], b[:, keep])
-        known = spread[:, keep]
-        return bundle(*part, sigma=tolerance[keep], free=free, sd=known, scale_sd=False, priors=priors).cameras
+        return cameras_only(*part, sigma=tolerance[keep], free=free, sd=spread[:, keep], priors=priors)
 
     return refit
 

@@ -171,7 +171,9 @@ def _noise(plan: RigPlan, cameras: list[Camera], p: Array, diameter: float, fram
     light = plan.light
     if light.centroid_px is not None:
         return np.full(len(cameras), light.centroid_px)
-    across = np.array([np.nanmean(pixels_across(camera, p, diameter)) for camera in cameras])
+    each = [pixels_across(camera, p, diameter) for camera in cameras]
+    # a camera that looks away has no noise worth the name; the prediction tells that it sees nothing
+    across = np.array([np.nanmean(a) if np.isfinite(a).any() else np.inf for a in each])
     return centroid_noise(
         across,
         contrast=light.contrast,

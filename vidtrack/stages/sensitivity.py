@@ -38,13 +38,13 @@ def sensitivity(cases: Sequence[Case], *, trials: int = 0, seed: int = 0) -> Sen
     rows, cameras, volume = [], [], pd.DataFrame()
     for number, case in enumerate(cases):
         row: dict[str, Any] = {"sweep": case.sweep, "value": str(case.value), "number": _number(case.value)}
-        row |= _design(case)
+        row |= {"n_cameras": len(case.layout.cameras), "n_points": len(case.layout.p)}
         try:
             told = predicted(case.layout)
+            row |= _design(case) | _accuracy(case, told)
         except ValueError as error:
             rows.append({**row, "reason": str(error)})
             continue
-        row |= _accuracy(case, told)
         if trials:
             row |= checked(case, trials, np.random.default_rng([seed, number]))
         rows.append({**row, "reason": ""})
@@ -66,8 +66,6 @@ def _design(case: Case) -> dict[str, Any]:
     across = [_across(camera, case) for camera in layout.cameras]
     smallest = min(float(np.nanmin(each)) for each in across)
     return {
-        "n_cameras": len(layout.cameras),
-        "n_points": len(layout.p),
         "diagonal_field": diagonal_field(layout.cameras, layout.q),
         "field_width": float(np.mean([field.width for field in fields])),
         "field_height": float(np.mean([field.height for field in fields])),
@@ -87,7 +85,10 @@ def _design(case: Case) -> dict[str, Any]:
 
 
 def _across(camera: Camera, case: Case) -> Array:
-    return pixels_across(camera, case.layout.q, case.diameter)
+    across = pixels_across(camera, case.layout.q, case.diameter)
+    if not np.isfinite(across).any():
+        raise ValueError(f"{camera.name} looks away from the volume")
+    return across
 
 
 def _units_per_px(camera: Camera, field: Field) -> float:
@@ -99,7 +100,7 @@ def _accuracy(case: Case, told: Prediction) -> dict[str, Any]:
     length, floor = mean_length(told.covariance), mean_length(told.floor)
     located = np.isfinite(length)
     if not located.any():
-        return {"share_located": 0.0, "reason": "no place in the volume is seen by two cameras"}
+        raise ValueError("no two cameras see the same place in the volume")
     mean = float(length[located].mean())
     return {
         "share_located": float(located.mean()),
