@@ -54,7 +54,10 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
     if len(shown) < 6 or min(len(view.blobs) for view in views) == 0:
         return []
     found: list[Labels] = []
-    for start in _affine_starts(points, views):
+    enough = np.inf
+    for cost, start in _affine_starts(points, views):
+        if cost > enough:
+            break
         point, xy = _paired(points, views, start)
         if any(_agreement(labels, point, xy) > 0.9 for labels in found):
             continue
@@ -62,6 +65,8 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
             labels = grow(pose, points, views)
             if labels is not None and labels.matched >= max(6, 0.6 * labels.expected):
                 found.append(labels)
+                if labels.matched >= 0.95 * labels.expected:
+                    enough = min(enough, 1.5 * cost)
     best = best_labels(found)
     return best_labels([*best, *(r for one in best[:1] for r in rivals(one, points, views))]) if best else []
 
@@ -69,10 +74,11 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
 def rivals(labels: Labels, points: Array, views: Sequence[View]) -> list[Labels]:
     """Other labels of the same blobs that fit about as well, from the maps of the configuration onto itself."""
     point, xy = _matched(labels)
-    best = _sum_of_squares(labels)
+    best, camera = _sum_of_squares(labels), labels.pose.camera
+    f_starts = [k * camera.f / camera.image_size[0] for k in (0.5, 1.0, 2.0)]
     answer = []
     for image in self_maps(points, [view.points for view in views]):
-        for pose in poses(points[image[point]], xy, max(labels.sd, 0.5), labels.pose.camera.image_size)[:2]:
+        for pose in poses(points[image[point]], xy, max(labels.sd, 0.5), camera.image_size, f_starts)[:2]:
             if float((pose.residuals**2).sum()) > 20 * RIVAL * best:
                 continue
             better = adjust(pose.camera, points[image[point]], xy, labels.sd, terms=RICH)
@@ -151,8 +157,8 @@ def _turns(dimensions: int) -> Array:
     return np.stack([first, second], 1)
 
 
-def _affine_starts(points: Array, views: Sequence[View]) -> list[Array]:
-    """Where every point of every view would lie, (sum k, 2) px, for the best distinct turns, refined; best first."""
+def _affine_starts(points: Array, views: Sequence[View]) -> list[tuple[float, Array]]:
+    """Cost, and where every point of every view would lie, (sum k, 2) px, for the best turns refined; best first."""
     from scipy.spatial import cKDTree
 
     everything = np.concatenate([points[view.points] for view in views])
@@ -180,7 +186,7 @@ def _affine_starts(points: Array, views: Sequence[View]) -> list[Array]:
         if len(chosen) == CANDIDATES:
             break
     refined = [_refined(kept.mean(0) + (x @ turns[i].T) @ spread.T, x, views) for i in chosen]
-    return [at for _, at in sorted(refined, key=lambda pair: pair[0])[:8]]
+    return sorted(refined, key=lambda pair: pair[0])[:8]
 
 
 def _refined(at: Array, x: Array, views: Sequence[View]) -> tuple[float, Array]:

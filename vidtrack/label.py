@@ -124,7 +124,7 @@ def grow(pose: Pose, points: Array, views: Sequence[View], *, rounds: int = 15) 
         before = state
         p = np.concatenate([points[v.points[row[view == i]]] for i, v in enumerate(views)])
         b = np.concatenate([v.blobs[blob[view == i]] for i, v in enumerate(views)])
-        better = adjust(pose.camera, p, b, sd, terms=terms)
+        better = adjust(pose.camera, p, b, sd, terms=terms, iterations=8)
         if better is None:
             return None
         pose, sd = better, min(_scatter(better), most)

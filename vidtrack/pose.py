@@ -10,6 +10,7 @@ Pixels are square units here: dx = dy = 1, f in px, Sx the ratio of the pixels' 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,9 @@ class Pose(NamedTuple):
     residuals: Array
 
 
-def starting_poses(p: ArrayLike, b: ArrayLike, image_size: tuple[int, int]) -> list[Camera]:
+def starting_poses(
+    p: ArrayLike, b: ArrayLike, image_size: tuple[int, int], f_starts: Sequence[float] = F_STARTS
+) -> list[Camera]:
     """Cameras of several focal lengths that see world points p (n, 3) near frame buffer positions b (n, 2) px.
 
     n >= 3, not on one line. Coplanar points have two attitudes each (the plane tips toward or away); both are given.
@@ -60,7 +63,7 @@ def starting_poses(p: ArrayLike, b: ArrayLike, image_size: tuple[int, int]) -> l
     flat = len(p) > 3 and spread[2] < 0.01 * spread[0]
     width, height = image_size
     cameras = []
-    for f in F_STARTS:
+    for f in f_starts:
         K = np.array([[f * width, 0, (width - 1) / 2], [0, f * width, (height - 1) / 2], [0, 0, 1.0]])
         for method in (cv2.SOLVEPNP_IPPE, cv2.SOLVEPNP_SQPNP) if flat else (cv2.SOLVEPNP_SQPNP,):
             try:
@@ -75,10 +78,12 @@ def starting_poses(p: ArrayLike, b: ArrayLike, image_size: tuple[int, int]) -> l
     return cameras
 
 
-def poses(p: ArrayLike, b: ArrayLike, sd: ArrayLike, image_size: tuple[int, int]) -> list[Pose]:
+def poses(
+    p: ArrayLike, b: ArrayLike, sd: ArrayLike, image_size: tuple[int, int], f_starts: Sequence[float] = F_STARTS
+) -> list[Pose]:
     """Every distinct pose that explains the points, best first; see `starting_poses` and `adjust`."""
     p, b = np.asarray(p, float), np.asarray(b, float)
-    starts = [adjust(camera, p, b, sd, iterations=4) for camera in starting_poses(p, b, image_size)]
+    starts = [adjust(camera, p, b, sd, iterations=4) for camera in starting_poses(p, b, image_size, f_starts)]
     found: list[Pose] = []
     going_on = 8 if len(p) < 8 else 3
     for start in sorted((pose for pose in starts if pose), key=lambda pose: pose.cost)[:going_on]:

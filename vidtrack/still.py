@@ -19,6 +19,8 @@ KEPT = 64
 """Frames kept at most: the noise is then an eighth, and far below what the survey allows."""
 MEDIAN_OF = 15
 """Frames that the median is taken over."""
+LEAST_NOISE = 0.6
+"""Stored levels: below it whole levels hide the noise."""
 OUTLYING = 4.0
 """Noise sigmas from the median beyond which a pixel's value is not used."""
 _BLOCK = 1 << 19
@@ -91,7 +93,8 @@ def average(lumas: Picture) -> Still:
 
     Fewer than three frames cannot outvote a shadow: they are simply averaged. From three on, a pixel uses its values
     within 4 sigma of the median of up to 15 frames; sigma is that pixel's own, by the median of absolute deviations,
-    and at least the picture's. A shadow that covers a pixel in less than half of the frames leaves no trace.
+    and at least the picture's usual one: the edge of a ball that trembles keeps all its values.
+    A shadow that covers a pixel in less than half of the frames leaves no trace.
     """
     n, rows, columns = lumas.shape
     if n < 3:
@@ -103,8 +106,8 @@ def average(lumas: Picture) -> Still:
     middle = np.partition(some, len(some) // 2, axis=0)[len(some) // 2].astype(np.float32)
     off = np.abs(some - middle)
     spread = 1.4826 * np.partition(off, len(some) // 2, axis=0)[len(some) // 2]
-    least = max(float(np.sqrt(np.mean(np.minimum(spread, 3 * np.median(spread) + 1) ** 2))), 0.6)
-    width = OUTLYING * np.maximum(spread, least)
+    usual = max(float(np.median(spread)), LEAST_NOISE)
+    width = OUTLYING * np.maximum(spread, usual)
     mean, sd, used = np.empty_like(middle), np.empty_like(middle), 0
     step = max(1, _BLOCK // (n * columns))
     for top in range(0, rows, step):

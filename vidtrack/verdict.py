@@ -134,6 +134,6 @@ def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
     lines = [f"{case.camera},{tag},{b[0]:.0f},{b[1]:.0f}" for b in (labels.projected[v][row] for labels in answers)]
     told = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
     return (
-        f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways that "
-        f"fit equally well, because the layout is symmetric. Add the line that is true: {told}."
+        f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways "
+        f"that fit equally well, because the layout is symmetric. Add the line that is true: {told}."
     )
