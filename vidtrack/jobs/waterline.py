@@ -1,0 +1,60 @@
+"""Job waterline: a video and its calibrated camera -> waterline.parquet and the timestacks, waterline.npz."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.csv_checked import Columns, checked_csv
+from vidtrack.files.tables import write_parquet
+from vidtrack.files.timestack_file import write_timestacks
+from vidtrack.files.video import open_video
+from vidtrack.job import Job
+from vidtrack.progress import Progress
+from vidtrack.stages.waterline import COLUMNS, waterline
+from vidtrack.timebase import time_base
+from vidtrack.timecode import parse
+
+PROFILE = Columns(numbers=("x", "y", "z"))
+
+
+def run(job: Job) -> None:
+    """inputs: video, camera, profiles (in the order of the transects that name one). outputs: waterline, timestack.
+
+    settings: run, camera, units, transects, start_timecode, clock.
+    """
+    order = job.settings
+    where = f"config.yaml: runs.{order['run']}.waterline"
+    calibrated = read_camera(job.path("camera"))
+    with open_video(job.path("video"), threads=job.threads) as video:
+        info = video.info
+        if order.get("start_timecode"):
+            try:
+                code = parse(order["start_timecode"], info.time.code_rate)
+            except ValueError as problem:
+                raise VidtrackError(f"config.yaml: runs.{order['run']}.start_timecode: {problem}.") from None
+            info = replace(info, time=time_base(info.rate, code, source="config", constant=info.time.constant))
+        with Progress(f"waterline {order['run']}/{order['camera']}", info.n_frames_hint, "frames") as progress:
+            done = waterline(
+                progress.over(video.frames()),
+                info,
+                calibrated.camera,
+                order["transects"],
+                uncertainty=calibrated.uncertainty,
+                profiles=_profiles(job),
+                clock=order["clock"] if isinstance(order.get("clock"), dict) else None,
+                where=where,
+            )
+    provenance = {**job.provenance, "waterline": done.record}
+    write_parquet(job.outputs["waterline"], done.runup, units=order["units"], provenance=provenance, columns=COLUMNS)
+    write_timestacks(job.outputs["timestack"], {name: stack._asdict() for name, stack in done.timestacks.items()})
+
+
+def _profiles(job: Job) -> dict[str, Any]:
+    names = [name for name, transect in job.settings["transects"].items() if transect.get("profile")]
+    tables = [checked_csv(path, PROFILE, others="ignore") for path in job.paths("profiles")]
+    return {n: np.stack([t[a] for a in "xyz"], -1) for n, t in zip(names, tables, strict=True)}
