@@ -192,9 +192,11 @@ def grid_rate(times: Array, stated: Fraction) -> Fraction | None:
     step = float(np.median(np.diff(times)))
     if not step > 0:
         return None
-    for _ in range(3):  # whole frames and their length, in turn: a long recording needs the length first
+    n = np.concatenate([[0], np.cumsum(np.rint(np.diff(times) / step))])
+    for _ in range(2):
+        centred = n - n.mean()
+        step = float((centred * since).sum() / max(float((centred * centred).sum()), 1.0)) or step
         n = np.rint(since / step)
-        step = float((n * since).sum() / max((n * n).sum(), 1.0)) or step
     divided = stated / max(1, round(step * float(stated)))
     measured = exact_rate(Fraction(1 / step).limit_denominator(100_000))
     for rate in (divided, measured):

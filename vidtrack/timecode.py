@@ -3,7 +3,7 @@
 A count is exact: frame n begins n / rate seconds after the code's midnight, where rate is a Fraction
 (30000/1001, never 29.97). A label is the same count written with the nominal rate (30): at 30000/1001 the
 labels fall 3.6 s an hour behind the clock, and drop-frame counting leaves out the labels ;00 and ;01 of every
-minute but each tenth (;00 to ;03 at 59.94), so that they stay within a frame or two of it all day. No frame
+minute but each tenth (;00 to ;03 at 59.94), so that they stay within 0.15 s of it all day. No frame
 of the picture is dropped, only labels.
 
 Source: SMPTE ST 12-1. A `;` before the frames means drop-frame; the thesis writes 10:00:59.15.
