@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from vidtrack.camera import LENS_TERMS, Array, Camera
 from vidtrack.refine import Fit, free_parameters, refine
-from vidtrack.starts import distances
+from vidtrack.starts import distances, with_lens_of
 
 FOLDS = 5
 
@@ -122,7 +122,7 @@ def held_out(
             tolerance=1e-7 if isinstance(take, np.ndarray) else 1e-12,
         )
 
-    whole = fitted(near, slice(None))
+    whole = fitted(with_lens_of(near, model).with_(**(fixed or {})), slice(None))
     fold = np.random.default_rng(0).permutation(len(p)) % folds
     squared = np.empty(len(p))
     for k in range(folds):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array, Camera, contains, fold_radius, project
+from vidtrack.camera import LENS_TERMS, Array, Camera, contains, project
 from vidtrack.dlt import camera_from_dlt, dlt
 from vidtrack.refine import Fit, best_of, free_parameters, refine
 from vidtrack.tsai import ClosedForm, camera_from_closed_form, closed_form, closed_form_coplanar
@@ -97,7 +97,7 @@ def fit_camera(
         return refine(camera, p, b, free=names, priors=known, sd=sd, survey=survey, tolerance=to)
 
     if near is not None:
-        return run(near.with_(**fixed), free, tolerance)
+        return run(with_lens_of(near, model).with_(**fixed), free, tolerance)
     fits = [run(camera, plain, COARSE) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
     if not fits:
         return None
@@ -108,12 +108,12 @@ def fit_camera(
     return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
 
 
+def with_lens_of(camera: Camera, model: str) -> Camera:
+    """The camera without the lens terms that a model does not have."""
+    return camera.with_(**{term: 0.0 for term in LENS_TERMS["affine"] if term not in LENS_TERMS[model]})
+
+
 def distances(camera: Camera, p: Array, b: Array) -> Array:
     """How far each measured position (n, 2) lies from its projection, px; inf where the point does not project."""
     off = np.sqrt(((b - project(camera, p)) ** 2).sum(-1))
     return np.where(np.isfinite(off), off, np.inf)
-
-
-def folds_at_px(camera: Camera) -> float:
-    """Distance from the optical axis, px (rows), at which the lens model folds; inf where it never does."""
-    return fold_radius(camera) / camera.dy
