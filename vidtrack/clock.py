@@ -117,6 +117,12 @@ def estimate_clocks(
     return Clocks(tuple(at), sd, covariance, error, before, offsets, curves, ambiguous)
 
 
+class _Distances(NamedTuple):
+    d: Array  # (n_targets, T_a) px from the epipolar curve
+    seen: Array  # (n_targets, T_a, 2) px, by camera b
+    gain: Array  # (n_targets, T_a) of resampling
+
+
 class _Problem(NamedTuple):
     cameras: list[Camera]
     times: list[Array]
@@ -124,18 +130,19 @@ class _Problem(NamedTuple):
     free: list[int]
     bias_px: float
 
-    def distances(self, clocks: Sequence[Clock], only: int | None = None) -> list[tuple[Array, Array]]:
-        """Epipolar distances (n_targets, T_a) px and positions (n_targets, T_a, 2) of every pair that a clock touches.
+    def distances(self, clocks: Sequence[Clock], only: int | None = None) -> list[_Distances]:
+        """Of every pair of cameras that a clock touches; b of a pair is resampled to the moments of a.
 
-        Camera b of a pair is resampled to the moments of camera a. `only`: the pairs of one camera.
+        only: the pairs of one camera.
         """
         t = [clock.corrected(times) for clock, times in zip(clocks, self.times, strict=True)]
         parts = []
         for a, b in combinations(range(len(t)), 2):
             if not {a, b} & set(self.free if only is None else [only]):
                 continue
-            seen = resample(t[b], self.tracks[b], t[a]).values
-            parts.append((epipolar_distance(self.cameras[a], self.cameras[b], self.tracks[a], seen), seen))
+            seen = resample(t[b], self.tracks[b], t[a])
+            d = epipolar_distance(self.cameras[a], self.cameras[b], self.tracks[a], seen.values)
+            parts.append(_Distances(d, seen.values, seen.gain))
         return parts
 
 
@@ -149,8 +156,8 @@ def _check(problem: _Problem) -> None:
         raise ValueError("at least one camera must keep its clock")
 
 
-def _rms(parts: Sequence[tuple[Array, Array]]) -> float:
-    d = np.concatenate([part.ravel() for part, _ in parts]) if parts else np.zeros(0)
+def _rms(parts: Sequence[_Distances]) -> float:
+    d = np.concatenate([part.d.ravel() for part in parts]) if parts else np.zeros(0)
     d = d[np.isfinite(d)]
     return float(np.sqrt(np.mean(d * d))) if d.size else float("nan")
 
@@ -180,10 +187,10 @@ def _searched(problem: _Problem, at: Sequence[Clock], camera: int, reach: float,
     return _moved(clocks, 0, float(offsets[np.nanargmin(errors)]))[0]
 
 
-def _explained(parts: Sequence[tuple[Array, Array]]) -> float:
+def _explained(parts: Sequence[_Distances]) -> float:
     """Rms distance, px, with a penalty for moments lost by moving tracks apart; NaN with almost nothing in common."""
-    n = sum(int(np.isfinite(d).sum()) for d, _ in parts)
-    whole = sum(d.size for d, _ in parts)
+    n = sum(int(np.isfinite(part.d).sum()) for part in parts)
+    whole = sum(part.d.size for part in parts)
     return _rms(parts) / np.sqrt(n / whole) if n > max(5, 0.2 * whole) else float("nan")
 
 
@@ -205,73 +212,90 @@ def _has_twin(problem: _Problem, at: Sequence[Clock], camera: int, reach: float,
 
 def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock], Array]:
     """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and covariances."""
-    names = [
-        (camera, which) for camera in problem.free for which in (("offset_s", "rate_ppm") if rate else ("offset_s",))
-    ]
+    which = ("offset_s", "rate_ppm") if rate else ("offset_s",)
+    names = [(camera, what) for camera in problem.free for what in which]
     step = min(interval(t) for t in problem.times)
-    length = max(np.ptp(t) for t in problem.times)
-    unit = {"offset_s": 0.02 * step, "rate_ppm": 0.02 * step / length * 1e6}
+    length = max(float(np.ptp(t)) for t in problem.times)
+    # a whole interval to either side: samples that the distance itself does not rest on, so that their noise in the
+    # slope is not its own
+    unit = {"offset_s": step, "rate_ppm": step / length * 1e6}
     covariance = np.full((len(names), len(names)), np.nan)
     for _ in range(20):
-        d, seen = _flat(problem.distances(at))
-        columns = []
-        for camera, which in names:
-            ahead, _ = _flat(problem.distances(_moved(at, camera, **_by(which, unit[which]))))
-            behind, _ = _flat(problem.distances(_moved(at, camera, **_by(which, -unit[which]))))
-            columns.append((ahead - behind) / (2 * unit[which]))
-        J = np.stack(columns, -1)
+        parts = problem.distances(at)
+        d = np.concatenate([part.d.ravel() for part in parts])
+        J = np.stack([_slope(problem, at, camera, what, unit[what]) for camera, what in names], -1)
         good = np.isfinite(d) & np.isfinite(J).all(-1)
         # ASSUME: a distance beyond four times the usual one is a bad centroid, not a delay
-        scale = 1.4826 * float(np.median(np.abs(d[good]))) if good.any() else 0.0
-        good &= np.abs(d) <= 4 * max(scale, 1e-9)
+        usual = 1.4826 * float(np.median(np.abs(d[good]))) if good.any() else 0.0
+        good &= np.abs(d) <= 4 * max(usual, 1e-9)
         if good.sum() < 3 * len(names):
-            return at, _by_camera(names, covariance, len(at))
-        nuisance = seen[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
-        A = np.concatenate([J[good], nuisance], -1)
-        size = np.sqrt(np.maximum((A * A).sum(0), 1e-300))
-        prior = np.concatenate([_prior(names, at), np.full(nuisance.shape[1], 1 / max(problem.bias_px, 1e-9) ** 2)])
-        noise2 = float(np.mean(d[good] ** 2))
-        # the noise and the step follow from each other; a second look settles them
-        for _ in range(3):
-            H = A.T @ A / noise2 + np.diag(prior)
-            pull = np.concatenate([-_prior(names, at) * _values(names, at), np.zeros(nuisance.shape[1])])
-            move = np.linalg.solve(H / size / size[:, None], (-(A.T @ d[good]) / noise2 + pull) / size) / size
-            noise2 = max(float(np.sum((d[good] + A @ move) ** 2)) / max(int(good.sum()) - A.shape[1], 1), 1e-12)
-        covariance = (np.linalg.inv(H / size / size[:, None]) / size / size[:, None])[: len(names), : len(names)]
-        limits = np.array([(0.5 if which == "offset_s" else 25.0) * unit[which] / 0.02 for _, which in names])
-        move = np.clip(move[: len(names)], -limits, limits)
-        for (camera, which), value in zip(names, move, strict=True):
-            at = _moved(at, camera, **_by(which, float(value)))
+            break
+        nuisance = _smooth_errors(parts)[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
+        move, covariance = _step(problem, names, at, J[good], nuisance, d[good])
+        covariance = covariance * _doubt(parts, J[good], d[good], step)
+        limits = np.array([(0.5 if what == "offset_s" else 25.0) * unit[what] for _, what in names])
+        for (camera, what), value in zip(names, np.clip(move, -limits, limits), strict=True):
+            at = _moved(at, camera, **_by(what, float(value)))
         if (np.abs(move) < 0.01 * np.sqrt(np.diag(covariance))).all():
             break
     return at, _by_camera(names, covariance, len(at))
 
 
-def _flat(parts: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """All distances (n,), and for each pair of cameras three columns that a smooth calibration error may follow."""
-    d = np.concatenate([part.ravel() for part, _ in parts])
-    columns = np.zeros((d.size, 3 * len(parts)))
+def _slope(problem: _Problem, at: Sequence[Clock], camera: int, what: str, unit: float) -> Array:
+    """How the distances (n,) change with one number of one clock, px per its unit."""
+    ahead, behind = (problem.distances(_moved(at, camera, **_by(what, sign * unit))) for sign in (1, -1))
+    return np.concatenate([(a.d - b.d).ravel() for a, b in zip(ahead, behind, strict=True)]) / (2 * unit)
+
+
+def _step(
+    problem: _Problem, names: Sequence[tuple[int, str]], at: Sequence[Clock], J: Array, nuisance: Array, d: Array
+) -> tuple[Array, Array]:
+    """The Gauss-Newton step of the clocks, with priors on rates and on what the calibration leaves; its covariance."""
+    A = np.concatenate([J, nuisance], -1)
+    size = np.sqrt(np.maximum((A * A).sum(0), 1e-300))
+    tight = np.array([1 / RATE_PRIOR_PPM**2 if what == "rate_ppm" else 0.0 for _, what in names])
+    now = np.array([getattr(at[camera], what) for camera, what in names])
+    prior = np.concatenate([tight, np.full(nuisance.shape[1], 1 / max(problem.bias_px, 1e-9) ** 2)])
+    pull = np.concatenate([-tight * now, np.zeros(nuisance.shape[1])])
+    noise2 = float(np.mean(d * d))
+    for _ in range(3):  # the noise and the step follow from each other
+        H = (A.T @ A / noise2 + np.diag(prior)) / size / size[:, None]
+        move = np.linalg.solve(H, (pull - A.T @ d / noise2) / size) / size
+        noise2 = max(float(np.sum((d + A @ move) ** 2)) / max(d.size - A.shape[1], 1), 1e-12)
+    n = len(names)
+    return move[:n], (np.linalg.inv(H) / size / size[:, None])[:n, :n]
+
+
+def _doubt(parts: Sequence[_Distances], J: Array, d: Array, step: float) -> float:
+    """By how much the variance is larger than that of a fit to white noise with exact slopes.
+
+    Resampled noise is smaller than the samples' own but no longer white: over many samples it counts in full.
+    And the noise of centroids makes slopes where nothing moves: 1/(4 step^2) of the distances' variance.
+    """
+    gain2 = float(np.nanmean(np.concatenate([part.gain.ravel() for part in parts]) ** 2))
+    steep = float(np.sum(J[:, 0] ** 2))
+    chance = float(np.sum(d * d)) / (4 * step**2)
+    return 2 / (1 + gain2) * steep / max(steep - chance, 0.01 * steep)
+
+
+def _smooth_errors(parts: Sequence[_Distances]) -> Array:
+    """For each pair of cameras three columns (n, 3 n_pairs) that a calibration error may follow: 1, Xf and Yf."""
+    columns = np.zeros((sum(part.d.size for part in parts), 3 * len(parts)))
     start = 0
-    for k, (part, seen) in enumerate(parts):
-        stop = start + part.size
-        flat = seen.reshape(-1, 2)
-        spread = flat - np.nanmean(flat, 0) if np.isfinite(flat).any() else flat
+    for k, part in enumerate(parts):
+        stop = start + part.d.size
+        seen = part.seen.reshape(-1, 2)
+        middle = np.nanmean(seen, 0) if np.isfinite(seen).any() else 0.0
         columns[start:stop, 3 * k] = 1
-        columns[start:stop, 3 * k + 1 : 3 * k + 3] = spread / max(float(np.nanmax(np.abs(spread), initial=1.0)), 1.0)
+        columns[start:stop, 3 * k + 1 : 3 * k + 3] = (seen - middle) / max(
+            np.nanmax(np.abs(seen - middle), initial=1), 1
+        )
         start = stop
-    return d, columns
+    return columns
 
 
 def _by(which: str, value: float) -> dict[str, float]:
     return {"offset_s": value} if which == "offset_s" else {"offset_s": 0.0, "rate_ppm": value}
-
-
-def _prior(names: Sequence[tuple[int, str]], at: Sequence[Clock]) -> Array:
-    return np.array([1 / RATE_PRIOR_PPM**2 if which == "rate_ppm" else 0.0 for _, which in names])
-
-
-def _values(names: Sequence[tuple[int, str]], at: Sequence[Clock]) -> Array:
-    return np.array([getattr(at[camera], which) for camera, which in names])
 
 
 def _by_camera(names: Sequence[tuple[int, str]], covariance: Array, n_cameras: int) -> Array:

@@ -68,17 +68,14 @@ def resample(t: ArrayLike, x: ArrayLike, at: ArrayLike) -> Resampled:
     todo = np.broadcast_to(~same & (before >= 0) & (after < t.size), gain.shape).copy()
     for first, count in WINDOWS:
         start = before + first
-        inside = (start >= 0) & (start + count <= t.size)
-        window = np.where(inside, start, 0)[:, None] + np.arange(count)
-        window = np.minimum(window, t.size - 1)
-        whole = (
-            todo & inside & linked[..., np.minimum(window[:, :-1], max(t.size - 2, 0))].all(-1) if t.size > 1 else todo
-        )
-        w = _lagrange((t[window] - at[:, None]) / step)
+        some = np.flatnonzero(todo.any(tuple(range(todo.ndim - 1))) & (start >= 0) & (start + count <= t.size))
+        window = start[some][:, None] + np.arange(count)
+        whole = todo[..., some] & linked[..., window[:, :-1]].all(-1)
+        w = _lagrange((t[window] - at[some, None]) / step)
         answer = np.einsum("mc,...mck->...mk", w, x[..., window, :])
-        values[whole] = answer[whole]
-        gain[whole] = np.broadcast_to(np.sqrt((w * w).sum(-1)), gain.shape)[whole]
-        todo &= ~whole
+        values[..., some, :] = np.where(whole[..., None], answer, values[..., some, :])
+        gain[..., some] = np.where(whole, np.sqrt((w * w).sum(-1)), gain[..., some])
+        todo[..., some] &= ~whole
     values[..., same, :] = x[..., nearest[same], :]
     gain[..., same] = np.where(valid[..., nearest[same]], 1.0, np.nan)
     return Resampled(values, gain, before, after)

@@ -11,10 +11,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array
 from vidtrack.clock import Clock
+
+FINER = 4
+"""Points a sample at which the correlation is looked at: a parabola through them is then good to 0.01 sample."""
 
 
 class Timing(NamedTuple):
@@ -40,7 +43,8 @@ def timing_from_sound(
     x, y = np.asarray(a, float), np.asarray(b, float)
     if x.ndim != 1 or y.ndim != 1:
         raise ValueError(f"sound must be (n,), not {x.shape} and {y.shape}")
-    whole = round(_lag(x, y)) if x.any() and y.any() else 0  # y[i] sounds like x[i + whole]
+    lag = _lag(x, y)
+    whole = round(lag) if np.isfinite(lag) else 0  # y[i] sounds like x[i + whole]
     size = int(window_s * rate_hz)
     first, last = max(0, whole), min(x.size, y.size + whole)
     starts = np.arange(first, last - size + 1, size)
@@ -49,7 +53,7 @@ def timing_from_sound(
         return nothing
     lags = np.array([_lag(x[i : i + size], y[i - whole : i - whole + size], reach=size // 4) for i in starts])
     later = (starts - whole + size / 2) / rate_hz  # s after b's first sample
-    good = np.isfinite(lags)
+    good = _agreeing(lags, (0.001 + 500e-6 * float(np.ptp(later))) * rate_hz)
     for _ in range(10):
         if good.sum() < max(2, len(lags) / 2):
             return nothing
@@ -57,8 +61,7 @@ def timing_from_sound(
         line, *_ = np.linalg.lstsq(A, lags[good], rcond=None)
         off = np.abs(lags - line[0] - line[1] * later)
         # half a sample is what the sampling itself may do
-        limit = max(5 * 1.4826 * float(np.nanmedian(off)), 0.5)
-        again = off <= limit
+        again = off <= max(5 * 1.4826 * float(np.median(off[good])), 0.5)
         if (again == good).all():
             break
         good = again
@@ -73,6 +76,12 @@ def timing_from_sound(
     )
 
 
+def _agreeing(lags: Array, slack: float) -> NDArray[np.bool_]:
+    """The largest number of lags, samples, that lie within `slack` of one of them."""
+    near = np.abs(lags - lags[:, None]) <= slack
+    return np.asarray(near[int(near.sum(1).argmax())])
+
+
 def _lag(x: Array, y: Array, reach: int | None = None) -> float:
     """By how many samples y must be delayed to sound like x, to a fraction; NaN for silence."""
     if not (np.ptp(x) > 0 and np.ptp(y) > 0):
@@ -81,11 +90,11 @@ def _lag(x: Array, y: Array, reach: int | None = None) -> float:
     cross = np.fft.rfft(x - x.mean(), n) * np.conj(np.fft.rfft(y - y.mean(), n))
     level = np.abs(cross)
     # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
-    peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
-    lags = np.fft.fftfreq(n, 1 / n).astype(int)
+    peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n * FINER))
+    lags = np.fft.fftfreq(n * FINER, 1 / n)
     if reach is not None:
         peak = np.where(np.abs(lags) <= reach, peak, 0)
     top = int(np.argmax(peak))
-    left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % n]
+    left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % peak.size]
     bend = left - 2 * middle + right
-    return float(lags[top] + (0.5 * (left - right) / bend if bend < 0 else 0.0))
+    return float(lags[top] + (0.5 * (left - right) / bend if bend < 0 else 0.0) / FINER)
