@@ -44,6 +44,7 @@ class Seen(NamedTuple):
     b: Array  # (n, M, 2) px
     sd: Array  # (n, M, 2)
     flag: Labels  # (n, M)
+    between: bool  # whether any moment lies between samples
 
 
 def brought(view: View, t: Array, at: Array) -> Seen:
@@ -53,13 +54,13 @@ def brought(view: View, t: Array, at: Array) -> Seen:
     """
     moved = resample(t, view.b, at)
     if not view.t.size:
-        return Seen(moved.values, np.full(moved.values.shape, np.nan), np.full(moved.gain.shape, "", object))
+        return Seen(moved.values, np.full(moved.values.shape, np.nan), np.full(moved.gain.shape, "", object), False)
     before, after = np.clip(moved.before, 0, t.size - 1), np.clip(moved.after, 0, t.size - 1)
     sd = np.maximum(view.sd[:, before], view.sd[:, after]) * moved.gain[..., None]
     a, b = view.flag[:, before], view.flag[:, after]
     flag = np.asarray(np.where(a == b, a, joined(a, b)), object)
     flag[:, (moved.before < 0) | (moved.after >= t.size)] = ""
-    return Seen(moved.values, sd, flag)
+    return Seen(moved.values, sd, flag, bool((moved.before != moved.after).any()))
 
 
 def joined(a: Labels, b: Labels) -> Labels:

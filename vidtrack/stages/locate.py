@@ -86,7 +86,9 @@ def locate(
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match, labels = matched(views, seen, names, limit, tolerance_px, told)
     b, sd = _by_target(seen, match, len(labels))
-    noise = noise_factor([v.camera for v in views], b, sd, 1.0 if all(v.has_sd for v in views) else SD_PX)
+    fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
+    lag = 3 if any(s.between for s in seen) else 1
+    noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
     sd *= noise
     located = locate_points(
         [v.camera for v in views],

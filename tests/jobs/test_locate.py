@@ -1,0 +1,123 @@
+"""The job reads tables and cameras, and writes trajectories with units and a record."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vidtrack.camera import project
+from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import write_camera
+from vidtrack.files.records import write_json
+from vidtrack.files.tables import read_parquet, read_units, write_parquet
+from vidtrack.job import Job
+from vidtrack.jobs.locate import run
+from vidtrack.simulate.rig import thesis_points, thesis_rig
+
+N = 60
+
+
+def centroid_table(b):
+    t = np.arange(N) / 30
+    return pd.DataFrame({"time_s": t, "timecode": "", "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
+
+
+def outputs(folder):
+    return {
+        "trajectories": str(folder / "t.parquet"),
+        "csv": str(folder / "t.csv"),
+        "record": str(folder / "locate.json"),
+    }
+
+
+@pytest.fixture
+def space(tmp_path):
+    """An order for two cameras, and where the target is."""
+    rng = np.random.default_rng(0)
+    p = np.stack([10 * np.cos(np.arange(N) / 8), np.zeros(N), np.zeros(N)], -1)
+    tags, places = thesis_points()
+    inputs = {"centroids": [], "cameras": [], "points": []}
+    for camera in thesis_rig(2):
+        paths = {kind: str(tmp_path / f"{camera.name}_{kind}") for kind in inputs}
+        table = centroid_table(project(camera, p) + rng.normal(0, 0.1, (N, 2)))
+        write_parquet(paths["centroids"], table, units="in", provenance={})
+        write_camera(paths["cameras"], camera, None, {})
+        points = pd.DataFrame(places, columns=["x", "y", "z"]).assign(tag=tags, used=True)
+        write_parquet(paths["points"], points, units="in", provenance={})
+        for kind, path in paths.items():
+            inputs[kind].append(path)
+    settings = {
+        "run": "pluck",
+        "units": "in",
+        "mode": "space",
+        "cameras": ["cam1", "cam2"],
+        "targets": 1,
+        "plane": None,
+    }
+    settings |= {"clocks": {"cam1": {"offset_s": 0.0, "rate_ppm": 0.0}, "cam2": "auto"}, "tolerance_px": 3.0}
+    return Job(settings, inputs, outputs(tmp_path), {"vidtrack": "test"}), p
+
+
+def test_two_cameras_tables_become_trajectories(space):
+    job, p = space
+    run(job)
+    table = read_parquet(job.outputs["trajectories"])
+    found = table["x"].notna().to_numpy()  # a clock off by microseconds takes a moment at an end
+    assert found.sum() >= N - 1
+    assert table["x"].to_numpy()[found] == pytest.approx(p[found, 0], abs=0.15)
+    units = read_units(job.outputs["trajectories"])
+    assert units["x"] == units["sigma_z"] == units["miss"] == "in"
+    assert units["time_s"] == "s"
+    assert len(pd.read_csv(job.outputs["csv"])) == N
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert record["provenance"] == {"vidtrack": "test"}
+    assert record["clocks"]["cameras"]["cam2"]["source"] == "motion"
+    assert record["volume"]["share_outside"] == 0
+
+
+def test_a_run_of_one_camera_names_its_place_in_the_config(space):
+    job, _ = space
+    one = {kind: paths[:1] for kind, paths in job.inputs.items()}
+    with pytest.raises(VidtrackError, match=r"^runs\.pluck: mode space needs two cameras"):
+        run(Job(job.settings | {"cameras": ["cam1"]}, one, job.outputs, {}))
+
+
+@pytest.fixture
+def plane(tmp_path):
+    """An order for one camera and known points in a plane, 0.25 in a px."""
+    b = np.stack([100.0 + np.arange(N), np.full(N, 200.0)], -1)
+    write_parquet(tmp_path / "c", centroid_table(b), units="in", provenance={})
+    known = pd.DataFrame([[50.0, 60], [450, 60], [450, 400], [50, 400], [250, 200]], columns=["Xf", "Yf"])
+    known = known.assign(tag=list("abcde"), x=known["Xf"] / 4, y=-known["Yf"] / 4, z=0.0, clip="row1")
+    write_parquet(tmp_path / "s", known, units="in", provenance={})
+    write_json(tmp_path / "r", {"image_size": [512, 480]}, {})
+    inputs = {"centroids": [str(tmp_path / "c")], "readings": [str(tmp_path / "r")], "sightings": str(tmp_path / "s")}
+    settings = {
+        "run": "toss",
+        "units": "in",
+        "mode": "plane",
+        "cameras": ["cam1"],
+        "targets": 1,
+        "clocks": {"cam1": "auto"},
+    }
+    return lambda **how: Job(settings | {"plane": {"aspect": 1.0, **how}}, inputs, outputs(tmp_path), {})
+
+
+def test_one_camera_and_a_scale_make_a_plane_run(plane):
+    job = plane(scale=0.25, points=None, clip=None)
+    run(job)
+    table = read_parquet(job.outputs["trajectories"])
+    assert table["x"].to_numpy() == pytest.approx((100 + np.arange(N)) / 4)
+    assert table["z"].isna().all()
+
+
+def test_known_points_of_the_clip_that_is_named_make_a_plane_run(plane):
+    job = plane(scale=None, points="calibration/points.csv", clip="row1")
+    run(job)
+    assert read_parquet(job.outputs["trajectories"])["x"].to_numpy() == pytest.approx(
+        (100 + np.arange(N)) / 4, abs=0.01
+    )
+    with pytest.raises(VidtrackError, match=r"runs\.toss\.plane\.clip: .*'row2' \(clips: row1\)"):
+        run(plane(scale=None, points="calibration/points.csv", clip="row2"))

@@ -1,0 +1,314 @@
+"""Centroid tables become trajectories, with their flags, clocks, matches and honest sigmas."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vidtrack.camera import project
+from vidtrack.errors import VidtrackError
+from vidtrack.refine import Uncertainty, free_parameters, refine
+from vidtrack.simulate.rig import thesis_points, thesis_rig
+from vidtrack.stages.locate import locate
+
+START = 36000.0
+COLUMNS = ["time_s", "timecode", "target", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "miss", "n_cameras", "flag"]
+
+
+def pluck(t):
+    decay = np.exp(-0.1 * t)
+    swing = [24 * np.cos(2 * np.pi * t / 1.6), 0.6 * np.sin(2 * np.pi * t / 0.9), 0.4 * np.cos(2 * np.pi * t / 1.1)]
+    return decay[:, None] * np.stack(swing, -1)
+
+
+def other(t):
+    """A second target that crosses the first one in every view."""
+    return pluck(t)[:, [0, 1, 2]] * [-0.8, 1, 1] + [0, 2.5, 3]
+
+
+def centroids(camera, paths, *, seconds=8.0, rate_hz=30.0, noise=0.1, rng, late=0.0, start=START, field="frame"):
+    """A camera's table; `late` is what must be added to its clock."""
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    tables = []
+    for name, path in paths.items():
+        b = project(camera, path(t + late + start - START)) + rng.normal(0, noise, (t.size, 2))
+        codes = [f"10:00:{int(x):02d}:{round(x * rate_hz) % 30:02d}" for x in t]
+        tables.append(
+            pd.DataFrame({"time_s": start + t, "timecode": codes, "target": name, "Xf": b[:, 0], "Yf": b[:, 1]})
+        )
+    table = pd.concat(tables, ignore_index=True)
+    return table.assign(frame=0, field=field, pixels=50.0, flag="")
+
+
+def errors(located, paths):
+    """Errors (n, 3) in and errors over sigma, of all located samples."""
+    table = located.trajectories.dropna(subset="x")
+    truth = np.concatenate(
+        [paths[name](rows["time_s"].to_numpy() - START) for name, rows in table.groupby("target", sort=False)]
+    )
+    off = table[["x", "y", "z"]].to_numpy() - truth
+    return off, off / table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy()
+
+
+def run(n):
+    """Tables and cameras of a plucked target."""
+    cameras = thesis_rig(n)
+    rng = np.random.default_rng(0)
+    tables = {c.name: centroids(c, {"t1": pluck}, rng=rng) for c in cameras}
+    return tables, {c.name: (c, None) for c in cameras}
+
+
+@pytest.mark.parametrize(("n", "inches"), [(2, 0.0366), (3, 0.0270), (4, 0.0218)])
+def test_a_run_is_located_to_what_the_centroids_noise_allows(n, inches):
+    tables, cameras = run(n)
+    located = locate(tables, cameras, targets=1)
+    assert list(located.trajectories.columns) == COLUMNS
+    off, normalised = errors(located, {"t1": pluck})
+    assert len(off) == 240
+    assert np.linalg.norm(off, axis=-1).mean() == pytest.approx(inches, rel=0.08)
+    assert np.mean(normalised**2, 0) == pytest.approx(np.ones(3), abs=0.25)
+    assert located.record["noise"]["sd_px"]["cam1"] == pytest.approx(0.1, rel=0.1)
+    assert (located.trajectories["flag"] == "").all()
+    assert located.trajectories["timecode"].iloc[31] == "10:00:01:01"
+    assert not located.record["warnings"]
+
+
+def test_a_camera_lost_for_a_second_leaves_the_others():
+    tables, cameras = run(3)
+    gone = slice(60, 90)
+    tables["cam2"].loc[60:89, ["Xf", "Yf"]] = np.nan
+    tables["cam2"].loc[60:89, "flag"] = "lost"
+    table = locate(tables, cameras, targets=1).trajectories
+    assert (table["n_cameras"].iloc[gone] == 2).all()
+    assert (table["flag"].iloc[gone] == "cam2:lost").all()
+    assert table["x"].notna().all()
+    assert table["sigma_y"].iloc[70] > 1.1 * table["sigma_y"].iloc[50]
+    both = locate({k: tables[k] for k in ("cam1", "cam2")}, cameras, targets=1).trajectories
+    assert both["x"].iloc[gone].isna().all()
+    assert (both["flag"].iloc[gone] == "lost;cam2:lost").all()
+    assert (both["n_cameras"].iloc[gone] == 0).all()
+    assert both["x"].notna().sum() == 210
+
+
+def test_two_targets_that_cross_and_bear_other_names_in_each_camera_are_told_apart():
+    rng = np.random.default_rng(1)
+    a, b = thesis_rig(2)
+    tables = {
+        "cam1": centroids(a, {"t1": pluck, "t2": other}, rng=rng),
+        "cam2": centroids(b, {"t1": other, "t2": pluck}, rng=rng),
+    }
+    apart = (
+        tables["cam1"].query("target == 't1'")["Xf"].to_numpy()
+        - tables["cam1"].query("target == 't2'")["Xf"].to_numpy()
+    )
+    assert (np.diff(np.sign(apart)) != 0).any()  # they do cross in the picture
+    located = locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=2)
+    off, _ = errors(located, {"t1": pluck, "t2": other})
+    assert len(off) == 480
+    assert np.linalg.norm(off, axis=-1).max() < 0.2
+    match = located.record["correspondence"]
+    assert match["targets"]["t1"]["tracks"] == {"cam1": ["t1"], "cam2": ["t2"]}
+    assert match["tolerance"] == pytest.approx(match["tolerance_px"] * 0.2, rel=0.1)  # in, of 0.2 in/px
+    assert not match["targets"]["t1"]["ambiguous"]
+
+
+def test_names_that_the_user_gave_are_kept_in_all_cameras():
+    rng = np.random.default_rng(2)
+    cameras = thesis_rig(2)
+    tables = {c.name: centroids(c, {"bow": pluck, "stern": other}, rng=rng) for c in cameras}
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets=["bow", "stern"])
+    assert located.trajectories["target"].unique().tolist() == ["bow", "stern"]
+    only = {"cam1": tables["cam1"], "cam2": tables["cam2"].replace({"target": {"bow": "t2", "stern": "t1"}})}
+    named = locate(only, {c.name: (c, None) for c in cameras}, targets=["bow", "stern"])
+    assert named.trajectories["x"].to_numpy() == pytest.approx(located.trajectories["x"].to_numpy(), abs=1e-6)
+    assert set(named.trajectories["target"]) == {"bow", "stern"}
+
+
+def test_names_that_contradict_what_the_cameras_see_give_way_and_a_word_is_said():
+    rng = np.random.default_rng(3)
+    cameras = thesis_rig(2)
+    tables = {c.name: centroids(c, {"bow": pluck, "stern": other}, rng=rng) for c in cameras}
+    tables["cam2"] = tables["cam2"].replace({"target": {"bow": "stern", "stern": "bow"}})
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets=["bow", "stern"])
+    assert any("names do not agree" in w for w in located.record["warnings"])
+    assert located.trajectories["x"].notna().all()
+
+
+def test_a_clock_from_the_config_is_added_to_the_cameras_time():
+    rng = np.random.default_rng(4)
+    a, b = thesis_rig(2)
+    late = 0.37 / 30
+    tables = {"cam1": centroids(a, {"t1": pluck}, rng=rng), "cam2": centroids(b, {"t1": pluck}, rng=rng, late=late)}
+    clocks = {"cam1": {"offset_s": 0.0, "rate_ppm": 0.0}, "cam2": {"offset_s": late, "rate_ppm": 0.0}}
+    located = locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=1, clocks=clocks)
+    off, normalised = errors(located, {"t1": pluck})
+    assert len(off) == 239  # the first moment of cam1 is before cam2's first
+    assert np.linalg.norm(off, axis=-1).mean() < 0.037
+    assert np.mean(normalised**2, 0) == pytest.approx(np.ones(3), abs=0.3)
+
+
+@pytest.mark.parametrize("clocks", ["auto", {"cam2": "auto"}])
+def test_clocks_are_found_from_the_motion(clocks):
+    rng = np.random.default_rng(5)
+    a, b = thesis_rig(2)
+    tables = {
+        "cam1": centroids(a, {"t1": pluck, "t2": other}, rng=rng, noise=0.03),
+        "cam2": centroids(b, {"t1": other, "t2": pluck}, rng=rng, noise=0.03, late=0.37 / 30),
+    }
+    located = locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=2, clocks=clocks)
+    told = located.record["clocks"]["cameras"]["cam2"]
+    assert told["offset_s"] * 30 == pytest.approx(0.37, abs=0.02)
+    assert told["offset_s_95"][0] < told["offset_s"] < told["offset_s_95"][1]
+    assert told["source"] == "motion"
+    assert len(told["offsets_s"]) == len(told["error_px"])
+    off, normalised = errors(located, {"t1": pluck, "t2": other})
+    assert np.linalg.norm(off, axis=-1).mean() < 0.014
+    assert 0.6 < np.mean(normalised**2) < 1.5
+
+
+def test_interlaced_fields_are_samples_of_their_own():
+    rng = np.random.default_rng(6)
+    cameras = thesis_rig(2)
+    tables = {c.name: centroids(c, {"t1": pluck}, rng=rng, rate_hz=60 / 1.001, seconds=4) for c in cameras}
+    for table in tables.values():
+        table["field"] = np.where(np.arange(len(table)) % 2, "bottom", "top")
+    off, _ = errors(locate(tables, {c.name: (c, None) for c in cameras}, targets=1), {"t1": pluck})
+    assert len(off) == 240
+    assert np.linalg.norm(off, axis=-1).mean() == pytest.approx(0.0366, rel=0.1)
+
+
+def test_a_recording_that_passes_midnight_meets_the_others():
+    rng = np.random.default_rng(7)
+    a, b = thesis_rig(2)
+    tables = {
+        "cam1": centroids(a, {"t1": pluck}, rng=rng, start=86398.0),
+        "cam2": centroids(b, {"t1": pluck}, rng=rng, start=86398.0),
+    }
+    for table in tables.values():
+        table[["Xf", "Yf"]] = centroids(a if table is tables["cam1"] else b, {"t1": pluck}, rng=rng)[["Xf", "Yf"]]
+    tables["cam2"]["time_s"] -= 86400.0  # switched on a little after midnight by its own count
+    assert locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=1).trajectories["x"].notna().sum() == 240
+
+
+def test_a_camera_that_follows_something_else_for_a_while_is_left_out():
+    tables, cameras = run(4)
+    tables["cam3"].loc[100:119, "Xf"] += 25
+    table = locate(tables, cameras, targets=1).trajectories
+    assert (table["flag"].iloc[100:120] == "cam3:left_out").all()
+    assert (table["n_cameras"].iloc[100:120] == 3).all()
+    off, _ = errors(locate(tables, cameras, targets=1), {"t1": pluck})
+    assert np.linalg.norm(off, axis=-1).max() < 0.12
+
+
+def test_two_cameras_that_disagree_give_no_guess():
+    tables, cameras = run(2)
+    tables["cam2"].loc[100:109, "Xf"] += 60
+    located = locate(tables, cameras, targets=1)
+    rows = located.trajectories.iloc[100:110]
+    assert rows["x"].isna().all()
+    assert (rows["flag"] == "disagree").all()
+    assert (rows["miss"] > 1).all()
+    assert any("cameras disagree" in w for w in located.record["warnings"])
+
+
+def test_a_fix_that_its_lines_miss_by_too_much_is_not_believed():
+    tables, cameras = run(2)
+    table = locate(tables, cameras, targets=1, max_miss=0.01).trajectories
+    far = table["miss"] > 0.01
+    assert 20 < far.sum() < 220
+    assert (table["flag"][far] == "far").all()
+    assert table["x"][far].isna().all()
+    assert table["x"][~far].notna().all()
+
+
+def test_targets_outside_the_calibrated_volume_are_counted():
+    tables, cameras = run(2)
+    volume = thesis_points()[1] * [0.5, 1, 1]  # 13.5 in to either side; the target swings 24
+    located = locate(tables, cameras, targets=1, volume=volume)
+    share = located.record["volume"]["share_outside"]
+    assert share == pytest.approx(located.trajectories["outside"].mean())
+    assert 0.2 < share < 0.7
+    assert any("outside the calibrated volume" in w for w in located.record["warnings"])
+    assert not locate(tables, cameras, targets=1, volume=volume * 3).trajectories["outside"].any()
+
+
+def test_sigma_holds_the_calibration_too():
+    tags, hung = thesis_points()
+    free = free_parameters("tsai")
+    squares = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        p = hung + rng.normal(0, 1 / 8, hung.shape)
+        cameras, points = {}, {}
+        for c in thesis_rig(2):
+            b = project(c, p) + rng.normal(0, 0.03, (64, 2))
+            fit = refine(c, hung, b, free=free, sd=0.03, survey=1 / 8)
+            cameras[c.name] = (fit.camera, fit.uncertainty)
+            points[c.name] = pd.DataFrame(hung, columns=["x", "y", "z"]).assign(
+                tag=tags, sigma=1 / 8, used=True, sd_x=0.03, sd_y=0.03
+            )
+        tables = {c.name: centroids(c, {"t1": pluck}, rng=rng, noise=0.03, seconds=3) for c in thesis_rig(2)}
+        located = locate(tables, cameras, targets=1, points=points)
+        squares.append(np.mean(errors(located, {"t1": pluck})[1] ** 2))
+        assert located.record["noise"]["sd_px"]["cam1"] == pytest.approx(0.03, rel=0.2)
+    # 12 calibrations, each an error of its own: one sd of this mean is some 0.25
+    assert 0.5 < np.mean(squares) < 1.6
+
+
+def test_the_trackers_own_standard_deviations_weigh_the_cameras():
+    rng = np.random.default_rng(8)
+    a, b, c = thesis_rig(3)
+    tables = {k.name: centroids(k, {"t1": pluck}, rng=rng, noise=sd) for k, sd in ((a, 0.05), (b, 0.05), (c, 0.5))}
+    cameras = {k.name: (k, None) for k in (a, b, c)}
+    plain = np.linalg.norm(errors(locate(tables, cameras, targets=1), {"t1": pluck})[0], axis=-1).mean()
+    for name, sd in (("cam1", 0.1), ("cam2", 0.1), ("cam3", 1.0)):  # twice too large, as a tracker may say
+        tables[name][["sd_x", "sd_y"]] = sd
+    located = locate(tables, cameras, targets=1)
+    off, normalised = errors(located, {"t1": pluck})
+    assert np.linalg.norm(off, axis=-1).mean() < 0.6 * plain
+    assert np.mean(normalised**2) == pytest.approx(1, abs=0.25)
+    assert located.record["noise"]["factor"] == pytest.approx(0.5, rel=0.1)
+
+
+def test_one_target_that_lies_off_its_epipolar_line_is_matched_with_a_warning():
+    tables, cameras = run(2)
+    tables["cam2"]["Yf"] += 8
+    located = locate(tables, cameras, targets=1)
+    assert any("off their epipolar lines" in w for w in located.record["warnings"])
+    assert located.trajectories["target"].unique().tolist() == ["t1"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda tables, cameras: tables.pop("cam2"), r"locate: mode space needs two cameras.*cam1"),
+        (lambda tables, cameras: cameras.pop("cam2"), r"locate: camera cam2 has no calibration"),
+        (lambda tables, cameras: tables["cam2"].__setitem__("time_s", 5.0 + np.arange(240)), "at one moment"),
+    ],
+)
+def test_what_cannot_be_located_is_refused_in_one_line(change, message):
+    tables, cameras = run(2)
+    change(tables, cameras)
+    with pytest.raises(VidtrackError, match=message) as caught:
+        locate(tables, cameras, targets=1)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_run_without_a_single_centroid_gives_an_empty_table():
+    tables, cameras = run(2)
+    tables = {k: t.assign(Xf=np.nan, Yf=np.nan, flag="lost") for k, t in tables.items()}
+    located = locate(tables, cameras, targets=1)
+    assert list(located.trajectories.columns) == COLUMNS
+    assert located.trajectories["x"].isna().all()
+    empty = {k: t.iloc[:0] for k, t in tables.items()}
+    with pytest.raises(VidtrackError, match="at one moment"):
+        locate(empty, cameras, targets=1)
+
+
+def test_unknown_is_written_as_uncertain_not_as_zero():
+    names = free_parameters("tsai")
+    known = Uncertainty(names, np.zeros(3), np.full((len(names),) * 2, np.nan))
+    tables, cameras = run(2)
+    cameras["cam1"] = (cameras["cam1"][0], known)
+    table = locate(tables, cameras, targets=1).trajectories
+    assert table["x"].notna().all()
+    assert table["sigma_x"].isna().all()
