@@ -7,7 +7,7 @@ plainly itself in its window is reported as not clear, and a wider search (`seek
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,29 +22,25 @@ Bools = NDArray[np.bool_]
 
 CLEAR = 3
 """px between a target and its window's border that its soft edge needs."""
-ROOM = 11
-"""px about a target in its window: the soft edge, the background, and room for it to be off by five."""
+ROOM = 7.5
+"""px about a target in its window: its soft edge and the background, or room for it to be off by four."""
 LIKE = 0.6
 """|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
-_GRAIN = 8
+_GRAIN = 4
+
+
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT = range(10)
+"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample."""
 
 
 class Seen(NamedTuple):
-    """What each window showed, (k samples, n targets), frame-buffer px and grey levels; NaN where nothing was measured.
+    """What each window showed.
 
-    height is in rows of the sample; clear: this is the target, whole and alone.
+    values     (10, k samples, n targets), see X to HEIGHT; meaningless where not clear
+    clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
-    x: Array
-    y: Array
-    sd_x: Array
-    sd_y: Array
-    pixels: Array
-    mass: Array
-    contrast: Array
-    background: Array
-    width: Array
-    height: Array
+    values: Array
     clear: Bools
     saturated: Bools
 
@@ -67,29 +63,30 @@ def look(
     rows, columns = samples[0].luma.shape
     need = size + 2 * ROOM
     kind = _sorts(need)
+    groups: list[Any] = (
+        [slice(None)] if not kind.any() else [np.flatnonzero(kind == group) for group in np.unique(kind)]
+    )
     parts = []
-    for group in np.unique(kind):
-        who = np.flatnonzero(kind == group)
-        side = (np.ceil(need[who].max(axis=0) / _GRAIN) * _GRAIN).astype(int)
-        width, height = min(int(side[0]), columns), min(int(side[1]), rows)
-        parts.append(
-            (who, _look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
-        )
+    for who in groups:
+        wide, high = (np.ceil(need[who].max(axis=0) / _GRAIN) * _GRAIN).astype(int).tolist()
+        width, height = min(wide, columns), min(high, rows)
+        parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
-        return parts[0][1]
-    whole = Seen._make(np.empty((k, n), values.dtype) for values in parts[0][1])
-    for who, seen in parts:
+        return parts[0]
+    whole = Seen(np.empty((10, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    for who, seen in zip(groups, parts, strict=True):
         for values, piece in zip(whole, seen, strict=True):
-            values[:, who] = piece
+            values[..., who] = piece
     return whole
 
 
 def _sorts(need: Array) -> Ints:
     """Targets of about the same size share windows: one sort unless the largest is twice the smallest."""
     side = need.max(axis=1)
-    if side.size == 0 or side.max() <= 2 * side.min():
+    least = side.min()
+    if side.max() <= 2 * least:
         return np.zeros(side.size, np.intp)
-    sort: Ints = np.ceil(np.log2(side / side.min()) - 1e-9).astype(np.intp)
+    sort: Ints = np.ceil(np.log2(side / least) - 1e-9).astype(np.intp)
     return sort
 
 
@@ -105,25 +102,29 @@ def _look_alike(
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
     lines = samples[0].lines
-    parity = np.array([sample.parity for sample in samples])[:, None]
-    at_x, at_y = predicted[..., 0], (predicted[..., 1] - parity) / lines
+    parity = np.repeat(np.array([sample.parity for sample in samples]), n)
+    at_x, at_y = predicted.reshape(k * n, 2).T
+    at_y = (at_y - parity) / lines
     left = np.clip(np.rint(at_x - (width - 1) / 2), 0, columns - width).astype(np.intp)
     top = np.clip(np.rint(at_y - (height - 1) / 2), 0, rows - height).astype(np.intp)
     raw = np.empty((height, k * n, width), samples[0].luma.dtype)
     for j, sample in enumerate(samples):
-        raw[:, j * n : (j + 1) * n] = cut(sample.luma, left[j], top[j], width, height)
-    windows = Windows(detection.bright(raw), left.ravel(), top.ravel(), detection.scale)
-    found = components(windows, np.tile(threshold, k))
-    chosen = _nearest(found, at_x.ravel(), at_y.ravel(), np.tile(pixels, k), detection.min_pixels)
-    c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid)
-    box = [np.where(chosen >= 0, values[chosen] if values.size else 0, 0) for values in found[4:8]]
-    clear = _clear(chosen, box, windows, c.pixels, np.tile(pixels, k)) & np.isfinite(c.x) & np.isfinite(c.y)
-    clear &= _alone(box, np.repeat(np.arange(k), n))
-    shaped = [
-        np.asarray(v, float).reshape(k, n) for v in (*c[:4], c.pixels, c.mass, c.contrast, c.background, *box[2:])
-    ]
-    seen = Seen._make([*shaped, clear.reshape(k, n), c.saturated.reshape(k, n)])
-    return seen._replace(y=seen.y * lines + parity, sd_y=seen.sd_y * lines)
+        some = slice(j * n, j * n + n)
+        raw[:, some] = cut(sample.luma, left[some], top[some], width, height)
+    windows = Windows(detection.bright(raw), left, top, detection.scale)
+    level, before = np.tile(threshold, k), np.tile(pixels, k)
+    found = components(windows, level)
+    chosen = _nearest(found, at_x, at_y, before, detection.min_pixels)
+    c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid, threshold=level)
+    box = np.stack([found.left, found.top, found.width, found.height])
+    box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
+    values = np.stack(
+        [c.x, c.y * lines + parity, c.sd_x, c.sd_y * lines, c.pixels, c.mass, c.contrast, c.background, box[2], box[3]]
+    )
+    clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
+    if n > 1:
+        clear &= _alone(box, np.repeat(np.arange(k), n))
+    return Seen(values.reshape(10, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
 
 
 def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: int) -> Ints:
@@ -132,7 +133,7 @@ def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: i
     enough = found.pixels >= min_pixels
     which = np.arange(found.window.size) if enough.all() else np.flatnonzero(enough)
     window = found.window[which]
-    if window.size > 1 and (np.diff(np.sort(window)) == 0).any():
+    if window.size > 1 and np.bincount(window).max() > 1:
         off = np.hypot(found.x[which] - x[window], found.y[which] - y[window])
         off += 4 * np.abs(np.log(found.pixels[which] / pixels[window]))
         order = np.lexsort((off, window))
@@ -142,7 +143,7 @@ def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: i
     return chosen
 
 
-def _clear(chosen: Ints, box: list[Ints], windows: Windows, now: Ints, before: Array) -> Bools:
+def _clear(chosen: Ints, box: Ints, windows: Windows, now: Ints, before: Array) -> Bools:
     """Of about the same size as before, and with room for its soft edge in the window."""
     height, _, width = windows.raw.shape
     left, top, wide, high = box
@@ -153,7 +154,7 @@ def _clear(chosen: Ints, box: list[Ints], windows: Windows, now: Ints, before: A
     return clear
 
 
-def _alone(box: list[Ints], sample: Ints) -> Bools:
+def _alone(box: Ints, sample: Ints) -> Bools:
     """False where two targets of one sample chose the same patch."""
     key = (sample << 40) + (box[1] << 20) + box[0]
     order = np.argsort(key, kind="stable")

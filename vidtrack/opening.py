@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.assignment import one_to_one
-from vidtrack.blobs import Blobs, measure_mask, no_blobs
+from vidtrack.blobs import Blobs, above, measure_mask, no_blobs
 from vidtrack.detection import Detection
 from vidtrack.sample import Sample, in_frame_buffer
 from vidtrack.seek import blobs_of, contrast_of
@@ -31,6 +31,8 @@ SHORTEST = 3
 """Samples that a moving trail must have: fewer could be chance."""
 STIR = 1.5
 """px that a trail must move in all to count as moving."""
+FIRST = 8
+"""Samples in which motion is sought first."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
 
@@ -58,13 +60,18 @@ class Opening(NamedTuple):
 
 
 def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Opening:
-    """The n likeliest targets of a recording's first samples; fewer where fewer can be found."""
+    """The n likeliest targets of a recording's first samples; fewer where fewer can be found.
+
+    The first FIRST samples are looked at; all of them only where fewer than n things move in those.
+    """
     still = _blobs_above(samples[0], samples[0].luma, detection, None)
     trails: list[Trail] = []
     if len(samples) >= SHORTEST:
         backgrounds = background_of(samples)
-        moving = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
-        trails = sorted((t for t in moving if _moves(t)), key=_merit, reverse=True)[:n]
+        for few in (samples[:FIRST], samples):
+            trails = find_movers(few, backgrounds, detection)[:n]
+            if len(trails) == n or len(few) == len(samples):
+                break
     n_moving = len(trails)
     standing = _standing(still, trails)
     trails += _brightest(standing, n - n_moving)
@@ -99,13 +106,16 @@ def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detect
 
 
 def background_of(samples: Sequence[Sample]) -> dict[int, NDArray[Any]]:
-    """What stands still: the median picture of each parity."""
+    """What stands still: for each parity the median of five pictures from first to last."""
     pictures: dict[int, NDArray[Any]] = {}
     for parity in {sample.parity for sample in samples}:
         stack = [sample.luma for sample in samples if sample.parity == parity]
-        step = max(1, len(stack) // 15)
-        few = np.stack(stack[::step])
-        pictures[parity] = np.partition(few, len(few) // 2, axis=0)[len(few) // 2]
+        a, b, c, d, e = (stack[k] for k in np.rint(np.linspace(0, len(stack) - 1, 5)).astype(int))
+        # the median of five in seven comparisons, as cv2 compares 16 pixels at once
+        a, b = cv2.min(a, b), cv2.max(a, b)
+        c, d = cv2.min(c, d), cv2.max(c, d)
+        low, high = cv2.max(a, c), cv2.min(b, d)
+        pictures[parity] = cv2.max(cv2.min(low, high), cv2.min(cv2.max(low, high), e))
     return pictures
 
 
@@ -116,48 +126,40 @@ def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
     trails: list[list[tuple[int, int]]] = []
     alive: list[int] = []
     for j, blobs in enumerate(found):
-        position = np.stack([blobs.Xf, blobs.Yf], axis=1)
-        cost = np.full((len(alive), len(position)), np.inf)
-        for row, t in enumerate(alive):
-            cost[row] = _link_cost(trails[t], found, samples, j, position, leap)
-        chosen = one_to_one(cost)
-        for t, b in zip(alive, chosen, strict=True):
+        chosen = one_to_one(_link_costs([trails[t] for t in alive], found, samples, j, leap))
+        for t, b in zip(alive, chosen.tolist(), strict=True):
             if b >= 0:
-                trails[t].append((j, int(b)))
-        started = np.setdiff1d(np.arange(len(position)), chosen)
-        trails += [[(j, int(b))] for b in started]
+                trails[t].append((j, b))
+        trails += [[(j, b)] for b in np.setdiff1d(np.arange(blobs.Xf.size), chosen).tolist()]
         alive = [t for t, trail in enumerate(trails) if trail[-1][0] >= j - 1]
-    return [_trail(trail, found) for trail in trails]
+    return [_trail(trail, found) for trail in trails if len(trail) > 1]
 
 
-def _link_cost(
-    trail: list[tuple[int, int]],
-    found: Sequence[Blobs],
-    samples: Sequence[Sample],
-    j: int,
-    position: Array,
-    leap: float,
+def _link_costs(
+    trails: list[list[tuple[int, int]]], found: Sequence[Blobs], samples: Sequence[Sample], j: int, leap: float
 ) -> Array:
-    (last, b) = trail[-1]
-    here = np.array([found[last].Xf[b], found[last].Yf[b]])
-    wait = samples[j].time - samples[last].time
-    velocity, gate = np.zeros(2), leap * wait
-    if len(trail) > 1:
-        before, a = trail[-2]
-        there = np.array([found[before].Xf[a], found[before].Yf[a]])
-        velocity = (here - there) / (samples[last].time - samples[before].time)
-        gate = min(gate, (10 + 0.6 * float(np.hypot(*velocity))) * wait)
-    off = np.hypot(*(position - here - velocity * wait).T)
-    size = np.abs(np.log(found[j].pixels / found[last].pixels[b]))
-    light = np.abs(np.log(contrast_of(found[j]) / contrast_of(found[last])[b]))
-    cost: Array = np.where((off < gate) & (size < 0.7) & (light < 0.5), off / gate + size + light, np.inf)
+    """Cost of every blob of sample j as the next of every trail, (n trails, m blobs); inf where it cannot be."""
+    if not trails:
+        return np.zeros((0, found[j].Xf.size))
+    looks = [np.stack([b.Xf, b.Yf, np.log(b.pixels), np.log(contrast_of(b))], axis=1) for b in found[: j + 1]]
+    now = np.array([looks[trail[-1][0]][trail[-1][1]] for trail in trails])
+    before = np.array([looks[trail[-2:][0][0]][trail[-2:][0][1]] for trail in trails])
+    time = np.array([[samples[trail[i][0]].time for i in (-1, -len(trail[-2:]))] for trail in trails])
+    wait = samples[j].time - time[:, 0]
+    velocity = (now - before)[:, :2] / np.maximum(time[:, :1] - time[:, 1:], 1e-9)
+    known = np.array([len(trail) > 1 for trail in trails])
+    gate = np.where(known, np.minimum(leap, 10 + 0.6 * np.hypot(*velocity.T)), leap) * wait
+    expected = now[:, :2] + velocity * wait[:, None]
+    off = np.hypot(looks[j][:, 0] - expected[:, :1], looks[j][:, 1] - expected[:, 1:]) / gate[:, None]
+    size = np.abs(looks[j][:, 2] - now[:, 2:3])
+    light = np.abs(looks[j][:, 3] - now[:, 3:])
+    cost: Array = np.where((off < 1) & (size < 0.7) & (light < 0.5), off + size + light, np.inf)
     return cost
 
 
 def _trail(trail: list[tuple[int, int]], found: Sequence[Blobs]) -> Trail:
-    picked = [(j, Blobs._make(column[b : b + 1] for column in found[j])) for j, b in trail]
-    one = Blobs._make(np.concatenate(column) for column in zip(*(blob for _, blob in picked), strict=True))
-    return _as_trail(np.array([j for j, _ in picked], np.intp), one)
+    one = Blobs._make(np.array([found[j][i][b] for j, b in trail]) for i in range(len(Blobs._fields)))
+    return _as_trail(np.array([j for j, _ in trail], np.intp), one)
 
 
 def _as_trail(sample: Ints, b: Blobs) -> Trail:
@@ -198,7 +200,8 @@ def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection
     """Blobs that stand out of the background picture."""
     over = cv2.subtract(detection.bright(sample.luma), detection.bright(background))
     level = max(SIGMAS * detection.noise * 1.5, 2 * LEAST_CONTRAST)
-    strong = over[over > level / detection.scale]
+    some = over[:: 1 + over.size // 100_000]
+    strong = some[some > level / detection.scale]
     if strong.size:
         level = max(level, 0.4 * float(np.percentile(strong, 90)) * detection.scale)
     return _blobs_above(sample, over, detection, level)
@@ -209,7 +212,7 @@ def _blobs_above(sample: Sample, picture: NDArray[Any], detection: Detection, le
     if level is None:
         found = blobs_of(sample, detection, detection.level)
     else:
-        mask = (picture > level / detection.scale).view(np.uint8)
+        mask = above(picture, level / detection.scale)
         image = detection.bright(sample.luma)
         least = detection.min_pixels
         measured = measure_mask(

@@ -3,8 +3,9 @@
     I = A (mean of 1 / (1 + exp(-d / w)) over a pixel),  d = (1 - rho) r  px inside of the edge,
     rho^2 = ((X - x)/rx)^2 + ((Y - y)/ry)^2,  r = sqrt(rx ry)
 
-The mean over d - 1/2 to d + 1/2 is what a pixel of the sensor sees of an edge that blur has widened by w. A small r with a wide w is close to a Gaussian, so tiny targets need no other model. The axes stay level: a tilted
-ellipse is symmetric about the same middle. Damped Gauss-Newton (Levenberg, Marquardt), all windows at once.
+The mean over d - 1/2 to d + 1/2 is what a pixel of the sensor sees of an edge that blur has widened by w. A small
+r with a wide w is close to a Gaussian, so tiny targets need no other model. The axes stay level: a tilted ellipse is
+symmetric about the same middle. Damped Gauss-Newton (Levenberg, Marquardt), all windows at once.
 """
 
 from __future__ import annotations

@@ -17,12 +17,14 @@ from vidtrack.detection import Detection
 from vidtrack.errors import VidtrackError
 from vidtrack.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.frame import Frame, VideoInfo
-from vidtrack.opening import Trail, background_of, clutter_besides, find_movers, find_targets
+from vidtrack.look import PIXELS, X, Y
+from vidtrack.opening import SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
 from vidtrack.read_ahead import batches_ahead
+from vidtrack.recovery import FLAGS, RECOVERED
 from vidtrack.sample import Sample
 from vidtrack.threshold import automatic, background_level, noise_sd
 from vidtrack.timecode import parse
-from vidtrack.tracker import FLAGS, RECOVERED, Rows, Starts, Tracker
+from vidtrack.tracker import MEMORY, Rows, Starts, Tracker, present
 from vidtrack.tracking_quality import described, pixel_counts, pixel_locking, shares
 
 if TYPE_CHECKING:
@@ -189,7 +191,7 @@ def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[st
         return "frame", "fields: a still"
     if info.field_order == "progressive":
         return "frame", "fields: progressive, from the flags"
-    order, why = chosen_order(info.field_order, order_from_pictures(frame.luma for frame in opening[:32]))
+    order, why = chosen_order(info.field_order, order_from_pictures(frame.luma[:, ::4] for frame in opening[:16]))
     return (order if order in ("top", "bottom") else "frame"), why
 
 
@@ -296,16 +298,17 @@ def _backwards(samples: Sequence[Sample], starts: Starts, detection: Detection, 
         )
         back = Tracker(one, detection, level, far=False)
         back.follow([sample._replace(time=last - sample.time) for sample in before])
-        followed.append((int(i), Rows._make(column[::-1] for column in back.rows())))
+        rows = back.rows()
+        followed.append((int(i), Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels)))
     return followed
 
 
 def _with_earlier(rows: Rows, earlier: list[tuple[int, Rows]]) -> Rows:
     for i, before in earlier:
-        k = len(before.total_pixels)
-        for column, values in zip(rows[:-1], before[:-1], strict=True):
-            column[:k, i] = values[:, 0]
-        rows.flag[:k, i] &= ~RECOVERED
+        k = len(before.flag)
+        rows.values[:, :k, i] = before.values[..., 0]
+        rows.corner[:k, i] = before.corner[:, 0]
+        rows.flag[:k, i] = before.flag[:, 0] & ~RECOVERED
     return rows
 
 
@@ -317,23 +320,27 @@ def _late_comers(
     waiting: list[int],
 ) -> list[int]:
     """Give trails that began in these samples to targets that nobody has seen yet; returns who still waits."""
-    known = tracker.last(len(samples))
+    samples = samples[-MEMORY:]
+    known = tracker.last_positions(len(samples))
+    if len(samples) < SHORTEST:
+        return waiting
     for trail in find_movers(samples, backgrounds, detection):
         if not waiting:
             break
-        at = np.stack([known.x[trail.sample], known.y[trail.sample]], axis=-1)
-        if trail.sample[-1] < len(samples) - 2 or (np.hypot(*(at - trail.position[:, None]).T) < 5).any():
+        apart = known[trail.sample] - trail.position[:, None]
+        if trail.sample[-1] < len(samples) - 2 or (np.hypot(apart[..., 0], apart[..., 1]) < 5).any():
             continue
         times = np.array([samples[j].time for j in trail.sample])
-        looks = float(trail.pixels[-1]), float(trail.contrast[-1]), trail.size[-1]
-        tracker.begin(waiting.pop(0), trail.position, *looks, times)
+        looks = [float(trail.pixels[-1]), float(trail.contrast[-1]), np.nan, *trail.size[-1].tolist()]
+        tracker.begin(waiting.pop(0), trail.position, times, looks)
     return waiting
 
 
 def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info: VideoInfo) -> DataFrame:
     from pandas import DataFrame
 
-    k, n = rows.x.shape
+    k, n = rows.flag.shape
+    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values)
     time_s = info.time.seconds(moment.time, fields=moment.offset)
     labels = info.time.labels(moment.time).astype(object)
 
@@ -347,17 +354,17 @@ def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info:
             "time_s": each(time_s),
             "timecode": each(labels),
             "target": np.tile(np.array(names, object), k),
-            "Xf": rows.x.ravel(),
-            "Yf": rows.y.ravel(),
-            "sd_x": rows.sd_x.ravel(),
-            "sd_y": rows.sd_y.ravel(),
-            "pixels": rows.pixels.ravel(),
+            "Xf": x,
+            "Yf": y,
+            "sd_x": sd_x,
+            "sd_y": sd_y,
+            "pixels": pixels,
             "total_pixels": each(rows.total_pixels),
-            "mass": rows.mass.ravel(),
-            "contrast": rows.contrast.ravel(),
-            "background": rows.background.ravel(),
-            "box_x": rows.box_x.ravel(),
-            "box_y": rows.box_y.ravel(),
+            "mass": mass,
+            "contrast": contrast,
+            "background": background,
+            "box_x": rows.corner[..., 0].ravel(),
+            "box_y": rows.corner[..., 1].ravel(),
             "box_w": np.tile(starts.box[:, 0], k),
             "box_h": np.tile(starts.box[:, 1], k),
             "flag": described(rows.flag, FLAGS).ravel(),
@@ -370,20 +377,20 @@ def _diagnosed(rows: Rows, moment: _Moments, names: list[str], tracker: Tracker,
     problems: list[str] = []
     each = {}
     for i, name in enumerate(names):
-        measured = float(np.isfinite(rows.x[:, i]).mean())
+        measured = float(present(rows)[:, i].mean())
         each[name] = {
             "measured": measured,
             "flags": shares(rows.flag[:, i], FLAGS),
-            "pixels": pixel_counts(rows.pixels[:, i]),
+            "pixels": pixel_counts(rows.values[PIXELS, :, i]),
         }
     if set(moment.field) == {"top", "bottom"}:
         problems += _fields_checked(rows, moment)
     return {
-        "samples": len(rows.x),
-        "measured": float(np.isfinite(rows.x).mean()) if rows.x.size else 0.0,
+        "samples": len(rows.flag),
+        "measured": float(present(rows).mean()) if rows.flag.size else 0.0,
         "targets": each,
         "total_pixels": pixel_counts(rows.total_pixels),
-        "pixel_locking": {"x": pixel_locking(rows.x), "y": pixel_locking(rows.y)},
+        "pixel_locking": {"x": pixel_locking(rows.values[X]), "y": pixel_locking(rows.values[Y])},
         "worst": [
             {
                 "frame": int(moment.frame[crop.sample]),
@@ -392,7 +399,7 @@ def _diagnosed(rows: Rows, moment: _Moments, names: list[str], tracker: Tracker,
                 "flag": str(described(np.array([crop.flag]), FLAGS)[0]),
                 "picture": crop.picture,
             }
-            for crop in tracker.crops
+            for crop in tracker.recovery.crops
         ],
         "problems": problems,
     }
@@ -400,7 +407,7 @@ def _diagnosed(rows: Rows, moment: _Moments, names: list[str], tracker: Tracker,
 
 def _fields_checked(rows: Rows, moment: _Moments) -> list[str]:
     """A line when the tracks themselves contradict the order of fields that was used."""
-    where = np.stack([rows.x, rows.y], axis=-1)
+    where = rows.values[:2].transpose(1, 2, 0)
     order = str(moment.field[0])
     top, bottom = (where[moment.field == name] for name in ("top", "bottom"))
     motion = order_from_motion(top, bottom)
