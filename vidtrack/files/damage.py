@@ -21,6 +21,9 @@ _EVERY = 31
 """One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not
 fall in step with pictures that a change of frame rate repeated."""
 
+_B = 3
+"""AV_PICTURE_TYPE_B, of pictures that others seldom build on."""
+
 _TELL = 3
 """How many places of damage an account names before it only counts."""
 
@@ -31,9 +34,10 @@ class Watch:
     def __init__(self, in_hand: int) -> None:
         """in_hand  how many packets the decoder may be at work on at once"""
         self._recent: deque[int | None] = deque(maxlen=in_hand)
-        self._suspects: dict[int, int | None] = {}  # time stamp -> that of the damage that it comes from
-        self._wake: int | None = None
-        self._damaged = False
+        self._suspects: dict[int, tuple[int, ...]] = {}  # time stamp -> those of the damage that it may come from
+        self._wake: list[int] = []  # damage that what is decoded now may build on
+        self._harmless: set[int] = set()
+        self._shown_corrupt = False
         self._times = array("d")
         self._corrupt = array("q")
         self._refused = self._backwards = self._other_size = 0
@@ -45,18 +49,18 @@ class Watch:
     def sent(self, pts: int | None, key: bool) -> None:
         """A packet goes to the decoder."""
         self._recent.append(pts)
-        if self._damaged:
-            if key:
-                self._damaged = False
-            elif pts is not None:
-                self._suspects[pts] = self._wake
+        if key:
+            self._wake.clear()
+        elif self._wake and pts is not None:
+            self._suspects[pts] = tuple(self._wake)
 
     def complained(self, why: str, *, refused: bool) -> None:
         """The decoder logged an error while it worked on the last packets, or refused the last one altogether."""
         self._said = self._said or why.strip()
         self._refused += refused
-        self._wake, self._damaged = self._recent[-1] if self._recent else None, True
-        self._suspects.update({pts: self._wake for pts in self._recent if pts is not None})
+        origins = [pts for pts in self._recent if pts is not None]
+        self._wake += origins
+        self._suspects.update({pts: (*self._suspects.get(pts, ()), pts) for pts in origins})
 
     def broken_off(self, error: Exception) -> None:
         """The container could not be read at some place."""
@@ -68,15 +72,20 @@ class Watch:
 
     def is_suspect(self, picture: Any) -> bool:
         """Whether a decoded picture is damaged, or built on one that is."""
-        if not self._suspects:
-            return bool(picture.is_corrupt)
+        corrupt = bool(picture.is_corrupt)
+        if not (corrupt or self._suspects or self._shown_corrupt):
+            return False
         pts = picture.pts
-        found = pts in self._suspects
-        origin = self._suspects.pop(pts, None)
-        if found and origin == pts and picture.pict_type == 3:  # AV_PICTURE_TYPE_B
-            self._suspects = {other: start for other, start in self._suspects.items() if start != pts}
-            self._damaged = self._damaged and self._wake != pts
-        return found or bool(picture.is_corrupt)
+        origins = self._suspects.pop(pts, ())
+        if pts in origins and picture.pict_type == _B:
+            self._harmless.add(pts)
+            self._wake = [origin for origin in self._wake if origin != pts]
+        if picture.key_frame:
+            self._shown_corrupt = False
+        found = corrupt or self._shown_corrupt or any(at == pts or at not in self._harmless for at in origins)
+        # some damage is told by the picture alone: what comes after it in time up to the next key frame is suspect
+        self._shown_corrupt = self._shown_corrupt or (corrupt and picture.pict_type != _B)
+        return found
 
     def picture(self, index: int, time: float, luma: Luma, corrupt: bool) -> None:
         """One picture that was decoded and is given on."""

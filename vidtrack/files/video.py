@@ -12,7 +12,7 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from fractions import Fraction
 from types import TracebackType
 from typing import Any
@@ -143,14 +143,13 @@ class Video:
 
     def _packets(self) -> Iterator[Any]:
         """Packets of the picture stream; where the container is damaged, reading is taken up again behind it."""
-        failures, raw_dv = 0, self._container.format.name == "dv"
+        failures, rightly_timed = 0, _retimer(self._container, self._stream)
         while failures < _PATIENCE:
             try:
                 for packet in self._container.demux(self._stream):
                     failures = 0
-                    if raw_dv and packet.size:
-                        # the demuxer counts frames; behind a damaged one only their place in the file is right
-                        packet.pts = round(packet.pos / packet.size) * packet.duration
+                    if packet.size:
+                        rightly_timed(packet)
                     yield packet
                 return
             except av.error.FFmpegError as error:
@@ -222,6 +221,31 @@ def _picture_stream(container: Any, path: str) -> Any:
         found = ", ".join(sorted({stream.type for stream in container.streams})) or "nothing"
         raise VidtrackError(f"{path}: holds no pictures, only {found}. Give the file that has the video.")
     return pictures[0]
+
+
+def _retimer(container: Any, stream: Any) -> Callable[[Any], None]:
+    """A function that puts a packet's time stamp right, for containers that only count their packets.
+
+    Raw DV and AVI carry no time stamps: behind a damaged frame the count is short, and only the packet's place in
+    the file, and in AVI the index, say which frame it is.
+    """
+    if container.format.name == "dv":
+
+        def by_size(packet: Any) -> None:
+            packet.pts = round(packet.pos / packet.size) * packet.duration
+
+        return by_size
+    entries = stream.index_entries if container.format.name == "avi" else ()
+    frame_at = {entry.pos + 8: entry.timestamp for entry in entries}  # the index points at the chunk's header
+
+    def by_index(packet: Any) -> None:
+        frame, counted = frame_at.get(packet.pos), packet.dts if packet.dts is not None else packet.pts
+        if frame is not None and counted is not None and frame != counted:
+            packet.dts = frame
+            if packet.pts is not None:
+                packet.pts += frame - counted
+
+    return by_index if frame_at else lambda packet: None
 
 
 def _stated_rate(container: Any, stream: Any) -> Fraction:
