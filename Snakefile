@@ -6,11 +6,14 @@ import time
 
 sys.path.insert(0, workflow.basedir)
 os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [workflow.basedir, os.environ.get("PYTHONPATH")]))
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    filter(None, [workflow.basedir, os.environ.get("PYTHONPATH")])
+)
 
 from vidtrack import orders
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
+from vidtrack.files.experiment import profiles
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.files.order_files import OrderBook
 from vidtrack.settings import settings_from_config
@@ -36,8 +39,13 @@ configfile: "config.yaml"
 SETTINGS = told(settings_from_config, config)
 SCENARIO = os.path.normpath(SETTINGS.experiment) + ".yaml"
 if not os.path.isdir(SETTINGS.experiment) and os.path.isfile(SCENARIO):
-    print(f"vidtrack: {SETTINGS.experiment} is not there yet; rendering it from {SCENARIO}", file=sys.stderr)
-    if subprocess.run([sys.executable, "-m", "vidtrack.simulate", SCENARIO, SETTINGS.experiment]).returncode:
+    print(
+        f"vidtrack: {SETTINGS.experiment} is not there yet; rendering it from {SCENARIO}",
+        file=sys.stderr,
+    )
+    if subprocess.run(
+        [sys.executable, "-m", "vidtrack.simulate", SCENARIO, SETTINGS.experiment]
+    ).returncode:
         sys.exit(1)
 EXPERIMENT = told(checked_experiment, SETTINGS)
 RESULTS = EXPERIMENT.results

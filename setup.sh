@@ -71,7 +71,7 @@ run_tests() {
     ruff check .
     ruff format --check --quiet .
     mypy
-    snakefmt --check --quiet Snakefile workflow
+    snakefmt --check Snakefile workflow
     python -m pytest "$@"
 }
 

@@ -173,7 +173,9 @@ class Waterline(Section):
 class Run(DetectChange):
     """One run: what moves in it, how it is located, what it is compared with."""
 
-    mode: Literal["space", "plane"] = Field("space", description="two or more cameras, or one and a plane")
+    mode: Literal["space", "plane", "waterline"] = Field(
+        "space", description="two or more cameras; one and a plane; waterline: no targets, only the water's edge"
+    )
     targets: Annotated[tuple[str, ...] | Annotated[int, Field(ge=1)] | None, BeforeValidator(_names)] = Field(
         None, description="how many, or a list of names; default: the names in targets.csv, else 1"
     )

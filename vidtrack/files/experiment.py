@@ -160,3 +160,10 @@ def target_names(settings: Settings, run: Run) -> list[str]:
     if own is None and run.targets:
         return list(dict.fromkeys(checked_csv(run.targets, TARGETS)["target"]))
     return [f"t{n + 1}" for n in range(own or 1)]
+
+
+def profiles(settings: Settings, run: Run) -> dict[str, str]:
+    """The files of surveyed points along a run's transects, by transect, where it names any."""
+    own = settings.runs[run.name].waterline if run.name in settings.runs else None
+    transects = own.transects if own else {}
+    return {name: within(settings.experiment, t.profile) for name, t in transects.items() if t.profile}

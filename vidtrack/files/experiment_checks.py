@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.csv_checked import PICKS, POINTS, TARGETS, TRUTH, Columns, checked_csv
-from vidtrack.files.experiment import Experiment, look_through, reference_columns, tags_of, target_names, within
+from vidtrack.files.experiment import (
+    Experiment,
+    look_through,
+    profiles,
+    reference_columns,
+    tags_of,
+    target_names,
+    within,
+)
 from vidtrack.naming import did_you_mean
 from vidtrack.settings import Settings
 
@@ -101,6 +110,14 @@ def _check_runs(settings: Settings, experiment: Experiment) -> list[str]:
                 f"{place}: no recording of any camera ({', '.join(settings.cameras)}). Put <camera>.<ext> there "
                 "or delete the folder."
             )
+        elif mode == "waterline":
+            problems += (
+                []
+                if own and own.waterline
+                else [
+                    f"config.yaml: runs.{name}.waterline: mode waterline needs transects. Name some, each from and to."
+                ]
+            )
         elif mode == "space" and len(run.videos) < 2:
             problems.append(
                 f"{place}: only camera {next(iter(run.videos))} has a recording, and mode space needs two or more. "
@@ -157,8 +174,18 @@ def _check_run_settings(name: str, settings: Settings, experiment: Experiment) -
             problems.append(
                 f"{place}.bodies.{body}: {len(members)} targets; six degrees of freedom need three or more."
             )
-    if own.waterline:
+    if own.waterline and run.videos:
         camera = own.waterline.camera
+        follower = camera or next(iter(run.videos))
+        if follower in run.videos and follower not in experiment.cameras_in_clips():
+            problems.append(
+                f"{place}.waterline: camera {follower} has no calibration clip. Film calibration points with it."
+            )
+        problems += [
+            f"{place}.waterline.transects.{transect}.profile: no such file as {path}. Correct the path."
+            for transect, path in profiles(settings, run).items()
+            if not os.path.isfile(path)
+        ]
         if camera is not None and camera not in run.videos:
             problems.append(
                 f"{place}.waterline.camera: {camera} has no recording in this run; {', '.join(run.videos)} do."

@@ -8,34 +8,54 @@ SETS = {"calibration": [], "calibration_after": []}
 CALIBRATION_ORDERS = {}
 for clip_set, after in (("calibration", False), ("calibration_after", True)):
     for camera in CAMERAS:
-        clips = [EXPERIMENT.clips[c] for c in orders.clips_of(SETTINGS, EXPERIMENT, camera, after)]
+        clips = [
+            EXPERIMENT.clips[c]
+            for c in orders.clips_of(SETTINGS, EXPERIMENT, camera, after)
+        ]
         if clips:
             SETS[clip_set].append(camera)
             CALIBRATION_ORDERS["sight", clip_set, camera] = told(
                 BOOK.place,
                 "calibration_points",
                 orders.calibration_points(SETTINGS, EXPERIMENT, camera, after),
-                [EXPERIMENT.points, *(p for clip in clips for p in (clip.videos[camera], clip.picks))],
+                [
+                    EXPERIMENT.points,
+                    *(p for clip in clips for p in (clip.videos[camera], clip.picks)),
+                ],
                 clip_set,
                 camera,
             )
 for camera in CAMERAS:
-    CALIBRATION_ORDERS["calibrate", camera] = BOOK.place("calibrate", orders.calibrate(SETTINGS, camera), [], camera)
+    CALIBRATION_ORDERS["calibrate", camera] = BOOK.place(
+        "calibrate", orders.calibrate(SETTINGS, camera), [], camera
+    )
 CALIBRATED = SETS["calibration"]
-OVERLAY_ORDERS = {camera: BOOK.place("overlay", {"camera": camera}, [], camera) for camera in CALIBRATED}
+OVERLAY_ORDERS = {
+    camera: BOOK.place("overlay", {"camera": camera}, [], camera)
+    for camera in CALIBRATED
+}
 
 
 def clips_seen_by(w):
     after = w.set == "calibration_after"
-    return [EXPERIMENT.clips[c] for c in orders.clips_of(SETTINGS, EXPERIMENT, w.camera, after)]
+    return [
+        EXPERIMENT.clips[c]
+        for c in orders.clips_of(SETTINGS, EXPERIMENT, w.camera, after)
+    ]
 
 
 CALIBRATION = [
-    f"{RESULTS}/calibration/{camera}/{name}" for camera in CALIBRATED for name in ("points.parquet", "camera.json")
+    f"{RESULTS}/calibration/{camera}/{name}"
+    for camera in CALIBRATED
+    for name in ("points.parquet", "camera.json")
 ]
 if CALIBRATED:
-    CALIBRATION += [f"{RESULTS}/calibration/overlay_{camera}.png" for camera in CALIBRATED]
-    CALIBRATION += [f"{RESULTS}/calibration/backprojection.{kind}" for kind in ("parquet", "json")]
+    CALIBRATION += [
+        f"{RESULTS}/calibration/overlay_{camera}.png" for camera in CALIBRATED
+    ]
+    CALIBRATION += [
+        f"{RESULTS}/calibration/backprojection.{kind}" for kind in ("parquet", "json")
+    ]
 if SETS["calibration_after"]:
     CALIBRATION.append(f"{RESULTS}/calibration_after/stability.json")
 
@@ -45,8 +65,6 @@ wildcard_constraints:
 
 
 rule calibration_points:
-    message:
-        "Finding and naming the calibration points that {wildcards.camera} sees"
     input:
         order=lambda w: CALIBRATION_ORDERS["sight", w.set, w.camera],
         points=ancient(EXPERIMENT.points or []),
@@ -58,6 +76,8 @@ rule calibration_points:
         record=f"{RESULTS}/{{set}}/{{camera}}/labelling.json",
     log:
         f"{RESULTS}/logs/calibration_points/{{set}}.{{camera}}.log",
+    message:
+        "Finding and naming the calibration points that {wildcards.camera} sees"
     shell:
         "python -m vidtrack calibration_points --settings {input.order:q} --log {log:q}"
         " --input points {input.points:q} --input videos {input.videos:q} --input picks {input.picks:q}"
@@ -65,8 +85,6 @@ rule calibration_points:
 
 
 rule calibrate:
-    message:
-        "Calibrating {wildcards.camera}"
     input:
         order=lambda w: CALIBRATION_ORDERS["calibrate", w.camera],
         sightings=f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet",
@@ -77,6 +95,8 @@ rule calibrate:
         search=f"{RESULTS}/{{set}}/{{camera}}/search.parquet",
     log:
         f"{RESULTS}/logs/calibrate/{{set}}.{{camera}}.log",
+    message:
+        "Calibrating {wildcards.camera}"
     shell:
         "python -m vidtrack calibrate --settings {input.order:q} --log {log:q}"
         " --input sightings {input.sightings:q} --input picture {input.picture:q}"
@@ -91,18 +111,32 @@ if BUNDLED:
             rule:
                 name:
                     "bundle" if clip_set == "calibration" else "bundle_after"
-                message:
-                    "Refining all cameras and the surveyed points together"
                 input:
-                    order=BOOK.place("bundle", orders.bundle(SETTINGS, members), [], clip_set),
-                    alone=[f"{RESULTS}/{clip_set}/{camera}/alone.json" for camera in members],
-                    points=[f"{RESULTS}/{clip_set}/{camera}/points.parquet" for camera in members],
+                    order=BOOK.place(
+                        "bundle", orders.bundle(SETTINGS, members), [], clip_set
+                    ),
+                    alone=[
+                        f"{RESULTS}/{clip_set}/{camera}/alone.json"
+                        for camera in members
+                    ],
+                    points=[
+                        f"{RESULTS}/{clip_set}/{camera}/points.parquet"
+                        for camera in members
+                    ],
                 output:
-                    **{camera: f"{RESULTS}/{clip_set}/{camera}/camera.json" for camera in members},
+                    **{
+                        camera: f"{RESULTS}/{clip_set}/{camera}/camera.json"
+                        for camera in members
+                    },
                 log:
                     f"{RESULTS}/logs/bundle/{clip_set}.log",
                 params:
-                    outputs=" ".join(f"--output {c} '{RESULTS}/{clip_set}/{c}/camera.json'" for c in members),
+                    outputs=" ".join(
+                        f"--output {c} '{RESULTS}/{clip_set}/{c}/camera.json'"
+                        for c in members
+                    ),
+                message:
+                    "Refining all cameras and the surveyed points together"
                 shell:
                     "python -m vidtrack bundle --settings {input.order:q} --log {log:q}"
                     " --input alone {input.alone:q} --input points {input.points:q} {params.outputs}"
@@ -111,25 +145,30 @@ if BUNDLED:
 if CALIBRATED:
 
     rule back_project:
-        message:
-            "Holding the calibration against its points"
         input:
-            order=BOOK.place("back_project", orders.back_project(SETTINGS, CALIBRATED), []),
-            cameras=[f"{RESULTS}/calibration/{camera}/camera.json" for camera in CALIBRATED],
-            points=[f"{RESULTS}/calibration/{camera}/points.parquet" for camera in CALIBRATED],
+            order=BOOK.place(
+                "back_project", orders.back_project(SETTINGS, CALIBRATED), []
+            ),
+            cameras=[
+                f"{RESULTS}/calibration/{camera}/camera.json" for camera in CALIBRATED
+            ],
+            points=[
+                f"{RESULTS}/calibration/{camera}/points.parquet"
+                for camera in CALIBRATED
+            ],
         output:
             table=f"{RESULTS}/calibration/backprojection.parquet",
             record=f"{RESULTS}/calibration/backprojection.json",
         log:
             f"{RESULTS}/logs/back_project.log",
+        message:
+            "Holding the calibration against its points"
         shell:
             "python -m vidtrack back_project --settings {input.order:q} --log {log:q}"
             " --input cameras {input.cameras:q} --input points {input.points:q}"
             " --output table {output.table:q} --output record {output.record:q}"
 
     rule overlay:
-        message:
-            "Drawing the points over the picture of {wildcards.camera}"
         input:
             order=lambda w: OVERLAY_ORDERS[w.camera],
             picture=f"{RESULTS}/calibration/{{camera}}/picture.png",
@@ -139,6 +178,8 @@ if CALIBRATED:
             overlay=f"{RESULTS}/calibration/overlay_{{camera}}.png",
         log:
             f"{RESULTS}/logs/overlay/{{camera}}.log",
+        message:
+            "Drawing the points over the picture of {wildcards.camera}"
         shell:
             "python -m vidtrack overlay --settings {input.order:q} --log {log:q}"
             " --input picture {input.picture:q} --input points {input.points:q} --input table {input.table:q}"
@@ -148,18 +189,34 @@ if CALIBRATED:
 if SETS["calibration_after"]:
 
     rule stability:
-        message:
-            "Comparing the calibrations from before and after the test"
         input:
-            order=BOOK.place("stability", orders.back_project(SETTINGS, SETS["calibration_after"]), []),
-            before=[f"{RESULTS}/calibration/{camera}/camera.json" for camera in SETS["calibration_after"]],
-            after=[f"{RESULTS}/calibration_after/{camera}/camera.json" for camera in SETS["calibration_after"]],
-            before_points=[f"{RESULTS}/calibration/{camera}/points.parquet" for camera in SETS["calibration_after"]],
-            after_points=[f"{RESULTS}/calibration_after/{camera}/points.parquet" for camera in SETS["calibration_after"]],
+            order=BOOK.place(
+                "stability",
+                orders.back_project(SETTINGS, SETS["calibration_after"]),
+                [],
+            ),
+            before=[
+                f"{RESULTS}/calibration/{camera}/camera.json"
+                for camera in SETS["calibration_after"]
+            ],
+            after=[
+                f"{RESULTS}/calibration_after/{camera}/camera.json"
+                for camera in SETS["calibration_after"]
+            ],
+            before_points=[
+                f"{RESULTS}/calibration/{camera}/points.parquet"
+                for camera in SETS["calibration_after"]
+            ],
+            after_points=[
+                f"{RESULTS}/calibration_after/{camera}/points.parquet"
+                for camera in SETS["calibration_after"]
+            ],
         output:
             record=f"{RESULTS}/calibration_after/stability.json",
         log:
             f"{RESULTS}/logs/stability.log",
+        message:
+            "Comparing the calibrations from before and after the test"
         shell:
             "python -m vidtrack stability --settings {input.order:q} --log {log:q}"
             " --input before {input.before:q} --input after {input.after:q}"

@@ -1,7 +1,11 @@
 # Needs: runs/<run>/trajectories and the run's reference.csv (a contact sensor) or truth.csv (a better instrument).
 # Makes: runs/<run>/comparison.json, and .parquet with the two records side by side.
 
-COMPARED = [name for name, run in EXPERIMENT.runs.items() if run.reference or run.truth]
+COMPARED = [
+    name
+    for name in LOCATED
+    if EXPERIMENT.runs[name].reference or EXPERIMENT.runs[name].truth
+]
 COMPARE_ORDERS = {
     run: told(
         BOOK.place,
@@ -12,16 +16,22 @@ COMPARE_ORDERS = {
     )
     for run in COMPARED
 }
-COMPARISONS = [f"{RESULTS}/runs/{run}/comparison.{kind}" for run in COMPARED for kind in ("json", "parquet")]
+COMPARISONS = [
+    f"{RESULTS}/runs/{run}/comparison.{kind}"
+    for run in COMPARED
+    for kind in ("json", "parquet")
+]
 
 
 rule compare:
-    message:
-        "Holding {wildcards.run} against its contact sensor"
     input:
         order=lambda w: COMPARE_ORDERS[w.run],
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
-        field=lambda w: f"{RESULTS}/calibration/backprojection.json" if MODES[w.run] == "space" else [],
+        field=lambda w: (
+            f"{RESULTS}/calibration/backprojection.json"
+            if MODES[w.run] == "space"
+            else []
+        ),
         reference=lambda w: ancient(EXPERIMENT.runs[w.run].reference or []),
         truth=lambda w: ancient(EXPERIMENT.runs[w.run].truth or []),
     output:
@@ -29,6 +39,8 @@ rule compare:
         series=f"{RESULTS}/runs/{{run}}/comparison.parquet",
     log:
         f"{RESULTS}/logs/compare/{{run}}.log",
+    message:
+        "Holding {wildcards.run} against its contact sensor"
     shell:
         "python -m vidtrack compare --settings {input.order:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --input field {input.field:q}"

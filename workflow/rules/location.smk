@@ -1,17 +1,26 @@
 # Needs: the centroid tables of a run and, in mode space, the calibration of its cameras.
 # Makes: runs/<run>/trajectories, kinematics and, where the config names bodies, bodies; the water's edge on transects.
 
-MODES = {name: SETTINGS.runs[name].mode if name in SETTINGS.runs else "space" for name in EXPERIMENT.runs}
-BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies]
+# What follows targets; a run of mode waterline has none.
+LOCATED = list(dict.fromkeys(run for run, _ in TRACKS))
+MODES = {
+    name: SETTINGS.runs[name].mode if name in SETTINGS.runs else "space"
+    for name in EXPERIMENT.runs
+}
+BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
 LOCATE_ORDERS = {
     run: told(
         BOOK.place,
         "locate",
         orders.locate(SETTINGS, EXPERIMENT, run),
-        [EXPERIMENT.points] if MODES[run] == "plane" and SETTINGS.runs[run].plane.points else [],
+        (
+            [EXPERIMENT.points]
+            if MODES[run] == "plane" and SETTINGS.runs[run].plane.points
+            else []
+        ),
         run,
     )
-    for run in EXPERIMENT.runs
+    for run in LOCATED
 }
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))
@@ -20,7 +29,7 @@ WATERLINES = {
 }
 LOCATIONS = [
     f"{RESULTS}/runs/{run}/{name}"
-    for run in EXPERIMENT.runs
+    for run in LOCATED
     for name in ("trajectories.parquet", "trajectories.csv", "kinematics.parquet")
 ]
 LOCATIONS += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
@@ -29,23 +38,35 @@ LOCATIONS += [f"{RESULTS}/runs/{run}/waterline.parquet" for run in WATERLINES]
 
 def calibrations(run, name):
     """A file of each camera's calibration, where the run is located in space."""
-    return [f"{RESULTS}/calibration/{c}/{name}" for c in EXPERIMENT.runs[run].videos] if MODES[run] == "space" else []
+    return (
+        [f"{RESULTS}/calibration/{c}/{name}" for c in EXPERIMENT.runs[run].videos]
+        if MODES[run] == "space"
+        else []
+    )
 
 
 def plane_sightings(run):
     """The known points in the plane, as the run's camera saw them."""
     plane = SETTINGS.runs[run].plane if MODES[run] == "plane" else None
     camera = next(iter(EXPERIMENT.runs[run].videos))
-    return f"{RESULTS}/calibration/{camera}/sightings.parquet" if plane and plane.points else []
+    return (
+        f"{RESULTS}/calibration/{camera}/sightings.parquet"
+        if plane and plane.points
+        else []
+    )
 
 
 rule locate:
-    message:
-        "Locating the targets of {wildcards.run}"
     input:
         order=lambda w: LOCATE_ORDERS[w.run],
-        centroids=lambda w: [f"{RESULTS}/runs/{w.run}/centroids/{c}.parquet" for c in EXPERIMENT.runs[w.run].videos],
-        readings=lambda w: [f"{RESULTS}/runs/{w.run}/centroids/{c}.json" for c in EXPERIMENT.runs[w.run].videos],
+        centroids=lambda w: [
+            f"{RESULTS}/runs/{w.run}/centroids/{c}.parquet"
+            for c in EXPERIMENT.runs[w.run].videos
+        ],
+        readings=lambda w: [
+            f"{RESULTS}/runs/{w.run}/centroids/{c}.json"
+            for c in EXPERIMENT.runs[w.run].videos
+        ],
         cameras=lambda w: calibrations(w.run, "camera.json"),
         points=lambda w: calibrations(w.run, "points.parquet"),
         sightings=lambda w: plane_sightings(w.run),
@@ -55,6 +76,8 @@ rule locate:
         record=f"{RESULTS}/runs/{{run}}/locate.json",
     log:
         f"{RESULTS}/logs/locate/{{run}}.log",
+    message:
+        "Locating the targets of {wildcards.run}"
     shell:
         "python -m vidtrack locate --settings {input.order:q} --log {log:q}"
         " --input centroids {input.centroids:q} --input readings {input.readings:q}"
@@ -63,8 +86,6 @@ rule locate:
 
 
 rule kinematics:
-    message:
-        "Velocities and accelerations of {wildcards.run}"
     input:
         order=BOOK.place("kinematics", orders.kinematics(SETTINGS), []),
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
@@ -72,17 +93,20 @@ rule kinematics:
         kinematics=f"{RESULTS}/runs/{{run}}/kinematics.parquet",
     log:
         f"{RESULTS}/logs/kinematics/{{run}}.log",
+    message:
+        "Velocities and accelerations of {wildcards.run}"
     shell:
         "python -m vidtrack kinematics --settings {input.order:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --output kinematics {output.kinematics:q}"
 
 
 if BODIED:
-    BODY_ORDERS = {run: BOOK.place("bodies", orders.bodies(SETTINGS, run), [], run) for run in BODIED}
+    BODY_ORDERS = {
+        run: BOOK.place("bodies", orders.bodies(SETTINGS, run), [], run)
+        for run in BODIED
+    }
 
     rule bodies:
-        message:
-            "Six degrees of freedom of the bodies in {wildcards.run}"
         input:
             order=lambda w: BODY_ORDERS[w.run],
             trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
@@ -90,6 +114,8 @@ if BODIED:
             bodies=f"{RESULTS}/runs/{{run}}/bodies.parquet",
         log:
             f"{RESULTS}/logs/bodies/{{run}}.log",
+        message:
+            "Six degrees of freedom of the bodies in {wildcards.run}"
         shell:
             "python -m vidtrack bodies --settings {input.order:q} --log {log:q}"
             " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
@@ -97,7 +123,8 @@ if BODIED:
 
 if WATERLINES:
     PROFILES = {
-        run: [t.profile for t in SETTINGS.runs[run].waterline.transects.values() if t.profile] for run in WATERLINES
+        run: list(profiles(SETTINGS, EXPERIMENT.runs[run]).values())
+        for run in WATERLINES
     }
     WATERLINE_ORDERS = {
         run: told(
@@ -111,8 +138,6 @@ if WATERLINES:
     }
 
     rule waterline:
-        message:
-            "Following the water's edge in {wildcards.run}"
         input:
             order=lambda w: WATERLINE_ORDERS[w.run],
             video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[WATERLINES[w.run]]),
@@ -123,6 +148,8 @@ if WATERLINES:
             timestack=f"{RESULTS}/runs/{{run}}/waterline.npz",
         log:
             f"{RESULTS}/logs/waterline/{{run}}.log",
+        message:
+            "Following the water's edge in {wildcards.run}"
         shell:
             "python -m vidtrack waterline --settings {input.order:q} --log {log:q}"
             " --input video {input.video:q} --input profiles {input.profiles:q} --input camera {input.camera:q}"

@@ -3,35 +3,58 @@
 
 REPORTED = {
     "cameras": [f"{RESULTS}/calibration/{camera}/camera.json" for camera in CALIBRATED],
-    "points": [f"{RESULTS}/calibration/{camera}/points.parquet" for camera in CALIBRATED],
-    "searches": [f"{RESULTS}/calibration/{camera}/search.parquet" for camera in CALIBRATED],
-    "labellings": [f"{RESULTS}/calibration/{camera}/labelling.json" for camera in CALIBRATED],
-    "overlays": [f"{RESULTS}/calibration/overlay_{camera}.png" for camera in CALIBRATED],
-    "backprojection": [f"{RESULTS}/calibration/backprojection.{kind}" for kind in ("parquet", "json") if CALIBRATED],
-    "stability": [f"{RESULTS}/calibration_after/stability.json"] if SETS["calibration_after"] else [],
+    "points": [
+        f"{RESULTS}/calibration/{camera}/points.parquet" for camera in CALIBRATED
+    ],
+    "searches": [
+        f"{RESULTS}/calibration/{camera}/search.parquet" for camera in CALIBRATED
+    ],
+    "labellings": [
+        f"{RESULTS}/calibration/{camera}/labelling.json" for camera in CALIBRATED
+    ],
+    "overlays": [
+        f"{RESULTS}/calibration/overlay_{camera}.png" for camera in CALIBRATED
+    ],
+    "backprojection": [
+        f"{RESULTS}/calibration/backprojection.{kind}"
+        for kind in ("parquet", "json")
+        if CALIBRATED
+    ],
+    "stability": (
+        [f"{RESULTS}/calibration_after/stability.json"]
+        if SETS["calibration_after"]
+        else []
+    ),
     "centroids": [path for path in CENTROIDS if path.endswith(".parquet")],
     "readings": [path for path in CENTROIDS if path.endswith(".json")],
-    "trajectories": [f"{RESULTS}/runs/{run}/trajectories.parquet" for run in EXPERIMENT.runs],
-    "kinematics": [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in EXPERIMENT.runs],
-    "locations": [f"{RESULTS}/runs/{run}/locate.json" for run in EXPERIMENT.runs],
+    "trajectories": [f"{RESULTS}/runs/{run}/trajectories.parquet" for run in LOCATED],
+    "kinematics": [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in LOCATED],
+    "locations": [f"{RESULTS}/runs/{run}/locate.json" for run in LOCATED],
     "bodies": [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED],
-    "waterlines": [f"{RESULTS}/runs/{run}/waterline.{kind}" for run in WATERLINES for kind in ("parquet", "npz")],
+    "waterlines": [
+        f"{RESULTS}/runs/{run}/waterline.{kind}"
+        for run in WATERLINES
+        for kind in ("parquet", "npz")
+    ],
     "comparisons": COMPARISONS,
 }
 
 
 rule report:
-    message:
-        "Writing the report"
     input:
-        order=BOOK.place("report", orders.report(SETTINGS, EXPERIMENT), []),
         **REPORTED,
+        order=BOOK.place("report", orders.report(SETTINGS, EXPERIMENT), []),
     output:
         report=f"{RESULTS}/report.html",
     log:
         f"{RESULTS}/logs/report.log",
     params:
-        inputs=" ".join(f"--input {name} " + " ".join(f"'{p}'" for p in paths) for name, paths in REPORTED.items()),
+        inputs=" ".join(
+            f"--input {name} " + " ".join(f"'{p}'" for p in paths)
+            for name, paths in REPORTED.items()
+        ),
+    message:
+        "Writing the report"
     shell:
         "python -m vidtrack report --settings {input.order:q} --log {log:q} {params.inputs}"
         " --output report {output.report:q}"

@@ -1,8 +1,17 @@
 # Needs: runs/<run>/<camera>.<ext>, and runs/<run>/targets.csv where someone placed the boxes.
 # Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading.
 
-TRACKS = [(run.name, camera) for run in EXPERIMENT.runs.values() for camera in run.videos]
-CENTROIDS = [f"{RESULTS}/runs/{run}/centroids/{camera}.{kind}" for run, camera in TRACKS for kind in ("parquet", "json")]
+TRACKS = [
+    (name, camera)
+    for name, run in EXPERIMENT.runs.items()
+    if name not in SETTINGS.runs or SETTINGS.runs[name].mode != "waterline"
+    for camera in run.videos
+]
+CENTROIDS = [
+    f"{RESULTS}/runs/{run}/centroids/{camera}.{kind}"
+    for run, camera in TRACKS
+    for kind in ("parquet", "json")
+]
 TRACK_ORDERS = {
     (run, camera): told(
         BOOK.place,
@@ -17,8 +26,6 @@ TRACK_ORDERS = {
 
 
 rule track:
-    message:
-        "Following the targets of {wildcards.run} in {wildcards.camera}"
     input:
         order=lambda w: TRACK_ORDERS[w.run, w.camera],
         video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[w.camera]),
@@ -30,6 +37,8 @@ rule track:
         f"{RESULTS}/logs/track/{{run}}.{{camera}}.log",
     # One core a recording where many wait; a single recording takes what there is.
     threads: max(1, (workflow.cores or 1) // max(1, len(TRACKS)))
+    message:
+        "Following the targets of {wildcards.run} in {wildcards.camera}"
     shell:
         "python -m vidtrack track --settings {input.order:q} --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input targets {input.targets:q}"
