@@ -157,12 +157,12 @@ def _record(
     seen = shared.p[shared.used.any(0)]
     lengths = {"largest_distance": largest_distance(seen), "diagonal_field": diagonal_field(cameras, seen)}
     error = (located.point if located else np.full(shared.p.shape, np.nan)) - shared.p
-    held = errors_by_axis(out.error, **lengths)
+    training, held = errors_by_axis(error, **lengths), errors_by_axis(out.error, **lengths)
     floor = _floor(cameras, shared, noise)
-    return {
+    told = {
         "n_points": int(shared.used.any(0).sum()),
         **lengths,
-        **errors_by_axis(error, **lengths),
+        **training,
         "worst": _worst(error, shared),
         "held_out": {"method": out.method, **held, "rms_px": _rms(out.sight_error)},
         "floor": floor,
@@ -173,6 +173,23 @@ def _record(
             for i, camera in enumerate(cameras)
         },
     }
+    return {**told, "warnings": _warnings(told)}
+
+
+def _warnings(told: dict[str, Any]) -> list[str]:
+    """What the errors say of the calibration, and what would help."""
+    lines = []
+    if told["ratio_with_survey"] < 0.8:
+        lines.append(
+            f"points are located {1 / told['ratio_with_survey']:.1f} times better than the sights' errors would allow "
+            "if they were noise: the lens model is too plain, or sigma too large. Try calibration.model: auto."
+        )
+    if told["held_out"]["mean_3d"] > 1.5 * told["mean_3d"]:
+        lines.append(
+            f"held-out points are located {told['held_out']['mean_3d'] / told['mean_3d']:.1f} times worse than the "
+            "points that were used: too few points for so rich a lens model. Add points, or choose a plainer model."
+        )
+    return lines
 
 
 def _worst(error: Array, shared: SharedPoints) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,8 +17,8 @@ from vidtrack.normal_equations import Names
 from vidtrack.refine import Uncertainty, free_parameters
 from vidtrack.shared_points import SharedPoints, side_by_side
 
-SUSPECT = 4.0
-"""ASSUME: a point that lies more of its own standard deviations from its survey was not surveyed there."""
+BY_CHANCE = 0.001
+"""ASSUME: a point that is farther off its survey than any of a bundle's points would be so often is not there."""
 
 
 class Bundled(NamedTuple):
@@ -98,7 +99,8 @@ def _warnings(found: Bundle, shared: SharedPoints) -> list[str]:
             f"the survey's errors are {found.survey_factor:.1f} times what sigma says; give a larger calibration.sigma"
         )
     far = np.nanmax(np.where(np.isfinite(found.survey_shift), np.abs(found.survey_shift), 0), -1)
-    for j in np.flatnonzero(far > SUSPECT):
+    limit = NormalDist().inv_cdf(1 - BY_CHANCE / (2 * 3 * max(len(far), 1)))  # 4.6 standard deviations for 64 points
+    for j in np.flatnonzero(far > limit):
         shift = np.linalg.norm(found.points[j] - shared.p[j])
         told.append(
             f"tag {shared.keys[j][1]} lies {shift:.3g} from its surveyed place, {far[j]:.1f} standard deviations; "
