@@ -118,5 +118,6 @@ def test_films_come_in_chunks_that_nobody_notices(monkeypatch):
     picture = PLAIN.model_copy(update={"noise": 2.0, "background": 20.0})
     times = np.arange(5) / 30
     whole = film([ball((9.0, 0, 0))], times, picture=picture)
-    monkeypatch.setattr("vidtrack.simulate.recording.CHUNK", 2)
+    monkeypatch.setattr("vidtrack.simulate.recording.CHUNK", 3)
+    monkeypatch.setattr("vidtrack.simulate.recording.MEMORY", 1)
     assert np.array_equal(whole, film([ball((9.0, 0, 0))], times, picture=picture))

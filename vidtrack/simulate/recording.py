@@ -13,10 +13,10 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from vidtrack.camera import Array, Camera, camera_from_world
+from vidtrack.camera import Array, Camera, camera_from_world, project
 from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
 from vidtrack.simulate.plan import NotNegative, Plan
-from vidtrack.simulate.render import Patches, outlines, shading, softened, vertices_needed
+from vidtrack.simulate.render import outlines, shading, softened, vertices_needed
 
 
 class Clock(Plan):
@@ -47,6 +47,12 @@ Interlace = Literal["none", "top", "bottom"]
 
 CHUNK = 128
 """Frames whose balls are drawn in one go: bounds the memory, changes nothing else."""
+
+NO_SMEAR = 0.2
+"""px; a ball that travels less during the exposure is drawn in one place: its width changes by 0.003 px^2 or less."""
+
+MEMORY = 20_000_000
+"""Bounds the number of large outlines drawn in one go; a piece has about n_vertices^2 / 6 fine pixels."""
 
 
 def true_times(labels: Array, clock: Clock) -> Array:
@@ -110,26 +116,38 @@ def _pieces(
     drawn: list[list[tuple[float, Piece]]] = [[] for _ in times]
     for actor in actors:
         depth = camera_from_world(camera, actor.path(times))[:, 2]
-        patches = drawn_ball(camera, actor, times, picture, shutter)
         shown = depth > 0
         for begin, end in actor.hidden:
             shown &= (times < begin) | (times >= end)
-        for k in np.flatnonzero(shown):
-            piece = Piece(patches.coverage[k], int(patches.left[k]), int(patches.top[k]), actor.level)
+        at = np.flatnonzero(shown)
+        for k, piece in zip(at, drawn_ball(camera, actor, times[at], picture, shutter), strict=True):
             drawn[k].append((float(depth[k]), piece))
     return [[piece for _, piece in sorted(row, key=lambda entry: -entry[0])] for row in drawn]
 
 
-def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter) -> Patches:
-    """A ball's pieces at times (n,): smeared over the exposure, shaded toward the rim, blurred."""
-    m = shutter.samples if shutter.open_s > 0 else 1
+def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter) -> list[Piece]:
+    """A ball as it looks at times (n,): smeared over the exposure, shaded toward the rim, blurred."""
+    m = shutter.samples if _smear(camera, actor, times, shutter.open_s) > NO_SMEAR else 1
     station = shutter.open_s * ((np.arange(m) + 0.5) / m - 0.5)
     centres = actor.path((times[:, None] + station).ravel()).reshape(len(times), m, 1, 3)
     if len(times) > 1 and not np.ptp(centres, axis=0).any():  # it stays where it is: draw it once
-        once = drawn_ball(camera, actor, times[:1], picture, shutter)
-        n = len(times)
-        return Patches(np.repeat(once.coverage, n, 0), np.repeat(once.left, n), np.repeat(once.top, n))
+        return drawn_ball(camera, actor, times[:1], picture, shutter) * len(times)
     radii, weights = shading(picture.limb)
     n_vertices = vertices_needed(camera, centres, actor.radius)
-    polygons = outlines(camera, centres, actor.radius * radii, n_vertices).reshape(len(times), -1, n_vertices, 2)
-    return softened(polygons, picture.blur_px, np.tile(weights / m, m))
+    block = max(1, MEMORY // n_vertices**2)
+    pieces = []
+    for begin in range(0, len(times), block):
+        polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, n_vertices)
+        polygons = polygons.reshape(len(polygons), -1, n_vertices, 2)
+        patches = softened(polygons, picture.blur_px, np.tile(weights / m, m))
+        pieces += [
+            Piece(patches.coverage[k], int(patches.left[k]), int(patches.top[k]), actor.level)
+            for k in range(len(polygons))
+        ]
+    return pieces
+
+
+def _smear(camera: Camera, actor: Actor, times: Array, open_s: float) -> float:
+    """How far, px, a ball's image travels at most while the shutter is open."""
+    ends = [project(camera, actor.path(times + side * open_s / 2)) for side in (-1, 1)]
+    return float(np.nanmax(np.abs(ends[1] - ends[0]), initial=0.0))

@@ -8,6 +8,7 @@ Green's theorem: an edge adds its height times what lies to its right. No sampli
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -158,6 +159,7 @@ def softened(polygons: ArrayLike, sigma: float, weights: ArrayLike | None = None
     return Patches(blur @ fine.coverage @ blur.T, fine.left // FINE - margin, fine.top // FINE - margin)
 
 
+@lru_cache(maxsize=16)
 def _blur_matrix(n_whole: int, margin: int, sigma: float) -> Array:
     """What each of n_whole + 2 margin pixels takes of each of n_whole * FINE fine ones within."""
     to = (np.arange((n_whole + 2 * margin) * FINE) + 0.5) / FINE - margin
