@@ -107,7 +107,7 @@ def search_map(
     held: Mapping[str, float] | None = None,
     coplanar: bool = False,
     steps: int = 11,
-    most_points: int = 150,
+    most_points: int = 100,
 ) -> SearchMap:
     """The error over Cx, Cy within 25 px, and over the sensor's width within 0.2 mm with Sx held at the camera's.
 

@@ -21,10 +21,10 @@ RICH_LENS_POINTS = 30
 """Points from which bad ones are sought with the richest lens, lest a plain one's misfit be taken for bad points."""
 
 
-ENOUGH_TO_JUDGE = 300
+ENOUGH_TO_JUDGE = 200
 """Points that a camera is fitted to while bad ones are sought; all are then held against it."""
 
-ENOUGH_TO_CHOOSE = 600
+ENOUGH_TO_CHOOSE = 400
 """Points by which the lens model is chosen; the chosen one is then fitted to all."""
 
 
@@ -196,8 +196,9 @@ def _by_refinement(points: Points, task: Task) -> Answer:
     if task.model == "auto":
         p, b, sd, survey = points.thinned(ENOUGH_TO_CHOOSE)
         ladder = climb(p, b, start.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
-        model, start = ladder.model, ladder.fit
-    fit = start if len(points) == len(few) else _fit(points, task, model, start.camera)
+        model, start = ladder.model, ladder.fit  # coarse as yet
+    done = len(points) == len(few) and ladder is None
+    fit = start if done else _fit(points, task, model, start.camera)
     assert fit is not None
     return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
 

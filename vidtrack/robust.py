@@ -26,6 +26,9 @@ ENOUGH = 12
 MAJORITY = 0.6
 """Share of the points that judges a sample: up to 4 in 10 may be bad."""
 
+MOST_JUDGES = 300
+"""Points that judge the samples, where there are more."""
+
 SMALLEST_SCALE = 0.02
 """ASSUME: px, no centroid is better than this; exact (simulated) points are not rejected over rounding."""
 
@@ -57,20 +60,24 @@ def majority(p: ArrayLike, b: ArrayLike, *, rng: np.random.Generator, samples: i
     if n < ENOUGH:
         raise ValueError(f"{n} points are too few to find bad ones among; {ENOUGH} are needed")
     fit, distance, least = _methods(p)
-    keep = max(int(np.ceil(MAJORITY * n)), least + 2)
-    draws = rng.random((samples, n)).argpartition(least, axis=1)[:, : least + 1]
-    off = distance(fit(p[draws], b[draws]), p, b)  # (samples, n)
+    judges = np.sort(rng.permutation(n)[:MOST_JUDGES])
+    keep = max(int(np.ceil(MAJORITY * len(judges))), least + 2)
+    draws = rng.random((samples, len(judges))).argpartition(least, axis=1)[:, : least + 1]
+    x, u = p[judges], b[judges]
+    off = distance(fit(x[draws], u[draws]), x, u)  # (samples, judges)
     best = np.argsort(np.partition(off, keep - 1, axis=1)[:, keep - 1])[:8]
     trusted = np.argpartition(off[best], keep - 1, axis=1)[:, :keep]
     for _ in range(10):
-        off = distance(fit(p[trusted], b[trusted]), p, b)
+        off = distance(fit(x[trusted], u[trusted]), x, u)
         again = np.argpartition(off, keep - 1, axis=1)[:, :keep]
         if (np.sort(again) == np.sort(trusted)).all():
             break
         trusted = again
     spread = (np.partition(off, keep - 1, axis=1)[:, :keep] ** 2).sum(1)
+    chosen = trusted[np.argmin(spread)]
+    everyone = distance(fit(x[chosen], u[chosen]), p, b)
     mask = np.zeros(n, bool)
-    mask[trusted[np.argmin(spread)]] = True
+    mask[np.argsort(everyone, kind="stable")[: int(np.ceil(MAJORITY * n))]] = True
     return mask
 
 
