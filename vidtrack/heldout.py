@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 Refit = Callable[[Mask], Sequence[Camera]]
 """From which points to use (n,) to the cameras fitted to them; ValueError where they are too few."""
 
-LEAVE_ONE_OUT_UP_TO = 100
+LEAVE_ONE_OUT_UP_TO = 128
 """Points up to which each is left out by itself; above, ten folds tell the same for less work."""
 
 
@@ -46,7 +46,7 @@ def held_out(p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = No
     p      (n, 3) surveyed world points
     b      (m, n, 2) px; NaN where a camera does not show the point or does not use it
     refit  fits the m cameras to some of the points: see `refit_alone`, `refit_together`, `refit_closed_form`
-    folds  how many; default: each point by itself up to 100 points, else ten
+    folds  how many; default: each point by itself up to 128 points, else ten
     The error holds the survey error of the held-out point as well as the calibration's and the centroids'.
     The points are dealt into folds in an order that is shuffled, so that a fold is no row of the target, and is the
     same every time.

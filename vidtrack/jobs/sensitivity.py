@@ -13,6 +13,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_csv, write_parquet
 from vidtrack.job import Job
+from vidtrack.progress import Progress
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -38,7 +39,8 @@ def run(job: Job) -> None:
     from vidtrack.stages.sensitivity import sensitivity
 
     plan, cases = read_sensitivity(job.path("scenario"))
-    found = sensitivity(cases, trials=plan.trials, seed=plan.seed)
+    with Progress("sensitivity", len(cases), "rigs") as progress:
+        found = sensitivity(progress.over(cases), trials=plan.trials, seed=plan.seed)
     provenance = {**job.provenance, "scenario": plan.model_dump(mode="json")}
     for name, table in found._asdict().items():
         for output in (name, f"{name}_csv"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ class Sensitivity(NamedTuple):
     volume: pd.DataFrame  # the rig as planned: a row for each place in the volume
 
 
-def sensitivity(cases: Sequence[Case], *, trials: int = 0, seed: int = 0) -> Sensitivity:
+def sensitivity(cases: Iterable[Case], *, trials: int = 0, seed: int = 0) -> Sensitivity:
     """Tables of the accuracy of every case, predicted by covariance and, with trials, checked by simulated ones.
 
     cases   the first is the rig as planned, whose volume is tabled place by place
