@@ -11,8 +11,10 @@ import yaml
 
 from vidtrack.camera import project
 from vidtrack.simulate.__main__ import main
-from vidtrack.simulate.laboratory import moved, planned_files, random_stream, set_up, survey_sigma, surveyed
-from vidtrack.simulate.scenario import scenario_from
+from vidtrack.simulate.films import moved
+from vidtrack.simulate.laboratory import planned_files, set_up
+from vidtrack.simulate.records import survey_sigma, surveyed
+from vidtrack.simulate.scenario import random_stream, scenario_from
 
 LAB = {
     "seed": 3,
@@ -221,6 +223,16 @@ def test_the_command_line_writes_the_folder_and_leaves_others_alone(tmp_path, ca
     assert main([str(plan), str(tmp_path / "x"), "--list"]) == 0
     assert set(capsys.readouterr().out.split()) == set(contents(tmp_path / "new"))
     assert not (tmp_path / "x").exists()
+
+
+def test_a_folder_whose_making_is_interrupted_does_not_appear(tmp_path, monkeypatch):
+    def fails(*_args, **_kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vidtrack.simulate.films.write_tape", fails)
+    with pytest.raises(KeyboardInterrupt):
+        set_up(scenario_from(LAB), str(tmp_path / "lab"), threads=1)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_bad_scenario_is_one_line_a_problem(tmp_path, capsys):

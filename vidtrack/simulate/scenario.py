@@ -10,6 +10,7 @@ Every length is in `units`, every time in seconds, every place on the sensor in 
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -271,3 +272,14 @@ class Scenario(Plan):
 def scenario_from(values: Mapping[str, Any], where: str = "scenario") -> Scenario:
     """The scenario that parsed YAML means; VidtrackError with every problem at once."""
     return plan_from(Scenario, values, where)
+
+
+def n_frames(run: Run, recording: Recording) -> int:
+    """How many frames each camera records of a run."""
+    return round(run.duration_s * recording.rate)
+
+
+def random_stream(scenario: Scenario, *names: str) -> np.random.Generator:
+    """Random numbers of one file alone, told apart by its name."""
+    seed = np.random.SeedSequence([scenario.seed, zlib.crc32("/".join(names).encode())])
+    return np.random.Generator(np.random.SFC64(seed))
