@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 
 PARITY = {"top": 0, "bottom": 1}
 
+_OFFSET = 0.3
+"""px, 1 sd: how far apart the two fields may show a target at rest (light on the lines, jitter of a tape)."""
+
 
 class Field(NamedTuple):
     """One field of a frame.
@@ -93,7 +96,7 @@ def order_from_motion(top: ArrayLike, bottom: ArrayLike) -> Order:
     top, bottom  (n_frames, ..., 2) px, frame-buffer positions of the same targets in the top and the bottom field of
                  consecutive frames; NaN where one was not found
     Each target and axis may have an offset of its own between the fields (uneven light on the lines, jitter of a
-    tape); outliers beyond 4 robust sd are left out. `order` is "unknown" unless the slope is known to 0.08 or better
+    tape); outliers beyond 4 robust sd are left out. `order` is "unknown" unless the slope is known to 0.1 or better
     and lies within 0.2 of +0.5, -0.5 or 0.
 
         bottom - top = offset + slope * velocity,   velocity = (mean(t + 1) - mean(t - 1)) / 2
@@ -111,28 +114,48 @@ def order_from_motion(top: ArrayLike, bottom: ArrayLike) -> Order:
 
 
 def _common_slope(y: Array, x: Array, good: NDArray[np.bool_]) -> tuple[float, float, int]:
-    """The slope that columns of y on x share, each with its own offset, its standard error and how many moved."""
-    for _ in range(5):
-        count = np.maximum(good.sum(0), 1)
-        yc = np.where(good, y - np.where(good, y, 0).sum(0) / count, 0)
-        xc = np.where(good, x - np.where(good, x, 0).sum(0) / count, 0)
-        spread = float((xc * xc).sum())
-        dof = int(good.sum()) - int(good.any(0).sum()) - 1
-        if dof < 5 or spread <= 0:
+    """The slope that columns of y on x share, each with its own small offset, its standard error and how many moved.
+
+    A first slope that outliers cannot pull (the median of the ratios, weighted by how fast), then least squares
+    over what lies near it. An offset is allowed for by taking off most, not all, of a column's mean (the random
+    effect's share): a target that moves evenly would tell nothing otherwise.
+    """
+    slope, sigma = _weighted_median(y[good] / np.where(x[good] == 0, np.nan, x[good]), np.abs(x[good])), 0.0
+    for _ in range(6):
+        error = y - slope * x
+        middle = _column_median(np.where(good, error, np.nan))
+        sigma = 1.4826 * float(np.median(np.abs((error - middle)[good]))) + 1e-6 if good.any() else np.nan
+        near = good & (np.abs(error - middle) <= 4 * sigma)
+        count = near.sum(0)
+        share = 1 - np.sqrt(sigma**2 / (sigma**2 + count * _OFFSET**2))
+        yc, xc = (np.where(near, z - share * np.where(near, z, 0).sum(0) / np.maximum(count, 1), 0) for z in (y, x))
+        spread, dof = float((xc * xc).sum()), int(near.sum() - (count > 0).sum()) - 1
+        if dof < 5 or not spread > 0:
             return np.nan, np.nan, 0
         slope = float((xc * yc).sum()) / spread
-        error = yc - slope * xc
-        scale = 1.4826 * float(np.median(np.abs(error[good]))) + 1e-9
-        kept = good & (np.abs(error) <= 4 * scale)
-        if kept.sum() == good.sum():
-            break
-        good = kept
-    sd = float(np.sqrt((error[good] ** 2).sum() / dof / spread))
-    return slope, sd, int((np.abs(xc) > scale).sum())
+    sd = float(np.sqrt(((yc - slope * xc) ** 2).sum() / dof / spread))
+    return slope, sd, int((np.abs(x[near]) > 3 * sigma).sum())
+
+
+def _weighted_median(values: Array, weights: Array) -> float:
+    known = np.isfinite(values)
+    values, weights = values[known], weights[known]
+    if not weights.sum() > 0:
+        return 0.0
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(total, total[-1] / 2)])
+
+
+def _column_median(values: Array) -> Array:
+    known = np.isfinite(values).any(0)
+    middle = np.zeros(values.shape[1])
+    middle[known] = np.nanmedian(values[:, known], axis=0)
+    return middle
 
 
 def _decided(slope: float, sd: float) -> str:
-    if not sd <= 0.08:
+    if not sd <= 0.1:
         return "unknown"
     for name, value in (("top", 0.5), ("bottom", -0.5), ("progressive", 0.0)):
         if abs(slope - value) <= 0.2:

@@ -19,10 +19,10 @@ class Frame(NamedTuple):
 
     index     0 for the first picture that was read, 1 for the next: a count of pictures, not of time
     time      s after the first picture, exact, from the picture's own time stamp
-    luma      (height, width) uint8 or uint16, read only: a view of the decoder's own picture, valid until the next
-              one is asked for; copy what must last. Levels are as stored: 16 to 235 stays 16 to 235, and `bits` of
-              the recording says how far they reach
-    corrupt   the decoder found damage in it
+    luma      (height, width) uint8 or uint16, read only: a view of the decoder's own picture. It may be held over the
+              next frames, but every one that is held keeps a whole picture in memory: copy the part that must last.
+              Levels are as stored: 16 to 235 stays 16 to 235, and `bits` of the recording says how far they reach
+    corrupt   the decoder found damage in it, or in a picture that it is built on
     timecode  the label that the frame itself carries (DV), None where it carries none
     """
 

@@ -18,7 +18,7 @@ def ball(
 ) -> np.ndarray:
     """A soft ball, levels 40 to 200 float, on rows row0, row0 + step, ... of the frame buffer."""
     Y, X = np.mgrid[row0:height:step, :width]
-    return 40 + 160 / (1 + np.exp(np.clip(2.5 * (np.hypot(X - x, Y - y) - radius), -50, 50)))
+    return 40 + 160 / (1 + np.exp(np.clip(1.2 * (np.hypot(X - x, Y - y) - radius), -50, 50)))
 
 
 def moving_ball(width: int, height: int, speed: float = 2.0, noise: float = 2.0) -> Callable[[int], np.ndarray]:

@@ -2,7 +2,7 @@
 
     with open_video("runs/pluck/cam1.mov") as video:
         for frame in video.frames():
-            frame.luma          # a view, valid until the next frame is asked for
+            frame.luma          # a view of the decoder's picture, levels as stored
     video.account               # how the reading went
 
 PyAV decodes (OpenCV's reader gives black or stale pictures for interlaced video and stretches grey levels; a test
@@ -92,7 +92,7 @@ class Video:
     def frames(self) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
 
-        Frame.luma is a view into the decoder's picture, valid until the next frame is asked for.
+        Frame.luma is a view into the decoder's picture; hold few of them.
         """
         if self._first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
