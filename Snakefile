@@ -57,6 +57,7 @@ include: "workflow/rules/calibration.smk"
 include: "workflow/rules/location.smk"
 include: "workflow/rules/comparison.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/planning.smk"
 
 
 told(BOOK.close)
@@ -74,6 +75,7 @@ rule all:
         CALIBRATION,
         LOCATIONS,
         COMPARISONS,
+        FORETOLD,
         f"{RESULTS}/report.html",
 
 

@@ -70,7 +70,7 @@ def test_the_overlay_runs_downward_at_equal_scales_and_names_what_was_rejected()
 
 def test_the_search_map_shows_the_least_error_and_the_calibrated_centre():
     Cx, Cy = np.meshgrid(np.arange(230, 281, 5.0), np.arange(210, 261, 5.0))
-    search = pd.DataFrame({"Cx": Cx.ravel(), "Cy": Cy.ravel()})
+    search = pd.DataFrame({"varied": "centre", "Cx": Cx.ravel(), "Cy": Cy.ravel(), "sensor_width": 8.8})
     search["rms_px"] = 0.1 + 1e-4 * ((search["Cx"] - 255) ** 2 + (search["Cy"] - 240) ** 2)
     figure = search_map.search_map(search, 256.0, 241.0, "cam1")
     said = texts(figure)

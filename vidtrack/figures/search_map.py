@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import REJECTED_COLOUR, new_figure
+from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 def search_map(search: DataFrame, Cx: float, Cy: float, camera: str) -> Figure:
     """The map of one camera.
 
-    search   Cx, Cy, rms_px on a grid (the grid's sensor width that fits best)
+    search   search.parquet: varied (centre, sensor), Cx, Cy, sensor_width, rms_px
     Cx, Cy   px, the calibrated centre
     """
-    grid = search.pivot_table(index="Cy", columns="Cx", values="rms_px", aggfunc="min")
+    centre = search[search["varied"] == "centre"]
+    grid = centre.pivot_table(index="Cy", columns="Cx", values="rms_px", aggfunc="min")
     X, Y, rms = grid.columns.to_numpy(float), grid.index.to_numpy(float), grid.to_numpy(float)
-    figure, ax = new_figure(width=5.6, height=4.6)
+    figure, (ax, side) = new_figure(1, 2, width=9, height=4.4, width_ratios=(2.2, 1))
     low, high = float(np.nanmin(rms)), float(np.nanmax(rms))
     levels = np.geomspace(low, max(high, low * 1.001), 13)
     filled = ax.contourf(X, Y, rms, levels=levels, cmap="viridis_r", extend="both")
@@ -38,4 +39,11 @@ def search_map(search: DataFrame, Cx: float, Cy: float, camera: str) -> Figure:
     ax.set_ylabel("Cy (px)", fontsize=8)
     ax.legend(fontsize=7, loc="lower left", framealpha=0.85)
     ax.set_title(f"{camera}: error over the search for the optical axis", fontsize=10)
+    sensor = search[search["varied"] == "sensor"]
+    side.plot(sensor["sensor_width"], sensor["rms_px"], ".-", color=PALETTE[0], lw=1)
+    side.set_xlabel("width of the sensor (mm)", fontsize=8)
+    side.set_title("and over its width", fontsize=10)
+    side.set_ylim(bottom=0)
+    if sensor.empty:
+        side.set_visible(False)
     return figure

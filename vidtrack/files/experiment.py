@@ -43,6 +43,7 @@ class Experiment:
     points: str | None
     clips: Mapping[str, Clip]
     runs: Mapping[str, Run]
+    scenarios: Mapping[str, str]  # name: path, of rigs whose accuracy is to be foretold
 
     @property
     def results(self) -> str:
@@ -81,7 +82,8 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         tables = [_optional(here, f"{table}.csv") for table in ("targets", "reference", "truth")]
         runs[name] = Run(name, dict(sorted(videos.items())), *tables)
     points = _optional(within(folder, "calibration"), "points.csv")
-    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs)
+    scenarios = _scenarios(within(folder, "sensitivity"))
+    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios)
     return experiment, problems
 
 
@@ -109,6 +111,11 @@ def _folders(folder: str) -> list[str]:
     if not os.path.isdir(folder):
         return []
     return sorted(e.name for e in os.scandir(folder) if e.is_dir() and not e.name.startswith("."))
+
+
+def _scenarios(folder: str) -> dict[str, str]:
+    names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+    return {os.path.splitext(n)[0]: within(folder, n) for n in names if n.endswith((".yaml", ".yml"))}
 
 
 def _optional(folder: str, name: str) -> str | None:

@@ -34,7 +34,9 @@ UNITS = {
 
 
 def run(job: Job) -> None:
-    """input scenario (YAML); outputs table, cameras, volume: Parquet, or CSV where the name ends so; record: JSON."""
+    """input scenario (YAML); outputs table, cameras, volume: Parquet, or CSV where the name ends so; record: JSON; sweeps, volume_map: PNG."""
+    from vidtrack.figures.sensitivity import sweeps, volume_map
+    from vidtrack.files.figure_files import write_figure
     from vidtrack.files.sensitivity_plan import read_sensitivity
     from vidtrack.stages.sensitivity import sensitivity
 
@@ -49,6 +51,9 @@ def run(job: Job) -> None:
     if "record" in job.outputs:
         planned = {str(name): entry for name, entry in found.table.iloc[0].items()}
         write_json(job.outputs["record"], {"units": plan.units, **planned}, provenance)
+    if "sweeps" in job.outputs:
+        write_figure(job.outputs["sweeps"], sweeps(found.table, plan.units))
+        write_figure(job.outputs["volume_map"], volume_map(found.volume, plan.units))
 
 
 def _write(path: str, table: DataFrame, units: str, provenance: dict[str, object]) -> None:
@@ -59,7 +64,7 @@ def _write(path: str, table: DataFrame, units: str, provenance: dict[str, object
 
 
 def main(arguments: Sequence[str]) -> int:
-    """A scenario's tables into a folder; 0, or 1 where a problem was told on one line."""
+    """A scenario's tables and figures into a folder; 0, or 1 where a problem was told on one line."""
     if len(arguments) != 2:
         sys.stderr.write("usage: python -m vidtrack.jobs.sensitivity SCENARIO.yaml FOLDER\n")
         return 2
@@ -67,7 +72,9 @@ def main(arguments: Sequence[str]) -> int:
     names = ("table", "cameras", "volume")
     outputs = {name: f"{folder}/{name}.parquet" for name in names} | {f"{n}_csv": f"{folder}/{n}.csv" for n in names}
     try:
-        run(Job(settings={}, inputs={"scenario": scenario}, outputs={**outputs, "record": f"{folder}/record.json"}))
+        others = {"record": "record.json", "sweeps": "sweeps.png", "volume_map": "volume.png"}
+        outputs |= {name: f"{folder}/{file}" for name, file in others.items()}
+        run(Job(settings={}, inputs={"scenario": scenario}, outputs=outputs))
     except VidtrackError as error:
         sys.stderr.write("".join(f"vidtrack: {problem}\n" for problem in error.problems))
         return 1

@@ -1,0 +1,43 @@
+# Needs: sensitivity/<scenario>.yaml, a rig on paper and what to vary in it.
+# Makes: sensitivity/<scenario>/, tables and figures of the accuracy that it would have.
+
+FORETOLD_TABLES = [
+    f"{name}.{kind}"
+    for name in ("table", "cameras", "volume")
+    for kind in ("parquet", "csv")
+]
+FORETOLD = [
+    f"{RESULTS}/sensitivity/{name}/{file}"
+    for name in EXPERIMENT.scenarios
+    for file in [*FORETOLD_TABLES, "record.json", "sweeps.png", "volume.png"]
+]
+SENSITIVITY_ORDERS = {
+    name: told(BOOK.place, "sensitivity", {}, [path], name)
+    for name, path in EXPERIMENT.scenarios.items()
+}
+
+
+rule sensitivity:
+    input:
+        order=lambda w: SENSITIVITY_ORDERS[w.scenario],
+        scenario=lambda w: ancient(EXPERIMENT.scenarios[w.scenario]),
+    output:
+        table=f"{RESULTS}/sensitivity/{{scenario}}/table.parquet",
+        table_csv=f"{RESULTS}/sensitivity/{{scenario}}/table.csv",
+        cameras=f"{RESULTS}/sensitivity/{{scenario}}/cameras.parquet",
+        cameras_csv=f"{RESULTS}/sensitivity/{{scenario}}/cameras.csv",
+        volume=f"{RESULTS}/sensitivity/{{scenario}}/volume.parquet",
+        volume_csv=f"{RESULTS}/sensitivity/{{scenario}}/volume.csv",
+        record=f"{RESULTS}/sensitivity/{{scenario}}/record.json",
+        sweeps=f"{RESULTS}/sensitivity/{{scenario}}/sweeps.png",
+        volume_map=f"{RESULTS}/sensitivity/{{scenario}}/volume.png",
+    log:
+        f"{RESULTS}/logs/sensitivity/{{scenario}}.log",
+    message:
+        "Foretelling the accuracy of {wildcards.scenario}"
+    shell:
+        "python -m vidtrack sensitivity --settings {input.order:q} --log {log:q} --input scenario {input.scenario:q}"
+        " --output table {output.table:q} --output table_csv {output.table_csv:q}"
+        " --output cameras {output.cameras:q} --output cameras_csv {output.cameras_csv:q}"
+        " --output volume {output.volume:q} --output volume_csv {output.volume_csv:q}"
+        " --output record {output.record:q} --output sweeps {output.sweeps:q} --output volume_map {output.volume_map:q}"
