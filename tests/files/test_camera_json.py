@@ -1,0 +1,66 @@
+"""camera.json: what is written is what is read, and what the contract promises is there."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vidtrack.camera import project
+from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import camera_record, read_camera, write_camera
+from vidtrack.refine import free_parameters, refine
+from vidtrack.simulate.rig import thesis_points, thesis_rig
+
+
+@pytest.fixture
+def fit():
+    camera = thesis_rig(1)[0]
+    p = thesis_points()[1]
+    b = project(camera, p) + np.random.default_rng(0).normal(0, 0.1, (64, 2))
+    return refine(camera, p, b, free=free_parameters("brown"))
+
+
+def test_a_camera_comes_back_to_the_last_digit(fit, tmp_path):
+    write_camera(tmp_path / "camera.json", fit.camera, fit.uncertainty, {"model": "brown"}, {"vidtrack": "0"})
+    back = read_camera(tmp_path / "camera.json")
+    p = thesis_points()[1]
+    np.testing.assert_array_equal(project(back.camera, p), project(fit.camera, p))
+    assert back.camera.name == fit.camera.name
+    assert back.camera.image_size == (512, 480)
+    assert back.uncertainty.names == fit.uncertainty.names
+    np.testing.assert_array_equal(back.uncertainty.covariance, fit.uncertainty.covariance)
+    np.testing.assert_array_equal(back.uncertainty.pivot, fit.uncertainty.pivot)
+    assert back.record["provenance"] == {"vidtrack": "0"}
+
+
+def test_standard_errors_and_correlations_go_by_name(fit):
+    record = camera_record(fit.camera, fit.uncertainty, {"model": "brown"})
+    assert set(record["standard_errors"]) == set(fit.uncertainty.names)
+    assert record["correlations"]["f"]["f"] == 1
+    assert record["correlations"]["f"]["t_z"] == record["correlations"]["t_z"]["f"]
+    assert record["det_R"] == pytest.approx(1)
+    np.testing.assert_allclose(record["position"], fit.camera.position)
+
+
+def test_richer_terms_are_written_where_the_model_has_them(fit):
+    assert {"kappa2", "p1", "p2"} <= set(camera_record(fit.camera, None, {"model": "brown"}))
+    assert "kappa2" not in camera_record(thesis_rig(1)[0], None, {"model": "tsai"})
+
+
+def test_extra_keys_cannot_overwrite_the_camera(fit):
+    assert camera_record(fit.camera, None, {"f": 1.0, "note": "x"})["f"] == fit.camera.f
+
+
+def test_an_unknown_covariance_is_null_in_the_file_and_nan_when_read(fit, tmp_path):
+    unknown = fit.uncertainty._replace(covariance=np.full_like(fit.uncertainty.covariance, np.nan))
+    write_camera(tmp_path / "camera.json", fit.camera, unknown, {})
+    assert json.loads((tmp_path / "camera.json").read_text())["standard_errors"]["f"] is None
+    assert np.isnan(read_camera(tmp_path / "camera.json").uncertainty.covariance).all()
+
+
+@pytest.mark.parametrize("text", ['{"f": 3}', '{"f": "long"}', "[]", "{"])
+def test_a_file_without_a_camera_is_named(text, tmp_path):
+    path = tmp_path / "camera.json"
+    path.write_text(text)
+    with pytest.raises(VidtrackError, match=r"camera\.json"):
+        read_camera(path)

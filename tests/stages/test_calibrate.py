@@ -1,0 +1,357 @@
+"""The calibrate stage: a table of sightings in, a camera out; and what issue 3 of the project asks it to show."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vidtrack.camera import project
+from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.records import write_png
+from vidtrack.files.tables import read_parquet, write_parquet
+from vidtrack.job import Job
+from vidtrack.jobs import calibrate as job
+from vidtrack.simulate.rig import thesis_points, thesis_rig
+from vidtrack.stages.calibrate import calibrate
+from vidtrack.triangulate import locate_points
+
+REAL = Path(__file__).parents[2] / "../shared/real"
+needs_real = pytest.mark.skipif(not REAL.exists(), reason="needs ../shared/real")
+RIG = {"image_size": (512, 480), "sensor": (8.8, 6.6), "search": False}
+DIAGONAL = 160.0
+"""in, of the 128 in field with its 96 in height."""
+
+
+def sightings(camera, seed=0, noise=0.1, tolerance=0.0, shift=0.0):
+    """The thesis's balls as one camera sees them; the survey errs by up to its tolerance, alike for all cameras."""
+    tags, p = thesis_points()
+    survey = p + np.random.default_rng([seed, 1]).uniform(-tolerance, tolerance, p.shape) + shift
+    own = [seed, 2, sum(map(ord, camera.name))]
+    b = project(camera, p) + np.random.default_rng(own).normal(0, noise, (64, 2))
+    return pd.DataFrame(
+        {"tag": tags, "x": survey[:, 0], "y": survey[:, 1], "z": survey[:, 2], "Xf": b[:, 0], "Yf": b[:, 1]}
+    )
+
+
+def held_out_error(cameras, seed, noise, shift=0.0):
+    """Mean distance, in, of 500 points amid the balls as located by `cameras` from their truth."""
+    rng = np.random.default_rng([seed, 3])
+    p = thesis_points()[1]
+    truth = rng.uniform(p.min(0), p.max(0), (500, 3))
+    b = np.stack([project(c, truth) + rng.normal(0, noise, (500, 2)) for c in thesis_rig(len(cameras))])
+    return np.linalg.norm(locate_points(cameras, b, sd=noise).point - shift - truth, axis=1).mean()
+
+
+def trials(seeds, noise, tolerance, spoil=None, n_cameras=2):
+    """Mean held-out error over seeds, and of each camera its table after `spoil` and the rows that it spoilt."""
+    errors, tables = [], []
+    for seed in seeds:
+        found = []
+        for i, camera in enumerate(thesis_rig(n_cameras)):
+            table = sightings(camera, seed, noise, tolerance)
+            bad = spoil(table, np.random.default_rng([seed, i])) if spoil else []
+            found.append(calibrate(table, **RIG))
+            tables.append((found[-1], bad))
+        errors.append(held_out_error([c.camera for c in found], seed, noise))
+    return np.mean(errors), tables
+
+
+def swap(table, rng):
+    i, j = rng.choice(64, 2, replace=False)
+    table.loc[[i, j], ["Xf", "Yf"]] = table.loc[[j, i], ["Xf", "Yf"]].to_numpy()
+    return [i, j]
+
+
+def six_off_by_ten(table, rng):
+    rows = rng.choice(64, 6, replace=False)
+    angle = rng.uniform(0, 2 * np.pi, 6)
+    table.loc[rows, ["Xf", "Yf"]] += 10 * np.stack([np.cos(angle), np.sin(angle)], -1)
+    return sorted(rows)
+
+
+def test_full_reaches_what_is_attainable_and_not_more():
+    """0.1 px, survey within 1/32 in: at least 1/4000 and within 1.06 of the perfect cameras' (1/4340)."""
+    error, _ = trials(range(6), 0.1, 1 / 32)
+    floor = np.mean([held_out_error(thesis_rig(2), seed, 0.1) for seed in range(6)])
+    assert DIAGONAL / error >= 4000
+    assert 1.0 < error / floor <= 1.06
+
+
+@pytest.mark.parametrize("spoil", [swap, six_off_by_ten])
+def test_bad_points_are_all_named_none_wrongly_and_cost_nothing(spoil):
+    clean, _ = trials(range(3), 0.1, 1 / 32)
+    error, tables = trials(range(3), 0.1, 1 / 32, spoil)
+    assert error <= 1.1 * clean
+    for found, bad in tables:
+        assert sorted(np.flatnonzero(~found.points["used"])) == sorted(bad)
+        assert (found.points.loc[bad, "reason"] != "").all()
+
+
+def test_a_swap_is_called_a_swap():
+    table = sightings(thesis_rig(1)[0])
+    table.loc[[4, 30], ["Xf", "Yf"]] = table.loc[[30, 4], ["Xf", "Yf"]].to_numpy()
+    found = calibrate(table, camera="cam1", **RIG)
+    assert found.points["reason"][4] == "swapped with tag 31"
+    assert found.points["reason"][30] == "swapped with tag 5"
+    assert any("cameras.cam1: tags 5 and 31 are swapped" in line for line in found.warnings)
+
+
+def test_the_world_s_origin_does_not_matter():
+    camera = thesis_rig(1)[0]
+    near, far = (calibrate(sightings(camera, shift=shift), **RIG) for shift in (0.0, 10_000.0))
+    p = thesis_points()[1]
+    np.testing.assert_allclose(project(far.camera, p + 10_000), project(near.camera, p), atol=1e-6)
+    np.testing.assert_allclose(far.camera.position - 10_000, near.camera.position, rtol=1e-6)
+    assert far.camera.f == pytest.approx(near.camera.f, rel=1e-6)
+
+
+def test_knowing_the_survey_s_tolerance_does_no_harm_in_the_plain_case():
+    camera, p = thesis_rig(1)[0], thesis_points()[1]
+    plain, told = [], []
+    for seed in range(6):
+        table = sightings(camera, seed, 0.1, 1 / 32)
+        for out, sigma in ((plain, 0.0), (told, 1 / 32 / np.sqrt(3))):
+            off = project(calibrate(table, sigma=sigma, **RIG).camera, p) - project(camera, p)
+            out.append(np.sqrt((off**2).mean()))
+    assert np.mean(told) <= np.mean(plain) * 1.02
+
+
+def test_a_point_surveyed_badly_but_honestly_pulls_little():
+    camera = thesis_rig(1)[0]
+    table = sightings(camera).assign(sigma=0.01)
+    table.loc[20, "z"] += 0.5
+    table.loc[20, "sigma"] = 0.5
+    found = calibrate(table, **RIG)
+    off = project(found.camera, thesis_points()[1]) - project(camera, thesis_points()[1])
+    assert np.sqrt((off**2).mean()) < 0.06
+
+
+def test_lost_points_stay_in_the_table_with_their_reason():
+    table = sightings(thesis_rig(1)[0]).assign(found=True, reason="")
+    table.loc[3, ["Xf", "Yf", "found", "reason"]] = [np.nan, np.nan, False, "hidden"]
+    table.loc[5, ["Xf", "Yf"]] = np.nan
+    found = calibrate(table, **RIG)
+    assert len(found.points) == 64
+    assert found.points["used"].sum() == 62
+    assert (found.points["reason"][3], found.points["reason"][5]) == ("hidden", "not found")
+    assert found.points.loc[[3, 5], "residual_x"].isna().all()
+    assert found.record["n_points"] == 62
+
+
+def test_residuals_are_measured_minus_projected():
+    camera = thesis_rig(1)[0]
+    found = calibrate(sightings(camera), **RIG)
+    p = found.points[["x", "y", "z"]].to_numpy()
+    expected = found.points[["Xf", "Yf"]].to_numpy() - project(found.camera, p)
+    np.testing.assert_allclose(found.points[["residual_x", "residual_y"]].to_numpy(), expected)
+    assert found.record["rms_px"] == pytest.approx(np.sqrt((expected**2).sum(1).mean()))
+
+
+def test_the_same_sightings_give_the_same_camera_in_any_order_of_rows():
+    table = sightings(thesis_rig(1)[0])
+    one, two = calibrate(table, **RIG), calibrate(table.iloc[::-1], **RIG)
+    p = thesis_points()[1]
+    np.testing.assert_allclose(project(two.camera, p), project(one.camera, p), atol=1e-6)
+
+
+def test_the_table_given_is_left_alone():
+    table = sightings(thesis_rig(1)[0])
+    before = table.copy()
+    calibrate(table, **RIG)
+    pd.testing.assert_frame_equal(table, before)
+
+
+def test_without_a_sensor_f_is_in_px():
+    camera = thesis_rig(1)[0]
+    found = calibrate(sightings(camera), image_size=(512, 480), search=False)
+    assert (found.camera.dx, found.camera.dy) == (1.0, 1.0)
+    assert found.camera.f == pytest.approx(camera.f / camera.dy, rel=0.02)
+
+
+def test_fixed_parameters_and_priors_are_obeyed_and_kept_on_record():
+    table = sightings(thesis_rig(1)[0])
+    found = calibrate(table, fix=["Sx", "kappa1"], prior={"Cx": (256, 10)}, **RIG)
+    assert (found.camera.Sx, found.camera.kappa1) == (1.0, 0.0)
+    assert found.record["settings"]["fix"] == {"Sx": 1.0, "kappa1": 0.0}
+    assert found.record["settings"]["prior"] == {"Cx": [256.0, 10.0]}
+    assert calibrate(table, fix={"f": 11.0, "Cx": None}, Cx=260.0, **RIG).camera.f == 11.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "word"),
+    [
+        ({"fix": ["f"]}, "f has no value"),
+        ({"fix": ["focus"]}, "focus"),
+        ({"prior": {"kappa2": (0, 1)}}, "kappa2 is no parameter of model tsai"),
+        ({"prior": {"Sx": (1, 1)}, "fix": ["Sx"]}, "held by calibration.fix"),
+        ({"model": "brown", "refine": "linear"}, "no closed form"),
+        ({"refine": "linear", "fix": {"f": 3.0}}, "cannot hold f"),
+        ({"refine": "centre", "prior": {"Cx": (1, 1)}}, "takes no prior"),
+        ({"model": "tsia"}, "tsia"),
+        ({"refine": "best"}, "best"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_in_one_line(settings, word):
+    with pytest.raises(VidtrackError, match=word) as told:
+        calibrate(sightings(thesis_rig(1)[0]), camera="cam1", **{**RIG, **settings})
+    assert all(problem.startswith("cameras.cam1: ") for problem in told.value.problems)
+
+
+def refusal(table, **settings):
+    with pytest.raises(VidtrackError) as told:
+        calibrate(table, camera="cam1", **{**RIG, **settings})
+    (line,) = told.value.problems
+    assert line.startswith("cameras.cam1: ")
+    return line
+
+
+def test_too_few_points_are_refused():
+    table = sightings(thesis_rig(1)[0])
+    assert "10 usable calibration points; the full fit of tsai needs 11" in refusal(table[::7])
+    assert "needs 7" in refusal(table[::11], refine="linear")
+
+
+def test_a_tag_twice_is_refused_unless_two_clips_show_it():
+    table = sightings(thesis_rig(1)[0])
+    twice = pd.concat([table, table[:1]])
+    assert "tag 1 is sighted more than once" in refusal(twice)
+    two_clips = pd.concat([table.assign(clip="a"), table[:1].assign(clip="b")])
+    assert calibrate(two_clips, **RIG).record["n_points"] == 65
+    moved = two_clips.reset_index(drop=True)
+    moved.loc[64, "x"] += 1
+    assert "tag 1 has two places in the world" in refusal(moved)
+
+
+def test_a_mirrored_world_is_refused():
+    table = sightings(thesis_rig(1)[0])
+    assert "mirrored axes" in refusal(table.assign(y=-table["y"]))
+
+
+def test_one_plane_is_refused_and_calibrated_when_Sx_is_held():
+    table = sightings(thesis_rig(1)[0].with_(Sx=1.0))
+    plane = table[:16]
+    assert "coplanar" in refusal(plane)
+    found = calibrate(plane, refine="linear", fix=["Sx"], **RIG)
+    assert any("coplanar method" in line for line in found.warnings)
+    assert found.record["rms_px"] < 0.6
+
+
+def test_points_that_disagree_altogether_are_refused():
+    table = sightings(thesis_rig(1)[0])
+    shuffled = table.copy()
+    shuffled[["Xf", "Yf"]] = np.random.default_rng(0).permutation(table[["Xf", "Yf"]].to_numpy())
+    assert refusal(shuffled)
+
+
+def test_a_plain_lens_warns_where_a_richer_one_leaves_much_less():
+    camera = thesis_rig(1)[0].with_(kappa1=-4e-4, kappa2=1.5e-4, p1=1e-3)
+    rng = np.random.default_rng(0)
+    p = rng.uniform([-60, -40, -40], [60, 40, 40], (100, 3))
+    b = project(camera, p) + rng.normal(0, 0.1, (100, 2))
+    table = pd.DataFrame({"tag": range(100), "x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "Xf": b[:, 0], "Yf": b[:, 1]})
+    plain, auto = calibrate(table, **RIG), calibrate(table, model="auto", **RIG)
+    assert any("set calibration.model: auto" in line for line in plain.warnings)
+    assert auto.record["model"] in ("brown", "affine")
+    assert len(auto.record["ladder"]["reasons"]) == 4
+    assert not any("calibration.model" in line for line in auto.warnings)
+
+
+def test_the_search_is_a_table_with_the_error_by_the_method_in_use():
+    table = sightings(thesis_rig(1)[0])
+    full = calibrate(table, **{**RIG, "search": True})
+    linear = calibrate(table, refine="linear", **{**RIG, "search": True})
+    assert {"varied", "Cx", "Cy", "sensor_width", "rms_px"} <= set(full.search)
+    assert (full.search["rms_px"] == full.search["rms_refined"]).all()
+    assert (linear.search["rms_px"].dropna() == linear.search["rms_closed_form"].dropna()).all()
+    assert full.record["search"]["rms_px"] <= linear.record["search"]["rms_px"]
+
+
+def points_of(name):
+    path = REAL / "points" / name
+    return pd.read_csv(path, dtype={"tag": str}).rename(columns={"X": "Xf", "Y": "Yf"})
+
+
+@needs_real
+def test_willson_s_points_through_the_stage():
+    found = calibrate(
+        points_of("willson_ncc/cam1.csv"), image_size=(576, 384), Cx=258, Cy=204, sensor=(13.248, 8.832), search=False
+    )
+    assert found.record["n_points"] == 300
+    assert (found.points[["residual_x", "residual_y"]].to_numpy() ** 2).sum() <= 2.39976
+
+
+@needs_real
+@pytest.mark.parametrize(
+    ("name", "size", "word"),
+    [
+        ("bailus_cube/left.csv", (1280, 1024), "mirrored axes"),
+        ("bailus_cube/right.csv", (1280, 1024), "mirrored axes"),
+        ("heikkila_2d/view1.csv", (768, 576), "coplanar"),
+        ("heikkila_2d/view3.csv", (768, 576), "coplanar"),
+        ("willson_cc/cam1.csv", (576, 384), "coplanar"),
+    ],
+)
+def test_real_sets_that_cannot_be_are_refused_for_the_right_reason(name, size, word):
+    with pytest.raises(VidtrackError, match=word):
+        calibrate(points_of(name), image_size=size)
+
+
+@needs_real
+def test_a_real_target_through_glass_warns_with_plain_tsai_and_is_well_located_with_auto():
+    """MyPTV's example, two of its cameras and about 400 points, mm: a quarter less error with the lens that it needs."""
+    tables = [points_of(f"myptv_example/cam{i}.csv") for i in (1, 2)]
+    plain = [calibrate(t, image_size=(1280, 1024), search=False) for t in tables]
+    auto = [calibrate(t, image_size=(1280, 1024), search=False, model="auto") for t in tables]
+    assert any("calibration.model: auto" in line for c in plain for line in c.warnings)
+    common = sorted(set.intersection(*(set(c.points.loc[c.points["used"], "tag"]) for c in auto)))
+
+    def error(found):
+        b = np.stack([c.points.set_index("tag").loc[common, ["Xf", "Yf"]].to_numpy() for c in found])
+        p = found[0].points.set_index("tag").loc[common, ["x", "y", "z"]].to_numpy()
+        return np.linalg.norm(locate_points([c.camera for c in found], b).point - p, axis=1).mean()
+
+    assert error(auto) < 0.75 * error(plain)
+    assert error(auto) < 0.06  # mm
+
+
+@needs_real
+def test_plain_tsai_warns_where_a_wall_of_glass_bends_the_light():
+    found = calibrate(points_of("proptv_rbc4cam/cam3.csv"), image_size=(2560, 2160), search=False)
+    assert any("set calibration.model: auto" in line for line in found.warnings)
+    assert found.record["n_points"] >= 1795
+
+
+def test_the_job_writes_what_the_contract_promises(tmp_path):
+    write_parquet(tmp_path / "sightings.parquet", sightings(thesis_rig(1)[0]), units="in", provenance={})
+    write_png(tmp_path / "picture.png", np.zeros((480, 512), np.uint8))
+    outputs = {name: str(tmp_path / name) for name in ("points.parquet", "camera.json", "search.parquet")}
+    order = Job(
+        settings={
+            "units": "in",
+            "camera": "cam1",
+            "Cx": None,
+            "Cy": None,
+            "sensor": [8.8, 6.6],
+            "model": "tsai",
+            "refine": "full",
+            "fix": {},
+            "prior": {},
+            "sigma": 0.0,
+        },
+        inputs={"sightings": str(tmp_path / "sightings.parquet"), "picture": str(tmp_path / "picture.png")},
+        outputs={name.split(".")[0]: path for name, path in outputs.items()},
+        provenance={"vidtrack": "test"},
+    )
+    job.run(order)
+    record = json.loads((tmp_path / "camera.json").read_text())
+    promised = "camera model units image_size Cx Cy dx dy Sx f kappa1 R T det_R n_points rms_px max_px"
+    assert set(promised.split()) <= set(record)
+    assert {"standard_errors", "correlations", "refine", "settings", "provenance", "warnings"} <= set(record)
+    assert record["camera"] == "cam1"
+    assert read_camera(tmp_path / "camera.json").camera.Sx == pytest.approx(1.02, abs=0.01)
+    points = read_parquet(tmp_path / "points.parquet")
+    assert {"tag", "x", "y", "z", "Xf", "Yf", "used", "reason", "residual_x", "residual_y"} <= set(points)
+    assert len(read_parquet(tmp_path / "search.parquet")) == 11 * 11 + 11
