@@ -43,3 +43,8 @@ def test_something_else_than_settings_is_refused(tmp_path, text, says):
 def test_a_missing_config_says_what_to_write(tmp_path):
     with pytest.raises(VidtrackError, match="units"):
         read_config(str(tmp_path / "config.yaml"))
+
+
+def test_an_anchor_may_be_merged_and_overridden(tmp_path):
+    (tmp_path / "config.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\n")
+    assert read_config(str(tmp_path / "config.yaml"))["b"] == {"x": 1, "y": 3}

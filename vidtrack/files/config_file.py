@@ -40,8 +40,10 @@ class _StrictLoader(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen: dict[Any, int] = {}
         for key_node, _ in node.value:
+            if key_node.tag == "tag:yaml.org,2002:merge":
+                continue
             key = self.construct_object(key_node, deep=True)
-            if isinstance(key, (str, int, float)) and key in seen and key != "<<":
+            if isinstance(key, (str, int, float)) and key in seen:
                 raise yaml.MarkedYAMLError(
                     problem=f"{key!r} appears twice (also line {seen[key]})", problem_mark=key_node.start_mark
                 )

@@ -34,7 +34,10 @@ UNITS = {
 
 
 def run(job: Job) -> None:
-    """input scenario (YAML); outputs table, cameras, volume: Parquet, or CSV where the name ends so; record: JSON; sweeps, volume_map: PNG."""
+    """input scenario (YAML); outputs table, cameras, volume (Parquet, or CSV where the name ends so), record (JSON).
+
+    outputs sweeps, volume_map (PNG), where figures are wanted.
+    """
     from vidtrack.figures.sensitivity import sweeps, volume_map
     from vidtrack.files.figure_files import write_figure
     from vidtrack.files.sensitivity_plan import read_sensitivity
