@@ -96,4 +96,4 @@ def test_thinning_is_the_same_every_time_and_keeps_all_of_few():
     points = sighted()
     assert points.thinned(64) is points
     np.testing.assert_array_equal(points.thinned(20).p, points.thinned(20).p)
-    assert len(points.thinned(20)) == 20
+    assert points.thinned(20).n == 20

@@ -40,7 +40,9 @@ class Points(NamedTuple):
     sd: Array | None = None  # (n, 2) px, noise of b
     survey: Array | None = None  # (n,) world units, tolerance of p
 
-    def __len__(self) -> int:
+    @property
+    def n(self) -> int:
+        """How many."""
         return len(self.p)
 
     def take(self, keep: Mask | NDArray[np.intp]) -> Points:
@@ -49,9 +51,9 @@ class Points(NamedTuple):
 
     def thinned(self, most: int) -> Points:
         """At most so many of them, always the same, drawn at random lest a stride falls in step with a grid."""
-        if len(self) <= most:
+        if self.n <= most:
             return self
-        return self.take(np.sort(np.random.default_rng(0).permutation(len(self))[:most]))
+        return self.take(np.sort(np.random.default_rng(0).permutation(self.n)[:most]))
 
     @property
     def coplanar(self) -> bool:
@@ -109,8 +111,8 @@ def belonging(points: Points, task: Task, best: Mask) -> Belonging:
     With 30 points or more the richest lens has the last word, whichever lens was asked for. Of fewer than 12 points
     all are kept. Raises NoCamera when no camera fits.
     """
-    if len(points) < ENOUGH:
-        return Belonging(np.ones(len(points), bool), np.nan)
+    if points.n < ENOUGH:
+        return Belonging(np.ones(points.n, bool), np.nan)
     fixed = {}
     if points.coplanar:
         fixed = {"Cx": task.nominal.Cx, "Cy": task.nominal.Cy, **task.fixed}
@@ -123,8 +125,8 @@ def belonging(points: Points, task: Task, best: Mask) -> Belonging:
 
 def better_part(points: Points, *, seed: int = 0) -> Mask:
     """The points (n,) that agree best on a camera without a lens (`robust.majority`); all of fewer than 12."""
-    if len(points) < ENOUGH:
-        return np.ones(len(points), bool)
+    if points.n < ENOUGH:
+        return np.ones(points.n, bool)
     return majority(points.p, points.b, rng=np.random.default_rng(seed))
 
 
@@ -197,7 +199,7 @@ def _by_refinement(points: Points, task: Task) -> Answer:
         p, b, sd, survey = points.thinned(ENOUGH_TO_CHOOSE)
         ladder = climb(p, b, start.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
         model, start = ladder.model, ladder.fit  # coarse as yet
-    done = len(points) == len(few) and ladder is None
+    done = points.n == few.n and ladder is None
     fit = start if done else _fit(points, task, model, start.camera)
     assert fit is not None
     return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
@@ -220,7 +222,7 @@ def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> 
 
 def noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
     """The noise, px, that the richest lens leaves, its parameters counted; NaN where the points are too few."""
-    if len(points) < RICH_LENS_POINTS:
+    if points.n < RICH_LENS_POINTS:
         return float("nan")
     fit = _fit(points.thinned(ENOUGH_TO_JUDGE), task._replace(priors={}), "affine", near)
     return fit.sigma_px if fit else float("nan")

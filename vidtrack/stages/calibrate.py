@@ -94,13 +94,13 @@ def calibrate(
     try:
         found = belonging(points, task, best)
         good = points.take(found.keep)
-        _refuse(where, good, task, among=len(points))
+        _refuse(where, good, task, among=points.n)
         answer = calibrated(good, task)
     except NoCamera as none:
         raise VidtrackError(f"{where}: {none}") from None
     places = project(answer.camera, points.p)
     noise = found.scale if np.isfinite(found.scale) else answer.fit.sigma_px
-    mixed = mixups(places, points.b, ~found.keep, max(limit_for(len(points)) * noise, 1.0))
+    mixed = mixups(places, points.b, ~found.keep, max(limit_for(points.n) * noise, 1.0))
     tags = table["tag"].iloc[rows].tolist()
     told = _points_table(table, rows, tags, found, points.b - places, mixed)
     mapped = _searched(good, task, answer) if search else None
@@ -226,19 +226,19 @@ def _centroid_sd(table: pd.DataFrame, rows: Rows) -> Array | None:
 
 def _refuse(where: str, points: Points, task: Task, among: int | None = None) -> None:
     """The gates that no camera passes; the first that is shut speaks."""
-    flat_meant = len(points) > 2 and points.coplanar and "Sx" in task.fixed
+    flat_meant = points.n > 2 and points.coplanar and "Sx" in task.fixed
     line = (
-        gates.too_few(len(points), task.refine, task.model, coplanar=flat_meant)
+        gates.too_few(points.n, task.refine, task.model, coplanar=flat_meant)
         or gates.straight(points.p)
         or gates.coplanar(points.p, task.refine, tuple(task.fixed))
-        or gates.disagreeing(len(points), among or len(points))
+        or gates.disagreeing(points.n, among or points.n)
     )
     if line:
         raise VidtrackError(f"{where}: {line}")
 
 
 def _refuse_mirror(where: str, best: Points, nominal: Nominal) -> None:
-    if len(best) < gates.LINEAR_NEEDS:
+    if best.n < gates.LINEAR_NEEDS:
         return
     sense = gates.handedness(best.p, best.b, nominal.Cx, nominal.Cy, nominal.dx, nominal.dy)
     if line := gates.mirrored(sense):
@@ -346,7 +346,7 @@ def _record(answer: Answer, task: Task, good: Points, table: pd.DataFrame, mappe
     record: dict[str, Any] = {
         "model": answer.model,
         "refine": task.refine,
-        "n_points": len(good),
+        "n_points": good.n,
         "n_sighted": len(table),
         "rms_px": answer.fit.rms_px,
         "max_px": answer.max_px,
