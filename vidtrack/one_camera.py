@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from vidtrack.camera import Array, Camera
 from vidtrack.centre_search import best_centre
 from vidtrack.gates import FLAT, flatness
 from vidtrack.lens import Ladder, climb
-from vidtrack.refine import Fit, Uncertainty, free_parameters, refine
+from vidtrack.refine import Fit, Uncertainty, covariances, free_parameters, refine
 from vidtrack.robust import ENOUGH, Mask, majority, trusted
 from vidtrack.starts import Nominal, distances, fit_camera, tsai_solution
 from vidtrack.tsai import camera_from_closed_form
@@ -86,6 +86,7 @@ class Belonging(NamedTuple):
 
     keep: Mask  # (n,)
     scale: float  # px, the noise of one coordinate that the good points show; NaN where too few to tell
+    camera: Camera | None  # the camera they were held against
 
 
 class Answer(NamedTuple):
@@ -112,15 +113,17 @@ def belonging(points: Points, task: Task, best: Mask) -> Belonging:
     all are kept. Raises NoCamera when no camera fits.
     """
     if points.n < ENOUGH:
-        return Belonging(np.ones(points.n, bool), np.nan)
+        return Belonging(np.ones(points.n, bool), np.nan, None)
     fixed = {}
     if points.coplanar:
         fixed = {"Cx": task.nominal.Cx, "Cy": task.nominal.Cy, **task.fixed}
     n_plain = len(free_parameters("tsai", tuple(fixed)))
-    keep, _, scale = trusted(best, _measure(points, task.nominal, "tsai", fixed), n_parameters=n_plain)
+    judge = _Judge(points, task.nominal, "tsai", fixed)
+    keep, _, scale = trusted(best, judge.distances, n_parameters=n_plain)
     if keep.sum() >= RICH_LENS_POINTS and not fixed:
-        keep, _, scale = trusted(keep, _measure(points, task.nominal, "affine", fixed), n_parameters=15)
-    return Belonging(keep, scale)
+        judge = _Judge(points, task.nominal, "affine", fixed)
+        keep, _, scale = trusted(keep, judge.distances, n_parameters=15)
+    return Belonging(keep, scale, judge.camera)
 
 
 def better_part(points: Points, *, seed: int = 0) -> Mask:
@@ -130,29 +133,45 @@ def better_part(points: Points, *, seed: int = 0) -> Mask:
     return majority(points.p, points.b, rng=np.random.default_rng(seed))
 
 
-def _measure(points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> Callable[[Mask], Array]:
-    """Distances of all points from a camera fitted to some, each fit starting from the last."""
-    last: list[Camera | None] = [None]
-    coplanar = points.coplanar
+class _Judge:
+    """Holds all points against a camera fitted to some; each fit starts from the last."""
 
-    def measure(keep: Mask) -> Array:
-        p, b, sd, survey = points.take(keep).thinned(ENOUGH_TO_JUDGE)
+    def __init__(self, points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> None:
+        self.points, self.nominal, self.model, self.fixed = points, nominal, model, fixed
+        self.coplanar = points.coplanar
+        self.camera: Camera | None = None
+
+    def distances(self, keep: Mask) -> Array:
+        """Distances (n,) px of all points from the camera fitted to those kept."""
+        p, b, sd, survey = self.points.take(keep).thinned(ENOUGH_TO_JUDGE)
         fit = fit_camera(
-            *(p, b, nominal),
-            model=model,
-            fixed=fixed,
+            *(p, b, self.nominal),
+            model=self.model,
+            fixed=self.fixed,
             sd=sd,
             survey=survey,
-            near=last[0],
-            coplanar=coplanar,
+            near=self.camera,
+            coplanar=self.coplanar,
             tolerance=1e-3,
         )
         if fit is None:
             raise NoCamera(_NOTHING_FITS)
-        last[0] = fit.camera if fit.converged else None
-        return distances(fit.camera, points.p, points.b)
+        self.camera = fit.camera if fit.converged else None
+        return distances(fit.camera, self.points.p, self.points.b)
 
-    return measure
+
+def with_unexplained_noise(points: Points, found: Belonging) -> Points:
+    """The points, their sd raised all alike until it explains the scatter that they show.
+
+    A noise foretold far too small (a rigid picture, a survey whose tolerance nobody gave) would weigh the points by
+    differences that drown in what it leaves out. Points without any sd stay as they are: they weigh alike already.
+    """
+    if points.sd is None or found.camera is None:
+        return points
+    C = covariances(found.camera, points.p, points.sd, points.survey)
+    foretold = float(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2))
+    extra = max(found.scale**2 - foretold, 0.0)
+    return points._replace(sd=np.sqrt(points.sd**2 + extra))
 
 
 _NOTHING_FITS = (

@@ -139,8 +139,13 @@ def _start_that_sees_all(camera: Camera, p: Array) -> Camera:
 
 
 def whiteners(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike | None) -> Array:
-    """Matrices W (n, 2, 2), 1/px, with W^T W the inverse covariance of each measured position: the centroid's own
-    noise and the survey's, as the camera projects it. Arguments as for `refine`."""
+    """Matrices W (n, 2, 2), 1/px, with W^T W the inverse of `covariances`."""
+    return inverse_root(covariances(camera, p, sd, survey))
+
+
+def covariances(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike | None) -> Array:
+    """Covariance (n, 2, 2), px^2, of measured minus projected positions: the centroid's own noise (1 px where unknown)
+    and the survey's, as the camera projects it. Arguments as for `refine`."""
     n = len(p)
     sd = np.asarray(1.0 if sd is None else sd, float)
     sd = np.broadcast_to(sd[:, None] if sd.ndim == 1 else sd, (n, 2))
@@ -151,7 +156,7 @@ def whiteners(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike 
     if survey is not None and np.any(np.asarray(survey) > 0):
         J = np.nan_to_num(derivatives(camera, p, p.mean(0)).by_point)
         C += J @ np.swapaxes(J, -1, -2) * (np.broadcast_to(np.asarray(survey, float), n) ** 2)[:, None, None]
-    return inverse_root(C)
+    return C
 
 
 def inverse_root(C: Array) -> Array:

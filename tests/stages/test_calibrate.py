@@ -119,6 +119,20 @@ def test_knowing_the_survey_s_tolerance_does_no_harm_in_the_plain_case():
     assert np.mean(told) <= np.mean(plain) * 1.02
 
 
+def test_a_foretold_noise_far_too_small_does_not_choose_among_the_points():
+    """Centroids said good to 0.005 to 0.05 px beside survey errors of 0.15 px that nobody mentions."""
+    camera, p = thesis_rig(1)[0], thesis_points()[1]
+    plain, told = [], []
+    for seed in range(6):
+        table = sightings(camera, seed, 0.02, 1 / 16)
+        sd = np.exp(np.random.default_rng(seed).uniform(np.log(0.005), np.log(0.05), (64, 2)))
+        weighed = table.assign(sd_x=sd[:, 0], sd_y=sd[:, 1], frames=30)
+        for out, given in ((plain, table), (told, weighed)):
+            off = project(calibrate(given, **RIG).camera, p) - project(camera, p)
+            out.append(np.sqrt((off**2).mean()))
+    assert np.mean(told) <= np.mean(plain) * 1.02
+
+
 def test_a_point_surveyed_badly_but_honestly_pulls_little():
     camera = thesis_rig(1)[0]
     table = sightings(camera).assign(sigma=0.01)

@@ -23,6 +23,7 @@ from vidtrack.one_camera import (
     better_part,
     calibrated,
     noise_with_rich_lens,
+    with_unexplained_noise,
 )
 from vidtrack.refine import Uncertainty, free_parameters
 from vidtrack.robust import ENOUGH, Mixup, limit_for, mixups
@@ -93,7 +94,7 @@ def calibrate(
     _refuse_mirror(where, points.take(best), task.nominal)
     try:
         found = belonging(points, task, best)
-        good = points.take(found.keep)
+        good = with_unexplained_noise(points.take(found.keep), found)
         _refuse(where, good, task, among=points.n)
         answer = calibrated(good, task)
     except NoCamera as none:
