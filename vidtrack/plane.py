@@ -155,10 +155,9 @@ def fit_plane(
     chosen = _plainest(known) if known else allowed[0]
     # Four points cannot judge a homography, nor three an affine map; the stated noise can.
     fit = fitted(chosen)
-    for richer in allowed[allowed.index(chosen) + 1 :]:
-        if not (fit.chi2 > 4) or richer in known:
-            break
-        fit = fitted(richer)
+    for richer in ("affine", "homography"):
+        if fit.chi2 > 4 and richer in allowed[allowed.index(chosen) + 1 :] and richer not in known:
+            fit = fitted(richer)
     return fit
 
 

@@ -165,7 +165,7 @@ class _Record:
             c = basis.coefficients(self.y[rows], self.weight[rows])
             if c is None:
                 return np.inf
-            misfit += float((self.weight[rows] * (self.y[rows] - basis.B @ c) ** 2).sum())
+            misfit += float((self.weight[rows] * (self.y[rows] - basis.at(c)) ** 2).sum())
             parameters += basis.size
         spare = int((self.weight > 0).sum()) - COST * parameters
         if spare <= 0:
@@ -230,17 +230,27 @@ class _Basis:
         self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
         self.size = intervals + degree
         self.t = t
-        self.B = BSpline.design_matrix(t, self.knots, degree)
+        matrix = BSpline.design_matrix(t, self.knots, degree)
+        # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
+        self.values: Array = matrix.data.reshape(len(t), degree + 1)
+        self.first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
+
+    def at(self, c: Array) -> Array:
+        """The spline at the samples, from its coefficients."""
+        return np.asarray((self.values * c[self.first[:, None] + np.arange(self.degree + 1)]).sum(1))
 
     def _normal(self, weight: Array) -> Array:
-        from scipy.sparse import diags
-
-        N = (self.B.T @ diags(weight) @ self.B).todia()
+        """The lower band of the normal matrix."""
         band = np.zeros((self.degree + 1, self.size))
-        for offset, data in zip(N.offsets, N.data, strict=True):
-            if -self.degree <= offset <= 0:
-                band[-offset, : self.size + offset] = data[: self.size + offset]
+        for offset in range(self.degree + 1):
+            for j in range(self.degree + 1 - offset):
+                product = weight * self.values[:, j] * self.values[:, j + offset]
+                band[offset] += np.bincount(self.first + j, product, self.size)
         return band
+
+    def _right(self, wy: Array) -> Array:
+        columns = (self.first[:, None] + np.arange(self.degree + 1)).ravel()
+        return np.bincount(columns, (self.values * wy[:, None]).ravel(), self.size).astype(np.float64)
 
     def coefficients(self, y: Array, weight: Array) -> Array | None:
         """Least squares; None where some B-spline has no sample to hold it."""
@@ -250,8 +260,7 @@ class _Basis:
         if self.size > int((weight > 0).sum()) or band[0].min() <= 1e-9 * band[0].max():
             return None
         try:
-            right: Array = np.asarray(self.B.T @ (weight * y), np.float64)
-            c: Array = solveh_banded(band, right, lower=True, check_finite=False)
+            c: Array = solveh_banded(band, self._right(weight * y), lower=True, check_finite=False)
             return c
         except LinAlgError:
             return None

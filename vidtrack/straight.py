@@ -55,7 +55,7 @@ def fit_line(p: ArrayLike, axis: int | None = None) -> Line:
     axes = np.flatnonzero(np.isfinite(places).any(0))
     q = places[:, axes][np.isfinite(places[:, axes]).all(1)]
     nan = float("nan")
-    if len(q) < 4 or not np.ptp(q, axis=0).max() > 0:
+    if len(q) < 4 or not len(axes) or not np.ptp(q, axis=0).max() > 0:
         return Line(axis or 0, np.full(3, nan), np.full(3, nan), nan, nan, nan, nan, nan)
     middle = q.mean(0)
     _, s, Vt = np.linalg.svd(q - middle, full_matrices=False)

@@ -7,8 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.jacobian import PARAMETERS, rotation_from_vector
 from vidtrack.plane import Array, holds
 from vidtrack.pose import poses
+
+ASPECT_SD = 0.01
+"""ASSUME: how well the width of a pixel over its height is known, as a share of it."""
+SX = PARAMETERS.index("Sx")
 
 
 class Tilt(NamedTuple):
@@ -40,10 +45,13 @@ def tilt(
     found = poses(world, pixels, sd, (int(width * aspect), int(height)))
     if not found:
         return Tilt(np.nan, np.nan)
-    R = found[0].camera.R
+    camera, covariance = found[0].camera, found[0].covariance
+    # The pose knows the pixels' shape only to 15 %; here the aspect is given, so its effect on the attitude goes too.
+    gain = covariance[:, SX] / (covariance[SX, SX] + ASPECT_SD**2)
+    R = rotation_from_vector(-gain[:3] * np.log(camera.Sx)) @ camera.R
+    covariance = covariance - np.outer(gain, covariance[SX])
     across = np.hypot(R[0, 2], R[1, 2])  # sine of the angle between the optical axis and the plane's normal
     angle = np.arctan2(across, abs(R[2, 2]))
     # The normal in camera axes turns by omega x n: the angle changes by omega along the axis of tilting.
     axis = np.array([-R[1, 2], R[0, 2]]) / across if across > 0 else np.array([1.0, 0.0])
-    variance = axis @ found[0].covariance[:2, :2] @ axis
-    return Tilt(float(np.degrees(angle)), float(np.degrees(np.sqrt(variance))))
+    return Tilt(float(np.degrees(angle)), float(np.degrees(np.sqrt(axis @ covariance[:2, :2] @ axis))))

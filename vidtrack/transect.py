@@ -105,4 +105,4 @@ def along_transect_sd(line: Transect, b_covariance: ArrayLike) -> Array:
     tangent = np.gradient(line.b, line.s, axis=0)
     C: Array = np.asarray(b_covariance, float)
     size = (tangent**2).sum(-1)
-    return np.asarray(np.sqrt(np.einsum("ni,nij,nj->n", tangent, C, tangent)) / size)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", tangent, C, tangent), 0.0)) / size)

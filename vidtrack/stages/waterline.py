@@ -32,6 +32,10 @@ COLUMNS = {
 """s: distance up the transect from its seaward end; z: the run-up; flag: faint, end (water beyond it), corrupt."""
 
 
+STILL_PX = 0.5
+"""ASSUME: an edge that strays by less than this (one sd) in the picture is no waterline."""
+
+
 class Timestack(NamedTuple):
     """What one transect showed: grey (T, n) as stored, at times time_s (T,), places s (n,), p (n, 3), b (n, 2)."""
 
@@ -159,6 +163,8 @@ def _statistics(table: pd.DataFrame) -> dict[str, Any]:
 
 def _warnings(name: str, table: pd.DataFrame) -> list[str]:
     warnings = []
+    if np.hypot(table["Xf"].std(), table["Yf"].std()) < STILL_PX:
+        warnings.append(f"transect {name}: its edge does not move; is there water on it?")
     for flag, meaning in (("faint", "wet and dry look alike at the edge"), ("end", "the water reaches its end")):
         share = table["flag"].str.contains(flag).mean()
         if share > 0.05:

@@ -1,0 +1,70 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.test_smoothing import pluck
+from vidtrack.files.tables import read_parquet, read_units, write_parquet
+from vidtrack.job import Job
+from vidtrack.jobs import kinematics as job
+from vidtrack.stages.kinematics import COLUMNS, kinematics
+
+
+def trajectories(noise=0.02, n=300):
+    rng, t = np.random.default_rng(1), np.arange(n) / 30
+    rows = []
+    for target, hz in (("b", 0.9), ("a", 0.5)):
+        p = np.stack([pluck(t, hz=hz)[:, 0], 0.1 * t, np.full(n, 2.0)], -1) + rng.normal(0, noise, (n, 3))
+        columns = {"time_s": t, "target": target, "x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "flag": ""}
+        rows.append(pd.DataFrame({**columns, "sigma_x": noise, "sigma_y": noise, "sigma_z": noise}))
+    return pd.concat(rows, ignore_index=True)
+
+
+def test_each_target_has_its_velocity_and_acceleration():
+    table, told = kinematics(trajectories())
+    assert list(table) == list(COLUMNS)
+    assert list(table["target"].unique()) == ["a", "b"]
+    b = table[table["target"] == "b"].iloc[20:-20]
+    true = pluck(b["time_s"].to_numpy())
+    assert (b["vx"] - true[:, 1]).std() < 0.1
+    assert (b["ax"] - true[:, 2]).std() < 1.2
+    assert b["vy"].mean() == pytest.approx(0.1, abs=0.01)
+    assert all(0.8 < axis["noise_ratio"] < 1.2 for axis in told)
+
+
+def test_differences_are_there_as_the_thesis_s_reference():
+    table, told = kinematics(trajectories(), method="differences")
+    b = table[table["target"] == "b"]
+    assert b["vx"].iloc[5] == pytest.approx((b["x"].iloc[6] - b["x"].iloc[4]) * 15)
+    assert told == []
+    assert table["sigma_vx"].isna().all()
+
+
+def test_a_missing_sample_stays_missing_and_flags_are_kept():
+    given = trajectories()
+    given.loc[[100, 101], ["x", "y", "z"]] = np.nan
+    given.loc[[100, 101], "flag"] = "lost"
+    given.loc[200, "x"] += 1
+    given.loc[200, "flag"] = "edge"
+    table, _ = kinematics(given)
+    b = table[table["target"] == "b"].reset_index(drop=True)
+    assert b.loc[[100, 101], ["x", "vx", "ax"]].isna().all(axis=None)
+    assert b.loc[[100, 101], "flag"].tolist() == ["lost", "lost"]
+    assert b.loc[200, "flag"] == "edge;outlier"
+    assert b.loc[0, "flag"] == "edge"
+
+
+def test_an_unknown_method_is_refused():
+    with pytest.raises(ValueError, match="no method 'magic'"):
+        kinematics(trajectories(), method="magic")
+
+
+def test_a_run_without_a_located_target_gives_an_empty_table():
+    assert list(kinematics(trajectories().iloc[:0])[0]) == list(COLUMNS)
+
+
+def test_the_job_writes_units_into_the_table(tmp_path):
+    source, out = str(tmp_path / "t.parquet"), str(tmp_path / "k.parquet")
+    write_parquet(source, trajectories(), units="in", provenance={})
+    job.run(Job({"units": "in"}, {"trajectories": source}, {"kinematics": out}))
+    assert read_units(out)["ax"] == "in/s^2"
+    assert len(read_parquet(out)) == 600

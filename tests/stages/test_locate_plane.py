@@ -1,0 +1,113 @@
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.test_plane import grid, seen
+from vidtrack.errors import VidtrackError
+from vidtrack.stages.kinematics import kinematics
+from vidtrack.stages.locate_plane import COLUMNS, locate_plane
+
+TOSS = Path(__file__).parents[2] / "../shared/real/ball-toss"
+
+
+def centroids(b, **columns):
+    n = len(b)
+    return pd.DataFrame({"time_s": np.arange(n) / 30, "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], **columns})
+
+
+def known(tilt_deg=0.0, n=20, noise=0.1):
+    p = grid()[:n]
+    b = seen(p, tilt_deg=tilt_deg) + np.random.default_rng(1).normal(0, noise, (n, 2))
+    tags = [str(i + 1) for i in range(n)]
+    return pd.DataFrame({"tag": tags, "x": p[:, 0], "y": p[:, 1], "z": 3.0, "Xf": b[:, 0], "Yf": b[:, 1]})
+
+
+def test_a_scale_gives_the_table_of_mode_space_without_z():
+    done = locate_plane(
+        centroids(np.array([[100.0, 50.0], [np.nan, np.nan]]), flag=["", "lost"]), scale=0.14, aspect=1.25
+    )
+    assert list(done.trajectories) == list(COLUMNS)
+    assert done.trajectories["x"][0] == pytest.approx(17.5)
+    assert done.trajectories["y"][0] == pytest.approx(7.0)
+    assert done.trajectories[["z", "sigma_z", "miss"]].isna().all(axis=None)
+    assert done.trajectories["n_cameras"].tolist() == [1, 0]
+    assert done.trajectories["flag"].tolist() == ["", "lost"]
+    assert done.record["tilt_deg"] is None
+
+
+def test_the_noise_of_a_centroid_becomes_that_of_the_place():
+    done = locate_plane(centroids(np.full((1, 2), 100.0), sd_x=0.05, sd_y=0.02), scale=0.1, aspect=1.25)
+    assert done.trajectories["sigma_x"][0] == pytest.approx(0.05 * 0.125)
+    assert done.trajectories["sigma_y"][0] == pytest.approx(0.02 * 0.1)
+
+
+def test_known_points_give_places_in_their_own_axes():
+    new = grid(3, 3, 40, 30)
+    done = locate_plane(centroids(seen(new)), points=known(), image_size=(512, 480))
+    assert np.abs(done.trajectories[["x", "y"]].to_numpy() - new).max() < 0.03  # 0.1 px of 1/9 in, over 20 points
+    assert done.record["model"] == "scale"
+    assert done.record["scale"] == pytest.approx(1 / 9, rel=1e-3)
+    assert done.record["axes"].endswith("towards the camera")
+    assert done.record["warnings"] == []
+
+
+def test_points_and_their_sightings_may_come_in_two_tables():
+    whole = known()
+    sightings = whole[["tag", "Xf", "Yf"]].iloc[::-1]
+    survey = whole.drop(columns=["Xf", "Yf"]).assign(tag=whole["tag"].astype(int))
+    one, two = (
+        locate_plane(centroids(seen(grid())), points=p, sightings=s) for p, s in ((whole, None), (survey, sightings))
+    )
+    assert np.allclose(one.trajectories["x"], two.trajectories["x"], atol=1e-9)
+
+
+def test_a_lean_above_three_degrees_is_told():
+    done = locate_plane(centroids(seen(grid(), tilt_deg=12)), points=known(12), image_size=(512, 480))
+    assert done.record["tilt_deg"] == pytest.approx(12, abs=4)
+    assert any("limit 3" in w for w in done.record["warnings"])
+
+
+def test_a_swapped_pair_of_points_is_told():
+    points = known()
+    points.loc[[0, 1], ["Xf", "Yf"]] = points.loc[[1, 0], ["Xf", "Yf"]].to_numpy()
+    record = locate_plane(centroids(seen(grid())), points=points).record
+    assert any("miss the plane" in w for w in record["warnings"])
+    assert record["max_tag"] in ("1", "2")
+
+
+def test_points_of_several_heights_are_no_plane():
+    with pytest.raises(VidtrackError, match="no plane of one z"):
+        locate_plane(centroids(seen(grid())), points=known().assign(z=np.arange(20.0)))
+
+
+def test_one_point_in_view_is_refused():
+    points = known()
+    points.loc[1:, "Xf"] = np.nan
+    with pytest.raises(VidtrackError, match="1 known points are in view"):
+        locate_plane(centroids(seen(grid())), points=points)
+
+
+def test_scale_and_points_exclude_each_other():
+    with pytest.raises(VidtrackError, match="either scale or points"):
+        locate_plane(centroids(seen(grid())))
+
+
+def test_the_camera_clock_is_added():
+    done = locate_plane(centroids(seen(grid())), scale=1.0, clock={"offset_s": 2.0, "rate_ppm": 0.0})
+    assert done.trajectories["time_s"].iloc[0] == 2.0
+
+
+@pytest.mark.skipif(not TOSS.exists(), reason="the real recordings are not here")
+def test_a_ball_tossed_by_hand_falls_with_gravity():
+    """Real video, tracked by hand: 0.2 px of noise, an uncalibrated camera, 66 ms from the file's own clock."""
+    hand = pd.read_csv(TOSS / "hand_tracked.csv")
+    table = pd.DataFrame({"time_s": hand["frame"] * 0.066, "target": "ball", "Xf": hand["Xf"], "Yf": hand["Yf"]})
+    motion, _ = kinematics(locate_plane(table, scale=1 / 398.709, units="m").trajectories)
+    inner = motion[~motion["flag"].str.contains("edge")]
+    assert len(inner) >= 6
+    assert 9.5 < inner["ay"].median() < 10.7
+    assert 9.5 < motion["ay"].mean() < 10.7
+    assert inner["ay"].between(9.5, 10.75).all()
+    assert inner["ax"].abs().max() < 0.6

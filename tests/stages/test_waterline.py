@@ -1,0 +1,77 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.shore import ENDS, shore, video
+from vidtrack.errors import VidtrackError
+from vidtrack.refine import Uncertainty
+from vidtrack.stages.waterline import COLUMNS, waterline
+from vidtrack.timebase import time_base
+from vidtrack.timecode import Timecode
+
+BEACH = shore(frames=60)
+
+
+def follow(transects=None, beach=BEACH, corrupt=(), **options):
+    frames, info = video(beach, corrupt)
+    return waterline(frames, info, beach.camera, transects or {"middle": ENDS}, **options)
+
+
+def test_run_up_in_world_units():
+    done = follow()
+    table = done.runup
+    assert list(table) == list(COLUMNS)
+    assert len(table) == 60
+    error = table["x"] - BEACH.edge
+    assert np.sqrt((error**2).mean()) < 0.06  # m: about a px
+    assert table["z"].to_numpy() == pytest.approx(BEACH.edge * 0.1, abs=0.02)
+    assert table["sigma_z"].to_numpy() == pytest.approx(table["sigma_s"].to_numpy() * 0.1 / np.hypot(1, 0.1))
+    stack = done.timestacks["middle"]
+    assert stack.grey.shape == (60, len(stack.s))
+    assert stack.grey.dtype == np.uint8
+    told = done.record["transects"]["middle"]
+    assert told["highest_z"] == pytest.approx(BEACH.edge.max() * 0.1, abs=0.02)
+    assert told["mean_z"] == pytest.approx(BEACH.edge.mean() * 0.1, abs=0.01)
+
+
+def test_several_transects_are_followed_at_once():
+    south = {"from": [0.5, -2, 0.05], "to": [9.0, -2, 0.9]}
+    assert set(follow({"middle": ENDS, "south": south}).runup["transect"]) == {"middle", "south"}
+
+
+def test_what_the_calibration_leaves_open_adds_to_the_uncertainty():
+    unsure = Uncertainty(("Cx", "Cy"), np.array([5.0, 0, 0.5]), np.diag([4.0, 4.0]))
+    plain, wide = follow().runup["sigma_s"], follow(uncertainty=unsure).runup["sigma_s"]
+    # two px along the transect, some 5 cm each
+    assert 0.05 < np.sqrt(wide**2 - plain**2).median() < 0.2
+
+
+def test_times_follow_the_recording_and_its_clock():
+    frames, info = video(BEACH)
+    info = type(info)(320, 240, Fraction(15), time=time_base(Fraction(15), Timecode(15 * 36000, Fraction(15))))
+    done = waterline(frames, info, BEACH.camera, {"middle": ENDS}, clock={"offset_s": 0.5, "rate_ppm": 0.0})
+    assert done.runup["time_s"].tolist()[:2] == pytest.approx([36000.5, 36000.5 + 1 / 15])
+    assert done.runup["timecode"][1] == "10:00:00:01"
+
+
+def test_a_corrupt_frame_is_a_row_without_an_edge():
+    row = follow(corrupt=(7,)).runup.iloc[7]
+    assert row["flag"] == "corrupt"
+    assert np.isnan(row["s"])
+
+
+def test_an_unseen_transect_is_refused_by_name():
+    with pytest.raises(VidtrackError, match=r"transects.west: the camera does not see any of it"):
+        follow({"west": {"from": [-50, 0, 0], "to": [-40, 0, 1]}})
+
+
+def test_a_transect_without_water_is_told():
+    record = follow({"dry": {"from": [8.2, 0, 0.82], "to": [11, 0, 1.1]}}).record
+    assert any("does not move" in w for w in record["warnings"])
+    assert not any("does not move" in w for w in follow().record["warnings"])
+
+
+def test_four_frames_are_too_few():
+    with pytest.raises(VidtrackError, match="4 good frames"):
+        follow(beach=BEACH._replace(pictures=BEACH.pictures[:4]))
