@@ -78,10 +78,12 @@ def stability_section(record: Record, units: str) -> Section:
     """Whether a camera moved between the calibrations before and after the test."""
     rows = []
     for name, own in (record.get("cameras") or {}).items():
-        rows.append([name, *(number(own.get(key), 3) for key in ("moved", "moved_sd", "turned_deg", "turned_sd_deg"))])
-    lines = [str(line) for line in record.get("notes") or ()]
-    header = ["camera", f"moved ({units})", "± sd", "turned (deg)", "± sd"]
-    return Section("stability", "Before and after the test", lines, [Table("Movement of each camera", header, rows)])
+        told = {True: "yes", False: "no"}.get(own.get("moved"), "cannot be told")
+        cells = [number(own.get(key), 3) for key in ("distance", "distance_sd", "angle_deg", "angle_sd_deg")]
+        shift = number(pick(own, "picture_shift_px", "mean"), 3)
+        rows.append([name, told, *cells, shift])
+    header = ["camera", "moved", f"by ({units})", "± sd", "turned (deg)", "± sd", "in the picture (px)"]
+    return Section("stability", "Before and after the test", tables=[Table("Movement of each camera", header, rows)])
 
 
 def _axis_table(back: Record, held: Record, units: str) -> Table:

@@ -14,6 +14,8 @@ def runs_table(runs: Mapping[str, Record], units: str) -> Table:
     """All runs at a glance; each is {trajectories, n_targets, duration_s, comparison where there is one}."""
     rows = []
     for name, run in runs.items():
+        if "trajectories" not in run:
+            continue
         table = run["trajectories"]
         n, located = len(table), int(table["x"].notna().sum())
         sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
@@ -135,3 +137,14 @@ def truth_table(comparison: Record, units: str) -> Table | None:
     part = truth.get("one_over")
     mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
     return Table(f"Against truth.csv: mean error in space {mean}", ["axis", "bias", "mean", "rms", "max"], rows)
+
+
+def waterline_table(runup: Any, units: str) -> Table:
+    """How high the water's edge came on each transect; runup: waterline.parquet."""
+    rows = []
+    for name, own in runup.groupby("transect", sort=False):
+        z = own["z"].dropna()
+        found = share(len(z) / len(own) if len(own) else None, 4)
+        rows.append([str(name), number(len(own)), found, *(number(float(v), 4) for v in (z.mean(), z.min(), z.max()))])
+    header = ["transect", "frames", "edge found", f"mean z ({units})", "lowest", "highest"]
+    return Table("The water's edge", header, rows)

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures import bodies, comparison, search_map, tracking, trajectories
+from vidtrack.figures import bodies, comparison, search_map, tracking, trajectories, waterline
 from vidtrack.figures.style import camera_colours
 from vidtrack.files.figure_files import data_uri, file_uri
 from vidtrack.files.page_file import write_page
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
+from vidtrack.files.timestack_file import read_timestacks
 from vidtrack.job import Job
 from vidtrack.page import Figure, Page, Section
 from vidtrack.stages import report as stage
@@ -63,8 +64,7 @@ def _runs(job: Job) -> dict[str, dict[str, Any]]:
         if path.endswith(".parquet"):
             runs[_folder(path)]["waterline"] = read_parquet(path)
         else:
-            with np.load(path) as stacks:
-                runs[_folder(path)]["timestack"] = dict(stacks)
+            runs[_folder(path)]["timestack"] = read_timestacks(path)
     return runs
 
 
@@ -80,7 +80,7 @@ def _figures(job: Job, story: stage.Story) -> Iterator[tuple[str, list[Figure]]]
     points = [read_parquet(path) for path in job.paths("points")]
     centroids = _centroids(job)
     for name, own in story.runs.items():
-        yield f"run-{name}", _run_figures(name, own, centroids[name], points, colours, units)
+        yield f"run-{name}", _run_figures(name, own, centroids.get(name, {}), points, colours, units)
 
 
 def _map(camera: str, path: str, record: dict[str, Any]) -> list[Figure]:
@@ -113,6 +113,10 @@ def _run_figures(
     def add(caption: str, drawing: Drawing) -> None:
         figures.append(Figure(caption, data_uri(drawing)))
 
+    if "waterline" in own:
+        add("Timestack and the water's edge", waterline.timestacks(own["waterline"], own["timestack"], units))
+    if "trajectories" not in own:
+        return figures
     table = own["trajectories"]
     if table["x"].notna().any():
         add("Position against time; two standard deviations shaded", trajectories.against_time(table, units, name))
@@ -125,10 +129,6 @@ def _run_figures(
         add("Velocity and acceleration", trajectories.derivatives(own["kinematics"], units, name))
     if "bodies" in own:
         add("Six degrees of freedom", bodies.six_degrees(own["bodies"], units, name))
-    if "waterline" in own:
-        from vidtrack.figures import waterline
-
-        add("Timestack and the water's edge", waterline.timestacks(own["waterline"], own["timestack"], units))
     if any(c.get("offsets_s") for c in (own["locate"].get("clocks") or {}).get("cameras", {}).values()):
         add("Which clock offset fits the motion", tracking.clock_search(own["locate"]["clocks"]["cameras"], colours))
     add("Tracks in each picture", tracking.tracks(centroids, colours, name))

@@ -69,6 +69,8 @@ def report(
 
 
 def _measures(run: Record) -> dict[str, Any]:
+    if "trajectories" not in run:
+        return {}
     table = run["trajectories"]
     return {
         "n_targets": int(table["target"].nunique()),
@@ -81,7 +83,8 @@ def _run_section(name: str, run: Record, units: str) -> Section:
     tables = [
         told.comparison_table(comparison, units),
         told.truth_table(comparison, units),
-        told.reading_table(run["readings"]),
+        told.reading_table(run["readings"]) if run["readings"] else None,
+        told.waterline_table(run["waterline"], units) if "waterline" in run else None,
         told.clock_table(locate),
         told.correspondence_table(locate, units),
     ]
