@@ -47,6 +47,8 @@ def luma_reader(pixel_format: Any) -> Callable[[Any], Luma]:
     name = pixel_format.name
     if name in _PACKED:
         start, step = _PACKED[name]
+    elif name == "pal8":
+        return _through_palette
     elif _has_a_luma_plane(pixel_format):
         start, step = 0, 1
     else:
@@ -63,7 +65,7 @@ def luma_reader(pixel_format: Any) -> Callable[[Any], Luma]:
 
 def _plane(picture: Any, dtype: np.dtype[Any]) -> Luma:
     """The whole first plane, (height, stride) of dtype, with the padding at the end of its lines."""
-    plane = VideoPlane(picture, 0)  # picture.planes would make all of them, 4 us more
+    plane: Any = VideoPlane(picture, 0)  # picture.planes would make all of them, 4 us more
     stride = plane.line_size
     lines = np.frombuffer(plane, dtype).reshape(-1, abs(stride) // dtype.itemsize)
     lines.flags.writeable = False
@@ -77,6 +79,16 @@ def _has_a_luma_plane(pixel_format: Any) -> bool:
     return plain and alone and parts[0].bits <= 16
 
 
+def _through_palette(picture: Any) -> Luma:
+    """Frame grabbers store grey as indices of a palette of greys: most often they are the levels themselves."""
+    indices = _plane(picture, np.dtype(np.uint8))[:, : picture.width]
+    palette: Any = VideoPlane(picture, 1)  # a word each of alpha, red, green and blue, blue lowest
+    blue, green, red = (np.frombuffer(palette, np.uint32) >> shift & 255 for shift in (0, 8, 16))
+    grey = np.rint(0.299 * red + 0.587 * green + 0.114 * blue).astype(np.uint8)
+    used = grey[: int(indices.max()) + 1]
+    return indices if np.array_equal(used, np.arange(len(used))) else grey[indices]
+
+
 def _converter(name: str, *, deep: bool) -> Callable[[Any], Luma]:
     """For pictures without a luma plane: BT.601 grey of RGB; packed 4:4:4 video is only unpacked."""
     from av.video.reformatter import VideoReformatter
@@ -87,7 +99,8 @@ def _converter(name: str, *, deep: bool) -> Callable[[Any], Luma]:
     dtype = np.dtype("<u2" if deep else np.uint8)
 
     def read(picture: Any) -> Luma:
-        grey = reformatter.reformat(picture, format=target)
+        # one thread: with several, libswscale 9 leaves half-grey gaps in 16-bit grey where their parts meet
+        grey = reformatter.reformat(picture, format=target, threads=1)
         return _plane(grey, dtype)[:, : picture.width]
 
     return read

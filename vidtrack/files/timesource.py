@@ -185,7 +185,7 @@ def _anchors(time: NDArray[np.float64], frame: NDArray[np.int64], code: Fraction
     if abs(speed - 1) * (time[-1] - time[0]) * float(code) < 0.05:
         speed = 1.0  # locked: what is left is noise, or a few millionths between two crystals
     rest = n - speed * float(code) * (time - time[0])
-    if len(n) >= 60 and np.ptp(_quiet(rest)) > 0.04:
+    if len(n) >= 24 and np.ptp(_quiet(rest)) > 0.04:
         half = len(n) // 2
         return _anchors(time[:half], frame[:half], code, rate) + _anchors(time[half:], frame[half:], code, rate)
     begin = round(float(time[0]) * float(rate)) / float(rate)  # anchors sit on frames
@@ -193,7 +193,7 @@ def _anchors(time: NDArray[np.float64], frame: NDArray[np.int64], code: Fraction
     return [_anchor(begin, int(frame[0]), position, speed)]
 
 
-def _quiet(rest: NDArray[np.float64], width: int = 15) -> NDArray[np.float64]:
+def _quiet(rest: NDArray[np.float64], width: int = 9) -> NDArray[np.float64]:
     return np.convolve(rest, np.ones(width) / width, mode="valid")
 
 
@@ -256,9 +256,9 @@ def _tape_codes(path: str, info: VideoInfo) -> tuple[list[float], list[str]]:
             size = next(packet.size for packet in container.demux(stream))
             places = ((k * size, k / float(info.rate)) for k in range(container.size // size))
         else:
-            scale = float(stream.time_base)
+            scale, header = float(stream.time_base), 8 if container.format.name == "avi" else 0  # of an AVI chunk
             entries = stream.index_entries
-            places = ((entry.pos, entry.timestamp * scale - float(info.start)) for entry in entries)
+            places = ((entry.pos + header, entry.timestamp * scale - float(info.start)) for entry in entries)
         times, labels = [], []
         with open(path, "rb") as file:
             for place, time in places:
