@@ -33,7 +33,7 @@ def test_one_point_seen_twice_is_no_distance_from_its_curve(pair, p):
 
 
 def test_the_distance_is_that_from_the_curve_itself():
-    a, b = thesis_rig(2)
+    a, b = (c.with_(skew=0.3) for c in thesis_rig(2))
     rng = np.random.default_rng(0)
     p = rng.uniform(-25, 25, (100, 3))
     seen = project(b, p) + rng.normal(0, 1, (100, 2))

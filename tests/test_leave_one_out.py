@@ -59,6 +59,17 @@ def test_a_camera_that_could_as_well_be_right_leaves_the_point_undecided():
     assert np.isnan(located.point).all()
 
 
+def test_two_against_two_is_no_majority():
+    cameras = thesis_rig(4)
+    p, q = np.zeros(3), np.array([5.0, 12, -8])
+    b = np.stack([project(c, place) for c, place in zip(cameras, (p, p, q, q), strict=True)])
+    located = locate_points(cameras, b, sd=0.1, reject=2.0)
+    assert located.disagree
+    assert np.isnan(located.point).all()
+    assert not located.left_out.any()
+    assert located.n_cameras == 0
+
+
 def test_two_of_five_cameras_are_left_out():
     cameras, p, b, _ = scene(4, 200)
     fifth = cameras[0].with_(T=cameras[0].T + np.array([30.0, 0, 0]))

@@ -26,8 +26,8 @@ def test_offset_and_rate_are_found_whatever_level_and_polarity():
     a = heard(sound, 0.5, 30, 0, 0.5, rng)
     b = heard(sound, 1.23456, 28, 50, 0.2, rng, gain=-0.3)
     timing = timing_from_sound(a, b, HZ, start_a=10.5, start_b=11.0)
-    # b begins when a's clock shows 11.23456; a fiftieth of a sample is 2.5 us
-    assert timing.clock.offset_s == pytest.approx(0.23456, abs=1e-5)
+    # b begins when a's clock shows 11.23456; a fortieth of a sample is 3 us
+    assert timing.clock.offset_s == pytest.approx(0.23456, abs=3e-6)
     assert timing.clock.rate_ppm == pytest.approx(50, abs=1)
     assert timing.sd.offset_s < 1e-5
     assert timing.n == timing.of == 14

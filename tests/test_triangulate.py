@@ -103,6 +103,22 @@ def test_the_refined_point_is_the_one_of_least_reprojection_error():
         assert located.covariance[i] == pytest.approx(np.linalg.inv(information), rel=0.01, abs=1e-7)
 
 
+def test_the_error_is_what_was_measured_minus_what_is_projected():
+    # a lens with every term, and points near the corners, where it bends most
+    rng = np.random.default_rng(8)
+    cameras = [c.with_(kappa1=2e-3, kappa2=2e-5, p1=5e-4, p2=-4e-4, skew=0.02) for c in thesis_rig(2)]
+    p = rng.uniform(-1, 1, (50, 3)) * (35, 35, 10)
+    b = noisy(cameras, p, 0.5, rng)
+    for refine in (True, False):
+        located = locate_points(cameras, b, sd=0.5, refine=refine)
+        assert located.error == pytest.approx(b - seen(cameras, located.point), abs=0.005)
+    # a lens that is linearised the wrong way leaves a larger sum of squares than the best point does
+    i = 0
+    best = least_squares(lambda q: (seen(cameras, q) - b[:, i]).ravel(), p[i], xtol=1e-14, ftol=1e-14)
+    refined = locate_points(cameras, b, sd=0.5).point[i]
+    assert np.sum((seen(cameras, refined) - b[:, i]) ** 2) == pytest.approx(2 * best.cost, rel=1e-4)
+
+
 def test_the_linear_point_is_opencvs():
     cameras = thesis_rig(2)
     rng = np.random.default_rng(2)

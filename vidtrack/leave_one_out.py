@@ -16,8 +16,9 @@ from vidtrack.sights import Mask
 def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask, Mask]:
     """The cameras (n_cameras, n) that agree within `reject` px, and where (n,) nothing tells which ones do.
 
-    Leaves out, of each point, the camera without which the others agree best, until all agree. With two cameras,
-    or two explanations about equally good, nothing is left out and the point is undecided.
+    Leaves out, of each point, the camera without which the others agree best, until all agree. Where those that
+    agree are no more than those that do not, or two explanations are about equally good, nothing is left out and
+    the point is undecided.
     """
     keep = used.copy()
     undecided = np.zeros(used.shape[1], bool)
@@ -32,6 +33,7 @@ def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask,
         with np.errstate(invalid="ignore"):
             # ASSUME: 9 in chi2 (odds of 90 to 1) decides between two cameras that may err
             unclear = ~np.isfinite(best) | (settled & ~(chi2.min(0) - best > 9 * noise**2))
+        unclear |= 2 * (keep[:, open_].sum(0) - 1) <= used[:, open_].sum(0)
         undecided[open_[unclear]] = True
         keep[first[~unclear], open_[~unclear]] = False
         open_ = open_[~unclear & ~settled]

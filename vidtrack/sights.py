@@ -144,7 +144,7 @@ def refined_gain(s: Sight, p: Array, covariance: Array) -> Array:
 
 def linear_gain(s: Sight, p: Array, Q: Array) -> Array:
     """How linear points follow this camera's pixels, (2, 3, n): a tangent's error counts as often as p is deep."""
-    depth = (s.R[2] @ p + s.t[2]) * s.used
+    depth = s.R[2] @ p + s.t[2]
     a, b = (times(Q, (row[:, None] - s.R[2][:, None] * t) * depth) for row, t in zip(s.R[:2], s.uv, strict=True))
     (xu, xv), (yu, yv) = s.px
     det = xu * yv - xv * yu

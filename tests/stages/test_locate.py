@@ -144,6 +144,9 @@ def test_a_clock_from_the_config_is_added_to_the_cameras_time():
     assert len(off) == 239  # the first moment of cam1 is before cam2's first
     assert np.linalg.norm(off, axis=-1).mean() < 0.037
     assert np.mean(normalised**2, 0) == pytest.approx(np.ones(3), abs=0.3)
+    # a cubic between samples, 0.63 of an interval on, has 0.82 of their noise
+    sd = located.record["noise"]["sd_px"]
+    assert sd["cam2"] / sd["cam1"] == pytest.approx(0.82, abs=0.01)
 
 
 @pytest.mark.parametrize("clocks", ["auto", {"cam2": "auto"}])
@@ -163,6 +166,13 @@ def test_clocks_are_found_from_the_motion(clocks):
     off, normalised = errors(located, {"t1": pluck, "t2": other})
     assert np.linalg.norm(off, axis=-1).mean() < 0.014
     assert 0.6 < np.mean(normalised**2) < 1.5
+    # what the clock may be off by widens sigma where the target is fast, and nowhere else
+    known = {"cam2": {"offset_s": told["offset_s"], "rate_ppm": told["rate_ppm"]}}
+    bare = locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=2, clocks=known).trajectories
+    wider = (located.trajectories["sigma_x"] / bare["sigma_x"]).to_numpy()[:48]
+    speed = np.abs(np.gradient(located.trajectories["x"].to_numpy()))[:48]
+    assert wider[np.nanargmax(speed)] > 1.007
+    assert wider[np.nanargmin(speed)] < 1.002
 
 
 def test_interlaced_fields_are_samples_of_their_own():
@@ -249,6 +259,8 @@ def test_sigma_holds_the_calibration_too():
         tables = {c.name: centroids(c, {"t1": pluck}, rng=rng, noise=0.03, seconds=3) for c in thesis_rig(2)}
         located = locate(tables, cameras, targets=1, points=points)
         squares.append(np.mean(errors(located, {"t1": pluck})[1] ** 2))
+        apart = locate(tables, cameras, targets=1).trajectories["sigma_y"].mean()
+        assert located.trajectories["sigma_y"].mean() > 1.03 * apart  # both cameras believed the same survey
         assert located.record["noise"]["sd_px"]["cam1"] == pytest.approx(0.03, rel=0.2)
     # 12 calibrations, each an error of its own: one sd of this mean is some 0.25
     assert 0.5 < np.mean(squares) < 1.6
