@@ -16,8 +16,9 @@ from itertools import product
 import numpy as np
 
 from vidtrack.camera import Array
-from vidtrack.label import Index, Labels, Picks, View, best_labels, complete, grow, label, on_one_line
+from vidtrack.label import Index, Labels, Picks, View, best_labels, complete, grow
 from vidtrack.pose import RICH, adjust, poses
+from vidtrack.seeds import label_from_picks, on_one_line
 
 TURNS = 8000
 """Attitudes to try; neighbours are about 13 degrees apart."""
@@ -38,7 +39,7 @@ def label_with(points: Array, views: Sequence[View], picks: Picks, image_size: t
     """
     seeded: list[Labels] = []
     if len(picks.point) >= 4 and not on_one_line(points[picks.point]):
-        seeded = label(points, views, picks, image_size)
+        seeded = label_from_picks(points, views, picks, image_size)
         if len(seeded) == 1 and complete(seeded[0], picks):
             return seeded
     return best_labels([*seeded, *label_alone(points, views, image_size)], picks)

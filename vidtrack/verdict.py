@@ -9,7 +9,8 @@ import numpy as np
 
 from vidtrack.camera import Array
 from vidtrack.errors import VidtrackError
-from vidtrack.label import GATE, Labels, Picks, View, agreeing, complete, label, on_one_line
+from vidtrack.label import GATE, Labels, Picks, View, agreeing, complete
+from vidtrack.seeds import label_from_picks, on_one_line
 
 LEAST_SHARE = 0.6
 """Of the balls that should be in the picture, how many must be found before labels are believed."""
@@ -38,14 +39,14 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
 
     answers   best first, rivals after it (`configuration.label_with`)
     Raises VidtrackError, one line, where there is none or more than one.
-    At most a quarter of the picks may be at odds with the answer; `odd_picks` tells which.
+    At most a third of the picks may be at odds with the answer; `odd_picks` tells which.
     """
     if not answers:
         raise VidtrackError(_nothing_fits(case, None))
     if len(answers) > 1:
         raise VidtrackError(_look_alike(case, answers))
     best, agree = answers[0], agreeing(answers[0], case.picks)
-    if best.matched < LEAST_SHARE * best.expected or (~agree).sum() > len(agree) // 4:
+    if best.matched < LEAST_SHARE * best.expected or 3 * (~agree).sum() > len(agree):
         raise VidtrackError(_nothing_fits(case, best))
     return best
 
@@ -116,7 +117,7 @@ def _cure(case: Case) -> str:
 
 
 def _mirrored(case: Case) -> bool:
-    found = label(case.points * (1.0, 1.0, -1.0), case.views, case.picks, case.image_size)
+    found = label_from_picks(case.points * (1.0, 1.0, -1.0), case.views, case.picks, case.image_size)
     return bool(found) and complete(found[0], case.picks)
 
 
