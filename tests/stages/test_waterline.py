@@ -3,8 +3,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from tests.files.clips import make_clip
 from tests.shore import ENDS, shore, video
 from vidtrack.errors import VidtrackError
+from vidtrack.files.camera_json import write_camera
+from vidtrack.files.tables import read_parquet, read_units
+from vidtrack.files.timestack_file import read_timestacks
+from vidtrack.job import Job
+from vidtrack.jobs import waterline as job
 from vidtrack.refine import Uncertainty
 from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.timebase import time_base
@@ -75,3 +81,27 @@ def test_a_transect_without_water_is_told():
 def test_four_frames_are_too_few():
     with pytest.raises(VidtrackError, match="4 good frames"):
         follow(beach=BEACH._replace(pictures=BEACH.pictures[:4]))
+
+
+def test_the_job_reads_the_video_and_writes_run_up_and_timestacks(tmp_path):
+    clip = make_clip(
+        tmp_path / "cam1.mkv",
+        "ffv1",
+        "gray",
+        n=60,
+        size=(320, 240),
+        rate=Fraction(15),
+        picture=lambda i: BEACH.pictures[i],
+    )
+    write_camera(tmp_path / "camera.json", BEACH.camera, None, {"model": "tsai", "units": "m"})
+    (tmp_path / "profile.csv").write_text("x,y,z\n0,0,0\n5,0,0.5\n12,0,1.2\n")
+    settings = {"units": "m", "run": "storm", "camera": "cam1", "start_timecode": "10:00:00:00", "clock": "auto"}
+    settings["transects"] = {"middle": {**ENDS, "step": None, "profile": "profile.csv"}}
+    inputs = {"video": str(clip), "camera": str(tmp_path / "camera.json"), "profiles": str(tmp_path / "profile.csv")}
+    outputs = {"waterline": str(tmp_path / "w.parquet"), "timestack": str(tmp_path / "w.npz")}
+    job.run(Job(settings, inputs, outputs))
+    table = read_parquet(outputs["waterline"])
+    assert np.sqrt(((table["x"] - BEACH.edge) ** 2).mean()) < 0.06
+    assert table["time_s"].iloc[0] == 36000
+    assert read_units(outputs["waterline"])["sigma_s"] == "m"
+    assert read_timestacks(outputs["timestack"])["middle"]["grey"].shape[0] == 60

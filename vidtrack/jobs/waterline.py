@@ -7,17 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.csv_checked import Columns, checked_csv
 from vidtrack.files.tables import write_parquet
+from vidtrack.files.timesource import find_time
 from vidtrack.files.timestack_file import write_timestacks
 from vidtrack.files.video import open_video
 from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline
-from vidtrack.timebase import time_base
-from vidtrack.timecode import parse
 
 PROFILE = Columns(numbers=("x", "y", "z"))
 
@@ -31,13 +29,8 @@ def run(job: Job) -> None:
     where = f"config.yaml: runs.{order['run']}.waterline"
     calibrated = read_camera(job.path("camera"))
     with open_video(job.path("video"), threads=job.threads) as video:
-        info = video.info
-        if order.get("start_timecode"):
-            try:
-                code = parse(order["start_timecode"], info.time.code_rate)
-            except ValueError as problem:
-                raise VidtrackError(f"config.yaml: runs.{order['run']}.start_timecode: {problem}.") from None
-            info = replace(info, time=time_base(info.rate, code, source="config", constant=info.time.constant))
+        found = find_time(job.path("video"), video.info, start_timecode=order.get("start_timecode"))
+        info = replace(video.info, time=found.base)
         with Progress(f"waterline {order['run']}/{order['camera']}", info.n_frames_hint, "frames") as progress:
             done = waterline(
                 progress.over(video.frames()),

@@ -86,8 +86,8 @@ def waterline(
             stacks[name].append(cv2.remap(frame.luma, mx, my, cv2.INTER_LINEAR).mean(1))
     if sum(good) < 5:
         raise VidtrackError(f"{where}: {sum(good)} good frames; five are needed. Film a longer run.")
-    time_s = info.time.seconds(np.array(stamps))
-    labels = info.time.labels(np.array(stamps))
+    base = info.time.fitted(np.array(stamps))
+    time_s, labels = base.seconds(np.array(stamps)), base.labels(np.array(stamps))
     if clock is not None:
         time_s = Clock(**clock).corrected(time_s)
     tables, timestacks, told, warnings = [], {}, {}, []
