@@ -26,23 +26,24 @@ def test_offset_and_rate_are_found_whatever_level_and_polarity():
     a = heard(sound, 0.5, 30, 0, 0.5, rng)
     b = heard(sound, 1.23456, 28, 50, 0.2, rng, gain=-0.3)
     timing = timing_from_sound(a, b, HZ, start_a=10.5, start_b=11.0)
-    # b begins when a's clock shows 11.23456; a fortieth of a sample is 3 us
-    assert timing.clock.offset_s == pytest.approx(0.23456, abs=3e-6)
+    # b begins when a's clock shows 11.23456; a tenth of a sample is 12 us
+    assert timing.clock.offset_s == pytest.approx(0.23456, abs=1.2e-5)
     assert timing.clock.rate_ppm == pytest.approx(50, abs=1)
-    assert timing.sd.offset_s < 1e-5
+    assert 5e-6 < timing.sd.offset_s < 3e-5
     assert timing.n == timing.of == 14
 
 
-def test_the_error_is_as_large_as_the_noise_makes_it():
+def test_the_error_is_as_large_as_is_said():
     off = []
-    for seed in range(6):
+    for seed in range(8):
         rng = np.random.default_rng(seed)
         sound = room(22, rng)
-        a, b = (heard(sound, s, 20, 0, 6.0, rng) for s in (0.3, 0.5003))
+        late = rng.uniform(0.2, 0.3)
+        a, b = heard(sound, 0.3, 20, 0, 3.0, rng), heard(sound, 0.3 + late, 20, 0, 3.0, rng)
         timing = timing_from_sound(a, b, HZ)
         assert timing.sd.offset_s < 1e-4
-        off.append((timing.clock.offset_s - 0.2003) / timing.sd.offset_s)
-    assert 0.2 < np.mean(np.square(off)) < 3
+        off.append((timing.clock.offset_s - late) / timing.sd.offset_s)
+    assert 0.2 < np.mean(np.square(off)) < 2.5
 
 
 def test_a_camera_that_was_muted_for_a_while_is_still_timed():

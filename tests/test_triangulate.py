@@ -119,6 +119,18 @@ def test_the_error_is_what_was_measured_minus_what_is_projected():
     assert np.sum((seen(cameras, refined) - b[:, i]) ** 2) == pytest.approx(2 * best.cost, rel=1e-4)
 
 
+@pytest.mark.parametrize("refine", [True, False])
+def test_the_covariance_is_the_noise_carried_by_the_pixels_to_the_point(refine):
+    cameras = [c.with_(kappa1=2e-3, p1=5e-4, p2=-4e-4, skew=0.1) for c in thesis_rig(3)]
+    sd = np.array([0.1, 0.2, 0.4])
+    b = seen(cameras, np.array([33.0, -30, 9]))
+    step = 0.01
+    moved = np.stack([b + step * e.reshape(3, 2) for e in np.eye(6)], 1)
+    by_pixel = (locate_points(cameras, moved, sd=sd, refine=refine).point - [33, -30, 9]) / step
+    carried = np.einsum("ki,k,kj->ij", by_pixel, np.repeat(sd, 2) ** 2, by_pixel)
+    assert locate_points(cameras, b, sd=sd, refine=refine).covariance == pytest.approx(carried, rel=0.01, abs=1e-5)
+
+
 def test_the_linear_point_is_opencvs():
     cameras = thesis_rig(2)
     rng = np.random.default_rng(2)

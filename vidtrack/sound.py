@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.camera import Array
 from vidtrack.clock import Clock
 
-FINER = 4
-"""Points a sample at which the correlation is looked at: a parabola through them is then good to 0.01 sample."""
+SAMPLED = 0.1
+"""Of a sample: what a parabola through the correlation's peak may be off, the same in every window."""
 
 
 class Timing(NamedTuple):
@@ -70,7 +70,7 @@ def timing_from_sound(
     offset = start_a - start_b + (whole + line[0]) / rate_hz
     return Timing(
         Clock(float(offset), float(line[1] / rate_hz * 1e6)),
-        Clock(float(np.sqrt(covariance[0, 0])), float(np.sqrt(covariance[1, 1])) * 1e6),
+        Clock(float(np.hypot(np.sqrt(covariance[0, 0]), SAMPLED / rate_hz)), float(np.sqrt(covariance[1, 1])) * 1e6),
         int(good.sum()),
         len(starts),
     )
@@ -90,11 +90,11 @@ def _lag(x: Array, y: Array, reach: int | None = None) -> float:
     cross = np.fft.rfft(x - x.mean(), n) * np.conj(np.fft.rfft(y - y.mean(), n))
     level = np.abs(cross)
     # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
-    peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n * FINER))
-    lags = np.fft.fftfreq(n * FINER, 1 / n)
+    peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
+    lags = np.fft.fftfreq(n, 1 / n).astype(int)
     if reach is not None:
         peak = np.where(np.abs(lags) <= reach, peak, 0)
     top = int(np.argmax(peak))
-    left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % peak.size]
+    left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % n]
     bend = left - 2 * middle + right
-    return float(lags[top] + (0.5 * (left - right) / bend if bend < 0 else 0.0) / FINER)
+    return float(lags[top] + (0.5 * (left - right) / bend if bend < 0 else 0.0))
