@@ -77,7 +77,7 @@ def refine(
     survey: ArrayLike | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
     pivot: ArrayLike | None = None,
-    max_iterations: int = 60,
+    max_iterations: int = 300,
     tolerance: float = 1e-12,
 ) -> Fit:
     """Find the camera whose projections lie nearest, in the least-squares sense, to the measured positions.

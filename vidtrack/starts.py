@@ -21,6 +21,9 @@ COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
 
 
+MOST_COARSE_STEPS = 60
+
+
 class Nominal(NamedTuple):
     """What is known of a camera before it is calibrated."""
 
@@ -84,7 +87,7 @@ def fit_camera(
 
     fixed   name: value of parameters that are held
     near    a camera already close to the answer: the only start then
-    The starts are refined coarsely, and only the best of them to the end.
+    The starts are refined coarsely, and to the end only those whose errors differ: as a rule it is one.
     The richer lens models start from the plain one's answer. Other arguments as for `refine`.
     """
     fixed = dict(fixed or {})
@@ -94,18 +97,29 @@ def fit_camera(
 
     def run(camera: Camera, names: tuple[str, ...], to: float) -> Fit:
         known = {name: prior for name, prior in priors.items() if name in names}
-        return refine(camera, p, b, free=names, priors=known, sd=sd, survey=survey, tolerance=to)
+        most = MOST_COARSE_STEPS if to > tolerance else 300
+        return refine(camera, p, b, free=names, priors=known, sd=sd, survey=survey, tolerance=to, max_iterations=most)
 
     if near is not None:
         return run(with_lens_of(near, model).with_(**fixed), free, tolerance)
     fits = [run(camera, plain, COARSE) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
     if not fits:
         return None
-    best = run(best_of(fits).camera, plain, tolerance if free == plain else COARSE)
     if free == plain:
-        return best
+        return best_of([run(fit.camera, plain, tolerance) for fit in distinct(fits)])
+    best = best_of(fits)
     richer = run(best.camera, free, tolerance)
     return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
+
+
+def distinct(fits: list[Fit]) -> list[Fit]:
+    """Fits of different cost, cheapest first, without those that cost ten times the least: they lead elsewhere."""
+    ordered = sorted(fits, key=lambda fit: fit.cost)
+    kept = ordered[:1]
+    for fit in ordered[1:]:
+        if kept[-1].cost * (1 + 30 * COARSE) < fit.cost < 10 * kept[0].cost:
+            kept.append(fit)
+    return kept
 
 
 def with_lens_of(camera: Camera, model: str) -> Camera:
