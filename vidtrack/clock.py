@@ -22,6 +22,9 @@ from vidtrack.resample import interval, resample
 RATE_PRIOR_PPM = 100.0
 """ASSUME: crystals of cameras and recorders lie within some 100 ppm of each other (one sd)."""
 
+CENTROID_BIAS_PX = 0.005
+"""ASSUME: of an epipolar distance, what does not average away along a track: pixel locking, uneven light."""
+
 
 @dataclass(frozen=True)
 class Clock:
@@ -232,7 +235,7 @@ def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock
             break
         nuisance = _smooth_errors(parts)[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
         move, covariance = _step(problem, names, at, J[good], nuisance, d[good])
-        covariance = covariance * _doubt(parts, J[good], d[good], step)
+        covariance = covariance * _doubt(parts, J[good], d[good], step) + _lasting(names, J[good], length)
         limits = np.array([(0.5 if what == "offset_s" else 25.0) * unit[what] for _, what in names])
         for (camera, what), value in zip(names, np.clip(move, -limits, limits), strict=True):
             at = _moved(at, camera, **_by(what, float(value)))
@@ -276,6 +279,25 @@ def _doubt(parts: Sequence[_Distances], J: Array, d: Array, step: float) -> floa
     steep = float(np.sum(J[:, 0] ** 2))
     chance = float(np.sum(d * d)) / (4 * step**2)
     return 2 / (1 + gain2) * steep / max(steep - chance, 0.01 * steep)
+
+
+def _lasting(names: Sequence[tuple[int, str]], J: Array, length: float) -> Array:
+    """Covariance of the clocks from errors of CENTROID_BIAS_PX that go with the motion, one way or its opposite.
+
+    They pass for a delay, and for as large a change of it between the halves of the run.
+    """
+    out = np.zeros((len(names), len(names)))
+    for i, (camera, what) in enumerate(names):
+        if what == "offset_s":
+            late2 = CENTROID_BIAS_PX**2 / max(float(np.mean(J[:, i] ** 2)), 1e-300)
+            out[i, i] = late2
+            if (camera, "rate_ppm") in names:
+                k = names.index((camera, "rate_ppm"))
+                slope2 = 12 * late2 / length**2 * 1e12
+                out[i, i] += slope2 * (length * 1e-6 / 2) ** 2
+                out[k, k] = slope2
+                out[i, k] = out[k, i] = -slope2 * length * 1e-6 / 2
+    return out
 
 
 def _smooth_errors(parts: Sequence[_Distances]) -> Array:
