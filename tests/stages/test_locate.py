@@ -141,7 +141,7 @@ def test_a_clock_from_the_config_is_added_to_the_cameras_time():
     clocks = {"cam1": {"offset_s": 0.0, "rate_ppm": 0.0}, "cam2": {"offset_s": late, "rate_ppm": 0.0}}
     located = locate(tables, {"cam1": (a, None), "cam2": (b, None)}, targets=1, clocks=clocks)
     off, normalised = errors(located, {"t1": pluck})
-    assert len(off) == 239  # the first moment of cam1 is before cam2's first
+    assert len(off) == len(located.trajectories) == 239  # the first moment of cam1 is before cam2's first
     assert np.linalg.norm(off, axis=-1).mean() < 0.037
     assert np.mean(normalised**2, 0) == pytest.approx(np.ones(3), abs=0.3)
     # a cubic between samples, 0.63 of an interval on, has 0.82 of their noise
@@ -314,6 +314,13 @@ def test_a_run_without_a_single_centroid_gives_an_empty_table():
     empty = {k: t.iloc[:0] for k, t in tables.items()}
     with pytest.raises(VidtrackError, match="at one moment"):
         locate(empty, cameras, targets=1)
+
+
+def test_a_still_is_a_run_of_one_moment():
+    tables, cameras = run(2)
+    still = locate({k: t.iloc[:1] for k, t in tables.items()}, cameras, targets=1).trajectories
+    assert len(still) == 1
+    assert still[["x", "y", "z"]].to_numpy()[0] == pytest.approx(pluck(np.zeros(1))[0], abs=0.2)
 
 
 def test_unknown_is_written_as_uncertain_not_as_zero():

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array
 from vidtrack.centroid_noise import noise_factor
@@ -25,7 +25,7 @@ from vidtrack.locate_record import (
     warnings_of,
 )
 from vidtrack.matching import matched
-from vidtrack.resample import common_times, interval
+from vidtrack.resample import COINCIDE, common_times, interval
 from vidtrack.shared_survey import Survey, joint_covariance
 from vidtrack.triangulate import Located, locate_points
 from vidtrack.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
@@ -58,7 +58,7 @@ def locate(
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
-    """Locate every target of a run at every moment at which two cameras or more saw it.
+    """Locate every target of a run at every moment at which two cameras or more were recording.
 
     centroids      camera: table of time_s, target, Xf, Yf (px), flag; timecode, sd_x, sd_y (px) where there are any
     cameras        camera: (Camera, Uncertainty or None), or a Calibrated; more cameras than tables do no harm
@@ -82,7 +82,7 @@ def locate(
     times = [clock.corrected(view.t) for view, clock in zip(views, used, strict=True)]
     _check_overlap(views, times, where)
 
-    at, whose = common_times(times)
+    at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match, labels = matched(views, seen, names, limit, tolerance_px, told)
     b, sd = _by_target(seen, match, len(labels))
@@ -212,6 +212,15 @@ def _check_overlap(views: Sequence[View], times: Sequence[Array], where: str) ->
             f"{where}: no two cameras saw a target at one moment ({told}). "
             "Check the time codes, or give cameras.<name>.clock.offset_s."
         )
+
+
+def _recorded_twice(times: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
+    """The common moments at which two cameras or more were recording, and whose moments they are."""
+    at, whose = common_times(times)
+    slack = COINCIDE * interval(at) if at.size > 1 else 0.0
+    running = [(at >= t[0] - slack) & (at <= t[-1] + slack) for t in times if t.size]
+    twice = np.sum(running, 0) >= 2
+    return at[twice], whose[twice]
 
 
 def _by_target(seen: Sequence[Seen], match: Correspondence, m: int) -> tuple[Array, Array]:
