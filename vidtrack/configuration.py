@@ -68,6 +68,7 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
                 found.append(labels)
                 if labels.matched >= 0.95 * labels.expected:
                     enough = min(enough, 1.5 * cost)
+                    break
     best = best_labels(found)
     return best_labels([*best, *(r for one in best[:1] for r in rivals(one, points, views))]) if best else []
 

@@ -92,7 +92,7 @@ def grow(pose: Pose, points: Array, views: Sequence[View], *, rounds: int = 8) -
 
 def _settle(pose: Pose, points: Array, views: Sequence[View], terms: int, rounds: int) -> Labels | None:
     """Predict, match what is beyond doubt, refit; until nothing changes."""
-    most = _most(views)
+    most = crowding_limit(views)
     sd, before = min(SD_START, most), b""
     for _ in range(rounds):
         view, row, blob = _beyond_doubt(pose, points, views, sd)
@@ -166,7 +166,7 @@ def _distances(pose: Pose, points: Array, view: View, sd: float) -> Array:
     return np.asarray(np.where(known[:, None] & np.isfinite(cost), cost, np.inf))
 
 
-def _most(views: Sequence[View]) -> float:
+def crowding_limit(views: Sequence[View]) -> float:
     """px, the scatter beyond which the gate would reach a ball's neighbour."""
     return max(CROWDING * _spacing(views), 2 * SD_LEAST)
 
@@ -270,7 +270,7 @@ def complete(labels: Labels, picks: Picks) -> bool:
     A lattice shifted by a row explains three quarters of the balls at most, and badly; so fewer balls must lie the
     closer, and no pick may then be at odds.
     """
-    share, spread = labels.matched / max(labels.expected, 1), labels.sd / _most(labels.views)
+    share, spread = labels.matched / max(labels.expected, 1), labels.sd / crowding_limit(labels.views)
     odd = int((~agreeing(labels, picks)).sum())
     if odd:
         return share >= 0.95 and spread < 0.8 and 3 * odd <= len(picks.point)

@@ -85,9 +85,9 @@ def poses(
     p, b = np.asarray(p, float), np.asarray(b, float)
     starts = [adjust(camera, p, b, sd, iterations=4) for camera in starting_poses(p, b, image_size, f_starts)]
     found: list[Pose] = []
-    going_on = 8 if len(p) < 8 else 3
+    going_on, iterations = (8, 25) if len(p) < 8 else (2, 8)  # many points leave little to choose, and lead there fast
     for start in sorted((pose for pose in starts if pose), key=lambda pose: pose.cost)[:going_on]:
-        pose = adjust(start.camera, p, b, sd)
+        pose = adjust(start.camera, p, b, sd, iterations=iterations)
         if pose is not None and not any(_alike(pose, other) for other in found):
             found.append(pose)
     return sorted(found, key=lambda pose: pose.cost)

@@ -9,7 +9,7 @@ import numpy as np
 
 from vidtrack.camera import Array
 from vidtrack.errors import VidtrackError
-from vidtrack.label import GATE, Labels, Picks, View, agreeing, complete
+from vidtrack.label import GATE, Labels, Picks, View, agreeing, complete, crowding_limit
 from vidtrack.seeds import label_from_picks, on_one_line
 
 LEAST_SHARE = 0.6
@@ -46,7 +46,14 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
     if len(answers) > 1:
         raise VidtrackError(_look_alike(case, answers))
     best, agree = answers[0], agreeing(answers[0], case.picks)
-    if best.matched < LEAST_SHARE * best.expected or 3 * (~agree).sum() > len(agree):
+    close = best.sd < 0.8 * crowding_limit(case.views)
+    if not complete(best, case.picks) and len(agree) >= 4 and _mirrored(case):
+        raise VidtrackError(
+            f"calibration/points.csv: the balls that camera {case.camera} sees fit only its mirror image: the axes are "
+            "left-handed. Swap two columns, or change the sign of one."
+        )
+    share = LEAST_SHARE if close else 0.85
+    if best.matched < share * best.expected or 3 * (~agree).sum() > len(agree):
         raise VidtrackError(_nothing_fits(case, best))
     return best
 
@@ -65,7 +72,7 @@ def missing_because(labels: Labels, view: int, row: int) -> str:
     if labels.merged[view][row]:
         return "its picture runs into another ball's"
     there, off = f"({at[0]:.1f}, {at[1]:.1f}), where it should be", labels.nearest[view][row]
-    if off < 4 * GATE * sd:
+    if off < 0.03 * width:
         return f"the nearest blob is {off:.1f} px from {there}; {GATE * sd:.1f} is allowed"
     return f"no blob at {there}: hidden or too dim"
 
@@ -90,11 +97,6 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
 
 def _nothing_fits(case: Case, best: Labels | None) -> str:
     where, n = f"calibration: camera {case.camera}", len(case.picks.point)
-    if n >= 4 and _mirrored(case):
-        return (
-            f"{where}: the balls fit only the mirror image of points.csv: its axes are left-handed. "
-            "Swap two of its columns, or change the sign of one."
-        )
     if best is not None and best.matched >= LEAST_SHARE * best.expected:
         return "; ".join(odd_picks(case, best)) + ". Correct these picks."
     counts = ", ".join(
