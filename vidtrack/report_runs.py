@@ -128,7 +128,7 @@ def comparison_table(comparison: Record, units: str) -> Table | None:
 def truth_table(comparison: Record, units: str) -> Table | None:
     """The trajectories against truth.csv."""
     truth: Record = comparison.get("truth") or {}
-    if not truth:
+    if not truth.get("n"):
         return None
     rows = []
     for axis in "xyz":

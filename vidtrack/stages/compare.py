@@ -273,7 +273,8 @@ def _against_truth(
         warnings.append(f"no truth for {', '.join(unmatched)}")
     errors = pd.concat(tables, ignore_index=True)
     if not np.isfinite(errors[["error_x", "error_y"]].to_numpy(float)).any():
-        raise VidtrackError(f"{where}: the truth and the located samples share no time. Put both on one clock.")
+        warnings.append("truth.csv and the located samples share no time: put both on one clock")
+        return {"n": 0, "warnings": warnings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
     told = {**_errors(errors, diagonal), "by_target": {n: _errors(e, diagonal) for n, e in errors.groupby("target")}}
     return {**told, "warnings": warnings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
 
