@@ -106,7 +106,7 @@ def common_times(times: Sequence[ArrayLike]) -> tuple[Array, NDArray[np.intp]]:
             step = interval(own) if own.size > 1 else interval(at)
             after = np.clip(np.searchsorted(at, own), 1, max(at.size - 1, 1))
             near = np.minimum(np.abs(own - at[after - 1]), np.abs(own - at[np.minimum(after, at.size - 1)]))
-            own = own[~(near < 0.75 * step)]
+            own = own[near >= (0.75 * step if np.isfinite(step) else 1e-6)]  # stills have no interval
         at, whose = np.concatenate([at, own]), np.concatenate([whose, np.full(own.size, camera)])
         order = np.argsort(at, kind="stable")
         at, whose = at[order], whose[order]
