@@ -187,3 +187,27 @@ def _measure_boxes(
     return Blobs(
         c.x, c.y, c.pixels, c.mass, c.sd_x, c.sd_y, box_left, box_top, box_width, box_height, edge, c.saturated
     )
+
+
+def rough_blobs(image: Picture, mask: NDArray[np.uint8], *, scale: float, min_pixels: int) -> Blobs:
+    """Every connected patch of a mask, measured quickly: the mean of its pixels, its brightness at that place.
+
+    For finding out what is there before anything is measured; mass is that brightness times the pixels, above the
+    darkest of the corners of a box twice as large; sd is NaN.
+    """
+    rows, columns = image.shape
+    _, _, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8, ltype=cv2.CV_32S)
+    stats, middle = stats[1:], middle[1:]
+    many = stats[:, cv2.CC_STAT_AREA] >= min_pixels
+    left, top, width, height, pixels = stats[many].T.astype(np.intp)
+    x, y = middle[many].T
+    column, row = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
+    level = image[row, column].astype(float)
+    beside_x = np.clip(column + [[-1], [1], [-1], [1]] * (width + 3), 0, columns - 1)
+    beside_y = np.clip(row + [[-1], [-1], [1], [1]] * (height + 3), 0, rows - 1)
+    contrast = scale * (level - image[beside_y, beside_x].astype(float).min(axis=0))
+    unknown = np.full(x.size, np.nan)
+    edge = (left == 0) | (top == 0) | (left + width == columns) | (top + height == rows)
+    order = np.lexsort((x, y))
+    found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, left, top, width, height, edge, edge & False)
+    return Blobs._make(column[order] for column in found)

@@ -77,6 +77,7 @@ class Centroids(NamedTuple):
     pixels         pixels above the threshold; mass: grey levels above the background, summed
     contrast       grey levels, mean of the target above the background; background: grey level under the target
     noise          grey levels, what the background plane leaves
+    soft           px, how far the target's soft edge reaches beyond the threshold
     saturated      at least a twentieth of the target is at full scale
     """
 
@@ -89,6 +90,7 @@ class Centroids(NamedTuple):
     contrast: Array
     background: Array
     noise: Array
+    soft: Array
     saturated: Bools
 
 
@@ -186,7 +188,7 @@ def measure(
     rise = _half_contrast(grey, target, plane, pixels) if threshold is None else np.asarray(threshold) - plane.value
     level = plane.value + np.maximum(4.5 * noise, 0.2 * rise)
     region = _soft_edge(windows, target, None if alone else found.mask, level)
-    x, y, mass, sd_x, sd_y = _weighted(grey, region, plane, sums)
+    x, y, mass, sd_x, sd_y, area = _weighted(grey, region, plane, sums)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if kind == "binary":
         x, y, sd_x, sd_y = _binary(target, sums)
@@ -205,6 +207,7 @@ def measure(
         contrast,
         plane.value,
         plane.noise,
+        np.sqrt(area / np.pi) - np.sqrt(pixels / np.pi),
         _saturated(windows, target, pixels),
     )
 
@@ -357,8 +360,8 @@ def _soft_edge(
 
 def _weighted(
     grey: Picture, region: NDArray[np.uint8], plane: _Plane, sums: _Sums
-) -> tuple[Array, Array, Array, Array, Array]:
-    """x, y (from the window's middle), mass, sd_x, sd_y over the region, the plane taken off.
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """x, y (from the window's middle), mass, sd_x, sd_y over the region, the plane taken off; and its area, px^2.
 
     The noise of each pixel moves x by (x_i - x) / mass; an error of the plane's slope by sum(x_i^2) / mass.
     """
@@ -374,7 +377,7 @@ def _weighted(
     share = plane.noise / mass
     sd_x = share * np.sqrt(np.maximum(across, 0) + plane.variance[0] * across * across)
     sd_y = share * np.sqrt(np.maximum(down, 0) + plane.variance[1] * down * down)
-    return x, y, mass, sd_x, sd_y
+    return x, y, mass, sd_x, sd_y, g[0, 0]
 
 
 def _binary(target: NDArray[np.uint8], sums: _Sums) -> tuple[Array, Array, Array, Array]:

@@ -17,6 +17,8 @@ SPEED_PX = 30.0
 """# ASSUME: px a sample, usual speeds; only where a single position is known does it matter."""
 ACCELERATION_PX = 10.0
 """# ASSUME: px a sample^2, usual accelerations."""
+FADING = 0.6
+"""Weight of a position for each sample of its age: what no parabola describes is the less harmful the fresher it is."""
 LONGEST = 8.0
 """Samples: further ahead than this a parabola says nothing, and the target is expected to stand still."""
 
@@ -31,15 +33,26 @@ def predict(times: Array, positions: Array, to: Array) -> Array:
     NaN for targets that have no known position.
     """
     known = np.isfinite(positions[..., 0])
-    last = np.max(np.where(known, times[:, None], -np.inf), axis=0, initial=-np.inf)
-    seen = np.isfinite(last)
-    back = np.where(known, times[:, None] - np.where(seen, last, 0.0), 0.0)
-    powers = np.stack([known.astype(float), back, back * back], axis=-1)  # of 1, t, t^2: (m, n, 3)
-    normal = np.einsum("mni,mnj->nij", powers * known[..., None], powers) + _RIDGE
-    side = np.einsum("mni,mnc->nic", powers, np.where(known[..., None], positions, 0.0))
-    curve = np.linalg.solve(normal, side)  # (n, 3, 2)
-    ahead = np.minimum(to[:, None] - np.where(seen, last, 0.0), LONGEST)
-    forward = np.stack([np.ones_like(ahead), ahead, ahead * ahead], axis=-1)
-    predicted: Array = np.einsum("kni,nic->knc", forward, curve)
-    predicted[:, ~seen] = np.nan
+    if known.all():
+        return _parabola(times, positions, to)
+    predicted = np.full((len(to), *positions.shape[1:]), np.nan)
+    full = known.all(axis=0)
+    if full.any():
+        predicted[:, full] = _parabola(times, positions[:, full], to)
+    some = ~full & known.any(axis=0)
+    for i in np.flatnonzero(some):  # few: those lately lost or begun
+        there = known[:, i]
+        predicted[:, i] = _parabola(times[there], positions[there, i : i + 1], to)[:, 0]
+    return predicted
+
+
+def _parabola(times: Array, positions: Array, to: Array) -> Array:
+    """Predictions (k, n, 2) from positions (m, n, 2) that are all known."""
+    back = times - times[-1]
+    ahead = np.minimum(to - times[-1], LONGEST)
+    powers = np.stack([np.ones_like(back), back, back * back])
+    fresh = powers * FADING**-back
+    curve = np.linalg.solve(fresh @ powers.T + _RIDGE, fresh @ positions.reshape(len(times), -1))
+    forward = np.stack([np.ones_like(ahead), ahead, ahead * ahead], axis=1)
+    predicted: Array = (forward @ curve).reshape(len(to), *positions.shape[1:])
     return predicted

@@ -29,14 +29,14 @@ LIKE = 0.6
 _GRAIN = 4
 
 
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT = range(10)
-"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample."""
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT = range(11)
+"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; SOFT as in `Centroids`."""
 
 
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (10, k samples, n targets), see X to HEIGHT; meaningless where not clear
+    values     (11, k samples, n targets), see X to SOFT; meaningless where not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -73,7 +73,7 @@ def look(
         parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
         return parts[0]
-    whole = Seen(np.empty((10, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    whole = Seen(np.empty((11, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for who, seen in zip(groups, parts, strict=True):
         for values, piece in zip(whole, seen, strict=True):
             values[..., who] = piece
@@ -119,12 +119,24 @@ def _look_alike(
     box = np.stack([found.left, found.top, found.width, found.height])
     box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
     values = np.stack(
-        [c.x, c.y * lines + parity, c.sd_x, c.sd_y * lines, c.pixels, c.mass, c.contrast, c.background, box[2], box[3]]
+        [
+            c.x,
+            c.y * lines + parity,
+            c.sd_x,
+            c.sd_y * lines,
+            c.pixels,
+            c.mass,
+            c.contrast,
+            c.background,
+            box[2],
+            box[3],
+            c.soft,
+        ]
     )
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
     if n > 1:
         clear &= _alone(box, np.repeat(np.arange(k), n))
-    return Seen(values.reshape(10, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
+    return Seen(values.reshape(11, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
 
 
 def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: int) -> Ints:

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.assignment import one_to_one
-from vidtrack.blobs import Blobs, above, measure_mask, no_blobs
+from vidtrack.blobs import Blobs, Picture, above, above_local_background, no_blobs, rough_blobs
 from vidtrack.detection import Detection
 from vidtrack.sample import Sample, in_frame_buffer
-from vidtrack.seek import blobs_of, contrast_of
+from vidtrack.seek import contrast_of
 from vidtrack.threshold import LEAST_CONTRAST, SIGMAS
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ SHORTEST = 3
 """Samples that a moving trail must have: fewer could be chance."""
 STIR = 1.5
 """px that a trail must move in all to count as moving."""
-FIRST = 8
+FIRST = 6
 """Samples in which motion is sought first."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
@@ -68,8 +68,10 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     trails: list[Trail] = []
     if len(samples) >= SHORTEST:
         backgrounds = background_of(samples)
-        for few in (samples[:FIRST], samples):
-            trails = find_movers(few, backgrounds, detection)[:n]
+        spaced = samples[:: 1 + len(samples) // (2 * FIRST)]
+        for few in (samples[:FIRST], spaced if samples[0].lines == 1 else samples[: 2 * FIRST]):
+            trails = _together(find_movers(few, backgrounds, detection), n)
+            trails = [trail._replace(sample=_numbers(few, samples)[trail.sample]) for trail in trails]
             if len(trails) == n or len(few) == len(samples):
                 break
     n_moving = len(trails)
@@ -77,6 +79,22 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     trails += _brightest(standing, n - n_moving)
     order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
     return Opening(order, _rest(_lasting(standing, samples, detection), order), n_moving)
+
+
+def _together(trails: list[Trail], n: int) -> list[Trail]:
+    """The n best that were all in view at some time pair by pair: pieces of one broken trail count once."""
+    chosen: list[Trail] = []
+    for trail in trails:
+        spans = ((one.sample[0], one.sample[-1]) for one in chosen)
+        if len(chosen) < n and all(trail.sample[0] <= last and first <= trail.sample[-1] for first, last in spans):
+            chosen.append(trail)
+    return chosen
+
+
+def _numbers(few: Sequence[Sample], samples: Sequence[Sample]) -> Ints:
+    """Which of the samples the few are."""
+    times = [sample.time for sample in samples]
+    return np.array([times.index(sample.time) for sample in few], np.intp)
 
 
 def find_movers(samples: Sequence[Sample], backgrounds: dict[int, NDArray[Any]], detection: Detection) -> list[Trail]:
@@ -207,21 +225,19 @@ def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection
     return _blobs_above(sample, over, detection, level)
 
 
-def _blobs_above(sample: Sample, picture: NDArray[Any], detection: Detection, level: float | None) -> Blobs:
+def _blobs_above(sample: Sample, picture: Picture, detection: Detection, level: float | None) -> Blobs:
     """Whole blobs of a sample where `picture` is above a level; without one, above the sample's own threshold."""
-    if level is None:
-        found = blobs_of(sample, detection, detection.level)
-    else:
+    image = detection.bright(sample.luma)
+    if level is not None:
         mask = above(picture, level / detection.scale)
-        image = detection.bright(sample.luma)
-        least = detection.min_pixels
-        measured = measure_mask(
-            image, mask, scale=detection.scale, noise=detection.noise, min_pixels=least, centroid=detection.centroid
-        )
-        found = in_frame_buffer(measured, sample)
+    elif detection.level is not None:
+        mask = above(image, detection.level / detection.scale)
+    else:
+        mask = above_local_background(image, detection.scale, detection.noise)
+    found = rough_blobs(image, mask, scale=detection.scale, min_pixels=detection.min_pixels)
     good = np.flatnonzero(~found.edge & (found.mass > 0))
     good = np.sort(good[np.argsort(-found.mass[good], kind="stable")[:MOST]])
-    return Blobs._make(column[good] for column in found)
+    return in_frame_buffer(Blobs._make(column[good] for column in found), sample)
 
 
 def _standing(found: Blobs, movers: list[Trail]) -> Blobs:

@@ -105,7 +105,7 @@ class Recovery:
         ]  # fmt: skip
         block.flag[j, got] = again * RECOVERED + blobs.saturated[b] * SATURATED
         block.corner[j, got] = position.T - tracker.starts.box[got] / 2
-        tracker.looks[:, got] = [blobs.pixels[b], contrast, background, blobs.width[b], blobs.height[b]]
+        tracker.looks[:5, got] = [blobs.pixels[b], contrast, background, blobs.width[b], blobs.height[b]]
         tracker.known[-1, got] = position.T
         tracker.missing[got] = 0
         self.pending[got] = np.nan
@@ -121,7 +121,7 @@ class Recovery:
         others = np.flatnonzero(np.isfinite(block.values[0, j]))
         if others.size:
             apart = np.abs(predicted[:, None] - block.values[:2, j, others].T)
-            close = apart < tracker.looks[3:, others].T * (1, sample.lines)
+            close = apart < tracker.looks[3:5, others].T * (1, sample.lines)
             why = np.where((why == 0) & np.all(close, axis=-1).any(axis=1), MERGED, why)
         tiny = over & (near.pixels < tracker.detection.min_pixels)
         why = np.where((why == 0) & tiny.any(axis=1), SMALL, why)

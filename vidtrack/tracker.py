@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from vidtrack.blobs import Blobs
 from vidtrack.detection import Detection
 from vidtrack.extrapolation import predict
-from vidtrack.look import BACKGROUND, CONTRAST, PIXELS, ROOM, Seen, X, look
+from vidtrack.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, SOFT, WIDTH, Seen, X
 from vidtrack.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.sample import Sample
+from vidtrack.watch import watch
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -28,8 +29,8 @@ Bools = NDArray[np.bool_]
 
 REACH = 8
 """Samples read at once, at most."""
-CACHED = 150_000
-"""Pixels measured at once, about: what a processor's second cache holds of the arrays."""
+CACHED = 300_000
+"""Pixels measured at once, about: more no longer fit the processor's caches."""
 MEMORY = 8
 """Last samples that a prediction rests on."""
 PATIENCE = 10
@@ -38,6 +39,9 @@ FOLLOW = 0.2
 """Share by which the looks of a target (size, contrast, background) follow each new reading."""
 MEASURED = 8
 """Values of `look` that go into the rows: X to BACKGROUND."""
+
+
+_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT]
 
 
 class Starts(NamedTuple):
@@ -87,8 +91,8 @@ class Tracker:
         n = len(starts.first)
         self.detection, self.level, self.starts = detection, level, starts
         self.clutter = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
-        # pixels, contrast, background, width, height: the same order as in `look`
-        self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T])
+        # pixels, contrast, background, width, height, soft edge: in the order of _LOOKS
+        self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T, np.full(n, np.nan)])
         self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
         self.times = np.arange(-MEMORY, 0.0)
         self.known = np.full((MEMORY, n, 2), np.nan)
@@ -121,7 +125,7 @@ class Tracker:
 
         looks  pixels, contrast, background, width, height
         """
-        self.looks[:, target] = looks
+        self.looks[:, target] = [*looks, np.nan]
         for time, where in zip(times, positions, strict=True):
             self.known[np.abs(self.times - time) < 1e-6, target] = where
         self.missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
@@ -148,11 +152,10 @@ class Tracker:
         clear, taken = np.zeros((k, 0), bool), k
         block = self._blank(samples[:k], predicted)
         if sharp.size:
-            seen = look(
+            seen = watch(
                 samples[:k],
                 predicted[:, sharp],
-                size=self.looks[3:, sharp].T,
-                pixels=self.looks[0, sharp],
+                looks=self.looks[:, sharp],
                 threshold=self.levels(sharp),
                 detection=self.detection,
             )
@@ -188,7 +191,7 @@ class Tracker:
 
     def _how_many(self) -> int:
         """As many samples as went well lately, but not past one in which something is to be sought or begun."""
-        windows = float((self.looks[3:, self.missing == 0] + 2 * ROOM).prod(axis=0).sum())
+        windows = float(np.nan_to_num(self.looks[3:5, self.missing == 0] + 2 * ROOM, nan=50.0).prod(axis=0).sum())
         k = max(1, min(self.reach, int(CACHED / max(windows, 1.0))))
         lost = self.missing[self.missing > 0]
         if lost.size:
@@ -236,7 +239,7 @@ class Tracker:
             block.values[:, :taken, who] = np.where(good, seen.values[:MEASURED, :taken], np.nan)
             block.flag[:taken, who] = np.where(good, seen.saturated[:taken] * SATURATED, LOST | PREDICTED)
         count = good.sum(axis=0)
-        looks = seen.values[[PIXELS, CONTRAST, BACKGROUND, 8, 9], :taken]
+        looks = seen.values[_LOOKS, :taken]
         mean = np.where(good, looks, 0).sum(axis=1) / np.maximum(count, 1)
         old = self.looks[:, who]
         old = np.where(np.isfinite(old), old, mean)

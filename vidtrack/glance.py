@@ -1,0 +1,233 @@
+"""The quickest measurement: one matrix product for all targets that stand alone where they are expected.
+
+With a mask that is centred on the target's pixel and a plane fitted to the ring about it, the background-subtracted
+mass and first moments are linear in the pixels: the same weights for every target of one size. So the windows of
+all targets, one a row, times a matrix of a few columns is the measurement. What is not plainly alone in its window,
+at the size it had, is reported as not clear and is left to `look`.
+
+    mass = sum_disc(I) - n b0      m_x = sum_disc(x I) - sum_disc(x^2) b1      x = centre + m_x / mass
+    b0 + b1 x + b2 y: the least-squares plane of the ring, itself linear in I
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.centroids import FULL_SCALE, QUANTISATION_SD
+from vidtrack.detection import Detection
+from vidtrack.look import LIKE, Seen
+from vidtrack.sample import Sample
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Float32 = NDArray[np.float32]
+
+RECENTRE = 2
+"""Times that a window is moved onto its target, before the target counts as not there."""
+RING = 4
+"""px about the mask, for the background."""
+OFF_CENTRE = 0.8
+"""px: a target further from the middle of its window's middle pixel is not where the mask is."""
+
+
+class Weights(NamedTuple):
+    """Windows (m, height * width) times `linear` (.., 4) are mass, m_x, m_y and the background; times `inside` the sums
+    within and without the mask. x_noise, y_noise: sd of m_x, m_y for a noise of 1. ring: columns of the background's
+    pixels; across (2, ring): their x and y, each of length 1.
+    """
+
+    width: int
+    height: int
+    linear: Float32
+    inside: Float32
+    x_noise: float
+    y_noise: float
+    ring: Ints
+    across: Float32
+
+
+@lru_cache(maxsize=256)
+def weights(twice_a: int, twice_b: int) -> Weights:
+    """Weights of an elliptical mask of half axes twice_a / 2 and twice_b / 2 px."""
+    a, b = twice_a / 2, twice_b / 2
+    half_w, half_h = int(np.ceil(a)) + RING, int(np.ceil(b)) + RING
+    y, x = np.mgrid[-half_h : half_h + 1, -half_w : half_w + 1].reshape(2, -1).astype(float)
+    disc = ((x / a) ** 2 + (y / b) ** 2 <= 1).astype(float)
+    ring = ((x / (a + 1)) ** 2 + (y / (b + 1)) ** 2 > 1).astype(float)
+    plane = np.linalg.pinv((np.stack([np.ones_like(x), x, y]) * ring).T)  # (3, pixels)
+    mass = disc - disc.sum() * plane[0]
+    m_x = disc * x - (disc * x * x).sum() * plane[1]
+    m_y = disc * y - (disc * y * y).sum() * plane[2]
+    linear = np.stack([mass, m_x, m_y, plane[0]], axis=1).astype(np.float32)
+    inside = np.stack([disc, 1 - disc], axis=1).astype(np.float32)
+    noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
+    columns = np.flatnonzero(ring)
+    across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
+    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, inside, *noise, columns, across.astype(np.float32))
+
+
+def glance(
+    samples: Sequence[Sample],
+    predicted: Array,
+    *,
+    size: Array,
+    soft: Array,
+    pixels: Array,
+    threshold: Array,
+    detection: Detection,
+) -> Seen:
+    """Measure n targets in k samples of one kind (frames or fields).
+
+    predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
+    size       (n, 2) width px and height in rows of the sample, soft (n,) px of soft edge, and pixels (n,) of targets
+               when they were last seen
+    """
+    k, n = predicted.shape[:2]
+    lines = samples[0].lines
+    rows, columns = samples[0].luma.shape
+    half = size.max(axis=0) / 2 + soft.max()
+    w = weights(*np.ceil(2 * half).astype(int).tolist())
+    parity = np.repeat(np.array([sample.parity for sample in samples]), n)
+    at = predicted.reshape(k * n, 2).copy()
+    at[:, 1] = (at[:, 1] - parity) / lines
+    reach = np.array([w.width // 2, w.height // 2])
+    last = np.array([columns - w.width, rows - w.height])
+    if (last < 0).any():
+        return _nothing(k, n)
+    corner = np.rint(at).astype(np.intp) - reach
+    whole = ((corner >= 0) & (corner <= last)).all(axis=1)
+    corner = np.clip(corner, 0, last)
+    raw = _cut(samples, corner, w, n)
+    moments = _grey(raw, detection) @ w.linear
+    missed = np.arange(k * n)
+    for _ in range(RECENTRE):
+        off = moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)
+        missed = missed[((np.abs(off) > 0.5) & (np.abs(off) <= reach)).any(axis=1)]
+        if not missed.size:
+            break
+        off = np.rint(moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)).astype(np.intp)
+        corner[missed] += np.clip(off, -reach, reach)
+        whole[missed] &= ((corner[missed] >= 0) & (corner[missed] <= last)).all(axis=1)
+        corner[missed] = np.clip(corner[missed], 0, last)
+        for j, sample in enumerate(samples):
+            some = missed[(missed >= j * n) & (missed < j * n + n)]
+            if some.size:
+                raw[some] = _windows(sample, corner[some], w)
+        moments[missed] = _grey(raw[missed], detection) @ w.linear
+    return _judged(
+        raw, moments, corner + reach, whole, w, parity, lines, size, soft, pixels, threshold, detection, k, n
+    )
+
+
+def _judged(
+    raw: NDArray[Any],
+    moments: Float32,
+    centre: Ints,
+    whole: NDArray[np.bool_],
+    w: Weights,
+    parity: Ints,
+    lines: int,
+    size: Array,
+    soft: Array,
+    pixels: Array,
+    threshold: Array,
+    detection: Detection,
+    k: int,
+    n: int,
+) -> Seen:
+    """Positions from moments, and which of them are clear."""
+    bright = detection.bright(raw)
+    level = np.floor(threshold / detection.scale)
+    level = np.clip(level, 0, np.iinfo(raw.dtype).max).astype(raw.dtype) if raw.dtype.kind == "u" else level
+    count = (bright > np.tile(level, k)[:, None]).astype(np.float32) @ w.inside
+    mass, m_x, m_y, background = moments.T.astype(float)
+    mass = np.where(mass > 0, mass, np.nan)
+    x, y = m_x / mass, m_y / mass
+    noise = _noise(bright, w, detection, n)
+    before = np.tile(pixels, k)
+    grown = np.maximum(count[:, 0], 1) / before
+    clear = whole & (count[:, 1] == 0) & (np.abs(np.log(grown)) < LIKE) & (count[:, 0] >= detection.min_pixels)
+    clear &= (np.abs(x) < OFF_CENTRE) & (np.abs(y) < OFF_CENTRE)
+    if n > 1:
+        clear &= _alone(centre, k, n)
+    usual = max(detection.noise, QUANTISATION_SD, float(np.median(noise)) if n > 3 else 0.0)
+    rough = noise > 2 * usual  # a dim rope or a shadow in the ring
+    noise = np.tile(noise, k)
+    scaled = np.sqrt(grown)
+    values = np.stack(
+        [
+            centre[:, 0] + x,
+            (centre[:, 1] + y) * lines + parity,
+            noise * w.x_noise / mass,
+            noise * w.y_noise / mass * lines,
+            count[:, 0],
+            mass,
+            mass / np.maximum(count[:, 0], 1),
+            background,
+            np.tile(size[:, 0], k) * scaled,
+            np.tile(size[:, 1], k) * scaled,
+            np.tile(soft, k),
+        ]
+    )
+    full = np.zeros(k * n, bool)
+    if bright.size and bright.max() * detection.scale >= FULL_SCALE:
+        top = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ w.inside[:, 0]
+        full = top * 20 >= np.maximum(count[:, 0], 1)
+    clear = clear.reshape(k, n) & ~rough
+    return Seen(values.reshape(11, k, n), clear, full.reshape(k, n))
+
+
+def _cut(samples: Sequence[Sample], corner: Ints, w: Weights, n: int) -> NDArray[Any]:
+    """Windows (k * n, height * width), as stored."""
+    raw = np.empty((len(corner), w.height * w.width), samples[0].luma.dtype)
+    for j, sample in enumerate(samples):
+        raw[j * n : j * n + n] = _windows(sample, corner[j * n : j * n + n], w)
+    return raw
+
+
+def _windows(sample: Sample, corner: Ints, w: Weights) -> NDArray[Any]:
+    luma = sample.luma
+    rows, columns = luma.shape
+    strips = np.lib.stride_tricks.as_strided(
+        luma,
+        shape=(rows, columns - w.width + 1, w.width),
+        strides=(luma.strides[0], luma.strides[1], luma.strides[1]),
+        writeable=False,
+    )
+    cut: NDArray[Any] = strips[corner[:, 1:] + np.arange(w.height), corner[:, :1]]
+    return cut.reshape(len(corner), w.height * w.width)
+
+
+def _grey(raw: NDArray[Any], detection: Detection) -> Float32:
+    """Grey levels of pictures turned bright."""
+    grey = detection.bright(raw).astype(np.float32)
+    return grey if detection.scale == 1 else grey * np.float32(detection.scale)
+
+
+def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Array:
+    """(n,) grey levels, what the background plane leaves in the ring of the first sample; the rest are like it."""
+    values = bright[:n, w.ring].astype(np.float32) * np.float32(detection.scale)
+    values -= values.mean(axis=1, keepdims=True)
+    slopes = values @ w.across.T
+    squares = np.einsum("nr,nr->n", values, values) - np.einsum("nc,nc->n", slopes, slopes)
+    noise = np.sqrt(np.maximum(squares, 0) / (w.ring.size - 3))
+    return np.asarray(np.maximum(noise, QUANTISATION_SD), float)
+
+
+def _alone(centre: Ints, k: int, n: int) -> NDArray[np.bool_]:
+    """False where two targets of one sample have the same middle pixel, or nearly."""
+    key = ((np.repeat(np.arange(k), n) << 40) + (centre[:, 1] // 2 << 20)) + centre[:, 0] // 2
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(np.diff(key[order]) == 0)
+    alone = np.ones(key.size, bool)
+    alone[order[same]] = alone[order[same + 1]] = False
+    return alone
+
+
+def _nothing(k: int, n: int) -> Seen:
+    return Seen(np.full((11, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
