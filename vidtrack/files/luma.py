@@ -57,19 +57,23 @@ def luma_reader(pixel_format: Any) -> Callable[[Any], Luma]:
     dtype = np.dtype(np.uint8 if bits_of(pixel_format) == 8 else (">u2" if big else "<u2"))
 
     def read(picture: Any) -> Luma:
-        view = _plane(picture, dtype)[:, start : start + picture.width * step : step]
+        view = _view(picture, dtype, start, step)
         return view.astype("=u2") if big and dtype.itemsize == 2 else view
 
     return read
 
 
-def _plane(picture: Any, dtype: np.dtype[Any]) -> Luma:
-    """The whole first plane, (height, stride) of dtype, with the padding at the end of its lines."""
-    plane: Any = VideoPlane(picture, 0)  # picture.planes would make all of them, 4 us more
-    stride = plane.line_size
-    lines = np.frombuffer(plane, dtype).reshape(-1, abs(stride) // dtype.itemsize)
-    lines.flags.writeable = False
-    return lines[: picture.height] if stride > 0 else lines[::-1][: picture.height]
+def _view(picture: Any, dtype: np.dtype[Any], start: int = 0, step: int = 1) -> Luma:
+    """Every `step`-th sample of the first plane's lines from `start` on, without the padding at their ends.
+
+    One array made at once, and one plane (picture.planes would make all): behind a decoder every step counts.
+    """
+    plane: Any = VideoPlane(picture, 0)
+    stride, height = plane.line_size, picture.height
+    first = start * dtype.itemsize - (stride * (height - 1) if stride < 0 else 0)  # a buffer begins at its lowest line
+    view: Luma = np.ndarray((height, picture.width), dtype, plane, first, (stride, step * dtype.itemsize))
+    view.setflags(False)
+    return view
 
 
 def _has_a_luma_plane(pixel_format: Any) -> bool:
@@ -81,7 +85,7 @@ def _has_a_luma_plane(pixel_format: Any) -> bool:
 
 def _through_palette(picture: Any) -> Luma:
     """Frame grabbers store grey as indices of a palette of greys: most often they are the levels themselves."""
-    indices = _plane(picture, np.dtype(np.uint8))[:, : picture.width]
+    indices = _view(picture, np.dtype(np.uint8))
     palette: Any = VideoPlane(picture, 1)  # a word each of alpha, red, green and blue, blue lowest
     blue, green, red = (np.frombuffer(palette, np.uint32) >> shift & 255 for shift in (0, 8, 16))
     grey = np.rint(0.299 * red + 0.587 * green + 0.114 * blue).astype(np.uint8)
@@ -101,6 +105,6 @@ def _converter(name: str, *, deep: bool) -> Callable[[Any], Luma]:
     def read(picture: Any) -> Luma:
         # one thread: with several, libswscale 9 leaves half-grey gaps in 16-bit grey where their parts meet
         grey = reformatter.reformat(picture, format=target, threads=1)
-        return _plane(grey, dtype)[:, : picture.width]
+        return _view(grey, dtype)
 
     return read

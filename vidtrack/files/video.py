@@ -99,18 +99,19 @@ class Video:
         picture, self._first = self._first, None
         watch, codes = self._watch, self._codes
         width, height, name = picture.width, picture.height, ""
-        start, scale, step = picture.pts or 0, self._stream.time_base, 1 / self.info.rate
+        start, step = picture.pts or 0, 1 / self.info.rate
+        ticks, second = self._stream.time_base.as_integer_ratio()
         time, index = -step, 0
         while picture is not None:
             pts = picture.pts
-            time = (pts - start) * scale if pts is not None else time + step
+            time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
             if picture.width != width or picture.height != height:
                 watch.other_size()
             else:
                 if picture.format.name != name:
                     name, read = picture.format.name, luma_reader(picture.format)
                 luma, corrupt = read(picture), watch.is_suspect(picture)
-                watch.picture(index, float(time), luma, corrupt)
+                watch.picture(index, time.numerator / time.denominator, luma, corrupt)
                 yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
                 index += 1
             picture = next(self._pictures, None)
@@ -143,7 +144,7 @@ class Video:
 
     def _packets(self) -> Iterator[Any]:
         """Packets of the picture stream; where the container is damaged, reading is taken up again behind it."""
-        failures, rightly_timed = 0, _retimer(self._container, self._stream)
+        failures, rightly_timed = 0, _retimer(self._container, self._stream, self._watch.anything)
         while failures < _PATIENCE:
             try:
                 for packet in self._container.demux(self._stream):
@@ -223,11 +224,11 @@ def _picture_stream(container: Any, path: str) -> Any:
     return pictures[0]
 
 
-def _retimer(container: Any, stream: Any) -> Callable[[Any], None]:
+def _retimer(container: Any, stream: Any, damaged: Callable[[], bool]) -> Callable[[Any], None]:
     """A function that puts a packet's time stamp right, for containers that only count their packets.
 
     Raw DV and AVI carry no time stamps: behind a damaged frame the count is short, and only the packet's place in
-    the file, and in AVI the index, say which frame it is.
+    the file, and in AVI the index (which points at the chunks' headers of 8 bytes), say which frame it is.
     """
     if container.format.name == "dv":
 
@@ -235,17 +236,22 @@ def _retimer(container: Any, stream: Any) -> Callable[[Any], None]:
             packet.pts = round(packet.pos / packet.size) * packet.duration
 
         return by_size
-    entries = stream.index_entries if container.format.name == "avi" else ()
-    frame_at = {entry.pos + 8: entry.timestamp for entry in entries}  # the index points at the chunk's header
+    if container.format.name == "avi":
+        frame_at: dict[int, int] = {}
 
-    def by_index(packet: Any) -> None:
-        frame, counted = frame_at.get(packet.pos), packet.dts if packet.dts is not None else packet.pts
-        if frame is not None and counted is not None and frame != counted:
-            packet.dts = frame
-            if packet.pts is not None:
-                packet.pts += frame - counted
+        def by_index(packet: Any) -> None:
+            if not damaged():
+                return
+            if not frame_at:  # an hour's index takes seconds to look through: only when it is needed
+                frame_at.update({entry.pos + 8: entry.timestamp for entry in stream.index_entries})
+            frame, counted = frame_at.get(packet.pos), packet.dts if packet.dts is not None else packet.pts
+            if frame is not None and counted is not None and frame != counted:
+                packet.dts = frame
+                if packet.pts is not None:
+                    packet.pts += frame - counted
 
-    return by_index if frame_at else lambda packet: None
+        return by_index
+    return lambda packet: None
 
 
 def _stated_rate(container: Any, stream: Any) -> Fraction:
