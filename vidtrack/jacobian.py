@@ -116,7 +116,8 @@ def rotation_from_vector(omega: ArrayLike) -> Array:
     angle = float(np.linalg.norm(omega))
     K = np.array([[0, -omega[2], omega[1]], [omega[2], 0, -omega[0]], [-omega[1], omega[0], 0]])
     # sinc keeps full precision for the smallest steps
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    return R
 
 
 def _dot(matrix: Array, vector: Array) -> Array:

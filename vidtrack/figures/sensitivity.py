@@ -52,12 +52,11 @@ def volume_map(volume: DataFrame, units: str) -> Figure:
     """
     figure, axes = new_figure(1, 2, height=3.2)
     low, high = float(volume["mean_3d"].min()), float(volume["mean_3d"].max())
-    drawn = None
     for ax, up in zip(axes, ("y", "z"), strict=True):
         mean = volume.groupby(["x", up], as_index=False)["mean_3d"].mean()
-        drawn = ax.scatter(mean["x"], mean[up], c=mean["mean_3d"], s=60, cmap="viridis_r", vmin=low, vmax=high)
+        ax.scatter(mean["x"], mean[up], c=mean["mean_3d"], s=60, cmap="viridis_r", vmin=low, vmax=high)
         ax.set_aspect("equal", adjustable="datalim")
         ax.set_xlabel(f"x ({units})", fontsize=8)
         ax.set_ylabel(f"{up} ({units})", fontsize=8)
-    figure.colorbar(drawn, ax=axes, label=f"mean 3-D error ({units})")
+    figure.colorbar(axes[0].collections[0], ax=axes, label=f"mean 3-D error ({units})")
     return figure

@@ -55,7 +55,7 @@ def read_png(path: str | os.PathLike[str]) -> np.ndarray[Any, Any]:
     """The picture at `path` as it is stored: (h, w) or (h, w, 3) RGB."""
     import cv2
 
-    picture = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
+    picture: np.ndarray[Any, Any] | None = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None:
         raise VidtrackError(f"{path}: not a picture. Delete the file and run again.")
     return picture[..., ::-1] if picture.ndim == 3 else picture
