@@ -33,7 +33,7 @@ def straight_on(**changes):
 @st.composite
 def cameras(draw):
     """Any camera a laboratory may own: barrel or pincushion, tilted, off centre, some with the richer lens terms."""
-    u = lambda low, high: draw(st.floats(low, high))  # noqa: E731
+    u = lambda low, high: round(draw(st.floats(low, high)), 12)  # noqa: E731
     rich = draw(st.booleans())
     return straight_on(
         Cx=255.5 + u(-30, 30),
