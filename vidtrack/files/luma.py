@@ -72,7 +72,7 @@ def _view(picture: Any, dtype: np.dtype[Any], start: int = 0, step: int = 1) -> 
     stride, height = plane.line_size, picture.height
     first = start * dtype.itemsize - (stride * (height - 1) if stride < 0 else 0)  # a buffer begins at its lowest line
     view: Luma = np.ndarray((height, picture.width), dtype, plane, first, (stride, step * dtype.itemsize))
-    view.setflags(False)
+    view.setflags(write=False)
     return view
 
 
