@@ -5,7 +5,7 @@ import pytest
 
 from vidtrack.camera import project
 from vidtrack.configuration import label_with
-from vidtrack.label import Picks, View, agreeing, complete, shifted
+from vidtrack.label import Picks, View, agreeing, complete
 from vidtrack.seeds import label_from_picks, on_one_line
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
@@ -106,18 +106,6 @@ def test_two_balls_in_one_blob_are_both_left_out():
     assert labels.merged[0].nonzero()[0].tolist() == [5, 6]
     assert (labels.blob[0][[5, 6]] == -1).all()
     assert labels.matched == 62
-
-
-def test_a_clip_that_moved_as_a_whole_is_still_named():
-    scene = Scene(missing=0, spurious=0)
-    view = scene.views[2]
-    scene.views[2] = view._replace(blobs=view.blobs + np.array([5.0, -4.0]))
-    labels = label_from_picks(POINTS, scene.views, scene.picks(5, 0), SIZE)[0]
-    shift = shifted(labels, 2)
-    assert shift is not None
-    assert shift.offset == pytest.approx([5, -4], abs=0.5)
-    assert (scene.truth[2][shift.blob] == view.points).all()
-    assert shifted(labels, 0) is None
 
 
 def test_labels_are_complete_only_when_the_picks_agree():

@@ -107,7 +107,7 @@ def _settle(pose: Pose, points: Array, views: Sequence[View], terms: int, rounds
         better = adjust(pose.camera, p, b, sd, terms=terms, iterations=8)
         if better is None:
             return None
-        pose, sd = better, min(_scatter(better), most)
+        pose, sd = better, min(scatter_of(better), most)
     return _assigned(pose, points, views, sd)
 
 
@@ -168,10 +168,10 @@ def _distances(pose: Pose, points: Array, view: View, sd: float) -> Array:
 
 def crowding_limit(views: Sequence[View]) -> float:
     """px, the scatter beyond which the gate would reach a ball's neighbour."""
-    return max(CROWDING * _spacing(views), 2 * SD_LEAST)
+    return max(CROWDING * spacing(views), 2 * SD_LEAST)
 
 
-def _spacing(views: Sequence[View]) -> float:
+def spacing(views: Sequence[View]) -> float:
     """px, how far the usual blob is from its nearest neighbour."""
     gaps = []
     for view in views:
@@ -183,7 +183,7 @@ def _spacing(views: Sequence[View]) -> float:
     return float(np.median(joined)) if joined.size else np.inf
 
 
-def _scatter(pose: Pose) -> float:
+def scatter_of(pose: Pose) -> float:
     """px, robust standard deviation of one coordinate about the fit; few points cannot claim a small one."""
     r = pose.residuals
     spare = max(r.size - len(pose.covariance), 0.2 * r.size)
@@ -196,7 +196,7 @@ def _assigned(pose: Pose, points: Array, views: Sequence[View], sd: float) -> La
     blobs, projected, merged, nearest = [], [], [], []
     for view in views:
         at = predicted(pose, points[view.points])[0]
-        blob = _one_to_one(_distances(pose, points, view, sd), GATE**2)
+        blob = one_to_one(_distances(pose, points, view, sd), GATE**2)
         shared = _merged(at, blob, view)
         blob[shared] = -1
         blobs.append(blob)
@@ -206,7 +206,7 @@ def _assigned(pose: Pose, points: Array, views: Sequence[View], sd: float) -> La
     return Labels(views, pose, blobs, projected, merged, nearest, sd)
 
 
-def _one_to_one(cost: Array, most: float) -> Index:
+def one_to_one(cost: Array, most: float) -> Index:
     """The blob (k,) of each point for the least total cost (k, n), -1 where it would cost more than `most`."""
     from scipy.optimize import linear_sum_assignment
 
@@ -225,37 +225,6 @@ def _merged(at: Array, blob: Index, view: View) -> NDArray[np.bool_]:
     inside = (np.abs(at[None] - centre[:, None]) <= reach[:, None]).all(-1)  # (k owners, k others)
     shares = inside & (blob >= 0)[:, None] & (blob < 0)[None]
     return np.asarray(shares.any(1) | shares.any(0))
-
-
-class Shift(NamedTuple):
-    """Labels of a view that lies elsewhere as a whole: blob (k,), offset (2,) px."""
-
-    blob: Index
-    offset: Array
-
-
-def shifted(labels: Labels, i: int) -> Shift | None:
-    """Labels of view i after moving it as a whole, where that finds most of its points and the fit as it is does not.
-
-    A camera that was knocked between clips does this. Moves up to 0.45 of the balls' spacing can be told.
-    """
-    view, at = labels.views[i], labels.projected[i]
-    seen = np.isfinite(at).all(-1).sum()
-    if seen < 4 or (labels.blob[i] >= 0).sum() > 0.5 * seen or not len(view.blobs):
-        return None
-    rough = _one_to_one(_gaps(at, view.blobs), 0.45 * _spacing([view]))
-    has = rough >= 0
-    if has.sum() < 4:
-        return None
-    offset = np.median((view.blobs[rough] - at)[has], axis=0)
-    blob = _one_to_one(_gaps(at + offset, view.blobs), 2 * GATE * labels.sd)
-    return Shift(blob, offset) if (blob >= 0).sum() > 0.7 * seen else None
-
-
-def _gaps(at: Array, blobs: Array) -> Array:
-    """px (k, n) from points to blobs; inf where a point cannot be seen."""
-    d: Array = np.linalg.norm(blobs[None] - at[:, None], axis=-1)
-    return np.where(np.isfinite(d), d, np.inf)
 
 
 def _nearest(at: Array, blob: Index, view: View) -> Array:

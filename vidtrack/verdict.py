@@ -96,7 +96,7 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
 
 
 def _nothing_fits(case: Case, best: Labels | None) -> str:
-    where, n = f"calibration: camera {case.camera}", len(case.picks.point)
+    where = f"calibration: camera {case.camera}"
     if best is not None and best.matched >= LEAST_SHARE * best.expected:
         return "; ".join(odd_picks(case, best)) + ". Correct these picks."
     counts = ", ".join(

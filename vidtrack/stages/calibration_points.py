@@ -10,9 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.blobs import find_blobs
+from vidtrack.camera import Array
 from vidtrack.configuration import label_with
 from vidtrack.errors import VidtrackError
-from vidtrack.label import GATE, Index, Labels, Picks, View, shifted
+from vidtrack.knock import moved, shifted
+from vidtrack.label import GATE, Index, Labels, Picks, View
 from vidtrack.shot import Shot, composite, look_again, take
 from vidtrack.still import FrameLike
 from vidtrack.verdict import Case, missing_because, odd_picks, settled
@@ -72,6 +74,7 @@ def calibration_points(
     case = _case(camera, points, shown, shots, seeds, size)
     labels = settled(case, label_with(case.points, case.views, case.picks, size))
     warnings = [f"{line}. The pick was not used." for line in odd_picks(case, labels)]
+    warnings += [_knocked(case, i, offset) for i, offset in moved(labels, case.points).items()]
     parts = []
     for i, (clip, shot) in enumerate(shots.items()):
         blob = _blobs_of(case, labels, i, warnings)
@@ -206,11 +209,15 @@ def _blobs_of(case: Case, labels: Labels, i: int, warnings: list[str]) -> Index:
     shift = shifted(labels, i)
     if shift is None:
         return labels.blob[i]
-    warnings.append(
-        f"calibration/{case.clips[i]}: the balls of camera {case.camera} lie ({shift.offset[0]:+.1f}, "
-        f"{shift.offset[1]:+.1f}) px from where the other clips put them. Did the camera move?"
-    )
+    warnings.append(_knocked(case, i, shift.offset))
     return shift.blob
+
+
+def _knocked(case: Case, i: int, offset: Array) -> str:
+    return (
+        f"calibration/{case.clips[i]}: the balls of camera {case.camera} lie ({offset[0]:+.1f}, {offset[1]:+.1f}) px "
+        "from where the other clips put them. Did the camera move between clips?"
+    )
 
 
 def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels, i: int, sigma: float) -> pd.DataFrame:
