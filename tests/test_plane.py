@@ -117,6 +117,14 @@ def test_the_stated_uncertainty_is_the_error_that_noise_makes():
     assert 0.85 < np.mean(ratios) < 1.2
 
 
+def test_noise_that_was_stated_too_small_is_made_up_for_by_the_misses():
+    p, rng = grid(), np.random.default_rng(5)
+    b = seen(p) + rng.normal(0, 0.3, p.shape)
+    honest, bold = (fit_plane(b, p, sd=s, model="scale") for s in (0.3, 0.1))
+    assert bold.chi2 == pytest.approx(9 * honest.chi2, rel=1e-6)
+    assert bold.plane.covariance == pytest.approx(honest.plane.covariance * honest.chi2 / max(honest.chi2, 1), rel=1e-6)
+
+
 def test_four_points_make_a_homography_only_where_noise_cannot_explain_a_scale():
     corners = grid(2, 2)
     rng = np.random.default_rng(4)

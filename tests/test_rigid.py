@@ -113,6 +113,14 @@ def test_the_stated_uncertainty_is_the_error():
     assert ((pose.origin - origin) / shift_sd).std(0) == pytest.approx(np.ones(3), abs=0.06)
 
 
+def test_angles_change_with_a_turn_as_their_derivative_says():
+    angles = np.array([0.4, -0.7, 2.1])
+    R, step = rotation_from_roll_pitch_yaw(angles), 1e-6
+    for k, axis in enumerate(np.eye(3)):
+        change = (roll_pitch_yaw(rotation(step * axis) @ R) - roll_pitch_yaw(rotation(-step * axis) @ R)) / (2 * step)
+        assert change == pytest.approx(angles_by_turn(angles)[:, k], abs=1e-6)
+
+
 def test_a_point_far_from_the_targets_is_known_less_well():
     """Lever arm: 36 in above the targets, 0.05 degrees are 0.03 in."""
     far = FLOAT - [0, 0, FLOAT[0, 2] + 36.0]

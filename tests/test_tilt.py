@@ -12,7 +12,8 @@ def test_a_lean_is_told_within_its_own_uncertainty(angle):
     p = grid()
     b = seen(p, tilt_deg=angle) + np.random.default_rng(5).normal(0, 0.1, (20, 2))
     told = tilt(b, p, image_size=SIZE)
-    assert abs(told.angle - angle) < 3 * told.sd + 0.3
+    assert abs(told.angle - angle) < 0.07 * angle + 0.3
+    assert abs(told.angle - angle) < 3 * told.sd
     assert told.sd < 6
 
 

@@ -18,7 +18,7 @@ def stack_of(beach):
     ("scene", "rms"),
     [
         ({"foam": False}, 0.5),
-        ({"foam": True}, 1.0),
+        ({"foam": True, "seed": 1, "noise": 4.0}, 1.0),
         ({"foam": True, "dark": False}, 0.7),
         ({"foam": False, "dark": False, "noise": 8.0}, 2.0),
     ],
@@ -31,7 +31,9 @@ def test_the_edge_is_within_a_px_or_two_of_the_truth(scene, rms):
     assert 0.1 < np.sqrt((error**2).mean()) < rms
     assert abs(error.mean()) < 0.6
     assert not edge.at_end.any()
-    assert ((error / edge.sd) ** 2).mean() < 8
+    assert not edge.faint.any()
+    # honest but for bright ripples over bright sand, where the path itself may go wrong
+    assert 0.2 < ((error / edge.sd) ** 2).mean() < (1.5 if scene.get("dark", True) or scene["foam"] else 8)
 
 
 def step_stack(T=40, n=60, noise=2.0, wet=60, dry=150, seed=1):
@@ -48,6 +50,16 @@ def test_a_clean_step_is_placed_between_samples(wet, dry):
     error = water_edge(grey).position - k
     assert error.std() < 0.12
     assert abs(error.mean()) < 0.1
+
+
+def test_a_band_of_foam_before_dark_water_belongs_to_the_water():
+    """Dark water and sand alone would put the edge behind the foam; but dry ground keeps to its grey level."""
+    grey, k = step_stack()
+    place = np.arange(60)
+    band = (place < np.floor(k)[:, None] - 0.5) & (place > k[:, None] - 9)
+    grey = np.where(band, 230 + np.random.default_rng(4).normal(0, 4, grey.shape), grey)
+    grey = np.where(np.abs(place - k[:, None]) < 0.8, 190, grey)
+    assert np.abs(water_edge(grey).position - k).max() < 1.5
 
 
 def test_a_missing_frame_stays_missing():

@@ -179,7 +179,7 @@ def _running_max(a: Array) -> tuple[Array, NDArray[np.intp]]:
 def _placed(grey: Array, k: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.bool_]]:
     """The edge between samples: where a clean step of the same two levels would hold as much grey.
 
-    Twice, the second time about the first answer. A faint edge stays where the path had it.
+    Twice, the second time about the first answer. An edge beside mottled water stays where the path had it.
     """
     T, n = grey.shape
     ground = _ground(grey, np.arange(n) >= k[:, None] + 2)
@@ -196,19 +196,21 @@ def _placed(grey: Array, k: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.
         wet_sd = np.std(sea, axis=1)
         dry_sd = 1.4826 * np.median(np.abs(land - dry_level[:, None]), axis=1)
         height = wet_level - dry_level
-        faint: NDArray[np.bool_] = ~(np.abs(height) > FAINT * np.hypot(wet_sd, dry_sd))
+        unclear = ~(np.abs(height) > FAINT * np.hypot(wet_sd, dry_sd))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip((window - dry_level[:, None]) / height[:, None], 0, 1)
             # Neighbouring samples share light and are alike, so each side counts as half as many.
             sd = np.sqrt(2 * HALF_WINDOW * (wet_sd**2 + dry_sd**2)) / np.abs(height) / 2
-        shift = np.where(faint, 0.0, np.nan_to_num(share.sum(1) - HALF_WINDOW))
+        shift = np.where(unclear, 0.0, np.nan_to_num(share.sum(1) - HALF_WINDOW))
         place = edge + shift
         edge = np.clip(np.round(place), 0, n).astype(np.intp)
-    sd = np.where(faint, FAINT_SD, np.hypot(np.nan_to_num(sd), LEAST_SD))
+    alike = np.median(np.abs(sea - dry_level[:, None]), axis=1) < FAINT * dry_sd
+    faint: NDArray[np.bool_] = np.asarray(unclear & alike)
+    sd = np.where(unclear, np.where(faint, FAINT_SD, UNCLEAR_SD), np.hypot(np.nan_to_num(sd), LEAST_SD))
     return np.asarray(place - 0.5, float), np.asarray(sd, float), faint
 
 
 REACH = 3
 """Samples beside the edge that show the water's level; twice as many show the ground's."""
-FAINT_SD, LEAST_SD = 2.0, 0.3
-"""Samples: of an edge that shows no step, and of the clearest one; measured on rendered beaches."""
+FAINT_SD, UNCLEAR_SD, LEAST_SD = 2.0, 0.9, 0.3
+"""Samples: of an edge between grounds that look alike, one beside mottled foam, and the clearest; from renderings."""
