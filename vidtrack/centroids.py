@@ -78,6 +78,7 @@ class Centroids(NamedTuple):
     contrast       grey levels, mean of the target above the background; background: grey level under the target
     noise          grey levels, what the background plane leaves
     soft           px, how far the target's soft edge reaches beyond the threshold
+    pull           px by which things in the background would have moved x or y, had they not been left out
     saturated      at least a twentieth of the target is at full scale
     """
 
@@ -91,6 +92,7 @@ class Centroids(NamedTuple):
     background: Array
     noise: Array
     soft: Array
+    pull: Array
     saturated: Bools
 
 
@@ -186,7 +188,7 @@ def measure(
     sums = _sums(height, width)
     plane = _background(grey, found.mask, sums, noise)
     rise = _half_contrast(grey, target, plane, pixels) if threshold is None else np.asarray(threshold) - plane.value
-    level = plane.value + np.maximum(4.5 * noise, 0.2 * rise)
+    level = plane.value + np.maximum(4.5 * noise, 0.1 * rise)
     region = _soft_edge(windows, target, None if alone else found.mask, level)
     x, y, mass, sd_x, sd_y, area = _weighted(grey, region, plane, sums)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
@@ -208,6 +210,7 @@ def measure(
         plane.value,
         plane.noise,
         np.sqrt(area / np.pi) - np.sqrt(pixels / np.pi),
+        np.abs(plane.tilt[1:]).max(axis=0) * area * area / (4 * np.pi) / mass,  # sum of x^2 over a disc, over the mass
         _saturated(windows, target, pixels),
     )
 
@@ -256,6 +259,8 @@ class _Plane(NamedTuple):
     """(2, n) of the coefficients of x and y, for a noise of one grey level"""
     noise: Array
     """(n,) grey levels, residual standard deviation"""
+    tilt: Array
+    """(3, n) by how much pixels that stand off would have moved the coefficients"""
 
     @property
     def value(self) -> Array:
@@ -270,8 +275,8 @@ _SOME = slice(0, None, 2)
 def _background(grey: Picture, mask: NDArray[np.uint8], sums: _Sums, noise: float) -> _Plane:
     """A plane under each window, fitted to the pixels more than three away from anything above the threshold.
 
-    Where what it leaves is much more than the noise and than in other windows (a dim rope, a shadow), the pixels
-    that stand off are dropped and the plane is fitted again.
+    Where what it leaves is much more than the noise (a dim rope, a shadow), the pixels that stand off are dropped and
+    the plane is fitted again.
     """
     height, n, width = grey.shape
     near = cv2.dilate(mask.reshape(height, n * width), _SQUARE7).reshape(grey.shape)[_SOME]
@@ -280,8 +285,6 @@ def _background(grey: Picture, mask: NDArray[np.uint8], sums: _Sums, noise: floa
     part = grey[_SOME]
     plane = _plane(part, outside, sums)
     rough = plane.noise > 2 * max(noise, QUANTISATION_SD)
-    if rough.any() and n > 3:
-        rough &= plane.noise > 2 * np.median(plane.noise)
     return _refitted(part, outside, sums, plane, np.flatnonzero(rough)) if rough.any() else plane
 
 
@@ -292,9 +295,10 @@ def _refitted(part: Picture, outside: NDArray[np.float32], sums: _Sums, plane: _
     for _ in range(3):
         off = np.abs(some - _on_grid(fit.slope, sums, _SOME))
         fit = _plane(some, free * (off < (2.0 * fit.noise.astype(np.float32))[:, None]), sums)
-    for values, better in zip(plane, fit, strict=True):
+    tilt = plane.slope.copy()
+    for values, better in zip(plane[:3], fit[:3], strict=True):
         values[..., rough] = better
-    return plane
+    return plane._replace(tilt=plane.slope - tilt)
 
 
 def _on_grid(slope: Array, sums: _Sums, rows: slice = slice(None)) -> NDArray[np.float32]:
@@ -319,7 +323,7 @@ def _plane(grey: Picture, outside: NDArray[np.float32], sums: _Sums) -> _Plane:
     left_over = squares - r[0, 0] * mean - b * by_x - c * by_y
     noise = np.sqrt(np.maximum(left_over, 0) / np.maximum(count - 3, 1))
     slope = np.stack([mean - b * x - c * y, b, c])
-    return _Plane(slope, np.stack([yy, xx]) / determinant, np.maximum(noise, QUANTISATION_SD))
+    return _Plane(slope, np.stack([yy, xx]) / determinant, np.maximum(noise, QUANTISATION_SD), np.zeros_like(slope))
 
 
 _PULL = 100.0

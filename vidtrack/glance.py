@@ -71,47 +71,81 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     return Weights(2 * half_w + 1, 2 * half_h + 1, linear, inside, *noise, columns, across.astype(np.float32))
 
 
-def glance(
-    samples: Sequence[Sample],
-    predicted: Array,
-    *,
-    size: Array,
-    soft: Array,
-    pixels: Array,
-    threshold: Array,
-    detection: Detection,
-) -> Seen:
-    """Measure n targets in k samples of one kind (frames or fields).
+class Known(NamedTuple):
+    """What is known of n targets since they were last seen.
 
-    predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
-    size       (n, 2) width px and height in rows of the sample, soft (n,) px of soft edge, and pixels (n,) of targets
-               when they were last seen
+    size       (n, 2) width px and height in rows of the sample; soft (n,) px of soft edge
+    unrest     (n,) grey levels, what the background is used to leave after its plane
+    pixels     (n,) above the threshold (n,), grey levels on pictures turned bright
+    """
+
+    size: Array
+    soft: Array
+    unrest: Array
+    pixels: Array
+    threshold: Array
+
+
+def glance(samples: Sequence[Sample], predicted: Array, known: Known, detection: Detection) -> Seen:
+    """Measure n targets in k samples of one kind (frames or fields), predicted (k, n, 2) px."""
+    k, n = predicted.shape[:2]
+    half = known.size.max(axis=0) / 2 + known.soft.max()
+    w = weights(*np.ceil(2 * half).astype(int).tolist())
+    rows, columns = samples[0].luma.shape
+    if w.width > columns or w.height > rows:
+        return Seen(np.full((12, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
+    raw, moments, centre, whole = _centred(samples, predicted, w, detection)
+    bright = detection.bright(raw)
+    count = _counted(bright, np.tile(known.threshold, k), w, detection)
+    noise = _noise(bright, w, detection, n)
+    mass = np.where(moments[0] > 0, moments[0], np.nan)
+    off = moments[1:3] / mass
+    grown = np.maximum(count[0], 1) / np.tile(known.pixels, k)
+    clear = whole & (count[1] == 0) & (np.abs(np.log(grown)) < LIKE) & (count[0] >= detection.min_pixels)
+    clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
+    if n > 1:
+        clear &= _alone(centre, k, n)
+    rough = noise > 2 * np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    lines, parity = samples[0].lines, np.repeat([sample.parity for sample in samples], n)
+    x, y = centre.T + off
+    sd = np.tile(noise, k) / mass
+    scaled = np.sqrt(grown)
+    size, soft, unrest = (np.tile(values, k) for values in (known.size.T, known.soft, known.unrest))
+    values = [
+        *(x, y * lines + parity, sd * w.x_noise, sd * w.y_noise * lines, count[0], mass),
+        *(mass / np.maximum(count[0], 1), moments[3], size[0] * scaled, size[1] * scaled, soft, unrest),
+    ]
+    full = _at_full_scale(bright, count[0], w, detection)
+    return Seen(np.stack(values).reshape(12, k, n), clear.reshape(k, n) & ~rough, full.reshape(k, n))
+
+
+def _centred(
+    samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
+) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
+    """Windows (k n, pixels) as stored, moved onto their targets; their moments (4, k n); their middle pixels (k n, 2),
+    in rows of the sample; and whether they lie within the picture.
     """
     k, n = predicted.shape[:2]
-    lines = samples[0].lines
     rows, columns = samples[0].luma.shape
-    half = size.max(axis=0) / 2 + soft.max()
-    w = weights(*np.ceil(2 * half).astype(int).tolist())
-    parity = np.repeat(np.array([sample.parity for sample in samples]), n)
-    at = predicted.reshape(k * n, 2).copy()
-    at[:, 1] = (at[:, 1] - parity) / lines
     reach = np.array([w.width // 2, w.height // 2])
     last = np.array([columns - w.width, rows - w.height])
-    if (last < 0).any():
-        return _nothing(k, n)
+    at = predicted.reshape(k * n, 2).copy()
+    at[:, 1] = (at[:, 1] - np.repeat([sample.parity for sample in samples], n)) / samples[0].lines
     corner = np.rint(at).astype(np.intp) - reach
     whole = ((corner >= 0) & (corner <= last)).all(axis=1)
     corner = np.clip(corner, 0, last)
-    raw = _cut(samples, corner, w, n)
+    raw = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
+    for j, sample in enumerate(samples):
+        raw[j * n : j * n + n] = _windows(sample, corner[j * n : j * n + n], w)
     moments = _grey(raw, detection) @ w.linear
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
         off = moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)
-        missed = missed[((np.abs(off) > 0.5) & (np.abs(off) <= reach)).any(axis=1)]
+        moving = ((np.abs(off) > 0.5) & (np.abs(off) <= reach)).any(axis=1)
+        missed, off = missed[moving], off[moving]
         if not missed.size:
             break
-        off = np.rint(moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)).astype(np.intp)
-        corner[missed] += np.clip(off, -reach, reach)
+        corner[missed] += np.rint(np.clip(off, -reach, reach)).astype(np.intp)
         whole[missed] &= ((corner[missed] >= 0) & (corner[missed] <= last)).all(axis=1)
         corner[missed] = np.clip(corner[missed], 0, last)
         for j, sample in enumerate(samples):
@@ -119,75 +153,24 @@ def glance(
             if some.size:
                 raw[some] = _windows(sample, corner[some], w)
         moments[missed] = _grey(raw[missed], detection) @ w.linear
-    return _judged(
-        raw, moments, corner + reach, whole, w, parity, lines, size, soft, pixels, threshold, detection, k, n
-    )
+    return raw, np.ascontiguousarray(moments.T, float), corner + reach, whole
 
 
-def _judged(
-    raw: NDArray[Any],
-    moments: Float32,
-    centre: Ints,
-    whole: NDArray[np.bool_],
-    w: Weights,
-    parity: Ints,
-    lines: int,
-    size: Array,
-    soft: Array,
-    pixels: Array,
-    threshold: Array,
-    detection: Detection,
-    k: int,
-    n: int,
-) -> Seen:
-    """Positions from moments, and which of them are clear."""
-    bright = detection.bright(raw)
-    level = np.floor(threshold / detection.scale)
-    level = np.clip(level, 0, np.iinfo(raw.dtype).max).astype(raw.dtype) if raw.dtype.kind == "u" else level
-    count = (bright > np.tile(level, k)[:, None]).astype(np.float32) @ w.inside
-    mass, m_x, m_y, background = moments.T.astype(float)
-    mass = np.where(mass > 0, mass, np.nan)
-    x, y = m_x / mass, m_y / mass
-    noise = _noise(bright, w, detection, n)
-    before = np.tile(pixels, k)
-    grown = np.maximum(count[:, 0], 1) / before
-    clear = whole & (count[:, 1] == 0) & (np.abs(np.log(grown)) < LIKE) & (count[:, 0] >= detection.min_pixels)
-    clear &= (np.abs(x) < OFF_CENTRE) & (np.abs(y) < OFF_CENTRE)
-    if n > 1:
-        clear &= _alone(centre, k, n)
-    usual = max(detection.noise, QUANTISATION_SD, float(np.median(noise)) if n > 3 else 0.0)
-    rough = noise > 2 * usual  # a dim rope or a shadow in the ring
-    noise = np.tile(noise, k)
-    scaled = np.sqrt(grown)
-    values = np.stack(
-        [
-            centre[:, 0] + x,
-            (centre[:, 1] + y) * lines + parity,
-            noise * w.x_noise / mass,
-            noise * w.y_noise / mass * lines,
-            count[:, 0],
-            mass,
-            mass / np.maximum(count[:, 0], 1),
-            background,
-            np.tile(size[:, 0], k) * scaled,
-            np.tile(size[:, 1], k) * scaled,
-            np.tile(soft, k),
-        ]
-    )
-    full = np.zeros(k * n, bool)
-    if bright.size and bright.max() * detection.scale >= FULL_SCALE:
-        top = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ w.inside[:, 0]
-        full = top * 20 >= np.maximum(count[:, 0], 1)
-    clear = clear.reshape(k, n) & ~rough
-    return Seen(values.reshape(11, k, n), clear, full.reshape(k, n))
+def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Float32:
+    """Pixels above the threshold within the mask and without, (2, windows)."""
+    level = threshold / detection.scale
+    if bright.dtype.kind == "u":
+        level = np.clip(np.floor(level), 0, np.iinfo(bright.dtype).max)
+    counted: Float32 = ((bright > level.astype(bright.dtype)[:, None]).astype(np.float32) @ w.inside).T
+    return counted
 
 
-def _cut(samples: Sequence[Sample], corner: Ints, w: Weights, n: int) -> NDArray[Any]:
-    """Windows (k * n, height * width), as stored."""
-    raw = np.empty((len(corner), w.height * w.width), samples[0].luma.dtype)
-    for j, sample in enumerate(samples):
-        raw[j * n : j * n + n] = _windows(sample, corner[j * n : j * n + n], w)
-    return raw
+def _at_full_scale(bright: NDArray[Any], count: Float32, w: Weights, detection: Detection) -> NDArray[np.bool_]:
+    """Whether at least a twentieth of each target is at full scale."""
+    if not bright.size or bright.max() * detection.scale < FULL_SCALE:
+        return np.zeros(len(bright), bool)
+    full = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ w.inside[:, 0]
+    return np.asarray(full * 20 >= np.maximum(count, 1))
 
 
 def _windows(sample: Sample, corner: Ints, w: Weights) -> NDArray[Any]:
@@ -227,7 +210,3 @@ def _alone(centre: Ints, k: int, n: int) -> NDArray[np.bool_]:
     alone = np.ones(key.size, bool)
     alone[order[same]] = alone[order[same + 1]] = False
     return alone
-
-
-def _nothing(k: int, n: int) -> Seen:
-    return Seen(np.full((11, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))

@@ -26,17 +26,19 @@ ROOM = 7.5
 """px about a target in its window: its soft edge and the background, or room for it to be off by four."""
 LIKE = 0.6
 """|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
+PULL = 0.005
+"""px that the background's unrest may cost before every sample wants a look."""
 _GRAIN = 4
 
 
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT = range(11)
-"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; SOFT as in `Centroids`."""
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, NOISE = range(12)
+"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; SOFT and NOISE as in `Centroids`."""
 
 
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (11, k samples, n targets), see X to SOFT; meaningless where not clear
+    values     (12, k samples, n targets), see X to NOISE; meaningless where not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -73,7 +75,7 @@ def look(
         parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
         return parts[0]
-    whole = Seen(np.empty((11, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    whole = Seen(np.empty((12, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for who, seen in zip(groups, parts, strict=True):
         for values, piece in zip(whole, seen, strict=True):
             values[..., who] = piece
@@ -130,13 +132,14 @@ def _look_alike(
             c.background,
             box[2],
             box[3],
-            c.soft,
+            soft,
+            c.noise,
         ]
     )
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
     if n > 1:
         clear &= _alone(box, np.repeat(np.arange(k), n))
-    return Seen(values.reshape(11, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
+    return Seen(values.reshape(12, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
 
 
 def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: int) -> Ints:

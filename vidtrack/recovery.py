@@ -32,7 +32,7 @@ IMPATIENT = 10
 """Samples after which the light may have changed: the threshold is then set anew."""
 FARTHEST = 8.0
 """Samples between two sightings that still vouch for each other."""
-CROPS = 24
+CROPS = 12
 """Pieces of pictures kept to show the worst moments; three a target at most."""
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vidtrack.blobs import Blobs
 from vidtrack.detection import Detection
 from vidtrack.extrapolation import predict
-from vidtrack.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, SOFT, WIDTH, Seen, X
+from vidtrack.look import BACKGROUND, CONTRAST, HEIGHT, NOISE, PIXELS, ROOM, SOFT, WIDTH, Seen, X
 from vidtrack.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.sample import Sample
 from vidtrack.watch import watch
@@ -41,7 +41,7 @@ MEASURED = 8
 """Values of `look` that go into the rows: X to BACKGROUND."""
 
 
-_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT]
+_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, NOISE]
 
 
 class Starts(NamedTuple):
@@ -91,8 +91,8 @@ class Tracker:
         n = len(starts.first)
         self.detection, self.level, self.starts = detection, level, starts
         self.clutter = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
-        # pixels, contrast, background, width, height, soft edge: in the order of _LOOKS
-        self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T, np.full(n, np.nan)])
+        unknown = np.full((2, n), np.nan)  # in the order of _LOOKS
+        self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T, *unknown])
         self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
         self.times = np.arange(-MEMORY, 0.0)
         self.known = np.full((MEMORY, n, 2), np.nan)
@@ -125,7 +125,7 @@ class Tracker:
 
         looks  pixels, contrast, background, width, height
         """
-        self.looks[:, target] = [*looks, np.nan]
+        self.looks[:, target] = [*looks, np.nan, np.nan]
         for time, where in zip(times, positions, strict=True):
             self.known[np.abs(self.times - time) < 1e-6, target] = where
         self.missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.detection import Detection
-from vidtrack.glance import glance
+from vidtrack.glance import Known, glance
 from vidtrack.look import Seen, look
 from vidtrack.sample import Sample
 
@@ -24,20 +24,20 @@ def watch(samples: Sequence[Sample], predicted: Array, *, looks: Array, threshol
     """Measure n targets in k samples of one kind (frames or fields).
 
     predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
-    looks      (6, n) pixels, contrast, background, width, height (rows of the sample), soft edge when last seen; where
-               the soft edge is not known (NaN) there is a look at once
+    looks      (7, n) pixels, contrast, background, width, height (rows of the sample), soft edge and noise when last
+               seen; where the soft edge is not known (NaN) there is a look at once
     What is unclear in a later sample may only be mispredicted: the caller watches again from there.
     """
-    pixels, size, soft = looks[0], looks[3:5].T, looks[5]
-    kinds = _kinds(size, soft) if detection.centroid == "weighted" else np.full(pixels.size, -1)
+    size, soft = looks[3:5].T, looks[5]
+    kinds = _kinds(size, soft) if detection.centroid == "weighted" else np.full(soft.size, -1)
     if kinds.min() == kinds.max():
-        return _watch_kind(samples, predicted, int(kinds[0]), pixels, size, soft, threshold, detection)
+        return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection)
     k, n = predicted.shape[:2]
-    seen = Seen(np.empty((11, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    seen = Seen(np.empty((12, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for kind in np.unique(kinds):
         some = np.flatnonzero(kinds == kind)
-        one, wide, edge, level = pixels[some], size[some], soft[some], threshold[some]
-        _fill(seen, some, _watch_kind(samples, predicted[:, some], int(kind), one, wide, edge, level, detection))
+        part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection)
+        _fill(seen, some, part)
     return seen
 
 
@@ -45,15 +45,14 @@ def _watch_kind(
     samples: Sequence[Sample],
     predicted: Array,
     kind: int,
-    pixels: Array,
-    size: Array,
-    soft: Array,
+    looks: Array,
     threshold: Array,
     detection: Detection,
 ) -> Seen:
+    pixels, size, soft, unrest = looks[0], looks[3:5].T, looks[5], looks[6]
     if kind < 0:
         return look(samples, predicted, size=size, pixels=pixels, threshold=threshold, detection=detection)
-    seen = glance(samples, predicted, size=size, soft=soft, pixels=pixels, threshold=threshold, detection=detection)
+    seen = glance(samples, predicted, Known(size, soft, unrest, pixels, threshold), detection)
     unclear = np.flatnonzero(~seen.clear[0])
     if unclear.size:
         settings = {"size": size[unclear], "pixels": pixels[unclear], "threshold": threshold[unclear]}

@@ -10,16 +10,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.errors import VidtrackError
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_targets, write_parquet
+from vidtrack.files.timesource import find_time
 from vidtrack.files.video import open_video
 from vidtrack.frame import VideoInfo
 from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
-from vidtrack.timebase import time_base
-from vidtrack.timecode import parse
 
 
 def run(job: Job) -> None:
@@ -28,7 +26,8 @@ def run(job: Job) -> None:
     camera = settings["camera"]
     boxes = read_targets(job.path("targets"), camera) if job.paths("targets") else None
     with open_video(job.path("video"), threads=job.threads) as video:
-        info = _timed(video.info, settings.get("start_timecode"))
+        found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
+        info = replace(video.info, time=found.base)
         label = f"track {settings['run']}/{camera}"
         with Progress(label, info.n_frames_hint, "frames") as progress:
             tracked = track(
@@ -43,24 +42,20 @@ def run(job: Job) -> None:
         "run": settings["run"],
         "camera": camera,
         "video": _told(info),
-        "time": {"source": info.time.source, "rate": str(info.rate), "drop": info.time.drop, "codes": info.timecodes},
+        "time": {
+            "source": info.time.source,
+            "rate": str(info.rate),
+            "drop": info.time.drop,
+            "table": [row._asdict() for row in found.table],
+            "problems": found.problems,
+        },
         "reading": account._asdict(),
         **tracked.diagnostics,
     }
+    record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
-
-
-def _timed(info: VideoInfo, start_timecode: str | None) -> VideoInfo:
-    """The recording's own time code, or the one that the config gives to its first frame."""
-    if start_timecode is None:
-        return info
-    try:
-        code = parse(start_timecode, info.time.code_rate)
-    except ValueError as error:
-        raise VidtrackError(f"start_timecode: {error}.") from None
-    return replace(info, time=time_base(info.rate, code, source="config", constant=info.time.constant))
 
 
 def _told(info: VideoInfo) -> dict[str, Any]:

@@ -341,8 +341,9 @@ def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info:
 
     k, n = rows.flag.shape
     x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values)
-    time_s = info.time.seconds(moment.time, fields=moment.offset)
-    labels = info.time.labels(moment.time).astype(object)
+    clock = info.time.fitted(moment.time[moment.offset == 0])
+    time_s = clock.seconds(moment.time, fields=moment.offset)
+    labels = clock.labels(moment.time).astype(object)
 
     def each(values: NDArray[Any]) -> NDArray[Any]:
         return np.repeat(values, n)
