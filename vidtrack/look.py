@@ -120,6 +120,8 @@ def _look_alike(
     c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid, threshold=level)
     box = np.stack([found.left, found.top, found.width, found.height])
     box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
+    # Where the background is too restless for a glance's plain plane, the next sample wants a look as well.
+    soft = np.where(c.pull > PULL, np.nan, c.soft)
     values = np.stack(
         [
             c.x,
