@@ -84,7 +84,7 @@ def sample(frames: Iterable[FrameLike], *, memory: int = 150_000_000) -> Sample:
                 stride *= 2
         seen += 1
     if not kept:
-        raise ValueError(f"no good frame among {seen}")
+        raise ValueError(f"no good frame among {seen}" if seen else "no frame to use")
     return Sample(np.stack(kept), seen, damaged)
 
 
@@ -102,16 +102,14 @@ def average(lumas: Picture) -> Still:
         if n == 2:
             sd = (np.abs(lumas[0].astype(np.float32) - lumas[1]) / np.float32(2**0.5)).astype(np.float32)
         return Still(lumas.mean(0, dtype=np.float64).astype(np.float32), sd, n, 0.0)
-    some = lumas[np.unique(np.linspace(0, n - 1, min(n, MEDIAN_OF)).round().astype(int))]
-    middle = np.partition(some, len(some) // 2, axis=0)[len(some) // 2].astype(np.float32)
-    off = np.abs(some - middle)
-    spread = 1.4826 * np.partition(off, len(some) // 2, axis=0)[len(some) // 2]
-    usual = max(float(np.median(spread)), LEAST_NOISE)
-    width = OUTLYING * np.maximum(spread, usual)
-    mean, sd, used = np.empty_like(middle), np.empty_like(middle), 0
     step = max(1, _BLOCK // (n * columns))
-    for top in range(0, rows, step):
-        part = slice(top, top + step)
+    blocks = [slice(top, top + step) for top in range(0, rows, step)]
+    middle, spread = (np.empty((rows, columns), np.float32) for _ in range(2))
+    for part in blocks:
+        middle[part], spread[part] = _median_and_spread(lumas[:, part])
+    width = OUTLYING * np.maximum(spread, max(float(np.median(spread)), LEAST_NOISE))
+    mean, sd, used = np.empty_like(middle), np.empty_like(middle), 0
+    for part in blocks:
         values = lumas[:, part] - middle[part]
         good = np.abs(values) <= width[part]
         count = np.maximum(good.sum(0), 1)
@@ -121,3 +119,13 @@ def average(lumas: Picture) -> Still:
         sd[part] = np.sqrt(np.maximum((values**2).sum(0) - count * shift**2, 0) / np.maximum(count - 1, 1))
         used += int(good.sum())
     return Still(mean, sd, n, 1 - used / lumas.size)
+
+
+def _median_and_spread(lumas: Picture) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Median of up to 15 of the frames, and the standard deviation by their median absolute deviation, per pixel."""
+    n = len(lumas)
+    some = lumas[np.unique(np.linspace(0, n - 1, min(n, MEDIAN_OF)).round().astype(int))]
+    half = len(some) // 2
+    middle = np.partition(some, half, axis=0)[half].astype(np.float32)
+    off = np.abs(some - middle)
+    return middle, np.float32(1.4826) * np.partition(off, half, axis=0)[half]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterator
 from contextlib import ExitStack
 
 import pandas as pd
 
+from vidtrack.excerpt import between
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_picks, read_points, write_parquet
-from vidtrack.files.video import open_video
+from vidtrack.files.video import Video, open_video
 from vidtrack.frame import Frame
 from vidtrack.job import Job
 from vidtrack.progress import Progress
@@ -28,10 +29,7 @@ def run(job: Job) -> None:
             for clip, path in zip(clips, job.paths("videos"), strict=True)
         }
         found = calibration_points(
-            {
-                clip: _shown(video.frames(), f"calibration_points {clip}/{camera}", video.info.n_frames_hint)
-                for clip, video in videos.items()
-            },
+            {clip: _frames(video, clip, job) for clip, video in videos.items()},
             points,
             picks,
             camera=camera,
@@ -58,6 +56,10 @@ def _picks(job: Job) -> pd.DataFrame | None:
     return pd.concat(parts, ignore_index=True) if parts else None
 
 
-def _shown(frames: Iterable[Frame], label: str, total: int | None) -> Iterable[Frame]:
-    with Progress(label, total=total, unit="frames") as progress:
-        yield from progress.over(frames)
+def _frames(video: Video, clip: str, job: Job) -> Iterator[Frame]:
+    """The frames of a clip that the config asks for, counted on the terminal."""
+    detect = job.settings["clips"][clip].get("detect", {})
+    where = f"calibration.clips.{clip}.detect"
+    frames = between(video.frames(), video.info, detect.get("start"), detect.get("end"), where=where)
+    with Progress(f"calibration_points {clip}/{job.settings['camera']}", video.info.n_frames_hint, "frames") as shown:
+        yield from shown.over(frames)
