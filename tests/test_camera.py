@@ -151,6 +151,17 @@ def test_kappa2_can_unfold_what_kappa1_folds():
     assert np.isfinite(fold_radius(straight_on(kappa1=-0.01, kappa2=4.4e-5)))
 
 
+@pytest.mark.parametrize("kappa2", [1e-300, -1e-300, 5e-324])
+def test_a_vanishing_kappa2_folds_where_kappa1_alone_does(kappa2):
+    assert fold_radius(straight_on(kappa1=-0.01, kappa2=kappa2)) == pytest.approx(5.7735, abs=1e-4)
+    assert fold_radius(straight_on(kappa1=0.01, kappa2=abs(kappa2))) == np.inf
+
+
+def test_kappa2_alone_folds_at_the_fourth_root():
+    # 1 + 5 k2 Rd^4 = 0
+    assert fold_radius(straight_on(kappa2=-2e-4)) == pytest.approx(1000**0.25)
+
+
 def test_a_point_behind_the_camera_is_nowhere():
     camera = straight_on()
     assert np.isnan(project(camera, [[0, 0, -1.0], [0, 0, 0.0]])).all()

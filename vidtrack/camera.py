@@ -127,12 +127,16 @@ def fold_radius(camera: Camera) -> float:
 
     dRu/dRd = 1 + 3 kappa1 Rd^2 + 5 kappa2 Rd^4 = 0; for kappa1 alone Rd = sqrt(-1 / (3 kappa1)).
     """
-    k1, k2 = camera.kappa1, camera.kappa2
+    k1, k2 = float(camera.kappa1), float(camera.kappa2)
     if k2 == 0:
         return float(np.sqrt(-1 / (3 * k1))) if k1 < 0 else np.inf
-    roots = np.roots([5 * k2, 3 * k1, 1.0])
-    real = roots[(np.abs(roots.imag) < 1e-12 * np.abs(roots)) & (roots.real > 0)].real
-    return float(np.sqrt(real.min())) if real.size else np.inf
+    inside = 9 * k1 * k1 - 20 * k2
+    if inside < 0:
+        return np.inf
+    root = float(np.sqrt(inside))
+    q = -(3 * k1 + (root if k1 >= 0 else -root)) / 2  # the two roots are q / (5 k2) and 1 / q
+    folds = [s for s in (q / (5 * k2), 1 / q if q else np.inf) if s > 0]
+    return float(np.sqrt(min(folds))) if folds else np.inf
 
 
 def distorted_from_undistorted(camera: Camera, u: ArrayLike) -> Array:

@@ -54,47 +54,52 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     """
     p = np.asarray(p, float)
     c = camera_from_world(camera, p)
-    u = undistorted_from_camera(camera, c)
-    d = distorted_from_undistorted(camera, u)
-    x, y, z = c[..., 0], c[..., 1], np.where(c[..., 2] > 0, c[..., 2], np.nan)
-    shape = p.shape[:-1]
+    d = distorted_from_undistorted(camera, undistorted_from_camera(camera, c))
+    X, Y = d[..., 0], d[..., 1]
+    z = np.where(c[..., 2] > 0, c[..., 2], np.nan)
+    u, v = camera.f * c[..., 0] / z, camera.f * c[..., 1] / z
 
-    u_by_c = np.zeros((*shape, 2, 3))
-    u_by_c[..., 0, 0] = u_by_c[..., 1, 1] = camera.f / z
-    u_by_c[..., 0, 2] = -camera.f * x / z**2
-    u_by_c[..., 1, 2] = -camera.f * y / z**2
+    bend = undistorted_jacobian(camera, d)
+    xx, xy, yx, yy = bend[..., 0, 0], bend[..., 0, 1], bend[..., 1, 0], bend[..., 1, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        per = 1 / (xx * yy - xy * yx)
 
-    d_by_u = np.linalg.inv(_finite(undistorted_jacobian(camera, d)))
-    b_by_d = np.array([[camera.Sx / camera.dx, camera.skew / camera.dx], [0, 1 / camera.dy]])
-    b_by_u = b_by_d @ d_by_u
-    b_by_c = b_by_u @ u_by_c
+    def px(du: Array, dv: Array) -> tuple[Array, Array]:
+        """What a small change of (Xu, Yu) does to (Xf, Yf)."""
+        dX, dY = (yy * du - xy * dv) * per, (xx * dv - yx * du) * per
+        return (camera.Sx * dX + camera.skew * dY) / camera.dx, dY / camera.dy
 
-    arm = (p - np.asarray(pivot, float)) @ camera.R.T  # R (p - pivot)
-    J = np.zeros((*shape, 2, len(PARAMETERS)))
-    J[..., :, 0] = _dot(b_by_c, np.stack([0 * arm[..., 0], -arm[..., 2], arm[..., 1]], -1))
-    J[..., :, 1] = _dot(b_by_c, np.stack([arm[..., 2], 0 * arm[..., 0], -arm[..., 0]], -1))
-    J[..., :, 2] = _dot(b_by_c, np.stack([-arm[..., 1], arm[..., 0], 0 * arm[..., 0]], -1))
-    J[..., :, 3:6] = b_by_c
-    J[..., :, 6] = _dot(b_by_u, u / camera.f)
-    J[..., 0, 7] = d[..., 0] / camera.dx
+    g = camera.f / z
+    by_c = np.empty((*p.shape[:-1], 2, 3))
+    by_c[..., 0, 0], by_c[..., 1, 0] = px(g, 0 * g)
+    by_c[..., 0, 1], by_c[..., 1, 1] = px(0 * g, g)
+    by_c[..., 0, 2], by_c[..., 1, 2] = px(-u / z, -v / z)
+
+    arm = ((p - np.asarray(pivot, float)) @ camera.R.T)[..., None, :]  # R (p - pivot)
+    J = np.zeros((*p.shape[:-1], 2, len(PARAMETERS)))
+    J[..., 0] = by_c[..., 2] * arm[..., 1] - by_c[..., 1] * arm[..., 2]
+    J[..., 1] = by_c[..., 0] * arm[..., 2] - by_c[..., 2] * arm[..., 0]
+    J[..., 2] = by_c[..., 1] * arm[..., 0] - by_c[..., 0] * arm[..., 1]
+    J[..., 3:6] = by_c
+    J[..., 0, 6], J[..., 1, 6] = px(u / camera.f, v / camera.f)
+    J[..., 0, 7] = X / camera.dx
     J[..., 0, 8] = 1
     J[..., 1, 9] = 1
-
-    X, Y = d[..., 0], d[..., 1]
     r2 = X * X + Y * Y
-    for column, u_by_k in (
-        (10, np.stack([X * r2, Y * r2], -1)),
-        (11, np.stack([X * r2 * r2, Y * r2 * r2], -1)),
-        (12, np.stack([r2 + 2 * X * X, 2 * X * Y], -1)),
-        (13, np.stack([2 * X * Y, r2 + 2 * Y * Y], -1)),
+    for column, by_term in (
+        (10, (X * r2, Y * r2)),
+        (11, (X * r2 * r2, Y * r2 * r2)),
+        (12, (r2 + 2 * X * X, 2 * X * Y)),
+        (13, (2 * X * Y, r2 + 2 * Y * Y)),
     ):
-        J[..., :, column] = -_dot(b_by_u, u_by_k)
+        dX, dY = px(*by_term)
+        J[..., 0, column], J[..., 1, column] = -dX, -dY
     J[..., 0, 14] = Y / camera.dx
 
     projected = np.stack([(camera.Sx * X + camera.skew * Y) / camera.dx + camera.Cx, Y / camera.dy + camera.Cy], -1)
     lost = ~np.isfinite(projected).all(-1)
     J[lost] = np.nan
-    by_point = b_by_c @ camera.R
+    by_point = by_c @ camera.R
     by_point[lost] = np.nan
     return Derivatives(projected, J, by_point)
 
@@ -118,12 +123,3 @@ def rotation_from_vector(omega: ArrayLike) -> Array:
     # sinc keeps full precision for the smallest steps
     R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
     return R
-
-
-def _dot(matrix: Array, vector: Array) -> Array:
-    return (matrix @ vector[..., None])[..., 0]
-
-
-def _finite(J: Array) -> Array:
-    bad = ~np.isfinite(J).all((-2, -1)) | (np.linalg.det(np.nan_to_num(J)) == 0)
-    return np.where(bad[..., None, None], np.eye(2), J)

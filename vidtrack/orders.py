@@ -96,6 +96,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "targets": _targets(settings, here),
         "clocks": {c: _clock(settings, c) for c in here.videos},
         "tolerance_px": own.tolerance_px,
+        "max_miss": own.max_miss,
         "plane": plane,
     }
 

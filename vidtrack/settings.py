@@ -187,6 +187,7 @@ class Run(DetectChange):
     videos: dict[str, str] = Field({}, description="camera: path of a video elsewhere, relative to the experiment")
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
     tolerance_px: Positive = Field(3.0, description="px, how far from its epipolar line a match may lie")
+    max_miss: Positive | None = Field(None, description="world units, the lines of sight may miss a point by no more")
     waterline: Waterline | None = None
     detect: DetectChange = DetectChange()
 

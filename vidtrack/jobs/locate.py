@@ -52,14 +52,16 @@ def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     if len(tables) != 1:
         raise VidtrackError(f"{where}: mode plane uses one camera; there are {len(tables)}. Drop the other videos.")
     plane = job.settings["plane"] or {}
-    size = read_json(job.path("readings")).get("image_size") if job.paths("readings") else None
+    video = read_json(job.path("readings")).get("video") if job.paths("readings") else None
+    clock = job.settings["clocks"].get(job.settings["cameras"][0])
     return locate_plane(
         read_parquet(tables[0]),
         scale=plane.get("scale"),
         aspect=plane.get("aspect", 1.0),
         points=_known_points(job, plane.get("clip"), where) if plane.get("points") else None,
         units=job.settings["units"],
-        image_size=(int(size[0]), int(size[1])) if size else None,
+        image_size=(int(video["width"]), int(video["height"])) if video else None,
+        clock=clock if isinstance(clock, dict) else None,
         where=where,
     )
 
