@@ -242,3 +242,19 @@ def test_every_dot_of_a_real_target_is_named(camera, tmp_path):
     h = p @ P.T
     rms = np.sqrt((((h[:, :2] / h[:, 2:] - u) * 300) ** 2).sum(1).mean())
     assert 0.5 < rms < 1.2
+
+
+@pytest.mark.skipif(not ONE_DOT.exists(), reason="the real inputs are not here")
+def test_clips_from_after_the_test_are_named_by_those_from_before(tmp_path):
+    from vidtrack.job import Job
+    from vidtrack.jobs.calibration_points import run
+
+    folder = ONE_DOT / "calibration"
+    clip = {"target": {"tags": [str(k) for k in range(1, 106)]}}
+    settings = {"units": "mm", "camera": "cam2", "sigma": 0.0, "picks_clips": ["target"], "clips": clip}
+    inputs = {"points": str(folder / "points.csv"), "videos": [str(folder / "target/cam2.tif")]}
+    first = {name: str(tmp_path / name) for name in ("sightings", "picture", "record")}
+    later = {name: f"{path}_after" for name, path in first.items()}
+    run(Job(settings, inputs | {"picks": [str(folder / "target/picks.csv")]}, first))
+    run(Job(settings | {"picks_clips": []}, inputs | {"before": first["sightings"]}, later))
+    pd.testing.assert_frame_equal(pd.read_parquet(first["sightings"]), pd.read_parquet(later["sightings"]))

@@ -10,7 +10,7 @@ import pandas as pd
 
 from vidtrack.excerpt import between
 from vidtrack.files.records import write_json, write_png
-from vidtrack.files.tables import read_picks, read_points, write_parquet
+from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
 from vidtrack.files.video import Video, open_video
 from vidtrack.frame import Frame
 from vidtrack.job import Job
@@ -19,7 +19,10 @@ from vidtrack.stages.calibration_points import calibration_points
 
 
 def run(job: Job) -> None:
-    """Inputs points, videos (as settings["clips"]), picks (as picks_clips); outputs sightings, picture, record."""
+    """Inputs points, videos (as settings["clips"]), picks (as picks_clips); outputs sightings, picture, record.
+
+    Input before, optional: the sightings of the clips from before the test, to name those from after it.
+    """
     camera, clips = job.settings["camera"], job.settings["clips"]
     points = read_points(job.path("points"))
     picks = _picks(job)
@@ -48,12 +51,26 @@ def run(job: Job) -> None:
 
 
 def _picks(job: Job) -> pd.DataFrame | None:
+    """Picks of all clips; for clips filmed after the test, without any, where the balls were before it."""
     parts = []
     for clip, path in zip(job.settings.get("picks_clips", []), job.paths("picks"), strict=True):
         table = read_picks(path, job.settings["camera"])
         if len(table):
             parts.append(table.assign(clip=clip, file=path))
+    if not parts and job.paths("before"):
+        parts = _where_they_were(job)
     return pd.concat(parts, ignore_index=True) if parts else None
+
+
+def _where_they_were(job: Job) -> list[pd.DataFrame]:
+    before = read_parquet(job.path("before"))
+    before = before[before["found"]].drop_duplicates("tag")[["tag", "Xf", "Yf"]]
+    parts = []
+    for clip, own in job.settings["clips"].items():
+        here = before[before["tag"].isin(own["tags"])]
+        parts.append(here.assign(clip=clip, file=job.path("before")))
+        before = before.drop(here.index)
+    return [part for part in parts if len(part)]
 
 
 def _frames(video: Video, clip: str, job: Job) -> Iterator[Frame]:
