@@ -35,6 +35,11 @@ def test_the_maps_of_a_box_of_points_onto_itself_are_counted():
     assert len(self_maps(POINTS[:16], [np.arange(16)])) == 7
 
 
+def test_survey_errors_do_not_hide_a_symmetry():
+    surveyed = POINTS + np.random.default_rng(1).normal(0, 1 / 16, POINTS.shape)
+    assert len(self_maps(surveyed, ROWS)) == 7
+
+
 def test_a_map_sends_each_point_to_one_of_its_own_row():
     for image in self_maps(POINTS, ROWS):
         assert sorted(image) == list(range(64))

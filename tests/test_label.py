@@ -5,7 +5,7 @@ import pytest
 
 from vidtrack.camera import project
 from vidtrack.configuration import label_with
-from vidtrack.label import Picks, View, agreeing, complete
+from vidtrack.label import Picks, View, agreeing, beyond_doubt, complete
 from vidtrack.seeds import label_from_picks, on_one_line
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
@@ -130,3 +130,35 @@ def test_picks_that_have_nothing_to_do_with_the_balls_are_not_believed():
     picks = Picks(np.zeros(5, int), np.array([0, 3, 7, 12, 15]), rng.uniform(0, 90, (5, 2)))
     found = label_from_picks(POINTS, scene.views, picks, SIZE)
     assert not any(complete(labels, picks) for labels in found)
+
+
+def test_a_stray_blob_beside_a_hidden_ball_does_not_take_its_name():
+    scene = Scene(missing=0, spurious=0)
+    view, who = scene.views[1], scene.truth[1]
+    i = int(np.flatnonzero(who == 21)[0])
+    blobs = view.blobs.copy()
+    blobs[i] += (3.0, 3.0)  # ten times the scatter
+    scene.views[1] = view._replace(blobs=blobs)
+    labels = label_from_picks(POINTS, scene.views, scene.picks(6, 0), SIZE)[0]
+    assert labels.matched == 63
+    assert labels.blob[1][5] == -1
+    assert labels.nearest[1][5] == pytest.approx(np.hypot(3, 3), abs=0.8)
+
+
+def test_seeds_alone_outvote_a_pick_at_the_wrong_ball():
+    scene = Scene(missing=0, spurious=0, seed=2)
+    picks = scene.picks(6, 0, off=3)
+    xy = picks.xy.copy()
+    xy[4] = scene.b[picks.point[4] ^ 3]
+    found = label_from_picks(POINTS, scene.views, picks._replace(xy=xy), SIZE)
+    assert (found[0].matched, scene.wrong(found[0])) == (64, 0)
+
+
+def test_a_match_with_a_second_candidate_is_not_beyond_doubt():
+    scene = Scene(missing=0, spurious=0)
+    pose = label_from_picks(POINTS, scene.views, scene.picks(6, 0), SIZE)[0].pose
+    view = scene.views[0]
+    twin = view._replace(blobs=np.vstack([view.blobs, view.blobs[3] + 0.3]), reach=np.full((17, 2), HALF_BALL))
+    _, rows, blobs = beyond_doubt(pose, POINTS, [twin], 0.5)
+    assert len(rows) == 15
+    assert not {3, 16} & set(blobs.tolist())

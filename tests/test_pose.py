@@ -61,6 +61,17 @@ def test_a_start_behind_the_points_is_refused():
     assert adjust(away, p, project(camera, p), 1.0) is None
 
 
+def test_three_points_leave_the_lens_as_lenses_usually_are():
+    camera, p = camera_at(4), np.random.default_rng(4).uniform(-1, 1, (3, 3))
+    odd = camera.with_(Cx=camera.Cx + 60, Sx=1.3, kappa1=0.2 / 256**2)
+    pose = adjust(odd, p, project(odd, p), 1.0, iterations=60)
+    assert pose is not None
+    assert np.abs(pose.residuals).max() < 0.1
+    assert abs(pose.camera.Cx - 255.5) < 20  # from 60 away
+    assert abs(np.log(pose.camera.Sx)) < 0.05
+    assert abs(pose.camera.kappa1 * 256**2) < 0.05
+
+
 def test_the_rich_lens_fits_what_the_plain_one_cannot():
     camera = camera_at(5).with_(kappa2=0.15 / 256**4, p1=0.01 / 256)
     p = np.random.default_rng(2).uniform(-1.2, 1.2, (60, 3))

@@ -95,7 +95,7 @@ def _settle(pose: Pose, points: Array, views: Sequence[View], terms: int, rounds
     most = crowding_limit(views)
     sd, before = min(SD_START, most), b""
     for _ in range(rounds):
-        view, row, blob = _beyond_doubt(pose, points, views, sd)
+        view, row, blob = beyond_doubt(pose, points, views, sd)
         state = np.concatenate([view, row, blob]).tobytes()
         if len(row) < 4:
             return None
@@ -136,7 +136,7 @@ def agreeing(labels: Labels, picks: Picks) -> NDArray[np.bool_]:
     return good
 
 
-def _beyond_doubt(pose: Pose, points: Array, views: Sequence[View], sd: float) -> tuple[Index, Index, Index]:
+def beyond_doubt(pose: Pose, points: Array, views: Sequence[View], sd: float) -> tuple[Index, Index, Index]:
     """Pairs that no second candidate disputes: (n,) view, (n,) row of the view's points, (n,) blob."""
     out: list[Array] = [np.zeros((0, 3), np.intp)]
     for i, view in enumerate(views):
