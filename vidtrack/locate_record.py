@@ -15,6 +15,9 @@ from vidtrack.views import View
 
 Given = Clock | Literal["auto"]
 
+UNEXPLAINED, LEAST_UNEXPLAINED_PX = 5.0, 0.2
+"""Reprojection errors beyond so many sd of the centroids, and so many px, are no noise but a wrong clock or camera."""
+
 
 def clock_record(
     views: Sequence[View], given: Sequence[Given], used: Sequence[Clock], estimated: Clocks | None
@@ -157,7 +160,15 @@ def warnings_of(record: Mapping[str, Any], units: str) -> list[str]:
             f"{100 * volume['share_outside']:.0f} % of the samples lie outside the calibrated volume, by up to "
             f"{volume['farthest_outside']:.3g} {units}. Calibrate with points around the whole motion."
         )
-    samples = record["samples"]
+    samples, noise = record["samples"], record["noise"]
+    errors = [e for e in noise["reprojection_rms_px"].values() if e is not None and np.isfinite(e)]
+    sds = [sd for sd in noise["sd_px"].values() if sd is not None]
+    if errors and sds and max(errors) > max(UNEXPLAINED * max(sds), LEAST_UNEXPLAINED_PX):
+        out.append(
+            f"lines of sight miss the located points by {samples['mean_miss']:.3g} {units} ({max(errors):.2g} px), far "
+            f"more than the centroid noise of {max(sds):.2g} px explains, and sigma does not count it. Where the cameras "
+            "were not locked together, set their clock: auto; else see to the calibration."
+        )
     if samples["disagree"]:
         out.append(
             f"{samples['disagree']} samples have no fix: the cameras disagree by more than {tolerance:g} px "
