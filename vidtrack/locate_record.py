@@ -166,8 +166,8 @@ def warnings_of(record: Mapping[str, Any], units: str) -> list[str]:
     if errors and sds and max(errors) > max(UNEXPLAINED * max(sds), LEAST_UNEXPLAINED_PX):
         out.append(
             f"lines of sight miss the located points by {samples['mean_miss']:.3g} {units} ({max(errors):.2g} px), far "
-            f"more than the centroid noise of {max(sds):.2g} px explains, and sigma does not count it. Where the cameras "
-            "were not locked together, set their clock: auto; else see to the calibration."
+            f"more than the centroid noise of {max(sds):.2g} px explains, and sigma does not count it. Where the "
+            "cameras were not locked together, set their clock: auto; else see to the calibration."
         )
     if samples["disagree"]:
         out.append(
