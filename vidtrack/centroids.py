@@ -76,7 +76,7 @@ class Centroids(NamedTuple):
     x, y           px in the picture; sd_x, sd_y px, one standard deviation from noise, contrast and background
     pixels         pixels above the threshold; mass: grey levels above the background, summed
     contrast       grey levels, mean of the target above the background; background: grey level under the target
-    noise          grey levels, what the background plane leaves
+    noise          grey levels, what the background plane leaves; unrest: the same with all that stands off in it
     soft           px, how far the target's soft edge reaches beyond the threshold
     pull           px by which things in the background would have moved x or y, had they not been left out
     saturated      at least a twentieth of the target is at full scale
@@ -91,6 +91,7 @@ class Centroids(NamedTuple):
     contrast: Array
     background: Array
     noise: Array
+    unrest: Array
     soft: Array
     pull: Array
     saturated: Bools
@@ -209,6 +210,7 @@ def measure(
         contrast,
         plane.value,
         plane.noise,
+        plane.unrest,
         np.sqrt(area / np.pi) - np.sqrt(pixels / np.pi),
         np.abs(plane.tilt[1:]).max(axis=0) * area * area / (4 * np.pi) / mass,  # sum of x^2 over a disc, over the mass
         _saturated(windows, target, pixels),
@@ -259,6 +261,8 @@ class _Plane(NamedTuple):
     """(2, n) of the coefficients of x and y, for a noise of one grey level"""
     noise: Array
     """(n,) grey levels, residual standard deviation"""
+    unrest: Array
+    """(n,) the same before pixels that stand off were left out"""
     tilt: Array
     """(3, n) by how much pixels that stand off would have moved the coefficients"""
 
@@ -295,10 +299,10 @@ def _refitted(part: Picture, outside: NDArray[np.float32], sums: _Sums, plane: _
     for _ in range(3):
         off = np.abs(some - _on_grid(fit.slope, sums, _SOME))
         fit = _plane(some, free * (off < (2.0 * fit.noise.astype(np.float32))[:, None]), sums)
-    tilt = plane.slope.copy()
+    tilt, unrest = plane.slope.copy(), plane.noise.copy()
     for values, better in zip(plane[:3], fit[:3], strict=True):
         values[..., rough] = better
-    return plane._replace(tilt=plane.slope - tilt)
+    return plane._replace(tilt=plane.slope - tilt, unrest=unrest)
 
 
 def _on_grid(slope: Array, sums: _Sums, rows: slice = slice(None)) -> NDArray[np.float32]:
@@ -323,7 +327,8 @@ def _plane(grey: Picture, outside: NDArray[np.float32], sums: _Sums) -> _Plane:
     left_over = squares - r[0, 0] * mean - b * by_x - c * by_y
     noise = np.sqrt(np.maximum(left_over, 0) / np.maximum(count - 3, 1))
     slope = np.stack([mean - b * x - c * y, b, c])
-    return _Plane(slope, np.stack([yy, xx]) / determinant, np.maximum(noise, QUANTISATION_SD), np.zeros_like(slope))
+    noise = np.maximum(noise, QUANTISATION_SD)
+    return _Plane(slope, np.stack([yy, xx]) / determinant, noise, noise, np.zeros_like(slope))
 
 
 _PULL = 100.0

@@ -36,13 +36,11 @@ def predict(times: Array, positions: Array, to: Array) -> Array:
     if known.all():
         return _parabola(times, positions, to)
     predicted = np.full((len(to), *positions.shape[1:]), np.nan)
-    full = known.all(axis=0)
-    if full.any():
-        predicted[:, full] = _parabola(times, positions[:, full], to)
-    some = ~full & known.any(axis=0)
-    for i in np.flatnonzero(some):  # few: those lately lost or begun
-        there = known[:, i]
-        predicted[:, i] = _parabola(times[there], positions[there, i : i + 1], to)[:, 0]
+    patterns, which = np.unique(known, axis=1, return_inverse=True)
+    for i, there in enumerate(patterns.T):  # few: targets are lost and begun together or seldom
+        some = which.ravel() == i
+        if there.any():
+            predicted[:, some] = _parabola(times[there], positions[there][:, some], to)
     return predicted
 
 

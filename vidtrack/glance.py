@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +30,7 @@ Float32 = NDArray[np.float32]
 
 RECENTRE = 2
 """Times that a window is moved onto its target, before the target counts as not there."""
-RING = 4
+RING = 3
 """px about the mask, for the background."""
 OFF_CENTRE = 0.8
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
@@ -86,8 +87,13 @@ class Known(NamedTuple):
     threshold: Array
 
 
-def glance(samples: Sequence[Sample], predicted: Array, known: Known, detection: Detection) -> Seen:
-    """Measure n targets in k samples of one kind (frames or fields), predicted (k, n, 2) px."""
+def glance(
+    samples: Sequence[Sample], predicted: Array, known: Known, detection: Detection, careful: bool = True
+) -> Seen:
+    """Measure n targets in k samples of one kind (frames or fields), predicted (k, n, 2) px.
+
+    careful  whether the unrest of the background is measured, or taken as known
+    """
     k, n = predicted.shape[:2]
     half = known.size.max(axis=0) / 2 + known.soft.max()
     w = weights(*np.ceil(2 * half).astype(int).tolist())
@@ -97,7 +103,7 @@ def glance(samples: Sequence[Sample], predicted: Array, known: Known, detection:
     raw, moments, centre, whole = _centred(samples, predicted, w, detection)
     bright = detection.bright(raw)
     count = _counted(bright, np.tile(known.threshold, k), w, detection)
-    noise = _noise(bright, w, detection, n)
+    noise = _noise(bright, w, detection, n) if careful else known.unrest
     mass = np.where(moments[0] > 0, moments[0], np.nan)
     off = moments[1:3] / mass
     grown = np.maximum(count[0], 1) / np.tile(known.pixels, k)
@@ -106,7 +112,8 @@ def glance(samples: Sequence[Sample], predicted: Array, known: Known, detection:
     if n > 1:
         clear &= _alone(centre, k, n)
     rough = noise > 2 * np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
-    lines, parity = samples[0].lines, np.repeat([sample.parity for sample in samples], n)
+    lines = samples[0].lines
+    parity = np.repeat([sample.parity for sample in samples], n) if lines == 2 else 0
     x, y = centre.T + off
     sd = np.tile(noise, k) / mass
     scaled = np.sqrt(grown)
@@ -128,32 +135,48 @@ def _centred(
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
     reach = np.array([w.width // 2, w.height // 2])
-    last = np.array([columns - w.width, rows - w.height])
+    low, high = reach - RING, np.array([columns, rows]) - 1 - reach + RING  # middles whose mask is in the picture
     at = predicted.reshape(k * n, 2).copy()
-    at[:, 1] = (at[:, 1] - np.repeat([sample.parity for sample in samples], n)) / samples[0].lines
-    corner = np.rint(at).astype(np.intp) - reach
-    whole = ((corner >= 0) & (corner <= last)).all(axis=1)
-    corner = np.clip(corner, 0, last)
+    if samples[0].lines == 2:
+        at[:, 1] = (at[:, 1] - np.repeat([sample.parity for sample in samples], n)) / 2
+    centre = np.rint(at).astype(np.intp)
+    whole = ((centre >= low) & (centre <= high)).all(axis=1)
+    centre = np.clip(centre, low, high)
+    pictures = [sample.luma for sample in samples]
+    if (centre < reach + 2 * RING).any() or (centre > high - 3 * RING).any():
+        pictures = [_with_margin(p, 2 * RING) for p in pictures]
+        margin = 2 * RING
+    else:
+        margin = 0
     raw = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
-    for j, sample in enumerate(samples):
-        raw[j * n : j * n + n] = _windows(sample, corner[j * n : j * n + n], w)
+    for j, one in enumerate(pictures):
+        raw[j * n : j * n + n] = _windows(one, centre[j * n : j * n + n] - reach + margin, w)
     moments = _grey(raw, detection) @ w.linear
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
         off = moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)
-        moving = ((np.abs(off) > 0.5) & (np.abs(off) <= reach)).any(axis=1)
+        moving = ((np.abs(off) > 0.6) & (np.abs(off) <= reach)).any(axis=1)
         missed, off = missed[moving], off[moving]
         if not missed.size:
             break
-        corner[missed] += np.rint(np.clip(off, -reach, reach)).astype(np.intp)
-        whole[missed] &= ((corner[missed] >= 0) & (corner[missed] <= last)).all(axis=1)
-        corner[missed] = np.clip(corner[missed], 0, last)
-        for j, sample in enumerate(samples):
+        centre[missed] += np.rint(np.clip(off, -reach, reach)).astype(np.intp)
+        whole[missed] &= ((centre[missed] >= low) & (centre[missed] <= high)).all(axis=1)
+        centre[missed] = np.clip(centre[missed], low, high)
+        if not margin and ((centre < reach) | (centre > high - RING)).any():
+            whole[missed] &= ((centre[missed] >= reach) & (centre[missed] <= high - RING)).all(axis=1)
+            centre[missed] = np.clip(centre[missed], reach, high - RING)
+        for j, one in enumerate(pictures):
             some = missed[(missed >= j * n) & (missed < j * n + n)]
             if some.size:
-                raw[some] = _windows(sample, corner[some], w)
+                raw[some] = _windows(one, centre[some] - reach + margin, w)
         moments[missed] = _grey(raw[missed], detection) @ w.linear
-    return raw, np.ascontiguousarray(moments.T, float), corner + reach, whole
+    return raw, np.ascontiguousarray(moments.T, float), centre, whole
+
+
+def _with_margin(picture: NDArray[Any], margin: int) -> NDArray[Any]:
+    """The picture with its outermost pixels repeated all round, so that a ring may reach beyond its edge."""
+    wide = cv2.copyMakeBorder(picture, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
+    return np.asarray(wide)
 
 
 def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Float32:
@@ -173,8 +196,7 @@ def _at_full_scale(bright: NDArray[Any], count: Float32, w: Weights, detection: 
     return np.asarray(full * 20 >= np.maximum(count, 1))
 
 
-def _windows(sample: Sample, corner: Ints, w: Weights) -> NDArray[Any]:
-    luma = sample.luma
+def _windows(luma: NDArray[Any], corner: Ints, w: Weights) -> NDArray[Any]:
     rows, columns = luma.shape
     strips = np.lib.stride_tricks.as_strided(
         luma,

@@ -26,19 +26,19 @@ ROOM = 7.5
 """px about a target in its window: its soft edge and the background, or room for it to be off by four."""
 LIKE = 0.6
 """|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
-PULL = 0.005
+PULL = 0.01
 """px that the background's unrest may cost before every sample wants a look."""
 _GRAIN = 4
 
 
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, NOISE = range(12)
-"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; SOFT and NOISE as in `Centroids`."""
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST = range(12)
+"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last two as in `Centroids`."""
 
 
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (12, k samples, n targets), see X to NOISE; meaningless where not clear
+    values     (12, k samples, n targets), see X to UNREST; meaningless where not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -135,7 +135,7 @@ def _look_alike(
             box[2],
             box[3],
             soft,
-            c.noise,
+            c.unrest,
         ]
     )
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)

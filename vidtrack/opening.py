@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.assignment import one_to_one
+from vidtrack.assignment import mutual_best
 from vidtrack.blobs import Blobs, Picture, above, above_local_background, no_blobs, rough_blobs
 from vidtrack.detection import Detection
 from vidtrack.sample import Sample, in_frame_buffer
@@ -31,8 +31,10 @@ SHORTEST = 3
 """Samples that a moving trail must have: fewer could be chance."""
 STIR = 1.5
 """px that a trail must move in all to count as moving."""
-FIRST = 6
-"""Samples in which motion is sought first."""
+FIRST = 5
+"""Samples in which motion is sought at a time."""
+ENOUGH = 0.9
+"""Share of the targets that are found moving; the others may stand still."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
 
@@ -62,17 +64,17 @@ class Opening(NamedTuple):
 def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Opening:
     """The n likeliest targets of a recording's first samples; fewer where fewer can be found.
 
-    The first FIRST samples are looked at; all of them only where fewer than n things move in those.
+    Motion is sought in the first few samples, and in later ones only until about n things move.
     """
     still = _blobs_above(samples[0], samples[0].luma, detection, None)
     trails: list[Trail] = []
     if len(samples) >= SHORTEST:
         backgrounds = background_of(samples)
-        spaced = samples[:: 1 + len(samples) // (2 * FIRST)]
-        for few in (samples[:FIRST], spaced if samples[0].lines == 1 else samples[: 2 * FIRST]):
-            trails = _together(find_movers(few, backgrounds, detection), n)
-            trails = [trail._replace(sample=_numbers(few, samples)[trail.sample]) for trail in trails]
-            if len(trails) == n or len(few) == len(samples):
+        for first in range(0, len(samples) - SHORTEST + 1, FIRST):
+            moving = find_movers(samples[first : first + FIRST + 1], backgrounds, detection, n)
+            here = [trail._replace(sample=trail.sample + first) for trail in _together(moving, n)]
+            trails = here if len(here) > len(trails) else trails
+            if len(trails) >= ENOUGH * n:
                 break
     n_moving = len(trails)
     standing = _standing(still, trails)
@@ -84,27 +86,28 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
 def _together(trails: list[Trail], n: int) -> list[Trail]:
     """The n best that were all in view at some time pair by pair: pieces of one broken trail count once."""
     chosen: list[Trail] = []
+    latest_begin, earliest_end = -1, 1 << 60
     for trail in trails:
-        spans = ((one.sample[0], one.sample[-1]) for one in chosen)
-        if len(chosen) < n and all(trail.sample[0] <= last and first <= trail.sample[-1] for first, last in spans):
+        first, last = int(trail.sample[0]), int(trail.sample[-1])
+        if len(chosen) < n and first <= earliest_end and latest_begin <= last:
             chosen.append(trail)
+            latest_begin, earliest_end = max(latest_begin, first), min(earliest_end, last)
     return chosen
 
 
-def _numbers(few: Sequence[Sample], samples: Sequence[Sample]) -> Ints:
-    """Which of the samples the few are."""
-    times = [sample.time for sample in samples]
-    return np.array([times.index(sample.time) for sample in few], np.intp)
-
-
-def find_movers(samples: Sequence[Sample], backgrounds: dict[int, NDArray[Any]], detection: Detection) -> list[Trail]:
-    """Trails that move over a background known before, best first."""
-    moving = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
-    return sorted((t for t in moving if _moves(t)), key=_merit, reverse=True)
+def find_movers(
+    samples: Sequence[Sample], backgrounds: dict[int, NDArray[Any]], detection: Detection, n: int
+) -> list[Trail]:
+    """Trails that move over a background known before; best first where there are more than n."""
+    trails = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
+    moving = [trail for trail in trails if _moves(trail)]
+    return moving if len(moving) <= n else sorted(moving, key=_merit, reverse=True)
 
 
 def _lasting(standing: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:
     """Those of the blobs that are still there in the last sample of the same kind."""
+    if not standing.Xf.size:
+        return standing
     last = next(sample for sample in reversed(samples) if sample.parity == samples[0].parity)
     late = _blobs_above(last, last.luma, detection, None)
     if not standing.Xf.size or not late.Xf.size:
@@ -144,7 +147,7 @@ def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
     trails: list[list[tuple[int, int]]] = []
     alive: list[int] = []
     for j, blobs in enumerate(found):
-        chosen = one_to_one(_link_costs([trails[t] for t in alive], found, samples, j, leap))
+        chosen = mutual_best(_link_costs([trails[t] for t in alive], found, samples, j, leap))
         for t, b in zip(alive, chosen.tolist(), strict=True):
             if b >= 0:
                 trails[t].append((j, b))

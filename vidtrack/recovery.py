@@ -30,6 +30,8 @@ MANY = 4
 """More targets than this are sought in the whole picture at once rather than box by box."""
 IMPATIENT = 10
 """Samples after which the light may have changed: the threshold is then set anew."""
+UNSTEADY = 5.0
+"""px a sample by which a lost target may turn out faster than it was."""
 FARTHEST = 8.0
 """Samples between two sightings that still vouch for each other."""
 CROPS = 12
@@ -70,7 +72,7 @@ class Recovery:
         left = np.flatnonzero(chosen < 0)
         if left.size:
             self._explain(sample, who[left], predicted[left], near, block, j)
-            self._seek_far(sample, who[left], block, j)
+            self._seek_far(sample, who[left], predicted[left], block, j)
 
     def _cost(self, who: Ints, blobs: Blobs, block: Rows, j: int) -> Array:
         """Unlikeness of blobs to targets, inf for what cannot be: clutter, cut by the edge, taken by another."""
@@ -128,17 +130,33 @@ class Recovery:
         block.flag[j, who] = np.where(why > 0, why, LOST) | PREDICTED
         self._keep(sample, who[tracker.missing[who] == 1], block, j)
 
-    def _seek_far(self, sample: Sample, who: Ints, block: Rows, j: int) -> None:
+    def _within_reach(self, who: Ints, predicted: Array, blobs: Blobs) -> NDArray[np.bool_]:
+        """Which blobs (n, m) targets may have come to since they were lost; anywhere after IMPATIENT samples, and
+        while nobody knows yet how fast they are.
+        """
+        tracker = self.tracker
+        seen = tracker.known[:, who]
+        with np.errstate(invalid="ignore"):
+            speed = np.nanmax(np.hypot(*np.moveaxis(np.diff(seen, axis=0), -1, 0)), axis=0, initial=-np.inf)
+        gone = tracker.missing[who]
+        reach = np.hypot(*tracker.starts.box[who].T) / 2 + (speed + UNSTEADY) * gone
+        reach = np.where((gone > IMPATIENT) | ~np.isfinite(speed), np.inf, reach)
+        off = np.hypot(blobs.Xf - predicted[:, :1], blobs.Yf - predicted[:, 1:])
+        return np.asarray(off < reach[:, None])
+
+    def _seek_far(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
         """Seek targets in the whole picture."""
         tracker = self.tracker
-        who = who[(tracker.missing[who] > 1) & np.isfinite(tracker.looks[0, who])] if self.far else who[:0]
+        sought = (tracker.missing[who] > 1) & np.isfinite(tracker.looks[0, who]) & self.far
+        who, predicted = who[sought], predicted[sought]
         if not who.size:
             return
         level = tracker.detection.level
         if level is None and (tracker.missing[who] <= IMPATIENT).any():
             level = float(np.median(tracker.levels(who)))
-        blobs = blobs_of(sample, tracker.detection, level)
-        cost = self._cost(who, blobs, block, j)
+        taken = block.values[:2, j][:, np.isfinite(block.values[0, j])]
+        blobs = blobs_of(sample, tracker.detection, level, known=taken)
+        cost = np.where(self._within_reach(who, predicted, blobs), self._cost(who, blobs, block, j), np.inf)
         before = self.pending[who].copy()
         waited = sample.time - before[:, 2]
         reach = (np.hypot(*tracker.starts.box[who].T) * np.clip(waited, 1, FARTHEST))[:, None]

@@ -16,8 +16,13 @@ LIKE = 0.9
 """|log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4 and 2.5."""
 
 
-def blobs_of(sample: Sample, detection: Detection, level: float | None) -> Blobs:
-    """Every blob of a whole sample above a grey level (of pictures turned bright); None: automatic threshold."""
+def blobs_of(sample: Sample, detection: Detection, level: float | None, known: Array | None = None) -> Blobs:
+    """Every blob of a whole sample above a grey level (of pictures turned bright); None: automatic threshold.
+
+    known  (2, m) frame-buffer px, places whose blobs are not wanted
+    """
+    if known is not None:
+        known = np.stack([known[0], sample.row(known[1])])
     image = detection.bright(sample.luma)
     if level is None:
         mask = above_local_background(image, detection.scale, detection.noise)
@@ -30,6 +35,7 @@ def blobs_of(sample: Sample, detection: Detection, level: float | None) -> Blobs
         noise=detection.noise,
         min_pixels=detection.min_pixels,
         centroid=detection.centroid,
+        known=known,
     )
     return in_frame_buffer(found, sample)
 

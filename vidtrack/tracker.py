@@ -9,7 +9,7 @@ What is not found stays missing: a prediction moves the box, and never becomes a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vidtrack.blobs import Blobs
 from vidtrack.detection import Detection
 from vidtrack.extrapolation import predict
-from vidtrack.look import BACKGROUND, CONTRAST, HEIGHT, NOISE, PIXELS, ROOM, SOFT, WIDTH, Seen, X
+from vidtrack.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, SOFT, UNREST, WIDTH, Seen, X
 from vidtrack.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.sample import Sample
 from vidtrack.watch import watch
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
-REACH = 8
+REACH = 12
 """Samples read at once, at most."""
 CACHED = 300_000
 """Pixels measured at once, about: more no longer fit the processor's caches."""
@@ -35,13 +35,15 @@ MEMORY = 8
 """Last samples that a prediction rests on."""
 PATIENCE = 10
 """Samples that a lost target is sought in every one of; then in every REACH-th."""
+CAREFUL = 4
+"""Every so many readings the unrest of the background is measured as well."""
 FOLLOW = 0.2
 """Share by which the looks of a target (size, contrast, background) follow each new reading."""
 MEASURED = 8
 """Values of `look` that go into the rows: X to BACKGROUND."""
 
 
-_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, NOISE]
+_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST]
 
 
 class Starts(NamedTuple):
@@ -98,15 +100,25 @@ class Tracker:
         self.known = np.full((MEMORY, n, 2), np.nan)
         self.recovery = Recovery(self, far=far)
         self.done, self.reach = 0, 1
+        self.waiting: list[Sample] = []
+        self._window_pixels = 1e5
+        self._marked: NDArray[Any] | None = None
         self.blocks: list[Rows] = []
 
     def follow(self, samples: Sequence[Sample]) -> None:
-        """Go on through these samples."""
-        if not self.blocks and samples:
+        """Go on through these samples; the last few may wait for more to come, or for `finish`."""
+        if not self.blocks and not self.waiting and samples:
             self.times = self.times + samples[0].time
+        self.waiting += samples
         at = 0
-        while at < len(samples):
-            at += self._step(samples[at : at + REACH])
+        while len(self.waiting) - at >= REACH:
+            at += self._step(self.waiting[at : at + REACH])
+        del self.waiting[:at]
+
+    def finish(self) -> None:
+        """Go through the samples that still wait."""
+        while self.waiting:
+            del self.waiting[: self._step(self.waiting[:REACH])]
 
     def rows(self) -> Rows:
         """Everything measured so far."""
@@ -158,11 +170,13 @@ class Tracker:
                 looks=self.looks[:, sharp],
                 threshold=self.levels(sharp),
                 detection=self.detection,
+                careful=len(self.blocks) % CAREFUL == 0,
             )
             clear = self._not_clutter(seen)
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             self._take(block, sharp, seen, clear, taken)
+            self._window_pixels = float((self.looks[3:5, sharp] + 2 * ROOM).prod(axis=0).sum())
         self._remember(block, times, taken)
         blurred = sharp[~clear[taken - 1]]
         self.missing[self.missing > 0] += taken
@@ -191,8 +205,7 @@ class Tracker:
 
     def _how_many(self) -> int:
         """As many samples as went well lately, but not past one in which something is to be sought or begun."""
-        windows = float(np.nan_to_num(self.looks[3:5, self.missing == 0] + 2 * ROOM, nan=50.0).prod(axis=0).sum())
-        k = max(1, min(self.reach, int(CACHED / max(windows, 1.0))))
+        k = max(1, min(self.reach, int(CACHED / max(self._window_pixels, 1.0))))
         lost = self.missing[self.missing > 0]
         if lost.size:
             k = min(k, int(np.where(lost < PATIENCE, 1, REACH - lost % REACH).min()))
@@ -220,7 +233,11 @@ class Tracker:
         if self.detection.dark:  # BINARY_INV keeps what is not above: a dark pixel lies below the level
             level, kind = float(np.ceil(self.detection.full - level)) - 1, cv2.THRESH_BINARY_INV
         for j in range(taken):
-            block.total_pixels[j] = cv2.countNonZero(cv2.threshold(samples[j].luma, level, 1, kind)[1])
+            luma = samples[j].luma
+            if self._marked is None or self._marked.shape != luma.shape or self._marked.dtype != luma.dtype:
+                self._marked = np.empty(luma.shape, luma.dtype)
+            cv2.threshold(luma, level, 1, kind, dst=self._marked)
+            block.total_pixels[j] = cv2.countNonZero(self._marked)
 
     def _not_clutter(self, seen: Seen) -> Bools:
         """Clear, and not one of the things that stood still from the beginning."""

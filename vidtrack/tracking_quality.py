@@ -30,30 +30,32 @@ def pixel_locking(x: Array) -> dict[str, Any]:
     }
 
 
-def pixel_counts(pixels: Array) -> dict[str, float]:
-    """Mean, standard deviation, least and most of the pixels of a target, NaN left out."""
-    seen = pixels[np.isfinite(pixels)]
-    if seen.size == 0:
-        return {"mean": np.nan, "sd": np.nan, "min": np.nan, "max": np.nan}
+def pixel_counts(pixels: Array) -> dict[str, Array]:
+    """Mean, standard deviation, least and most pixels of each target; pixels (samples, n), NaN left out; (n,) each."""
+    seen = np.isfinite(pixels)
+    count = np.where(seen.any(axis=0), seen.sum(axis=0), np.nan)
+    filled = np.where(seen, pixels, 0.0)
+    mean = filled.sum(axis=0) / count
+    spread = np.where(seen, (pixels - mean) ** 2, 0.0).sum(axis=0) / count
+    least, most = (np.where(seen, pixels, fill).T for fill in (np.inf, -np.inf))
+    none = ~seen.any(axis=0)
     return {
-        "mean": float(seen.mean()),
-        "sd": float(seen.std()),
-        "min": float(seen.min()),
-        "max": float(seen.max()),
+        "mean": mean,
+        "sd": np.sqrt(spread),
+        "min": np.where(none, np.nan, least.min(axis=1, initial=np.inf)),
+        "max": np.where(none, np.nan, most.max(axis=1, initial=-np.inf)),
     }
 
 
-def shares(flag: NDArray[np.int64], words: Sequence[str]) -> dict[str, float]:
-    """Share of the samples that bear each flag; only those that occur."""
-    if flag.size == 0:
-        return {}
-    share = {word: float(((flag >> bit) & 1).mean()) for bit, word in enumerate(words)}
-    return {word: value for word, value in share.items() if value}
+def shares(flag: NDArray[np.int64], words: Sequence[str]) -> dict[str, Array]:
+    """Share of the samples that bear each flag; flag (samples, n), (n,) each."""
+    total = max(len(flag), 1)
+    return {word: ((flag >> bit) & 1).sum(axis=0) / total for bit, word in enumerate(words)}
 
 
 def described(flag: NDArray[np.int64], words: Sequence[str]) -> NDArray[np.object_]:
     """Flags as text, words joined by `;`, empty where all is well; the shape of `flag`."""
-    kinds, which = np.unique(flag, return_inverse=True)
-    texts = [";".join(word for bit, word in enumerate(words) if kind >> bit & 1) for kind in kinds.tolist()]
-    text: NDArray[np.object_] = np.array(texts, object)[which.reshape(flag.shape)]
+    kinds = range(1 << len(words))
+    texts = [";".join(word for bit, word in enumerate(words) if kind >> bit & 1) for kind in kinds]
+    text: NDArray[np.object_] = np.array(texts, object)[flag]
     return text

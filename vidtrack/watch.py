@@ -20,23 +20,32 @@ ALIKE_PX = 2.0
 """Targets whose half axes differ by less than this share a mask."""
 
 
-def watch(samples: Sequence[Sample], predicted: Array, *, looks: Array, threshold: Array, detection: Detection) -> Seen:
+def watch(
+    samples: Sequence[Sample],
+    predicted: Array,
+    *,
+    looks: Array,
+    threshold: Array,
+    detection: Detection,
+    careful: bool = True,
+) -> Seen:
     """Measure n targets in k samples of one kind (frames or fields).
 
     predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
-    looks      (7, n) pixels, contrast, background, width, height (rows of the sample), soft edge and noise when last
-               seen; where the soft edge is not known (NaN) there is a look at once
+    looks      (7, n) pixels, contrast, background, width, height (rows of the sample), soft edge and unrest when
+               last seen; where the soft edge is not known (NaN) there is a look at once
+    careful    whether a glance measures the unrest of the background, or takes it as it was
     What is unclear in a later sample may only be mispredicted: the caller watches again from there.
     """
     size, soft = looks[3:5].T, looks[5]
     kinds = _kinds(size, soft) if detection.centroid == "weighted" else np.full(soft.size, -1)
     if kinds.min() == kinds.max():
-        return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection)
+        return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection, careful)
     k, n = predicted.shape[:2]
     seen = Seen(np.empty((12, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for kind in np.unique(kinds):
         some = np.flatnonzero(kinds == kind)
-        part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection)
+        part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection, careful)
         _fill(seen, some, part)
     return seen
 
@@ -48,11 +57,12 @@ def _watch_kind(
     looks: Array,
     threshold: Array,
     detection: Detection,
+    careful: bool,
 ) -> Seen:
     pixels, size, soft, unrest = looks[0], looks[3:5].T, looks[5], looks[6]
     if kind < 0:
         return look(samples, predicted, size=size, pixels=pixels, threshold=threshold, detection=detection)
-    seen = glance(samples, predicted, Known(size, soft, unrest, pixels, threshold), detection)
+    seen = glance(samples, predicted, Known(size, soft, unrest, pixels, threshold), detection, careful)
     unclear = np.flatnonzero(~seen.clear[0])
     if unclear.size:
         settings = {"size": size[unclear], "pixels": pixels[unclear], "threshold": threshold[unclear]}

@@ -112,7 +112,9 @@ def track(
         tracker.follow(samples)
         moments.append(_moments(samples, batch, order))
         if waiting:
+            tracker.finish()
             waiting = _late_comers(tracker, samples, backgrounds, detection, waiting)
+    tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
     moment = _Moments._make(np.concatenate(column) for column in zip(*moments, strict=True))
     table = _table(rows, moment, names, starts, info)
@@ -281,7 +283,9 @@ def _starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float])
             curve = np.polynomial.polynomial.polyfit(t, trail.position[:3], 2)
             starts.velocity[i], starts.acceleration[i] = curve[1], 2 * curve[2]
         starts.first[i] = trail.sample[0]
-        starts.pixels[i], starts.contrast[i], starts.size[i] = trail.pixels[0], trail.contrast[0], trail.size[0]
+        # where it hardly moved at first, its own place in the background hides part of it
+        starts.pixels[i], starts.contrast[i] = np.percentile([trail.pixels, trail.contrast], 75, axis=1)
+        starts.size[i] = np.percentile(trail.size, 75, axis=0)
     return starts
 
 
@@ -298,6 +302,7 @@ def _backwards(samples: Sequence[Sample], starts: Starts, detection: Detection, 
         )
         back = Tracker(one, detection, level, far=False)
         back.follow([sample._replace(time=last - sample.time) for sample in before])
+        back.finish()
         rows = back.rows()
         followed.append((int(i), Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels)))
     return followed
@@ -324,7 +329,7 @@ def _late_comers(
     known = tracker.last_positions(len(samples))
     if len(samples) < SHORTEST:
         return waiting
-    for trail in find_movers(samples, backgrounds, detection):
+    for trail in find_movers(samples, backgrounds, detection, len(waiting)):
         if not waiting:
             break
         apart = known[trail.sample] - trail.position[:, None]
@@ -376,28 +381,31 @@ def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info:
 def _diagnosed(rows: Rows, moment: _Moments, names: list[str], tracker: Tracker, info: VideoInfo) -> dict[str, Any]:
     """Pixel locking, pixel counts, what was lost and why, and pieces of pictures at the worst moments."""
     problems: list[str] = []
-    each = {}
-    for i, name in enumerate(names):
-        measured = float(present(rows)[:, i].mean())
-        each[name] = {
-            "measured": measured,
-            "flags": shares(rows.flag[:, i], FLAGS),
-            "pixels": pixel_counts(rows.values[PIXELS, :, i]),
+    measured = present(rows).mean(axis=0) if len(rows.flag) else np.zeros(len(names))
+    counts, share = pixel_counts(rows.values[PIXELS]), shares(rows.flag, FLAGS)
+    each = {
+        name: {
+            "measured": float(measured[i]),
+            "flags": {word: float(values[i]) for word, values in share.items() if values[i]},
+            "pixels": {word: float(values[i]) for word, values in counts.items()},
         }
+        for i, name in enumerate(names)
+    }
+    total = {word: float(values[0]) for word, values in pixel_counts(rows.total_pixels[:, None]).items()}
     if set(moment.field) == {"top", "bottom"}:
         problems += _fields_checked(rows, moment)
     return {
         "samples": len(rows.flag),
-        "measured": float(present(rows).mean()) if rows.flag.size else 0.0,
+        "measured": float(measured.mean()) if len(names) else 0.0,
         "targets": each,
-        "total_pixels": pixel_counts(rows.total_pixels),
+        "total_pixels": total,
         "pixel_locking": {"x": pixel_locking(rows.values[X]), "y": pixel_locking(rows.values[Y])},
         "worst": [
             {
                 "frame": int(moment.frame[crop.sample]),
                 "field": str(moment.field[crop.sample]),
                 "target": names[crop.target],
-                "flag": str(described(np.array([crop.flag]), FLAGS)[0]),
+                "flag": str(described(np.array(crop.flag), FLAGS)),
                 "picture": crop.picture,
             }
             for crop in tracker.recovery.crops
