@@ -10,7 +10,7 @@ STRIPS = 64
 
 
 def disc(shape, x, y, radius, *, ratio=1.0):
-    """Share of each pixel (rows, columns) within an ellipse of half axes radius and ratio * radius, middle (x, y) px."""
+    """Share of each pixel (rows, columns) in an ellipse of half axes radius and ratio * radius, middle (x, y) px."""
     rows, columns = shape
     at = (np.arange(rows * STRIPS) + 0.5) / STRIPS - 0.5
     half = radius * np.sqrt(np.maximum(1 - ((at - y) / (ratio * radius)) ** 2, 0))
@@ -31,9 +31,9 @@ def picture(shape, targets, *, level=30.0, contrast=200.0, noise=0.0, rng=None, 
             image[top:bottom, left:right] += (own[0] if own else contrast) * piece
     if noise:
         image = image + rng.normal(0, noise, shape)
-    if dtype == float:
+    if dtype is float:
         return image
-    full = np.iinfo(dtype).max if dtype == np.uint8 else 1023
+    full = 255 if dtype is np.uint8 else 1023
     return np.clip(np.rint(image * (full / 255)), 0, full).astype(dtype)
 
 

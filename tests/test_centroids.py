@@ -79,7 +79,6 @@ def test_binary_is_ten_times_worse_than_weighted_but_knows_it(balls):
 
 def test_a_neighbour_in_the_window_does_not_pull():
     stack, truth = windows(300, 4.0)
-    y, x = np.mgrid[:32, :32]
     neighbour = 200 * disc((32, 32), 27.3, 20.4, 3.0)
     beside = np.clip(stack + neighbour[:, None], 0, 255).astype(np.uint8)
     shift = errors(measured(beside), truth) - errors(measured(stack), truth)
@@ -88,10 +87,10 @@ def test_a_neighbour_in_the_window_does_not_pull():
 
 def test_an_unmasked_mean_would_be_pulled_by_that_neighbour():
     stack, truth = windows(50, 4.0, noise=0.0)
-    y, x = np.mgrid[:32, :32]
+    x = np.arange(32)
     beside = stack + 200 * disc((32, 32), 27.3, 20.4, 3.0)[:, None]
     light = beside.astype(float) - 30
-    naive = (light * x[:, None]).sum((0, 2)) / light.sum((0, 2))
+    naive = (light * x).sum((0, 2)) / light.sum((0, 2))
     assert np.abs(naive - truth[:, 0]).min() > 1
 
 
@@ -166,7 +165,7 @@ def test_windows_are_cut_where_they_should_be():
 @settings(max_examples=30, deadline=None)
 def test_moving_a_ball_by_whole_pixels_moves_its_centroid_by_as_much(dx, dy, radius, contrast):
     place = np.array([16.3, 15.8])
-    both = np.stack([disc((32, 32), *at, radius) for at in (place, place + (dx, dy))], axis=1)
+    both = np.stack([disc((32, 32), *at, radius) for at in (place, place + np.array([dx, dy]))], axis=1)
     stack = np.rint(20 + contrast * both).astype(np.uint8)
     c = measured(stack, threshold=20 + contrast / 2, noise=0.3)
     assert c.x[1] - c.x[0] == pytest.approx(dx, abs=2e-3)

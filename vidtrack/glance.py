@@ -30,7 +30,7 @@ Float32 = NDArray[np.float32]
 
 RECENTRE = 2
 """Times that a window is moved onto its target, before the target counts as not there."""
-RING = 3
+RING = 4
 """px about the mask, for the background."""
 OFF_CENTRE = 0.8
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
@@ -96,7 +96,7 @@ def glance(
     """
     k, n = predicted.shape[:2]
     half = known.size.max(axis=0) / 2 + known.soft.max()
-    w = weights(*np.ceil(2 * half).astype(int).tolist())
+    w = weights(*np.rint(2 * half).astype(int).tolist())
     rows, columns = samples[0].luma.shape
     if w.width > columns or w.height > rows:
         return Seen(np.full((12, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))

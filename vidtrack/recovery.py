@@ -67,7 +67,9 @@ class Recovery:
         off = np.stack([near.Xf, near.Yf], axis=-1) - predicted[:, None]
         inside = (np.abs(off) <= grown[:, None] / 2).all(axis=-1)
         off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
-        chosen = one_to_one(np.where(inside, self._cost(who, near, block, j) + off, np.inf))
+        claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
+        cost = self._cost(who, near, block, j) + off
+        chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
         self._found(sample, who, near, chosen, block, j)
         left = np.flatnonzero(chosen < 0)
         if left.size:
@@ -119,7 +121,8 @@ class Recovery:
         over = within(near, predicted, sample.lines)
         large = near.pixels > 1.5 * np.nan_to_num(tracker.looks[:1, who].T, nan=np.inf)
         why = np.where((over & near.edge).any(axis=1), EDGE, 0)
-        why = np.where((over & large & ~near.edge).any(axis=1), MERGED, why)
+        shared = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1
+        why = np.where((over & (large | shared) & ~near.edge).any(axis=1), MERGED, why)
         others = np.flatnonzero(np.isfinite(block.values[0, j]))
         if others.size:
             apart = np.abs(predicted[:, None] - block.values[:2, j, others].T)

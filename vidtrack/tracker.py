@@ -173,6 +173,8 @@ class Tracker:
                 careful=len(self.blocks) % CAREFUL == 0,
             )
             clear = self._not_clutter(seen)
+            if sharp.size > 1:
+                _both_or_none(clear, predicted[:, sharp], self.looks[3:5, sharp] * [[1], [samples[0].lines]])
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             self._take(block, sharp, seen, clear, taken)
@@ -287,6 +289,27 @@ class Tracker:
         self._count(block, [sample], 1)
         self.blocks.append(block)
         self.done += 1
+
+
+def _both_or_none(clear: Bools, predicted: Array, size: Array) -> None:
+    """Where two targets should touch, neither is clear unless both are: one blob may be both of them.
+
+    clear (k, n) is changed; predicted (k, n, 2) px; size (2, n) px
+    """
+    reach = size.max() + 2
+    cells = 2 * reach
+    near = np.zeros(clear.shape, bool)
+    for shift in ((0, 0), (reach, 0), (0, reach), (reach, reach)):
+        # two points closer than `reach` share a cell twice as wide, in at least one of four grids
+        cell = np.floor((predicted + shift) / cells).astype(np.int64)
+        key = (np.arange(len(clear))[:, None] << 40) + (cell[..., 0] << 20) + cell[..., 1]
+        _, which, count = np.unique(key, return_inverse=True, return_counts=True)
+        near |= (count[which] > 1).reshape(clear.shape)
+    for k in np.flatnonzero(near.any(axis=1)):
+        some = np.flatnonzero(near[k])
+        apart = np.abs(predicted[k, some, None] - predicted[k, some])
+        touching = (apart < (size[:, some, None] + size[:, None, some]).transpose(1, 2, 0) / 2 + 2).all(axis=-1)
+        clear[k, some] = ~(touching & ~clear[k, some]).any(axis=1)
 
 
 def present(rows: Rows) -> Bools:
