@@ -151,6 +151,7 @@ class Recovery:
         """Seek targets in the whole picture."""
         tracker = self.tracker
         sought = (tracker.missing[who] > 1) & np.isfinite(tracker.looks[0, who]) & self.far
+        sought &= block.flag[j, who] & MERGED == 0  # it is there, but cannot be told apart
         who, predicted = who[sought], predicted[sought]
         if not who.size:
             return
