@@ -79,7 +79,7 @@ class Labels(NamedTuple):
         return int(sum(((b > 0) & (b < (width - 1, height - 1))).all(-1).sum() for b in self.projected))
 
 
-def grow(pose: Pose, points: Array, views: Sequence[View], *, rounds: int = 8) -> Labels | None:
+def grow(pose: Pose, points: Array, views: Sequence[View], *, rounds: int = 16) -> Labels | None:
     """Labels by prediction and refit from a pose; None where fewer than 4 points find a blob.
 
     The plain lens serves until nothing changes; where that explains at least half of the balls, the rich one goes on.
