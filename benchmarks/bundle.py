@@ -22,14 +22,14 @@ from pathlib import Path
 
 import numpy as np
 
-from vidtrack.bundle import bundle
+from vidtrack.calibration.bundle import bundle
+from vidtrack.calibration.heldout import held_out, refit_alone, refit_closed_form, refit_together
+from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.camera import project
-from vidtrack.heldout import held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.jacobian import PARAMETERS, derivatives, stepped
-from vidtrack.refine import free_parameters, refine
+from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
-from vidtrack.triangulate import locate_points
-from vidtrack.tsai import camera_from_closed_form, closed_form
 
 FREE = free_parameters("tsai")
 REAL = Path(__file__).parents[1] / "../shared/real/points/proptv_rbc4cam"

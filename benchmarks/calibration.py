@@ -29,9 +29,9 @@ import pandas as pd
 
 from vidtrack.camera import Camera, project
 from vidtrack.errors import VidtrackError
+from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.calibrate import calibrate
-from vidtrack.triangulate import locate_points
 
 REAL = Path(__file__).parents[1] / "../shared/real/points"
 RIG = {"image_size": (512, 480), "sensor": (8.8, 6.6)}

@@ -14,9 +14,9 @@ import time
 import numpy as np
 
 from vidtrack.camera import Camera, project
-from vidtrack.configuration import label_with
-from vidtrack.label import Picks, View
-from vidtrack.seeds import on_one_line
+from vidtrack.labelling.configuration import label_with
+from vidtrack.labelling.label import Picks, View
+from vidtrack.labelling.seeds import on_one_line
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 TAGS, POINTS = thesis_points()

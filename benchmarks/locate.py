@@ -25,8 +25,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vidtrack.camera import project
+from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_rig
-from vidtrack.triangulate import locate_points
 
 NOISE = 0.1
 Entry = tuple[str, Callable[[], np.ndarray]]

@@ -7,7 +7,7 @@ import pytest
 
 from tests.files.clips import make_clip, moving_ball
 from vidtrack.files.video import open_video
-from vidtrack.frame import ReadAccount
+from vidtrack.timing.frame import ReadAccount
 
 KINDS = {
     "h264.mp4": ("libx264", "yuv420p", {"g": "30", "qp": "18"}),

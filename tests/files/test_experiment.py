@@ -87,11 +87,11 @@ def test_a_problem_in_the_folder_is_one_line(folder, path, text, says):
     ("changes", "says"),
     [
         ({"experiment": "nowhere"}, "experiment: no such folder as 'nowhere'"),
-        ({"calibration": {"clips": {"rwo1": {}}}}, "calibration.clips.rwo1: no such folder in calibration/; did you mean 'row1'?"),
+        ({"calibration": {"clips": {"rwo1": {}}}}, "clips.rwo1: no such folder in calibration/; did you mean 'row1'?"),
         ({"calibration": {"clips": {"row1": {"tags": "1-9"}}}}, "row1.tags: tag 9 is not in calibration/points.csv"),
         ({"calibration": {"clips": {"row1": {"tags": "1, 2, 2"}}}}, "row1.tags: tag 2 appears twice"),
         ({"runs": {"plukc": {}}}, "runs.plukc: no such folder in runs/; did you mean 'pluck'?"),
-        ({"runs": {"pluck": {"reference": {"value": "x"}}}}, "reference.value: runs/pluck/reference.csv has no column 'x'"),
+        ({"runs": {"pluck": {"reference": {"value": "x"}}}}, "runs/pluck/reference.csv has no column 'x'"),
         ({"runs": {"pluck": {"reference": {"value": "x_in", "target": "ball"}}}}, "no target 'ball'; known: t1"),
         ({"runs": {"pluck": {"mode": "plane", "plane": {"scale": 1}}}}, "mode plane uses one camera"),
         ({"runs": {"pluck": {"bodies": {"b": {"t1": [0, 0, 0]}}}}}, "1 targets; six degrees of freedom need three"),

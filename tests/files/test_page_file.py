@@ -1,7 +1,7 @@
 from vidtrack.figures.style import new_figure
 from vidtrack.files.figure_files import data_uri
 from vidtrack.files.page_file import write_page
-from vidtrack.page import Figure, Page, Section, Table
+from vidtrack.telling.page import Figure, Page, Section, Table
 
 PAGE = Page(
     "A <demo>",

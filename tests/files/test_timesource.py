@@ -11,7 +11,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.timesource import TimeSource, find_time
 from vidtrack.files.video import open_video
 from vidtrack.simulate.ltc import ltc_signal
-from vidtrack.timecode import parse
+from vidtrack.timing.timecode import parse
 
 FS = 48_000
 TEN = parse("10:00:00;00", NTSC)
@@ -201,7 +201,7 @@ def test_a_still_picture_has_no_time(tmp_path):
 
 
 def test_in_five_minutes_of_matroska_with_its_rounded_stamps_no_frame_is_off(tmp_path):
-    from vidtrack.timebase import TimeBase
+    from vidtrack.timing.timebase import TimeBase
 
     base = TimeBase(NTSC, NTSC)
     times = np.round(np.arange(9000) / float(NTSC), 3)

@@ -3,9 +3,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests import libltc
+from tests.timing import libltc
 from vidtrack.simulate.ltc import ltc_signal, words
-from vidtrack.timecode import Timecode, parse
+from vidtrack.timing.timecode import Timecode, parse
 
 WITNESS = libltc.load()
 

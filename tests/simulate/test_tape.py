@@ -9,7 +9,7 @@ import pytest
 from vidtrack.errors import VidtrackError
 from vidtrack.simulate.plan import plan_from
 from vidtrack.simulate.tape import Sound, Tape, write_tape
-from vidtrack.timecode import parse
+from vidtrack.timing.timecode import parse
 
 RATE = Fraction(30000, 1001)
 

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.camera import project
 from vidtrack.jobs import back_project as job_module
-from vidtrack.refine import free_parameters, refine
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.back_project import back_project
 

@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.test_rigid import FLOAT, targets, voyage
+from tests.motion.test_rigid import FLOAT, targets, voyage
 from vidtrack.errors import VidtrackError
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.job import Job

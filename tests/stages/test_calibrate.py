@@ -14,9 +14,9 @@ from vidtrack.files.records import write_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.job import Job
 from vidtrack.jobs import calibrate as job
+from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.calibrate import calibrate
-from vidtrack.triangulate import locate_points
 
 REAL = Path(__file__).parents[2] / "../shared/real"
 needs_real = pytest.mark.skipif(not REAL.exists(), reason="needs ../shared/real")

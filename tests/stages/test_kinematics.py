@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.test_smoothing import pluck
+from tests.motion.test_smoothing import pluck
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.job import Job
 from vidtrack.jobs import kinematics as job

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
-from vidtrack.refine import Uncertainty, free_parameters, refine
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.test_plane import grid, seen
+from tests.location.test_plane import grid, seen
 from vidtrack.errors import VidtrackError
 from vidtrack.stages.kinematics import kinematics
 from vidtrack.stages.locate_plane import COLUMNS, locate_plane

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 import yaml
 
+from vidtrack.calibration.prediction import Case, Layout
+from vidtrack.calibration.refine import free_parameters
 from vidtrack.errors import VidtrackError
 from vidtrack.files.sensitivity_plan import changed, sensitivity_cases
 from vidtrack.jobs import sensitivity as job_module
-from vidtrack.prediction import Case, Layout
-from vidtrack.refine import free_parameters
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.sensitivity import sensitivity
 

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.camera import project
 from vidtrack.jacobian import rotation_from_vector
 from vidtrack.jobs import stability as job_module
-from vidtrack.refine import free_parameters, refine
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.stability import stability
 

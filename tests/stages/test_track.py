@@ -10,10 +10,10 @@ import pytest
 from tests.discs import picture
 from vidtrack.errors import VidtrackError
 from vidtrack.files.video import open_video
-from vidtrack.frame import Frame, VideoInfo
 from vidtrack.stages.track import track
-from vidtrack.timebase import time_base
-from vidtrack.timecode import parse
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.timebase import time_base
+from vidtrack.timing.timecode import parse
 
 RATE = Fraction(30000, 1001)
 REAL = Path(__file__).parents[2] / "../shared/real/ball-toss"

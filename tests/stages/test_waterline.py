@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from tests.files.clips import make_clip
-from tests.shore import ENDS, shore, video
+from tests.shore.rendered_beach import ENDS, shore, video
+from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.tables import read_parquet, read_units
 from vidtrack.files.timestack_file import read_timestacks
 from vidtrack.job import Job
 from vidtrack.jobs import waterline as job
-from vidtrack.refine import Uncertainty
 from vidtrack.stages.waterline import COLUMNS, waterline
-from vidtrack.timebase import time_base
-from vidtrack.timecode import Timecode
+from vidtrack.timing.timebase import time_base
+from vidtrack.timing.timecode import Timecode
 
 BEACH = shore(frames=60)
 

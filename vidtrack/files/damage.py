@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.frame import Luma, ReadAccount, VideoInfo
+from vidtrack.timing.frame import Luma, ReadAccount, VideoInfo
 
 _EVERY = 31
 """One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from av.video.plane import VideoPlane
 
-from vidtrack.frame import Luma
+from vidtrack.timing.frame import Luma
 
 _PACKED = {  # pixel format -> (where the first luma sample is, how far apart they are), in samples
     "yuyv422": (0, 2),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from vidtrack.files.atomic import replacing
-from vidtrack.page import Page
+from vidtrack.telling.page import Page
 
 
 def write_page(path: str | os.PathLike[str], page: Page) -> None:

@@ -18,16 +18,16 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from vidtrack.calibration.field_of_view import pixels_across
+from vidtrack.calibration.prediction import Case, Layout
+from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.target_design import SYSTEMATIC_PX, centroid_noise
 from vidtrack.camera import LENS_TERMS, Array, Camera
 from vidtrack.errors import VidtrackError
-from vidtrack.field_of_view import pixels_across
 from vidtrack.files.config_file import read_config
-from vidtrack.prediction import Case, Layout
-from vidtrack.refine import free_parameters
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Vector, plan_from
 from vidtrack.simulate.rig import points_on_wires
 from vidtrack.simulate.scenario import CameraPlan, Survey, Wires, camera_from_plan
-from vidtrack.target_design import SYSTEMATIC_PX, centroid_noise
 
 Count = Annotated[int, Field(ge=1)]
 

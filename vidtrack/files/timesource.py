@@ -5,7 +5,7 @@
     found.table                                                          a row for every source, for the report
     found.problems                                                       what a person should know
 
-and once the time stamps of all frames are known (vidtrack.timebase has the rest):
+and once the time stamps of all frames are known (vidtrack.timing.timebase has the rest):
 
     base = info.time.fitted(times)        times (n,) s, Frame.time: constant or variable rate, told by the stamps
     time_s = base.seconds(times, fields)  seconds since midnight of the code; fields 0.5 for second fields
@@ -33,10 +33,10 @@ from numpy.typing import NDArray
 from vidtrack.errors import VidtrackError
 from vidtrack.files.embedded_timecode import ZERO, code_of_dv
 from vidtrack.files.sound import sound_blocks, sound_tracks
-from vidtrack.frame import VideoInfo
-from vidtrack.ltc import Reading, Words, chained, code_rate, joined, read_words
-from vidtrack.timebase import Anchor, TimeBase, code_rate_of, time_base
-from vidtrack.timecode import exact_rate, frame_from_label, label_from_frame, parse
+from vidtrack.timing.frame import VideoInfo
+from vidtrack.timing.ltc import Reading, Words, chained, code_rate, joined, read_words
+from vidtrack.timing.timebase import Anchor, TimeBase, code_rate_of, time_base
+from vidtrack.timing.timecode import exact_rate, frame_from_label, label_from_frame, parse
 
 _PATIENCE = 3
 """Blocks of 10 s without a word of time code after which a sound track is not searched further."""

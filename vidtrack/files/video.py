@@ -25,9 +25,9 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.damage import Watch
 from vidtrack.files.embedded_timecode import code_of_dv_packet, embedded_timecodes
 from vidtrack.files.luma import bits_of, luma_reader
-from vidtrack.frame import Frame, ReadAccount, VideoInfo
-from vidtrack.timebase import base_from_labels
-from vidtrack.timecode import exact_rate
+from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
+from vidtrack.timing.timebase import base_from_labels
+from vidtrack.timing.timecode import exact_rate
 
 _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
 """libavcodec's AVFieldOrder, by which field is shown first; 0 is unknown."""

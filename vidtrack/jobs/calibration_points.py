@@ -8,14 +8,14 @@ from contextlib import ExitStack
 
 import pandas as pd
 
-from vidtrack.excerpt import between
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
 from vidtrack.files.video import Video, open_video
-from vidtrack.frame import Frame
 from vidtrack.job import Job
+from vidtrack.labelling.excerpt import between
 from vidtrack.progress import Progress
 from vidtrack.stages.calibration_points import calibration_points
+from vidtrack.timing.frame import Frame
 
 
 def run(job: Job) -> None:

@@ -17,8 +17,8 @@ from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.files.timestack_file import read_timestacks
 from vidtrack.job import Job
-from vidtrack.page import Figure, Page, Section
 from vidtrack.stages import report as stage
+from vidtrack.telling.page import Figure, Page, Section
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing

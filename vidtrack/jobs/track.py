@@ -14,10 +14,10 @@ from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.files.timesource import find_time
 from vidtrack.files.video import open_video
-from vidtrack.frame import VideoInfo
 from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
+from vidtrack.timing.frame import VideoInfo
 
 
 def run(job: Job) -> None:

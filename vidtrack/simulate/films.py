@@ -14,7 +14,7 @@ from vidtrack.simulate.recording import Actor, frames, true_times
 from vidtrack.simulate.records import Task
 from vidtrack.simulate.scenario import Recording, Scenario, Target, n_frames, random_stream
 from vidtrack.simulate.tape import Sound, write_tape
-from vidtrack.timecode import Timecode, parse
+from vidtrack.timing.timecode import Timecode, parse
 
 
 def clips(scenario: Scenario) -> Iterator[Task]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.timecode import Timecode, nominal, parts_from_frame
+from vidtrack.timing.timecode import Timecode, nominal, parts_from_frame
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from vidtrack.errors import VidtrackError
 from vidtrack.naming import did_you_mean
-from vidtrack.timecode import exact_rate
+from vidtrack.timing.timecode import exact_rate
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]

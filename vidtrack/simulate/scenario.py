@@ -24,7 +24,7 @@ from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vect
 from vidtrack.simulate.recording import Clock, Interlace, Shutter
 from vidtrack.simulate.rig import focal_length_from_field, look_at, points_on_wires, position_from_angles
 from vidtrack.simulate.tape import Tape
-from vidtrack.timecode import Timecode, parse
+from vidtrack.timing.timecode import Timecode, parse
 
 Count = Annotated[int, Field(ge=1)]
 

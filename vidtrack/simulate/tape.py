@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 from vidtrack.simulate.picture import Levels
 from vidtrack.simulate.plan import NotNegative, Plan
 from vidtrack.simulate.recording import Interlace
-from vidtrack.timecode import Timecode
+from vidtrack.timing.timecode import Timecode
 
 Codec = Literal["mjpeg", "ffv1", "h264", "mpeg2", "dv", "png"]
 

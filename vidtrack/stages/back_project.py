@@ -8,8 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from vidtrack.accuracy import AXES, by_axis, errors_by_axis, largest_distance
-from vidtrack.bundle import bundle
+from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
+from vidtrack.calibration.bundle import bundle
+from vidtrack.calibration.field_of_view import diagonal_field
+from vidtrack.calibration.floor import NORMAL_MEAN_ABS, located_covariance, mean_length
+from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
+from vidtrack.calibration.measures import measures
+from vidtrack.calibration.normal_equations import Names, Priors
+from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.camera import (
     Array,
     Camera,
@@ -18,14 +25,7 @@ from vidtrack.camera import (
     project,
     undistorted_from_camera,
 )
-from vidtrack.field_of_view import diagonal_field
-from vidtrack.floor import NORMAL_MEAN_ABS, located_covariance, mean_length
-from vidtrack.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
-from vidtrack.measures import measures
-from vidtrack.normal_equations import Names, Priors
-from vidtrack.refine import free_parameters
-from vidtrack.shared_points import SharedPoints, side_by_side
-from vidtrack.triangulate import Located, locate_points
+from vidtrack.location.triangulate import Located, locate_points
 
 
 class BackProjection(NamedTuple):

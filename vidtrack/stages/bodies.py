@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.errors import VidtrackError
-from vidtrack.rigid import angles_by_turn, fit_pose, quaternion, roll_pitch_yaw, unwrapped
+from vidtrack.motion.rigid import angles_by_turn, fit_pose, quaternion, roll_pitch_yaw, unwrapped
 
 COLUMNS = {
     "time_s": "s",

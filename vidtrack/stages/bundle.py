@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from vidtrack.accuracy import AXES
-from vidtrack.bundle import Bundle, bundle
+from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.bundle import Bundle, bundle
+from vidtrack.calibration.normal_equations import Names
+from vidtrack.calibration.refine import Uncertainty, free_parameters
+from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.camera import Array, Camera
 from vidtrack.errors import VidtrackError
-from vidtrack.normal_equations import Names
-from vidtrack.refine import Uncertainty, free_parameters
-from vidtrack.shared_points import SharedPoints, side_by_side
 
 BY_CHANCE = 0.001
 """ASSUME: a point that is farther off its survey than any of a bundle's points would be so often is not there."""
@@ -38,7 +38,7 @@ def refine_together(
     sigma: float = 0.0,
     prior: Mapping[str, tuple[float, float]] | None = None,
 ) -> Bundled:
-    """Refine m cameras and their calibration points together (see `vidtrack.bundle`).
+    """Refine m cameras and their calibration points together (see `vidtrack.calibration.bundle`).
 
     cameras  as calibrated alone, with their names
     points   for each its points.parquet: clip, tag, x, y, z, sigma, Xf, Yf, used; only used sights count

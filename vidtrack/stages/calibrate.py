@@ -9,11 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vidtrack import gates
-from vidtrack.camera import LENS_TERMS, Array, Camera, project
-from vidtrack.centre_search import REACH_PX, SearchMap, search_map
-from vidtrack.errors import VidtrackError
-from vidtrack.one_camera import (
+from vidtrack.calibration import gates
+from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.calibration.one_camera import (
     Answer,
     Belonging,
     NoCamera,
@@ -25,9 +23,11 @@ from vidtrack.one_camera import (
     noise_with_rich_lens,
     with_unexplained_noise,
 )
-from vidtrack.refine import Uncertainty, free_parameters
-from vidtrack.robust import ENOUGH, Mixup, limit_for, mixups
-from vidtrack.starts import Nominal
+from vidtrack.calibration.refine import Uncertainty, free_parameters
+from vidtrack.calibration.robust import ENOUGH, Mixup, limit_for, mixups
+from vidtrack.calibration.starts import Nominal
+from vidtrack.camera import LENS_TERMS, Array, Camera, project
+from vidtrack.errors import VidtrackError
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""

@@ -9,10 +9,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.errors import VidtrackError
-from vidtrack.lag import Agreement, Lag, agreement, find_lag
-from vidtrack.resample import resample
-from vidtrack.straight import Line, fit_line
-from vidtrack.time_column import counting_of, regular, seconds_from_cells
+from vidtrack.motion.lag import Agreement, Lag, agreement, find_lag
+from vidtrack.motion.straight import Line, fit_line
+from vidtrack.timing.resample import resample
+from vidtrack.timing.time_column import counting_of, regular, seconds_from_cells
 
 Array = NDArray[np.float64]
 

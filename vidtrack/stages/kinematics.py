@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vidtrack.kinematics import finite_differences, motion
+from vidtrack.motion.kinematics import finite_differences, motion
 
 _AXES = ("x", "y", "z")
 COLUMNS = {
@@ -29,7 +29,7 @@ def kinematics(
     """Velocity and acceleration of every target, a row for each of its rows; and what to tell about the smoothing.
 
     trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, flag]; world units
-    method   spline (see `vidtrack.smoothing`) | differences (central, as the thesis; no sigma)
+    method   spline (see `vidtrack.motion.smoothing`) | differences (central, as the thesis; no sigma)
     noise    estimated: sigma is taken as relative and the record tells the rest | known: sigma is believed
     Where a sample is missing its row is NaN; a record is not bridged over gaps of more than two samples. flag
     adds to the trajectory's own: edge (an end of the record or of a gap: acceleration at least twice as unsure as

@@ -10,11 +10,10 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array
-from vidtrack.centroid_noise import noise_factor
-from vidtrack.clock import Clock, Clocks, estimate_clocks
-from vidtrack.correspondence import Correspondence, by_target
 from vidtrack.errors import VidtrackError
-from vidtrack.locate_record import (
+from vidtrack.location.centroid_noise import noise_factor
+from vidtrack.location.correspondence import Correspondence, by_target
+from vidtrack.location.locate_record import (
     Given,
     clock_record,
     clock_warnings,
@@ -24,12 +23,13 @@ from vidtrack.locate_record import (
     volume_record,
     warnings_of,
 )
-from vidtrack.matching import matched
-from vidtrack.resample import COINCIDE, common_times, interval
-from vidtrack.shared_survey import Survey, joint_covariance
-from vidtrack.triangulate import Located, locate_points
-from vidtrack.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
-from vidtrack.volume import distance_outside
+from vidtrack.location.matching import matched
+from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.triangulate import Located, locate_points
+from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
+from vidtrack.location.volume import distance_outside
+from vidtrack.timing.clock import Clock, Clocks, estimate_clocks
+from vidtrack.timing.resample import COINCIDE, common_times, interval
 
 SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors tell it."""

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from vidtrack.clock import Clock
 from vidtrack.errors import VidtrackError
-from vidtrack.plane import (
+from vidtrack.location.plane import (
     Plane,
     PlaneFit,
     fit_plane,
@@ -19,7 +18,8 @@ from vidtrack.plane import (
     world_covariance,
     world_from_frame_buffer,
 )
-from vidtrack.tilt import tilt
+from vidtrack.location.tilt import tilt
+from vidtrack.timing.clock import Clock
 
 COLUMNS = {
     "time_s": "s",
@@ -61,7 +61,7 @@ def locate_plane(
     """Locate every centroid in the plane in which the targets move.
 
     With `scale`: x = scale aspect Xf, y = scale Yf, world units per px; y runs down, as in the picture.
-    With `points`: the plane of known points, in their own axes; see `vidtrack.plane.fit_plane` for the models.
+    With `points`: the plane of known points, in their own axes; see `vidtrack.location.plane.fit_plane` for the models.
 
     centroids   time_s, target, Xf, Yf (px); timecode, flag, sd_x, sd_y (px) where there are any
     points      tag, x, y[, z, sigma], and Xf, Yf (px)[, sd_x, sd_y] unless `sightings` has those, by tag;

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from vidtrack import report_calibration as calibration
-from vidtrack import report_runs as told
-from vidtrack.page import Section, number, one_over, pick
+from vidtrack.telling import calibration_told as calibration
+from vidtrack.telling import runs_told as told
+from vidtrack.telling.page import Section, number, one_over, pick
 
 Record = Mapping[str, Any]
 

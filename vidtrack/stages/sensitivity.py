@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from vidtrack.accuracy import AXES
-from vidtrack.bundle import bundle
+from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.bundle import bundle
+from vidtrack.calibration.field_of_view import Field, diagonal_field, field_of_view, mean_depth, pixels_across
+from vidtrack.calibration.floor import NORMAL_MEAN_ABS, mean_length
+from vidtrack.calibration.prediction import Case, Prediction, in_picture, predicted
+from vidtrack.calibration.refine import refine
+from vidtrack.calibration.target_design import LEAST_PIXELS, least_diameter, pixels_found
 from vidtrack.camera import Array, Camera, contains, project
-from vidtrack.field_of_view import Field, diagonal_field, field_of_view, mean_depth, pixels_across
-from vidtrack.floor import NORMAL_MEAN_ABS, mean_length
-from vidtrack.prediction import Case, Prediction, in_picture, predicted
-from vidtrack.refine import refine
-from vidtrack.target_design import LEAST_PIXELS, least_diameter, pixels_found
-from vidtrack.triangulate import locate_points
+from vidtrack.location.triangulate import locate_points
 
 
 class Sensitivity(NamedTuple):

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vidtrack.accuracy import AXES, errors_by_axis, largest_distance
+from vidtrack.calibration.accuracy import AXES, errors_by_axis, largest_distance
+from vidtrack.calibration.field_of_view import diagonal_field
+from vidtrack.calibration.movement import TURNS, Movement, movement
+from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.camera import Array, Camera
-from vidtrack.field_of_view import diagonal_field
-from vidtrack.movement import TURNS, Movement, movement
-from vidtrack.refine import Uncertainty
-from vidtrack.shared_points import SharedPoints, side_by_side
-from vidtrack.triangulate import locate_points
+from vidtrack.location.triangulate import locate_points
 
 SURE = 0.001
 """ASSUME: a movement that a camera at rest would show less often than this is one."""
@@ -39,8 +39,8 @@ def stability(
     ..._points      points.parquet of each camera and set; only used sights count
     uncertainties   of the cameras before and after, for the change of lens
     sigma           units, survey tolerance of points that have none of their own
-    For each camera the movement in units and degrees with its standard deviation (see `vidtrack.movement`), how far
-    the picture moved, and the change of f; for all together, the errors by axis of the later points, located with
+    For each camera the movement in units and degrees with its standard deviation (see
+    `vidtrack.calibration.movement`), how far the picture moved, and the change of f; for all together, the errors by axis of the later points, located with
     the cameras of before (what the movement costs) and of after (what there would be without it).
     """
     sets = side_by_side(before_points, sigma=sigma), side_by_side(after_points, sigma=sigma)

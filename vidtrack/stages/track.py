@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.detection import Detection
 from vidtrack.errors import VidtrackError
-from vidtrack.fields import chosen_order, order_from_motion, order_from_pictures, split
-from vidtrack.frame import Frame, VideoInfo
-from vidtrack.look import PIXELS, X, Y
-from vidtrack.opening import SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
-from vidtrack.read_ahead import batches_ahead
-from vidtrack.recovery import FLAGS, RECOVERED
-from vidtrack.sample import Sample
-from vidtrack.threshold import automatic, background_level, noise_sd
-from vidtrack.timecode import parse
-from vidtrack.tracker import MEMORY, Rows, Starts, Tracker, present
-from vidtrack.tracking_quality import described, pixel_counts, pixel_locking, shares
+from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.timecode import parse
+from vidtrack.tracking.detection import Detection
+from vidtrack.tracking.look import PIXELS, X, Y
+from vidtrack.tracking.opening import SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.read_ahead import batches_ahead
+from vidtrack.tracking.recovery import FLAGS, RECOVERED
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.threshold import automatic, background_level, noise_sd
+from vidtrack.tracking.tracker import MEMORY, Rows, Starts, Tracker, present
+from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from vidtrack.calibration.refine import Uncertainty
 from vidtrack.camera import Camera
-from vidtrack.clock import Clock
 from vidtrack.errors import VidtrackError
-from vidtrack.frame import Frame, VideoInfo
 from vidtrack.jacobian import PARAMETERS, derivatives
-from vidtrack.refine import Uncertainty
-from vidtrack.transect import Transect, along_transect_sd, sampling_map, transect
-from vidtrack.waterline import water_edge
+from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
+from vidtrack.shore.waterline import water_edge
+from vidtrack.timing.clock import Clock
+from vidtrack.timing.frame import Frame, VideoInfo
 
 Array = NDArray[np.float64]
 

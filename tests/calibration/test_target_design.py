@@ -1,0 +1,67 @@
+"""The thesis's table A.3 and drawn discs are the witnesses."""
+
+import numpy as np
+import pytest
+
+from vidtrack.calibration.target_design import centroid_noise, least_diameter, pixels_found
+
+FIELD_CM, ROWS, COLUMNS = (622.0, 469.0), 480, 512  # appendix A.2: 6.22 x 4.69 m
+TABLE_A3 = {10: 26.38, 9.2: 20.78, 8.5: 18.38, 7.5: 14.04, 6.7: 10.68, 5.8: 8.62, 4.1: 3.68, 2.9: 1.51, 2.3: 0, 2.0: 0}
+"""Diameter, cm: average pixels found."""
+
+
+def test_pixels_found_are_those_of_the_thesis_experiment():
+    """Ten black circles, one field looked at; its counts vary by 1 to 4 pixels (table A.3's standard deviations)."""
+    cm_per_px = np.sqrt(FIELD_CM[0] / COLUMNS * FIELD_CM[1] / ROWS)
+    for diameter, counted in TABLE_A3.items():
+        assert pixels_found(diameter / cm_per_px, fields=1) == pytest.approx(counted, abs=1.3)
+
+
+def test_the_least_diameter_is_the_smallest_that_the_thesis_never_lost():
+    assert least_diameter(469.0) == pytest.approx(4.1, abs=0.15)  # 4.1 cm was never lost, 2.9 cm in 6 samples of 100
+
+
+def _discs(rng, diameter, n=300, size=20, sub=16):
+    """Pictures (n, size, size) of discs at random sub-pixel places, by the share of each pixel covered."""
+    centre = size / 2 + rng.uniform(-0.5, 0.5, (n, 2))
+    axis = (np.arange(size * sub) + 0.5) / sub - 0.5
+    pictures = np.empty((n, size, size))
+    for i, (x, y) in enumerate(centre):
+        inside = (axis - x) ** 2 + (axis[:, None] - y) ** 2 <= diameter**2 / 4
+        pictures[i] = inside.reshape(size, sub, size, sub).mean((1, 3))
+    return centre, pictures
+
+
+@pytest.mark.parametrize("diameter", [5.0, 8.0, 12.0])
+def test_a_weighted_centroid_of_drawn_discs_has_the_noise_foretold(diameter):
+    rng = np.random.default_rng(0)
+    centre, share = _discs(rng, diameter, n=300)
+    grey = np.round(40 + 150 * share + rng.normal(0, 6, share.shape)) - 40
+    at = np.arange(share.shape[1])
+    near = (at[None, None] - centre[:, 0, None, None]) ** 2 + (at[None, :, None] - centre[:, 1, None, None]) ** 2
+    grey = np.where(near <= (diameter / 2 + 1) ** 2, grey, 0)  # over the disc and its soft edge
+    X = (grey * at).sum((1, 2)) / grey.sum((1, 2))
+    told = centroid_noise(diameter, contrast=150, noise=6, systematic_px=0.0)
+    assert np.std(X - centre[:, 0]) == pytest.approx(told, rel=0.2)
+
+
+@pytest.mark.parametrize("diameter", [4.0, 8.0, 12.0])
+def test_a_binary_centroid_of_drawn_discs_has_the_error_foretold(diameter):
+    centre, share = _discs(np.random.default_rng(1), diameter, n=300)
+    taken = share > 0.5
+    X = (taken * np.arange(share.shape[1])).sum((1, 2)) / taken.sum((1, 2))
+    told = centroid_noise(diameter, contrast=200, noise=0, centroid="binary", systematic_px=0.0)
+    assert np.std(X - centre[:, 0]) == pytest.approx(told, rel=0.3)
+
+
+def test_what_is_systematic_does_not_average_out():
+    one, many = (centroid_noise(8.0, contrast=50, noise=5, frames=n) for n in (1, 10_000))
+    assert one > 0.03
+    assert many == pytest.approx(0.02, rel=0.01)
+
+
+def test_nonsense_is_refused():
+    with pytest.raises(ValueError, match="contrast"):
+        centroid_noise(8.0, contrast=0, noise=3)
+    with pytest.raises(ValueError, match="weighted, binary"):
+        centroid_noise(8.0, contrast=9, noise=3, centroid="mean")

@@ -1,0 +1,83 @@
+"""Where names are in doubt, one line says why and what would settle it."""
+
+import numpy as np
+import pytest
+
+from vidtrack.camera import project
+from vidtrack.errors import VidtrackError
+from vidtrack.labelling.configuration import label_with
+from vidtrack.labelling.label import Picks, View
+from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
+from vidtrack.simulate.rig import points_on_wires, thesis_rig
+
+SIZE = (512, 480)
+TAGS, POINTS = points_on_wires(rows=3, wires=3, balls=4, spacing=(24, 10, 8))
+ROWS = [np.arange(12 * r, 12 * r + 12) for r in range(3)]
+B = project(thesis_rig()[0], POINTS)
+VIEWS = [View(row, B[row], np.full((12, 2), 4.0)) for row in ROWS]
+CLIPS = ["row1", "row2", "row3"]
+
+
+def case(chosen=(), xy=None, points=POINTS, views=VIEWS):
+    chosen = np.array(chosen, int)
+    picks = Picks(chosen // 12, chosen, (B[chosen] if xy is None else np.asarray(xy, float)).reshape(-1, 2))
+    where = [f"calibration/{CLIPS[c // 12]}/picks.csv, line {i + 2}" for i, c in enumerate(chosen)]
+    return Case("cam1", CLIPS, TAGS, points, views, picks, where, SIZE)
+
+
+def answer(c):
+    return settled(c, label_with(c.points, c.views, c.picks, SIZE))
+
+
+def test_a_symmetric_layout_names_the_pick_that_settles_it():
+    with pytest.raises(VidtrackError, match="symmetric") as told:
+        answer(case())
+    line = str(told.value)
+    assert "\n" not in line
+    # one of the lines it offers is the truth, and adding that one does settle it
+    offered = [part.strip(" .").split(",") for part in line.split("is true:")[1].split(" or ")]
+    tag = offered[0][1]
+    true = [o for o in offered if np.hypot(*(np.array([float(o[2]), float(o[3])]) - B[int(tag) - 1])) < 1]
+    assert len(offered) == 2
+    assert len(true) == 1
+    labels = answer(case([int(tag) - 1], [[float(true[0][2]), float(true[0][3])]]))
+    assert all((blob == np.arange(12)).all() for blob in labels.blob)
+
+
+def test_swapped_picks_are_named_as_a_swap():
+    c = case([0, 3, 4, 7, 8, 11], B[[0, 8, 4, 7, 3, 11]])
+    lines = odd_picks(c, answer(c))
+    assert len(lines) == 2
+    assert "line 3: tag 4 of camera cam1" in lines[0]
+    assert lines[0].endswith("tags 4 and 9 are swapped")
+
+
+def test_a_pick_at_the_wrong_ball_says_which_ball_that_is():
+    c = case([0, 3, 5, 8, 11], B[[0, 3, 6, 8, 11]])
+    assert [line.split("; ")[1] for line in odd_picks(c, answer(c))] == ["the ball there is tag 7"]
+
+
+def test_mirrored_axes_are_recognised():
+    with pytest.raises(VidtrackError, match="left-handed"):
+        answer(case([0, 3, 8, 11, 17, 33], points=POINTS * [1, 1, -1.0]))
+
+
+def test_blobs_that_are_something_else_are_told_with_their_numbers():
+    rng = np.random.default_rng(0)
+    views = [v._replace(blobs=rng.uniform(50, 450, (7, 2)), reach=np.full((7, 2), 4.0)) for v in VIEWS]
+    with pytest.raises(VidtrackError, match=r"7 blobs for 12 tags in row1.*Name at least 4 balls"):
+        answer(case(views=views))
+    with pytest.raises(VidtrackError, match="on one line: add a ball off it"):
+        answer(case([0, 1, 2, 3], views=views))
+
+
+def test_a_missing_ball_has_its_reason():
+    keep = np.arange(12) != 5
+    b = B[ROWS[0]].copy()
+    b[7] += (9.0, 0.0)
+    views = [VIEWS[0]._replace(blobs=b[keep], reach=np.full((11, 2), 4.0)), *VIEWS[1:]]
+    labels = answer(case([12, 15, 20, 23], views=views))
+    assert "hidden or too dim" in missing_because(labels, 0, 5)
+    assert "nearest blob is 9.0 px" in missing_because(labels, 0, 7)
+    far = labels._replace(projected=[np.array([[600.0, 5.0]])])
+    assert missing_because(far, 0, 0) == "outside the picture"

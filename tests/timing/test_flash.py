@@ -1,0 +1,77 @@
+"""A light that goes on during an exposure says when."""
+
+import numpy as np
+import pytest
+
+from vidtrack.timing.flash import light_changes, timing_from_flash
+
+HZ = 30
+T = np.arange(300) / HZ
+
+
+def level(t, changes, rng, *, flicker=0.2, shutter=1.0):
+    """Mean brightness of exposures that begin at t; changes are (moment, grey levels)."""
+    out = np.full(t.size, 40.0)
+    for moment, size in changes:
+        out += size * np.clip((t + shutter / HZ - moment) * HZ / shutter, 0, 1)
+    return out + rng.normal(0, flicker, t.size)
+
+
+def test_a_light_switched_on_is_timed_to_a_fraction_of_a_picture():
+    rng = np.random.default_rng(0)
+    for moment in np.linspace(2.0, 2.0 + 1 / HZ, 13):
+        at, size, sd = light_changes(T, level(T, [(moment, 100)], rng))
+        assert len(at) == 1
+        assert at[0] * HZ == pytest.approx(moment * HZ, abs=0.02)
+        assert size[0] == pytest.approx(100, abs=2)
+        assert 0.001 < sd[0] * HZ < 0.02
+
+
+def test_on_and_off_are_told_apart_and_flicker_is_no_change():
+    rng = np.random.default_rng(1)
+    at, size, _ = light_changes(T, level(T, [(2.013, 100), (4.555, -60)], rng))
+    assert np.sign(size).tolist() == [1, -1]
+    assert at == pytest.approx([2.013, 4.555], abs=0.001)
+    assert len(light_changes(T, level(T, [], rng, flicker=3))[0]) == 0
+    assert len(light_changes(T[:3], T[:3])[0]) == 0
+
+
+def test_two_cameras_agree_on_when_the_light_went_on():
+    rng = np.random.default_rng(2)
+    changes = [(2.013, 100), (4.555, -100), (7.77, 100)]
+    late = 0.37 / HZ
+    a = level(T, changes, rng)
+    b = 0.5 * level(T + late, changes, rng)  # another lens; its clock shows 0.37 of a picture less
+    timing = timing_from_flash(T, a, T, b)
+    assert timing.clock.offset_s * HZ == pytest.approx(0.37, abs=0.03)
+    assert abs(timing.clock.offset_s - late) < 3 * timing.sd.offset_s
+    assert timing.n == 3
+
+
+def test_a_short_flash_tells_no_more_than_the_picture():
+    rng = np.random.default_rng(3)
+    a, b = level(T, [], rng), level(T, [], rng)
+    a[120] += 80
+    b[121] += 80
+    timing = timing_from_flash(T, a, T, b)
+    assert timing.clock.offset_s * HZ == pytest.approx(-1, abs=0.02)
+    assert timing.sd.offset_s * HZ == pytest.approx(np.sqrt(2 / 12), rel=0.01)
+
+
+def test_a_shutter_that_is_shut_half_the_time_is_allowed_for():
+    rng = np.random.default_rng(4)
+    moments = 2 + rng.uniform(0, 1 / HZ, 40)
+    off, sd = [], []
+    for moment in moments:
+        at, _, error = light_changes(T, level(T, [(moment, 100)], rng, shutter=0.5), shutter=0.5)
+        off.append(at[0] - moment)
+        sd.append(error[0])
+    assert np.abs(off).max() < 0.52 / HZ
+    assert np.sqrt(np.mean(np.square(off))) < 2.5 * np.mean(sd)
+
+
+def test_cameras_that_saw_no_common_change_are_not_timed():
+    rng = np.random.default_rng(5)
+    on, off = level(T, [(2, 100)], rng), level(T, [(3, -100)], rng)
+    assert np.isnan(timing_from_flash(T, on, T, off).sd.offset_s)
+    assert np.isnan(timing_from_flash(T, on, T, level(T, [], rng)).sd.offset_s)

@@ -1,0 +1,69 @@
+"""Two microphones hear one room."""
+
+import numpy as np
+import pytest
+
+from vidtrack.timing.sound import timing_from_sound
+
+HZ = 8000
+
+
+def room(seconds, rng):
+    """A room's sound: coloured noise, and a clap now and then."""
+    sound = rng.normal(size=seconds * HZ)
+    sound[rng.integers(0, sound.size, 5)] += 40
+    return np.convolve(sound, np.hanning(9), "same")
+
+
+def heard(sound, start, seconds, rate_ppm, noise, rng, gain=1.0):
+    at = (start + np.arange(seconds * HZ) / HZ * (1 + rate_ppm * 1e-6)) * HZ
+    return gain * np.interp(at, np.arange(sound.size), sound) + noise * rng.normal(size=at.size)
+
+
+def test_offset_and_rate_are_found_whatever_level_and_polarity():
+    rng = np.random.default_rng(0)
+    sound = room(32, rng)
+    a = heard(sound, 0.5, 30, 0, 0.5, rng)
+    b = heard(sound, 1.23456, 28, 50, 0.2, rng, gain=-0.3)
+    timing = timing_from_sound(a, b, HZ, start_a=10.5, start_b=11.0)
+    # b begins when a's clock shows 11.23456; a tenth of a sample is 12 us
+    assert timing.clock.offset_s == pytest.approx(0.23456, abs=1.2e-5)
+    assert timing.clock.rate_ppm == pytest.approx(50, abs=1)
+    assert 5e-6 < timing.sd.offset_s < 3e-5
+    assert timing.n == timing.of == 14
+
+
+def test_the_error_is_as_large_as_is_said():
+    off = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        sound = room(22, rng)
+        late = rng.uniform(0.2, 0.3)
+        a, b = heard(sound, 0.3, 20, 0, 3.0, rng), heard(sound, 0.3 + late, 20, 0, 3.0, rng)
+        timing = timing_from_sound(a, b, HZ)
+        assert timing.sd.offset_s < 1e-4
+        off.append((timing.clock.offset_s - late) / timing.sd.offset_s)
+    assert 0.2 < np.mean(np.square(off)) < 2.5
+
+
+def test_a_camera_that_was_muted_for_a_while_is_still_timed():
+    rng = np.random.default_rng(1)
+    sound = room(32, rng)
+    a, b = (heard(sound, s, 30, 0, 0.3, rng) for s in (0.0, 0.1))
+    b[10 * HZ : 16 * HZ] = 0
+    timing = timing_from_sound(a, b, HZ)
+    assert timing.clock.offset_s == pytest.approx(0.1, abs=1e-5)
+    assert timing.n < timing.of
+
+
+def test_rooms_that_have_nothing_in_common_tell_nothing():
+    rng = np.random.default_rng(2)
+    timing = timing_from_sound(rng.normal(size=20 * HZ), rng.normal(size=20 * HZ), HZ)
+    assert np.isnan(timing.sd.offset_s)
+    assert np.isnan(timing_from_sound(np.zeros(20 * HZ), np.zeros(20 * HZ), HZ).sd.offset_s)
+    assert np.isnan(timing_from_sound(np.ones(10), np.ones(10), HZ).sd.offset_s)
+
+
+def test_sound_in_stereo_is_refused():
+    with pytest.raises(ValueError, match="sound must be"):
+        timing_from_sound(np.zeros((2, 10)), np.zeros(10), HZ)

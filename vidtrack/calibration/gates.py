@@ -1,0 +1,241 @@
+"""What stands between a set of points and a camera to be trusted: each gate says the reason and the cure in one line.
+
+A gate returns None, or the line without its place (the caller knows which camera it speaks of). Those that find that no
+camera can be had refuse; those that find it will be poor warn. The sizes come from trials: see each constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.calibration.dlt import decomposed, dlt
+from vidtrack.calibration.lens import points_needed
+from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.tsai import centred, closed_form
+from vidtrack.camera import Array, Camera, distorted_from_frame_buffer, fold_radius
+
+FLAT = 0.005
+"""Third over first singular value of the points about their mean: at 0.0056 f comes out 5 % wrong, at 0.0006, 68 %."""
+
+NEARLY_FLAT = 0.06
+"""At 0.028 f is still 0.6 % wrong."""
+
+LINEAR_NEEDS = 7
+
+
+def too_few(n: int, refine: str, model: str = "tsai", coplanar: bool = False) -> str | None:
+    """Refuse: fewer points than the method has need of; 7 for the closed form, 11 for the full fit."""
+    linear = refine in ("linear", "centre")
+    needed = (5 if coplanar else LINEAR_NEEDS) if linear else points_needed("tsai" if model == "auto" else model)
+    if n >= needed:
+        return None
+    method = f"the {'coplanar' if coplanar else 'noncoplanar'} closed form" if linear else f"the full fit of {model}"
+    other = "" if linear or n < LINEAR_NEEDS else ", or set calibration.refine: linear, which needs 7"
+    return f"{n} usable calibration points; {method} needs {needed}. Add points{other}."
+
+
+def flatness(p: ArrayLike) -> float:
+    """Third over first singular value of points (n, 3) about their mean: 0 for points in one plane."""
+    s = np.linalg.svd(centred(np.asarray(p, float))[1], compute_uv=False)
+    return float(s[2] / s[0]) if len(s) == 3 and s[0] > 0 else 0.0
+
+
+def straight(p: ArrayLike) -> str | None:
+    """Refuse: all points on one line, from which no camera follows."""
+    s = np.linalg.svd(centred(np.asarray(p, float))[1], compute_uv=False)
+    if s[1] >= FLAT * s[0]:
+        return None
+    return f"the {len(np.asarray(p))} points lie on one line. Spread them over all three axes."
+
+
+def coplanar(p: ArrayLike, refine: str, fixed: Sequence[str]) -> str | None:
+    """Refuse: points in one plane, unless what one plane cannot tell is held (Sx; and Cx, Cy in a full fit)."""
+    ratio = flatness(p)
+    held = ("Sx",) if refine in ("linear", "centre") else ("Sx", "Cx", "Cy")
+    if ratio >= FLAT or set(held) <= set(fixed):
+        return None
+    return (
+        f"the {len(np.asarray(p))} points are coplanar (third over first singular value {ratio:.4f}, below {FLAT}): "
+        f"Sx and the optical centre cannot be told from one plane. Add points at least a tenth of the target's width "
+        f"off the plane; or set calibration.refine: linear and calibration.fix: [Sx] for the coplanar method, "
+        f"which takes Sx = 1."
+    )
+
+
+def nearly_coplanar(p: ArrayLike) -> str | None:
+    """Warn: points so near to one plane that f and the distance trade off."""
+    ratio = flatness(p)
+    if not FLAT <= ratio < NEARLY_FLAT:
+        return None
+    return (
+        f"the points are nearly coplanar (third over first singular value {ratio:.3f}, below {NEARLY_FLAT}): f, the "
+        f"distance and the optical centre are poorly told apart. Add points farther off the plane."
+    )
+
+
+def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> str | None:
+    """Warn: a plane of points seen nearly square on, where f and the distance cannot be told apart."""
+    _, q, _ = centred(np.asarray(p, float))
+    normal = np.linalg.svd(q, full_matrices=False)[2][2]
+    angle = float(np.degrees(np.arccos(min(1.0, abs(float(camera.R[2] @ normal))))))
+    if angle > limit_deg:
+        return None
+    return f"the plane of the points is seen {angle:.0f} deg from square on: f is a guess. Tilt it by 30 deg or more."
+
+
+def handedness(p: ArrayLike, b: ArrayLike, Cx: float, Cy: float, dx: float, dy: float) -> int:
+    """-1 where the points can only be seen by a mirrored camera, 1 where by a true one, 0 where too flat to tell.
+
+    Two witnesses must agree on a mirror: the DLT's determinant, and Tsai's f or depths below 0.
+    """
+    p, b = np.asarray(p, float), np.asarray(b, float)
+    if flatness(p) < FLAT:
+        return 0
+    direct = decomposed(dlt(p, b))
+    s = closed_form(p, b, Cx=Cx, Cy=Cy, dx=dx, dy=dy)
+    votes = (float(s.f) > 0) and bool((s.depth > 0).mean() > 0.5)
+    if direct.handed < 0:
+        return 0 if votes else -1
+    return 1
+
+
+def mirrored(sense: int) -> str | None:
+    """Refuse: a camera that would need mirrored axes (f or depths below 0)."""
+    if sense >= 0:
+        return None
+    return (
+        "mirrored axes: the points fit only a camera with a negative focal length, with every depth behind it. "
+        "The world axes must be right-handed (x to y turns as z points) and Yf must run down the picture: "
+        "negate one column of points.csv or exchange two, or flip the picture back."
+    )
+
+
+def folded(camera: Camera) -> str | None:
+    """Warn: a lens model that turns back on itself inside the picture."""
+    fold = fold_radius(camera)
+    if not np.isfinite(fold):
+        return None
+    width, height = camera.image_size
+    x, y = np.meshgrid(np.linspace(-0.5, width - 0.5, 65), np.linspace(-0.5, height - 0.5, 65))
+    r = np.hypot(*np.moveaxis(distorted_from_frame_buffer(camera, np.stack([x, y], -1)), -1, 0))
+    share = float((r > fold).mean())
+    if share == 0:
+        return None
+    return (
+        f"kappa1 = {camera.kappa1:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
+        f"optical centre: {max(100 * share, 1):.0f} % of the picture sees nothing. Add points near the corners, or set "
+        f"calibration.model: tsai2, or calibration.fix: [kappa1]."
+    )
+
+
+SMALL_HULL = 0.04
+"""Share of the picture below which the hull of the points leaves the lens and the centre to guesswork."""
+
+
+def bunched(b: ArrayLike, image_size: tuple[int, int]) -> str | None:
+    """Warn: points bunched in a corner of the picture, or in a small part of it."""
+    b = np.asarray(b, float)
+    width, height = image_size
+    low, high = b.min(0), b.max(0)
+    span = (high - low) / (width, height)
+    where = ((low + high) / 2 + 0.5) / (width, height) - 0.5  # from the middle, in pictures
+    share = hull_area(b) / (width * height)
+    corner = bool((span < 0.5).all() and (np.abs(where) > 0.12).all())
+    if not corner and share >= SMALL_HULL:
+        return None
+    sides = f"{'upper' if where[1] < 0 else 'lower'} {'left' if where[0] < 0 else 'right'} corner"
+    place = f"bunched in the {sides} of the picture" if corner else "bunched in a small part of the picture"
+    return (
+        f"the points are {place} ({100 * share:.0f} % of its area): lens and optical centre are guesses elsewhere. "
+        f"Spread the points over the picture, or move nothing outside their part of it."
+    )
+
+
+def hull_area(b: Array) -> float:
+    """Area, px^2, of the convex hull of positions (n, 2): Andrew's chain and the shoelace formula."""
+    points = sorted({(float(x), float(y)) for x, y in b})
+    if len(points) < 3:
+        return 0.0
+
+    def chain(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        hull: list[tuple[float, float]] = []
+        for q in ordered:
+            while len(hull) > 1 and _turn(hull[-2], hull[-1], q) <= 0:
+                hull.pop()
+            hull.append(q)
+        return hull[:-1]
+
+    x, y = np.array(chain(points) + chain(points[::-1])).T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+UNSURE_CENTRE_PX = 25.0
+UNSURE_F = 0.03
+
+
+def unsure(camera: Camera, uncertainty: Uncertainty) -> str | None:
+    """Warn: standard errors so large that the points do not settle the camera: too shallow, too few or too noisy."""
+    sd = dict(zip(uncertainty.names, uncertainty.standard_errors.tolist(), strict=True))
+    told = [f"{name} +- {sd[name]:.0f} px" for name in ("Cx", "Cy") if sd.get(name, 0) > UNSURE_CENTRE_PX]
+    if sd.get("f", 0) > UNSURE_F * camera.f:
+        told.append(f"f +- {100 * sd['f'] / camera.f:.0f} %")
+    if not told:
+        return None
+    return (
+        f"the points leave {', '.join(told)}. Add points at other depths (half the distance deep is good), "
+        f"or set a calibration.prior or calibration.fix for what you know."
+    )
+
+
+def plain_lens(plain_px: float, rich_px: float, model: str) -> str | None:
+    """Warn: a lens model that leaves much more error than richer ones do; both errors with parameters counted."""
+    if not rich_px < 0.8 * plain_px:
+        return None
+    return (
+        f"the lens model {model} leaves {plain_px:.2g} px where a richer one leaves {rich_px:.2g} px: "
+        f"set calibration.model: auto."
+    )
+
+
+def swapped(tag: str, other: str) -> str:
+    """Warn: two tags that lie at each other's places."""
+    return (
+        f"tags {tag} and {other} are swapped: each lies where the other should be. Both are left out; "
+        f"exchange them in picks.csv or points.csv."
+    )
+
+
+def rejected(tags: Sequence[str], n: int, farthest_px: float) -> str | None:
+    """Warn: points left out because no camera that fits the rest sees them there."""
+    if not tags:
+        return None
+    names = ", ".join(tags[:12]) + (", ..." if len(tags) > 12 else "")
+    return (
+        f"{len(tags)} of {n} points left out, up to {farthest_px:.3g} px off: tags {names}. "
+        f"Check their names and places; points.parquet has the reason for each."
+    )
+
+
+def disagreeing(kept: int, n: int) -> str | None:
+    """Refuse: most points disagree with the camera that the others make."""
+    if kept >= n / 2:
+        return None
+    return (
+        f"only {kept} of {n} points agree on one camera. Check that the tags go with the right balls, "
+        f"that points.csv is right-handed, and that the camera did not move between clips."
+    )
+
+
+def at_edge(Cx: float, Cy: float, reach: float) -> str:
+    """Warn: the centre search ended at the edge of its reach."""
+    return (
+        f"the best centre lies at the edge of the search, {reach:g} px from Cx {Cx:g}, Cy {Cy:g}. "
+        f"Move Cx and Cy there, or set calibration.refine: full."
+    )

@@ -1,0 +1,133 @@
+"""Fit one camera from several starts: the DLT, and Tsai's closed form at the nominal centre and at the DLT's.
+
+Alone, each of them leads the refinement into a worse minimum now and then: Tsai's where the optical axis lies far
+from the nominal centre, the DLT where the lens bends strongly or the points are few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.calibration.dlt import camera_from_dlt, dlt
+from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
+from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form, closed_form_coplanar
+from vidtrack.camera import LENS_TERMS, Array, Camera, contains, project
+
+COARSE = 1e-4
+"""Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
+
+
+MOST_COARSE_STEPS = 60
+
+
+class Nominal(NamedTuple):
+    """What is known of a camera before it is calibrated."""
+
+    Cx: float  # px
+    Cy: float
+    dx: float  # mm, or px where no sensor is given
+    dy: float
+    image_size: tuple[int, int]  # px
+
+
+def tsai_solution(
+    p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False
+) -> ClosedForm:
+    """Tsai's closed form at the nominal centre, Sx and kappa1 held where they are fixed."""
+    fixed = fixed or {}
+    held = {name: fixed[name] for name in ("Sx", "kappa1") if name in fixed}
+    method = closed_form_coplanar if coplanar else closed_form
+    Cx, Cy = fixed.get("Cx", nominal.Cx), fixed.get("Cy", nominal.Cy)
+    return method(p, b, Cx=Cx, Cy=Cy, dx=nominal.dx, dy=nominal.dy, **held)
+
+
+def starts(
+    p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False
+) -> list[Camera]:
+    """Cameras to refine from, those that can be had: empty where the axes are mirrored or the points too few."""
+    found: list[Camera] = []
+    centres = [nominal]
+    if not coplanar:
+        try:
+            direct = camera_from_dlt(dlt(p, b), dx=nominal.dx, dy=nominal.dy, image_size=nominal.image_size)
+        except (ValueError, np.linalg.LinAlgError):
+            pass
+        else:
+            found.append(direct)
+            if contains(direct, (direct.Cx, direct.Cy), margin=-max(nominal.image_size)):
+                centres.append(nominal._replace(Cx=direct.Cx, Cy=direct.Cy))
+    for centre in centres:
+        try:
+            solution = tsai_solution(p, b, centre, fixed, coplanar=coplanar)
+            found.append(camera_from_closed_form(solution, nominal.image_size))
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+    return [camera.with_(**fixed) for camera in found] if fixed else found
+
+
+def fit_camera(
+    p: Array,
+    b: Array,
+    nominal: Nominal,
+    *,
+    model: str = "tsai",
+    fixed: Mapping[str, float] | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+    sd: ArrayLike | None = None,
+    survey: ArrayLike | None = None,
+    near: Camera | None = None,
+    coplanar: bool = False,
+    tolerance: float = 1e-12,
+) -> Fit | None:
+    """The best full refinement of a lens model over all starts; None where no start makes a camera.
+
+    fixed   name: value of parameters that are held
+    near    a camera already close to the answer: the only start then
+    The starts are refined coarsely, and to the end only those whose errors differ: as a rule it is one.
+    The richer lens models start from the plain one's answer. Other arguments as for `refine`.
+    """
+    fixed = dict(fixed or {})
+    priors = dict(priors or {})
+    plain = free_parameters("tsai", tuple(fixed))
+    free = free_parameters(model, tuple(fixed))
+
+    def run(camera: Camera, names: tuple[str, ...], to: float) -> Fit:
+        known = {name: prior for name, prior in priors.items() if name in names}
+        most = MOST_COARSE_STEPS if to > tolerance else 300
+        return refine(camera, p, b, free=names, priors=known, sd=sd, survey=survey, tolerance=to, max_iterations=most)
+
+    if near is not None:
+        return run(with_lens_of(near, model).with_(**fixed), free, tolerance)
+    fits = [run(camera, plain, COARSE) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
+    if not fits:
+        return None
+    if free == plain:
+        return best_of([run(fit.camera, plain, tolerance) for fit in distinct(fits)])
+    best = best_of(fits)
+    richer = run(best.camera, free, tolerance)
+    return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
+
+
+def distinct(fits: list[Fit]) -> list[Fit]:
+    """Fits of different cost, cheapest first, without those that cost ten times the least: they lead elsewhere."""
+    ordered = sorted(fits, key=lambda fit: fit.cost)
+    kept = ordered[:1]
+    for fit in ordered[1:]:
+        if kept[-1].cost * (1 + 30 * COARSE) < fit.cost < 10 * kept[0].cost:
+            kept.append(fit)
+    return kept
+
+
+def with_lens_of(camera: Camera, model: str) -> Camera:
+    """The camera without the lens terms that a model does not have."""
+    return camera.with_(**{term: 0.0 for term in LENS_TERMS["affine"] if term not in LENS_TERMS[model]})
+
+
+def distances(camera: Camera, p: Array, b: Array) -> Array:
+    """How far each measured position (n, 2) lies from its projection, px; inf where the point does not project."""
+    off = np.sqrt(((b - project(camera, p)) ** 2).sum(-1))
+    return np.where(np.isfinite(off), off, np.inf)

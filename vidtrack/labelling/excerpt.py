@@ -1,0 +1,49 @@
+"""The frames of a recording between two instants that a person named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from vidtrack.errors import VidtrackError
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.timecode import parse
+
+Instant = str | int
+"""A time code, or the number of a frame."""
+
+
+def between(
+    frames: Iterable[Frame], info: VideoInfo, start: Instant | None, end: Instant | None, *, where: str
+) -> Iterator[Frame]:
+    """The frames from start to end, both included; None leaves that side open.
+
+    where  the place of the two settings in the config, for messages
+    Raises VidtrackError, before a frame is read, for a time code that is none or that the recording cannot be held to.
+    """
+    first, last = (_instant(f"{where}.{word}", value, info) for word, value in (("start", start), ("end", end)))
+    return _chosen(frames, first, last, 0.5 / float(info.rate))
+
+
+def _chosen(
+    frames: Iterable[Frame], first: int | float | None, last: int | float | None, slack: float
+) -> Iterator[Frame]:
+    for frame in frames:
+        time = float(frame.time)
+        if first is not None and (frame.index < first if isinstance(first, int) else time < first - slack):
+            continue
+        if last is not None and (frame.index > last if isinstance(last, int) else time > last + slack):
+            return
+        yield frame
+
+
+def _instant(where: str, value: Instant | None, info: VideoInfo) -> int | float | None:
+    """A frame number as it is; a time code as seconds after the first frame."""
+    if value is None or isinstance(value, int):
+        return value
+    if not info.time.anchors:
+        raise VidtrackError(f"{where}: {value!r} is a time code, but the recording carries none. Give a frame number.")
+    try:
+        code = parse(value, info.time.code_rate, info.time.drop or None)
+    except ValueError as error:
+        raise VidtrackError(f"{where}: {error}.") from None
+    return float(info.time.time_of(float(code.seconds)))

@@ -1,0 +1,121 @@
+"""A clip of balls that stand still: averaged to one picture, every blob measured, and how far each one trembles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.labelling.still import FrameLike, Still, average, sample
+from vidtrack.tracking.blobs import Blobs, find_blobs
+
+Array = NDArray[np.float64]
+Picture = NDArray[Any]
+
+SCATTER_FRAMES = 24
+"""Frames whose centroids tell how much a ball's position scatters."""
+SMALLEST_SD = 0.002
+"""px; frames that a codec copies do not scatter at all, which does not make them exact."""
+SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
+"""What of the detect settings finds blobs."""
+
+
+class Shot(NamedTuple):
+    """One clip, averaged and searched.
+
+    still    grey levels 0-255
+    at       (n, 2) px, where its blobs are; sd (n, 2) px, one standard deviation of that
+    tremble  (n, 2) px, standard deviation of a single frame's centroid; NaN where fewer than three frames tell
+    seen     frames in the clip; damaged: how many of them were damaged, and left out
+    """
+
+    still: Still
+    blobs: Blobs
+    at: Array
+    sd: Array
+    tremble: Array
+    settings: dict[str, Any]
+    seen: int
+    damaged: int
+
+
+def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None = None) -> Shot:
+    """Average frames of a static scene and measure every blob on the mean.
+
+    detect  polarity, threshold, min_pixels, centroid, as `find_blobs` takes them; other keys are passed over
+    bits    significant bits of 16-bit luma
+    The sd is the tremble over the root of the number of frames; for a lone frame, what noise and contrast make of it.
+    Raises ValueError where no frame is good or sizes differ.
+    """
+    taken = sample(frames)
+    scale = np.float32(255.0 / (2 ** (bits or 8 * taken.lumas.dtype.itemsize) - 1))
+    still = average(taken.lumas)
+    still = still._replace(mean=still.mean * scale, sd=still.sd * scale)
+    settings = {name: detect[name] for name in SETTINGS if detect.get(name) is not None}
+    # a lone frame keeps its whole levels, by which its noise is known
+    blobs = find_blobs(taken.lumas[0] if still.frames == 1 else still.mean, bits=bits, **settings)
+    at = np.stack([blobs.Xf, blobs.Yf], -1)
+    tremble = _tremble(taken.lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits)
+    alone = np.stack([blobs.sd_x, blobs.sd_y], -1)
+    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), alone)
+    return Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
+
+
+def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
+    """The shot of a small window about xy (2,) px, `reach` px to each side, with an automatic threshold of its own.
+
+    A ball too dim for the threshold of the whole picture may show. None where it does not.
+    """
+    rows, columns = shot.still.mean.shape
+    left, top = (max(0, int(np.floor(c - reach))) for c in xy)
+    right, bottom = min(columns, int(np.ceil(xy[0] + reach)) + 1), min(rows, int(np.ceil(xy[1] + reach)) + 1)
+    if right - left < 8 or bottom - top < 8:
+        return None
+    window = np.ascontiguousarray(shot.still.mean[top:bottom, left:right])
+    blobs = find_blobs(window, **{**shot.settings, "threshold": "auto"})
+    whole = ~blobs.edge
+    if not whole.any():
+        return None
+    blobs = Blobs._make(column[whole] for column in blobs)
+    blobs = blobs._replace(Xf=blobs.Xf + left, Yf=blobs.Yf + top, left=blobs.left + left, top=blobs.top + top)
+    at, sd = np.stack([blobs.Xf, blobs.Yf], -1), np.stack([blobs.sd_x, blobs.sd_y], -1)
+    return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), tremble=np.full(at.shape, np.nan))
+
+
+def _tremble(lumas: Picture, at: Array, reach: Array, settings: dict[str, Any], bits: int | None) -> Array:
+    """(n, 2) px, scatter of single frames' centroids within `reach` of the mean's; NaN for fewer than three frames."""
+    chosen = lumas[np.unique(np.linspace(0, len(lumas) - 1, min(len(lumas), SCATTER_FRAMES)).round().astype(int))]
+    places = np.full((len(chosen), len(at), 2), np.nan)
+    for k, luma in enumerate(chosen if len(chosen) >= 3 and len(at) else ()):
+        found = find_blobs(luma, bits=bits, **settings)
+        here = np.stack([found.Xf, found.Yf], -1)
+        if len(here):
+            d = np.linalg.norm(here[None] - at[:, None], axis=-1)
+            nearest = d.argmin(1)
+            same = d[np.arange(len(at)), nearest] < reach
+            places[k, same] = here[nearest[same]]
+    count = np.isfinite(places[..., 0]).sum(0)[:, None]
+    middle = np.nansum(places, 0) / np.maximum(count, 1)
+    spread = np.sqrt(np.nansum((places - middle) ** 2, 0) / np.maximum(count - 1, 1))
+    return np.where(count >= 3, spread, np.nan)
+
+
+def composite(shots: Iterable[Shot]) -> NDArray[np.uint8]:
+    """One picture (rows, columns) with the balls of all shots: at each pixel the shot that stands out most there."""
+    best: NDArray[np.float32] | None = None
+    out: NDArray[np.float32] | None = None
+    for shot in shots:
+        mean = shot.still.mean
+        stands_out = mean - np.median(mean)
+        if shot.settings.get("polarity") == "dark":
+            stands_out = -stands_out
+        if out is None or best is None:
+            out, best = mean.copy(), stands_out
+        else:
+            more = stands_out > best
+            out[more], best[more] = mean[more], stands_out[more]
+    if out is None:
+        raise ValueError("no shots")
+    return np.clip(np.rint(out), 0, 255).astype(np.uint8)

@@ -1,0 +1,142 @@
+"""Whether the names of balls can be believed; and where not, why, and which pick would settle it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.camera import Array
+from vidtrack.errors import VidtrackError
+from vidtrack.labelling.label import GATE, Labels, Picks, View, agreeing, complete, crowding_limit
+from vidtrack.labelling.seeds import label_from_picks, on_one_line
+
+LEAST_SHARE = 0.6
+"""Of the balls that should be in the picture, how many must be found before labels are believed."""
+
+
+class Case(NamedTuple):
+    """One camera's balls, and how to speak of them.
+
+    clips   names of the views; tags: names of the points
+    points  (m, 3) world units
+    where   the place in the files of each pick
+    """
+
+    camera: str
+    clips: Sequence[str]
+    tags: Sequence[str]
+    points: Array
+    views: Sequence[View]
+    picks: Picks
+    where: Sequence[str]
+    image_size: tuple[int, int]
+
+
+def settled(case: Case, answers: Sequence[Labels]) -> Labels:
+    """The one answer that can be believed.
+
+    answers   best first, rivals after it (`configuration.label_with`)
+    Raises VidtrackError, one line, where there is none or more than one.
+    At most a third of the picks may be at odds with the answer; `odd_picks` tells which.
+    """
+    if not answers:
+        raise VidtrackError(_nothing_fits(case, None))
+    if len(answers) > 1:
+        raise VidtrackError(_look_alike(case, answers))
+    best, agree = answers[0], agreeing(answers[0], case.picks)
+    close = best.sd < 0.8 * crowding_limit(case.views)
+    if not complete(best, case.picks) and len(agree) >= 4 and _mirrored(case):
+        raise VidtrackError(
+            f"calibration/points.csv: the balls that camera {case.camera} sees fit only its mirror image: the axes are "
+            "left-handed. Swap two columns, or change the sign of one."
+        )
+    share = LEAST_SHARE if close else 0.85
+    if best.matched < share * best.expected or 3 * (~agree).sum() > len(agree):
+        raise VidtrackError(_nothing_fits(case, best))
+    return best
+
+
+def odd_picks(case: Case, labels: Labels) -> list[str]:
+    """What is wrong with each pick that the labels contradict, a line each."""
+    return [_odd_pick(case, labels, int(i)) for i in np.flatnonzero(~agreeing(labels, case.picks))]
+
+
+def missing_because(labels: Labels, view: int, row: int) -> str:
+    """Why a point of a view has no blob."""
+    at, sd = labels.projected[view][row], labels.sd
+    width, height = labels.pose.camera.image_size
+    if not (np.isfinite(at).all() and (at > -0.5).all() and at[0] < width - 0.5 and at[1] < height - 0.5):
+        return "outside the picture"
+    if labels.merged[view][row]:
+        return "its picture runs into another ball's"
+    there, off = f"({at[0]:.1f}, {at[1]:.1f}), where it should be", labels.nearest[view][row]
+    if off < 0.03 * width:
+        return f"the nearest blob is {off:.1f} px from {there}; {GATE * sd:.1f} is allowed"
+    return f"no blob at {there}: hidden or too dim"
+
+
+def _odd_pick(case: Case, labels: Labels, i: int) -> str:
+    v, point, xy = int(case.picks.view[i]), int(case.picks.point[i]), case.picks.xy[i]
+    at = labels.projected[v]
+    own = at[np.searchsorted(case.views[v].points, point)]
+    text = (
+        f"{case.where[i]}: tag {case.tags[point]} of camera {case.camera} is picked at ({xy[0]:g}, {xy[1]:g}), "
+        f"but all else puts it at ({own[0]:.0f}, {own[1]:.0f})"
+    )
+    d = np.nan_to_num(np.linalg.norm(at - xy, axis=-1), nan=np.inf)
+    other = int(case.views[v].points[d.argmin()])
+    if d.min() > 0.03 * case.image_size[0]:
+        return text
+    back = np.flatnonzero((case.picks.point == other) & (case.picks.view == v))
+    if any(np.linalg.norm(case.picks.xy[j] - own) < 0.03 * case.image_size[0] for j in back):
+        return f"{text}; tags {case.tags[point]} and {case.tags[other]} are swapped"
+    return f"{text}; the ball there is tag {case.tags[other]}"
+
+
+def _nothing_fits(case: Case, best: Labels | None) -> str:
+    where = f"calibration: camera {case.camera}"
+    if best is not None and best.matched >= LEAST_SHARE * best.expected:
+        return "; ".join(odd_picks(case, best)) + ". Correct these picks."
+    counts = ", ".join(
+        f"{len(view.blobs)} blobs for {len(view.points)} tags in {clip}"
+        for clip, view in zip(case.clips, case.views, strict=True)
+    )
+    share = f"; the best attempt names {best.matched} of {best.expected}" if best is not None else ""
+    return f"{where}: no view of points.csv explains the balls ({counts}{share}). {_cure(case)}"
+
+
+def _cure(case: Case) -> str:
+    n = len(case.picks.point)
+    if n == 0:
+        return "Name at least 4 balls, not on one line, in a clip's picks.csv."
+    if n < 4:
+        return f"{n} picks are too few here: name at least 4 balls, not on one line, in a clip's picks.csv."
+    if on_one_line(case.points[case.picks.point]):
+        return "The picks lie on one line: add a ball off it."
+    return "Check the picks, the clips' tags and the threshold, or pick more balls."
+
+
+def _mirrored(case: Case) -> bool:
+    found = label_from_picks(case.points * (1.0, 1.0, -1.0), case.views, case.picks, case.image_size)
+    return bool(found) and complete(found[0], case.picks)
+
+
+def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
+    """Names the pick that would settle it: the ball whose place differs most among the answers."""
+    n = len(answers)
+    choice: tuple[float, int, int] = (-1.0, 0, 0)
+    for v in range(len(case.views)):
+        at = np.stack([labels.projected[v] for labels in answers], 1)
+        apart = np.linalg.norm(at[:, :, None] - at[:, None], axis=-1) + np.where(np.eye(n, dtype=bool), np.inf, 0)
+        least = np.nan_to_num(apart.min((1, 2)), nan=-1.0)
+        choice = max(choice, (float(least.max(initial=-1.0)), v, int(least.argmax())), key=lambda c: c[0])
+    _, v, row = choice
+    tag = case.tags[int(case.views[v].points[row])]
+    lines = [f"{case.camera},{tag},{b[0]:.0f},{b[1]:.0f}" for b in (labels.projected[v][row] for labels in answers)]
+    told = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
+    return (
+        f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways "
+        f"that fit equally well, because the layout is symmetric. Add the line that is true: {told}."
+    )

@@ -1,0 +1,177 @@
+"""What is to be told of a located run: clocks, correspondence, noise, samples, volume; and warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from vidtrack.camera import Array
+from vidtrack.location.correspondence import NONE, Correspondence
+from vidtrack.location.triangulate import Located
+from vidtrack.location.views import View
+from vidtrack.timing.clock import Clock, Clocks
+
+Given = Clock | Literal["auto"]
+
+UNEXPLAINED, LEAST_UNEXPLAINED_PX = 5.0, 0.2
+"""Reprojection errors beyond so many sd of the centroids, and so many px, are no noise but a wrong clock or camera."""
+
+
+def clock_record(
+    views: Sequence[View], given: Sequence[Given], used: Sequence[Clock], estimated: Clocks | None
+) -> dict[str, Any]:
+    """Each camera's clock and where it comes from; what was estimated with its interval and its error curve."""
+    cameras: dict[str, Any] = {}
+    for i, view in enumerate(views):
+        own = {"offset_s": used[i].offset_s, "rate_ppm": used[i].rate_ppm, "source": "config"}
+        if given[i] == "auto" and estimated is not None:
+            offset, rate = estimated.interval95(i)
+            own |= {"source": "motion" if estimated.sd[i].offset_s else "reference"}
+            own |= {"offset_s_sd": estimated.sd[i].offset_s, "rate_ppm_sd": estimated.sd[i].rate_ppm}
+            own |= {"offset_s_95": list(offset), "rate_ppm_95": list(rate), "ambiguous": estimated.ambiguous[i]}
+            if np.isfinite(estimated.error_by_offset[i]).any():
+                tried = (estimated.offsets + used[i].offset_s).tolist()
+                own |= {"offsets_s": tried, "error_px": estimated.error_by_offset[i].tolist()}
+        cameras[view.name] = own
+    record: dict[str, Any] = {"cameras": cameras}
+    if estimated is not None:
+        record |= {"error_px": estimated.error_px, "error_before_px": estimated.error_before_px}
+    return record
+
+
+def clock_warnings(names: Sequence[str], estimated: Clocks, free: Sequence[int], step: float) -> list[str]:
+    """What to tell of clocks that the motion does not settle; step is the sampling interval, s."""
+    out = []
+    for i in free:
+        sd = estimated.sd[i].offset_s
+        if not sd < 0.1 * step:
+            out.append(
+                f"cameras.{names[i]}.clock: the motion does not tell it (standard error {1e3 * sd:.3g} ms). "
+                "Move a target across the epipolar lines, or give offset_s."
+            )
+        elif estimated.ambiguous[i]:
+            out.append(
+                f"cameras.{names[i]}.clock: another offset fits about as well as {estimated.clocks[i].offset_s:.4g} s "
+                "(a periodic motion). Give offset_s to within a period."
+            )
+    return out
+
+
+def match_record(
+    views: Sequence[View], match: Correspondence, labels: Sequence[str], located: Located, tolerance_px: float
+) -> dict[str, Any]:
+    """Which tracks make each target, how well they fit, in px and in world units, and what is left over."""
+    scale = _world_per_px(views, located)
+    targets = {}
+    for k, label in enumerate(labels):
+        targets[label] = {
+            "tracks": {
+                v.name: [v.tracks[i] for i in np.flatnonzero(t == k)] for v, t in zip(views, match.target, strict=True)
+            },
+            "error_px": float(match.error_px[k]),
+            "error": float(match.error_px[k]) * scale,
+            "runner_up_px": float(match.runner_up_px[k]),
+            "ambiguous": bool(match.ambiguous[k]),
+            "moments": int(match.n_common[k]),
+        }
+    unmatched = {
+        v.name: [v.tracks[i] for i in np.flatnonzero(t == NONE)] for v, t in zip(views, match.target, strict=True)
+    }
+    return {
+        "tolerance_px": tolerance_px,
+        "tolerance": tolerance_px * scale,
+        "world_per_px": scale,
+        "targets": targets,
+        "unmatched": {name: tracks for name, tracks in unmatched.items() if tracks},
+    }
+
+
+def _world_per_px(views: Sequence[View], located: Located) -> float:
+    """World units that one px spans where the targets are, median over cameras and samples."""
+    p = located.point.reshape(-1, 3)
+    p = p[np.isfinite(p[:, 0])][:: max(1, len(p) // 1000)]
+    if not len(p):
+        return float("nan")
+    depths = [p @ v.camera.R[2] + v.camera.T[2] for v in views]
+    return float(np.median([d * v.camera.dy / v.camera.f for d, v in zip(depths, views, strict=True)]))
+
+
+def noise_record(views: Sequence[View], located: Located, sd: Array, noise: float) -> dict[str, Any]:
+    """The centroids' noise as used, px, and the reprojection errors, of each camera."""
+    used = np.isfinite(located.error) & np.isfinite(located.point[..., :1]) & ~located.left_out[..., None]
+    errors = [e[u] for e, u in zip(located.error, used, strict=True)]
+    return {
+        "sd_px": {v.name: _median(s[u]) for v, s, u in zip(views, sd, used, strict=True)},
+        "factor": noise,
+        "source": "tracker, scaled by the reprojection errors" if all(v.has_sd for v in views) else "reprojection",
+        "reprojection_rms_px": {
+            v.name: float(np.sqrt(np.mean(e**2))) if e.size else None for v, e in zip(views, errors, strict=True)
+        },
+    }
+
+
+def sample_record(views: Sequence[View], located: Located) -> dict[str, Any]:
+    """How many samples were located, by how many cameras, how well; and those that were not."""
+    found = np.isfinite(located.point[..., 0])
+    counts = np.bincount(located.n_cameras.ravel(), minlength=1)
+    return {
+        "n": found.size,
+        "located": int(found.sum()),
+        "by_n_cameras": {str(n): int(count) for n, count in enumerate(counts) if count},
+        "left_out": {v.name: int(out.sum()) for v, out in zip(views, located.left_out, strict=True)},
+        "disagree": int(located.disagree.sum()),
+        "mean_miss": float(located.miss[found].mean()) if found.any() else None,
+        "mean_miss_where_disagreed": float(located.miss[located.disagree].mean()) if located.disagree.any() else None,
+        "mean_sigma": located.sigma[found].mean(0).tolist() if found.any() else None,
+    }
+
+
+def _median(x: Array) -> float | None:
+    return float(np.median(x)) if x.size else None
+
+
+def volume_record(outside: Array | None, units: str) -> dict[str, Any] | None:
+    """The share of samples outside the calibrated volume, and the farthest of them; None where that is not known."""
+    if outside is None or not np.isfinite(outside).any():
+        return None
+    known = outside[np.isfinite(outside)]
+    return {"share_outside": float((known > 0).mean()), "farthest_outside": float(known.max()), "units": units}
+
+
+def warnings_of(record: Mapping[str, Any], units: str) -> list[str]:
+    """What a user should look at, one line each."""
+    tolerance = record["correspondence"]["tolerance_px"]
+    out = []
+    if not record["correspondence"]["targets"]:
+        out.append(f"targets: no two cameras' tracks agree within {tolerance:g} px: check the calibration or clocks")
+    for name, target in record["correspondence"]["targets"].items():
+        if target["ambiguous"]:
+            out.append(
+                f"target {name}: another match explains the tracks about as well ({target['error_px']:.3g} against "
+                f"{target['runner_up_px']:.3g} px). Name the targets in targets.csv, or add a camera."
+            )
+    for camera, tracks in record["correspondence"]["unmatched"].items():
+        out.append(f"{camera}: no other camera shows the same target as {', '.join(tracks)}")
+    volume = record["volume"]
+    if volume and volume["share_outside"] > 0.01:
+        out.append(
+            f"{100 * volume['share_outside']:.0f} % of the samples lie outside the calibrated volume, by up to "
+            f"{volume['farthest_outside']:.3g} {units}. Calibrate with points around the whole motion."
+        )
+    samples, noise = record["samples"], record["noise"]
+    errors = [e for e in noise["reprojection_rms_px"].values() if e is not None and np.isfinite(e)]
+    sds = [sd for sd in noise["sd_px"].values() if sd is not None]
+    if errors and sds and max(errors) > max(UNEXPLAINED * max(sds), LEAST_UNEXPLAINED_PX):
+        out.append(
+            f"lines of sight miss the located points by {samples['mean_miss']:.3g} {units} ({max(errors):.2g} px), far "
+            f"more than the centroid noise of {max(sds):.2g} px explains, and sigma does not count it. Where the "
+            "cameras were not locked together, set their clock: auto; else see to the calibration."
+        )
+    if samples["disagree"]:
+        out.append(
+            f"{samples['disagree']} samples have no fix: the cameras disagree by more than {tolerance:g} px "
+            f"(lines of sight miss each other by {samples['mean_miss_where_disagreed']:.3g} {units})"
+        )
+    return out

@@ -1,0 +1,81 @@
+"""Calibration errors that cameras have in common, because they were calibrated on the same surveyed points.
+
+A point surveyed wrongly moves the calibration of every camera that saw it, and all the same way: what they locate
+together is off by more than independent errors would make it. With a least-squares fit the parameters follow a
+surveyed point by
+
+    F = dk/dp = -C J^T W P,     J = d(px)/dk, P = d(px)/dp, W the weight of the sight, C the fit's covariance
+
+so that two cameras' parameters covary by the sum over common points of F_a sigma^2 F_b^T.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.camera import Array, Camera
+from vidtrack.jacobian import PARAMETERS, derivatives
+from vidtrack.location.batch import CameraUncertainty
+
+
+class Survey(NamedTuple):
+    """The calibration points that one camera's fit used."""
+
+    tags: tuple[str, ...]
+    p: Array  # (n, 3) world units
+    sigma: Array  # (n,) survey tolerance, world units
+    sd: float  # px, centroid noise of a sight
+
+
+def joint_covariance(
+    cameras: Sequence[Camera], uncertainties: Sequence[CameraUncertainty | None], surveys: Sequence[Survey]
+) -> Array:
+    """Covariance (k, k) of the parameters of all cameras that have an uncertainty, one camera after the other.
+
+    Each camera's own block is its uncertainty's covariance; what lies between is the share of the common survey.
+    """
+    known = [(c, u, s) for c, u, s in zip(cameras, uncertainties, surveys, strict=True) if u is not None]
+    edges = np.cumsum([0, *(len(u.names) for _, u, _ in known)])
+    joint = np.zeros((edges[-1], edges[-1]))
+    follows = [_by_surveyed_point(*entry) for entry in known]
+    for i, (_, u, _) in enumerate(known):
+        joint[edges[i] : edges[i + 1], edges[i] : edges[i + 1]] = u.covariance
+    own = joint.copy()
+    for i, j in combinations(range(len(known)), 2):
+        common = sorted(set(known[i][2].tags) & set(known[j][2].tags))
+        block = np.zeros((edges[i + 1] - edges[i], edges[j + 1] - edges[j]))
+        for tag in common:
+            row = known[i][2].tags.index(tag)
+            block += known[i][2].sigma[row] ** 2 * follows[i][row] @ follows[j][known[j][2].tags.index(tag)].T
+        joint[edges[i] : edges[i + 1], edges[j] : edges[j + 1]] = block
+        joint[edges[j] : edges[j + 1], edges[i] : edges[i + 1]] = block.T
+    return _possible(own, joint)
+
+
+def _by_surveyed_point(camera: Camera, uncertainty: CameraUncertainty, survey: Survey) -> Array:
+    """F (n, k, 3): how the freed parameters follow each surveyed point."""
+    at = derivatives(camera, survey.p, uncertainty.pivot)
+    J = np.nan_to_num(at.by_parameter[..., [PARAMETERS.index(name) for name in uncertainty.names]])
+    P = np.nan_to_num(at.by_point)
+    sight = survey.sd**2 * np.eye(2) + P @ np.swapaxes(P, -1, -2) * (survey.sigma**2)[:, None, None]
+    JW = np.swapaxes(J, -1, -2) @ np.linalg.inv(sight)
+    C = np.asarray(uncertainty.covariance, float)
+    # the covariance may have been scaled by the fit's misfit; C H is then that much larger than the identity
+    scale = np.trace(C @ (JW @ J).sum(0)) / len(C)
+    F: Array = -(C / max(scale, 1e-12)) @ JW @ P
+    return F
+
+
+def _possible(own: Array, joint: Array) -> Array:
+    """The joint covariance, what lies between cameras lessened until it is one (no negative variance)."""
+    s = np.sqrt(np.maximum(np.diag(own), 1e-300))
+    between = joint - own
+    for share in (1.0, 0.95, 0.9, 0.8, 0.6, 0.3):
+        trial = own + share * between
+        if np.linalg.eigvalsh(trial / s[:, None] / s)[0] > -1e-9:
+            return trial
+    return own

@@ -1,0 +1,150 @@
+"""What the report says of a run: how it was read and tracked, located and timed, and how it compares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vidtrack.telling.page import Table, number, one_over, pick, share
+
+Record = Mapping[str, Any]
+
+
+def runs_table(runs: Mapping[str, Record], units: str) -> Table:
+    """All runs at a glance; each is {trajectories, n_targets, duration_s, comparison where there is one}."""
+    rows = []
+    for name, run in runs.items():
+        if "trajectories" not in run:
+            continue
+        table = run["trajectories"]
+        n, located = len(table), int(table["x"].notna().sum())
+        sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
+        rows.append(
+            [
+                name,
+                number(run.get("n_targets")),
+                number(run.get("duration_s"), 4),
+                number(n),
+                share(located / n if n else None, 4),
+                number(max(sigma) if sigma else None, 2),
+                number(pick(run, "comparison", "lag_s"), 4),
+                number(pick(run, "comparison", "after", "rms"), 3),
+                one_over(_share_of_field(run)),
+            ]
+        )
+    header = ["run", "targets", "length (s)", "samples", "located", f"largest mean sigma ({units})", "lag (s)"]
+    return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
+
+
+def _share_of_field(run: Record) -> float | None:
+    part = pick(run, "comparison", "truth", "one_over")
+    return 1 / part if part else None
+
+
+def reading_table(readings: Mapping[str, Record]) -> Table:
+    """How each camera's recording was read and timed."""
+    rows = []
+    for camera, own in readings.items():
+        targets: Record = own.get("targets") or {}
+        flags: dict[str, float] = {}
+        for target in targets.values():
+            for flag, part in (target.get("flags") or {}).items():
+                flags[flag] = flags.get(flag, 0.0) + part / len(targets)
+        pixels: Record = pick(own, "targets", next(iter(targets), ""), "pixels") or {}
+        rows.append(
+            [
+                camera,
+                number(pick(own, "reading", "frames")),
+                str(pick(own, "time", "source") or "–"),
+                number(own.get("samples")),
+                share(own.get("measured"), 4),
+                ", ".join(f"{flag} {share(part)}" for flag, part in flags.items()) or "none",
+                number(pixels.get("mean"), 3),
+                f"{number(pixels.get('min'), 3)}–{number(pixels.get('max'), 3)}",
+            ]
+        )
+    header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target", "range"]
+    return Table("Reading and tracking", header, rows)
+
+
+def clock_table(locate: Record) -> Table | None:
+    """The cameras' clocks, where any was set or estimated."""
+    cameras: Record = pick(locate, "clocks", "cameras") or {}
+    if not any(own.get("offset_s") or own.get("rate_ppm") or own.get("source") != "config" for own in cameras.values()):
+        return None
+    rows = [
+        [
+            camera,
+            number(1000 * own["offset_s"], 5),
+            number(1000 * own["offset_s_sd"] if own.get("offset_s_sd") is not None else None, 2),
+            number(own["rate_ppm"], 4),
+            number(own.get("rate_ppm_sd"), 2),
+            str(own.get("source")),
+        ]
+        for camera, own in cameras.items()
+    ]
+    return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows)
+
+
+def correspondence_table(locate: Record, units: str) -> Table | None:
+    """Which track of which camera is which target, and how far from their epipolar lines they lie."""
+    targets: Record = pick(locate, "correspondence", "targets") or {}
+    if not targets:
+        return None
+    cameras = list(next(iter(targets.values()))["tracks"])
+    rows = [
+        [
+            name,
+            *(", ".join(map(str, own["tracks"].get(c, ()))) or "–" for c in cameras),
+            number(own["error_px"], 3),
+            number(own["error"], 3),
+            "ambiguous" if own["ambiguous"] else "",
+        ]
+        for name, own in targets.items()
+    ]
+    tolerance = f"{number(pick(locate, 'correspondence', 'tolerance_px'))} px"
+    world = f"{number(pick(locate, 'correspondence', 'tolerance'), 3)} {units}"
+    caption = f"Which track is which target; a match may lie {tolerance} ({world}) from its epipolar line"
+    return Table(caption, ["target", *cameras, "error (px)", f"error ({units})", ""], rows)
+
+
+def comparison_table(comparison: Record, units: str) -> Table | None:
+    """The contact sensor's record against the video, before and after the lag is removed."""
+    if comparison.get("lag_s") is None:
+        return None
+    rows = []
+    for key, title in (
+        ("gain", "gain"),
+        ("bias", f"bias ({units})"),
+        ("rms", f"rms difference ({units})"),
+        ("max_abs", f"largest difference ({units})"),
+        ("correlation", "correlation"),
+        ("n", "samples"),
+    ):
+        rows.append([title, *(number(pick(comparison, when, key), 4) for when in ("before", "after"))])
+    return Table("Reference against video", ["", "as recorded", "lag removed"], rows)
+
+
+def truth_table(comparison: Record, units: str) -> Table | None:
+    """The trajectories against truth.csv."""
+    truth: Record = comparison.get("truth") or {}
+    if not truth.get("n"):
+        return None
+    rows = []
+    for axis in "xyz":
+        cells = [number(pick(truth, key, axis), 3) for key in ("bias", "mean_abs", "rms_by_axis", "max_abs")]
+        rows.append([axis, *cells])
+    part = truth.get("one_over")
+    mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
+    return Table(f"Against truth.csv: mean error in space {mean}", ["axis", "bias", "mean", "rms", "max"], rows)
+
+
+def waterline_table(runup: Any, units: str) -> Table:
+    """How high the water's edge came on each transect; runup: waterline.parquet."""
+    rows = []
+    for name, own in runup.groupby("transect", sort=False):
+        z = own["z"].dropna()
+        found = share(len(z) / len(own) if len(own) else None, 4)
+        rows.append([str(name), number(len(own)), found, *(number(float(v), 4) for v in (z.mean(), z.min(), z.max()))])
+    header = ["transect", "frames", "edge found", f"mean z ({units})", "lowest", "highest"]
+    return Table("The water's edge", header, rows)

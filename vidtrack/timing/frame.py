@@ -1,0 +1,83 @@
+"""One video picture, and what is known of the recording that it belongs to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.timing.timebase import TimeBase
+
+Luma = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[Any]
+
+
+class Frame(NamedTuple):
+    """One picture of a video.
+
+    index     0 for the first picture that was read, 1 for the next: a count of pictures, not of time
+    time      s after the first picture, exact, from the picture's own time stamp
+    luma      (height, width) uint8 or uint16, read only: a view of the decoder's own picture. It may be held over the
+              next frames, but every one that is held keeps a whole picture in memory: copy the part that must last.
+              Levels are as stored: 16 to 235 stays 16 to 235, and `bits` of the recording says how far they reach
+    corrupt   the decoder found damage in it, or in a picture that it is built on
+    timecode  the label that the frame itself carries (DV), None where it carries none
+    """
+
+    index: int  # type: ignore[assignment]  # a column here, not tuple.index
+    time: Fraction
+    luma: Luma
+    corrupt: bool
+    timecode: str | None
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """What a recording says of itself.
+
+    width, height  px of the frame buffer
+    rate           exact frames a second; of variable-rate video the mean
+    sample_aspect  width of a pixel over its height (8/9 for 720x480 tape); 1 where nothing is said
+    rotation       degrees, anticlockwise, by which a player turns the picture; the frame buffer is not turned
+    bits           levels reach from 0 to 2**bits - 1
+    field_order    what the flags say: "progressive", "top" or "bottom" (the field that came first) or "unknown"
+    timecodes      where a time code was found -> label of the first frame
+    n_frames_hint  how many pictures the container claims; never to be relied on
+    duration       s that the container claims, None where it only guesses; tells a recording that is cut off
+    is_still       one picture, no time
+    start          s, the first picture's time stamp on the container's own scale, which its sound shares
+    time           from time stamps to seconds since midnight and labels
+    """
+
+    width: int
+    height: int
+    rate: Fraction
+    sample_aspect: Fraction = Fraction(1)
+    rotation: int = 0
+    codec: str = ""
+    pix_fmt: str = ""
+    bits: int = 8
+    field_order: str = "unknown"
+    timecodes: dict[str, str] = field(default_factory=dict)
+    n_frames_hint: int | None = None
+    duration: Fraction | None = None
+    is_still: bool = False
+    start: Fraction = Fraction(0)
+    time: TimeBase = field(default_factory=lambda: TimeBase(Fraction(25), Fraction(25)))
+
+
+class ReadAccount(NamedTuple):
+    """How a recording was read, from its first picture to its last.
+
+    frames    pictures given
+    lost      pictures that the time stamps, or the container, say should be there and are not
+    corrupt   pictures given that the decoder found damaged (of `frames`)
+    problems  what a person should know, one line each; empty when all is well
+    """
+
+    frames: int
+    lost: int
+    corrupt: int
+    problems: tuple[str, ...]

@@ -1,0 +1,152 @@
+"""Times as people write them: seconds, SMPTE time code or ISO 8601, turned into seconds since midnight."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import date, datetime, time
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.timing.timecode import frame_from_label, nominal
+
+Array = NDArray[np.float64]
+
+RATES = tuple(
+    Fraction(r) for r in ("30000/1001", "30", "25", "24000/1001", "24", "60000/1001", "60", "50", "100", "120", "240")
+)
+_LABEL = re.compile(r"\d{1,2}:\d{1,2}:\d{1,2}[:;.,]\d{2,3}")
+DAY = 86400.0
+
+
+class Counting(NamedTuple):
+    """How a recording's time code counts."""
+
+    rate: Fraction
+    drop: bool
+
+
+class Times(NamedTuple):
+    """seconds (n,), rising over midnight; how the cells were written: seconds, time code or ISO."""
+
+    seconds: Array
+    written: str
+
+
+def counting_of(labels: Sequence[str], time_s: ArrayLike) -> Counting | None:
+    """The rate and counting that turn the video's own labels into its times; None where no standard one does.
+
+    labels  (n,) time codes; time_s (n,) s, of the same samples (a second field lies half a frame later)
+    """
+    given: Array = np.asarray(time_s, float)
+    marked = [(str(label), t) for label, t in zip(labels, given, strict=True) if _LABEL.fullmatch(str(label))]
+    if not marked:
+        return None
+    marked = [marked[i] for i in sorted({0, len(marked) // 2, len(marked) - 1})]
+    drop = any(";" in label for label, _ in marked)
+    misses = {}
+    for rate in RATES:
+        try:
+            frames = [int(frame_from_label(label, rate, drop)) for label, _ in marked]
+        except ValueError:
+            continue
+        misses[rate] = max(abs(float(f / rate) - t) * float(rate) for f, (_, t) in zip(frames, marked, strict=True))
+    likely = [rate for rate in misses if misses[rate] < 0.75]
+    # Near midnight 30 and 29.97 differ by less than a frame; the last label is farthest and tells best.
+    return Counting(min(likely, key=misses.__getitem__), drop) if likely else None
+
+
+def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None) -> Times:
+    """Seconds of a column of cells that are all written in one way; NaN for empty cells.
+
+    Numbers are seconds as they stand. 10:00:59:15 is a time code, and so is the thesis's 10:00:59.15 where every
+    cell ends in two digits below the frame rate; else a point begins decimals. ISO dates count from the midnight that
+    begins the first cell's day, by the clock as written.
+    A clock that falls by more than half a day has passed midnight.
+    Raises ValueError that tells the cell (counted from 1) for anything else, or a time code without a known counting.
+    """
+    texts = ["" if c is None or c != c else str(c).strip() for c in cells]
+    filled = [t for t in texts if t]
+    if all(_is_number(t) for t in filled):
+        return Times(_over_midnight(np.array([float(t) if t else np.nan for t in texts])), "seconds")
+    if _are_labels(filled, counting):
+        if counting is None:
+            raise ValueError("it holds time codes, and the video has none to tell their frame rate")
+        return Times(_over_midnight(_each(texts, lambda t: _label_seconds(t, counting))), "time code")
+    days: list[date] = []
+    return Times(_over_midnight(_each(texts, lambda t: _iso_seconds(t, days))), "ISO")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _are_labels(texts: Sequence[str], counting: Counting | None) -> bool:
+    if not all(_LABEL.fullmatch(t) for t in texts):
+        return False
+    if any(t[-3] in ":;" or t[-4] in ":;" for t in texts):
+        return True
+    top = nominal(counting.rate) if counting else 30
+    return all(t[-3] in ".," and int(t[-2:]) < top for t in texts)
+
+
+def _each(texts: Sequence[str], seconds: object) -> Array:
+    values = np.full(len(texts), np.nan)
+    for i, text in enumerate(texts):
+        if text:
+            try:
+                values[i] = seconds(text)  # type: ignore[operator]
+            except ValueError as problem:
+                raise ValueError(f"row {i + 1} is {text!r}: {problem}") from None
+    return values
+
+
+def _label_seconds(text: str, counting: Counting) -> float:
+    hours, rest = text.split(":", 1)
+    return float(int(frame_from_label(f"{int(hours):02d}:{rest}", counting.rate, counting.drop)) / counting.rate)
+
+
+def _iso_seconds(text: str, days: list[date]) -> float:
+    text = text.replace(",", ".")
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        try:
+            clock = time.fromisoformat(text)
+        except ValueError:
+            raise ValueError("not seconds, time code (10:00:59:15) or ISO 8601 (2026-01-31T10:00:59.5)") from None
+        moment = datetime.combine(days[0] if days else date(2000, 1, 1), clock)
+    days[:] = days or [moment.date()]
+    since = moment.replace(tzinfo=None) - datetime.combine(days[0], time())
+    return since.total_seconds()
+
+
+def _over_midnight(seconds: Array) -> Array:
+    good = np.isfinite(seconds)
+    steps = np.diff(seconds[good], prepend=seconds[good][:1])
+    answer = seconds.copy()
+    answer[good] += DAY * np.cumsum(steps < -DAY / 2)
+    return answer
+
+
+def regular(seconds: ArrayLike) -> Array | None:
+    """The even clock behind times that were rounded until some coincide; None where there is none.
+
+    Table 5.2 of the thesis prints 200 samples a second to 0.01 s: each time twice. An even clock that no
+    printed time misses by more than one unit of its last digit is taken for the right one.
+    """
+    t: Array = np.asarray(seconds, float)
+    if len(t) < 4 or not np.isfinite(t).all() or (np.diff(t) > 0).all() or (np.diff(t) < 0).any():
+        return None
+    steps = np.diff(t)
+    unit = float(steps[steps > 0].min()) if (steps > 0).any() else np.nan
+    index = np.arange(len(t))
+    even: Array = np.polyval(np.polyfit(index, t - t[0], 1), index) + t[0]
+    return even if np.abs(even - t).max() <= 1.001 * unit else None

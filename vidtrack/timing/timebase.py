@@ -1,0 +1,207 @@
+"""When a frame was: from its time stamp to whole frame numbers, time code labels and seconds since midnight.
+
+A recording has two scales. Its time stamps (seconds after its first frame) say how its frames follow each other;
+a time code, where there is one, says what the clock on the wall of the laboratory showed. A TimeBase joins them:
+
+    base = video.info.time                     what the file itself says; files.timesource may know better
+    time_s = base.seconds(times)               times (n,) s of frames, Frame.time; seconds since midnight
+    time_s = base.seconds(times, fields=0.5)   the samples of the second fields, half a frame later
+    label = base.labels(times)                 (n,) time code labels; "" where there is no time code
+
+In constant-rate video a time stamp only says which whole frame it is: it is snapped to the grid of the exact
+rate, so that stamps rounded to 1 ms (Matroska) do no harm and a lost frame leaves its gap. In variable-rate
+video the stamps themselves are the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.timing.timecode import Timecode, exact_rate, label_from_frame, nominal, parse
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """A frame whose time code is known.
+
+    time   s, the frame's time stamp after the first frame
+    frame  whole number of the code's frames since midnight
+    phase  by how much of a code frame the picture comes later than the code's frame began, 0 where they are locked
+    speed  seconds of code a second of the recording: 1 unless it is played slower or faster than it was made
+    """
+
+    time: float
+    frame: int
+    phase: float = 0.0
+    speed: float = 1.0
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """Seconds since midnight and labels of frames, from their time stamps.
+
+    rate       exact frames of video a second
+    code_rate  exact frames of time code a second; differs from rate where one label covers several frames
+               (30 a second on 240 Hz video)
+    drop       whether the code counts in drop-frame
+    anchors    where the code is known, in order of time; each holds until the next. Empty: no time code, and
+               seconds count from the first frame
+    constant   whether the frames fall on the grid of `rate`
+    source     where the time code came from, "none" where there is none
+    """
+
+    rate: Fraction
+    code_rate: Fraction
+    drop: bool = False
+    anchors: tuple[Anchor, ...] = ()
+    constant: bool = True
+    source: str = "none"
+
+    def seconds(self, times: ArrayLike, fields: ArrayLike = 0.0) -> Array:
+        """Seconds since midnight of the code (without one: since the first frame), in the shape of `times`.
+
+        times   s after the first frame, as Frame.time; NaN gives NaN
+        fields  frames to add: 0 for the first field and for whole frames, 0.5 for the second field
+        """
+        times = np.asarray(times, float)
+        if not self.anchors:
+            return self._over_rate(self._elapsed(times) + np.asarray(fields, float))
+        which = self._which(times)
+        start, speed = self._column("time")[which], self._column("speed")[which]
+        origin = np.array([float((a.frame + Fraction(a.phase)) * self.rate / self.code_rate) for a in self.anchors])
+        return self._over_rate(origin[which] + speed * (self._elapsed(times - start) + np.asarray(fields, float)))
+
+    def labels(self, times: ArrayLike) -> NDArray[np.str_]:
+        """Time code labels, a string array in the shape of `times`; "" where there is no code or time is NaN."""
+        times = np.asarray(times, float)
+        if not self.anchors:
+            return np.full(times.shape, "", "<U1")
+        known = np.isfinite(times)
+        text = label_from_frame(self._code_frames(np.where(known, times, 0.0)), self.code_rate, self.drop)
+        return np.where(known, text, "")
+
+    def timecode(self, time: float) -> Timecode | None:
+        """The time code of one frame, None where there is none."""
+        if not self.anchors:
+            return None
+        return Timecode(int(self._code_frames(np.asarray(time, float))), self.code_rate, self.drop)
+
+    def time_of(self, seconds: float) -> float:
+        """The time stamp, s after the first frame, at which the clock showed `seconds` since midnight.
+
+        The inverse of `seconds`, for `start` and `end`: with several anchors, the first stretch that holds it.
+        """
+        for anchor, following in zip(self.anchors, (*self.anchors[1:], None), strict=True):
+            shown = float((anchor.frame + Fraction(anchor.phase)) / self.code_rate)
+            time = anchor.time + (seconds - shown) / anchor.speed
+            if following is None or time < following.time:
+                return time
+        return seconds
+
+    def fitted(self, times: ArrayLike) -> TimeBase:
+        """This time base on the grid that the time stamps themselves show, once they are all known.
+
+        times  (n,) s after the first frame, in order; fewer than 3 change nothing
+        Where no grid fits, the rate varies: `constant` is False and the stamps are taken as they are.
+        """
+        times = np.asarray(times, float)
+        if len(times) < 3:
+            return self
+        rate = grid_rate(times, self.rate)
+        if rate is None:
+            return replace(self, constant=False)
+        return replace(self, rate=rate, code_rate=self.code_rate if self.anchors else rate, constant=True)
+
+    def _column(self, name: str) -> Array:
+        return np.array([getattr(anchor, name) for anchor in self.anchors], float)
+
+    def _elapsed(self, dt: Array) -> Array:
+        """Frames of video in dt, s: whole ones in constant-rate video."""
+        frames: Array = dt * float(self.rate)
+        return np.rint(frames) if self.constant else frames
+
+    def _over_rate(self, frames: Array) -> Array:
+        # one count of frames over the exact rate: cameras that share a label share the very same float
+        return np.asarray(frames * self.rate.denominator / self.rate.numerator)
+
+    def _which(self, times: Array) -> NDArray[np.intp]:
+        # half a frame early: a rounded stamp must not fall before the anchor that it belongs to
+        starts = self._column("time") - 0.5 / float(self.rate)
+        return np.maximum(np.searchsorted(starts, np.nan_to_num(times), side="right") - 1, 0)
+
+    def _code_frames(self, times: Array) -> NDArray[np.int64]:
+        which = self._which(times)
+        elapsed = self._elapsed(times - self._column("time")[which]) * self._column("speed")[which]
+        first, phase = np.array([anchor.frame for anchor in self.anchors], np.int64), self._column("phase")[which]
+        if self.rate == self.code_rate:
+            return np.asarray(first[which] + np.rint(elapsed + np.clip(phase, -0.49, 0.49)), np.int64)
+        return np.asarray(first[which] + np.floor(elapsed * float(self.code_rate / self.rate) + phase + 1e-3), np.int64)
+
+
+def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "none", constant: bool = True) -> TimeBase:
+    """The TimeBase of a recording whose first frame bears `code`; without one, seconds count from that frame."""
+    if code is None:
+        return TimeBase(rate, rate, constant=constant)
+    anchors = (Anchor(0.0, code.frame),)
+    return TimeBase(rate, code.rate, code.drop, anchors, constant, source)
+
+
+def base_from_labels(labels: Mapping[str, str], rate: Fraction) -> TimeBase:
+    """The TimeBase by the first of several sources -> label of the first frame that can be read; none without one.
+
+    A group header (gop) that counts from zero is no time code: encoders write it unasked.
+    """
+    for source, label in labels.items():
+        if source == "gop" and label.startswith("00:00:00"):
+            continue
+        try:
+            return time_base(rate, parse(label, code_rate_of(rate)), source=source)
+        except ValueError:
+            continue
+    return time_base(rate)
+
+
+def code_rate_of(rate: Fraction) -> Fraction:
+    """The rate at which time code is counted on video of `rate`: the same up to 60 Hz, else the rate's 24, 25 or 30.
+
+    # ASSUME: SMPTE ST 12-1 ends at 60; high-speed recorders repeat a label (240 Hz: eight frames each).
+    """
+    n = nominal(rate)
+    if n <= 60:
+        return rate
+    for base in (30, 25, 24):
+        if n % base == 0:
+            return rate * base / n
+    return rate
+
+
+def grid_rate(times: Array, stated: Fraction) -> Fraction | None:
+    """The exact rate on whose grid time stamps (n,) s lie, every one within 0.3 frame; None where the rate varies.
+
+    The stated rate, or a divisor of it (fields counted as frames), is tried first; then what a straight line through
+    the stamps gives. Stamps rounded to 1 ms lie within 0.3 frame up to 500 frames a second. Gaps are no matter.
+    """
+    since = times - times[0]
+    step = float(np.median(np.diff(times)))
+    if not step > 0:
+        return None
+    n = np.concatenate([[0], np.cumsum(np.rint(np.diff(times) / step))])
+    for _ in range(2):
+        centred = n - n.mean()
+        step = float((centred * since).sum() / max(float((centred * centred).sum()), 1.0)) or step
+        n = np.rint(since / step)
+    divided = stated / max(1, round(step * float(stated)))
+    measured = exact_rate(Fraction(1 / step).limit_denominator(100_000))
+    for rate in (divided, measured):
+        off = since * float(rate)
+        off = off - np.rint(off)
+        if np.abs(off - np.median(off)).max() < 0.3:
+            return rate
+    return None

@@ -1,0 +1,215 @@
+"""Lost targets sought again: in their boxes first, then in the whole picture; and why one was not measured.
+
+Blobs are given to targets one to one, by where each should be and how alike it is to what it looked like. Outside
+of its box a target is taken only where two searches running find it. What cannot be told apart stays missing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.tracking.assignment import one_to_one
+from vidtrack.tracking.blobs import Blobs
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.seek import blobs_near, blobs_of, contrast_of, unlikeness, within
+
+if TYPE_CHECKING:
+    from vidtrack.tracking.tracker import Rows, Tracker
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+LOST, RECOVERED, PREDICTED, EDGE, SATURATED, MERGED, SMALL, CORRUPT = (1 << bit for bit in range(8))
+FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small", "corrupt")
+"""The words of the flags, by bit."""
+
+MANY = 4
+"""More targets than this are sought in the whole picture at once rather than box by box."""
+IMPATIENT = 10
+"""Samples after which the light may have changed: the threshold is then set anew."""
+UNSTEADY = 5.0
+"""px a sample by which a lost target may turn out faster than it was."""
+FARTHEST = 8.0
+"""Samples between two sightings that still vouch for each other."""
+CROPS = 12
+"""Pieces of pictures kept to show the worst moments; three a target at most."""
+
+
+class Crop(NamedTuple):
+    """A piece of a picture at a bad moment: (rows, columns) of the sample, its number, the target and the flag."""
+
+    sample: int
+    target: int
+    flag: int
+    picture: NDArray[np.uint8]
+
+
+class Recovery:
+    """What the tracker does about targets that it does not plainly see."""
+
+    def __init__(self, tracker: Tracker, *, far: bool) -> None:
+        self.tracker, self.far = tracker, far
+        self.pending = np.full((len(tracker.starts.first), 3), np.nan)  # x, y, time of a first sighting far away
+        self.crops: list[Crop] = []
+
+    def seek(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
+        """Seek the targets `who`, predicted (n, 2) px, in a sample that is row j of the block, and write it."""
+        tracker, predicted = self.tracker, predicted[who]
+        grown = tracker.starts.box[who] * (1 + 0.5 * np.minimum(tracker.missing[who] - 1, 4))[:, None]
+        if who.size > MANY:
+            near = blobs_of(sample, tracker.detection, float(np.median(tracker.levels(who))))
+        else:
+            boxes = np.concatenate([predicted - grown / 2, grown], axis=1)
+            near = blobs_near(sample, tracker.detection, boxes, tracker.levels(who))
+        off = np.stack([near.Xf, near.Yf], axis=-1) - predicted[:, None]
+        inside = (np.abs(off) <= grown[:, None] / 2).all(axis=-1)
+        off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
+        claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
+        cost = self._cost(who, near, block, j) + off
+        chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
+        self._found(sample, who, near, chosen, block, j)
+        left = np.flatnonzero(chosen < 0)
+        if left.size:
+            self._explain(sample, who[left], predicted[left], near, block, j)
+            self._seek_far(sample, who[left], predicted[left], block, j)
+
+    def _cost(self, who: Ints, blobs: Blobs, block: Rows, j: int) -> Array:
+        """Unlikeness of blobs to targets, inf for what cannot be: clutter, cut by the edge, taken by another."""
+        tracker = self.tracker
+        pixels, contrast = tracker.looks[:2, who]
+        cost = unlikeness(blobs, pixels, contrast)
+        unseen = ~np.isfinite(pixels)
+        if unseen.any() and blobs.Xf.size:  # nobody has seen it yet: a massive blob near the middle of its box
+            mass = np.log1p(np.maximum(blobs.mass, 0))
+            cost[unseen] = 3 * (1 - mass / max(float(mass.max()), 1.0))
+        bad = blobs.edge | (blobs.pixels < tracker.detection.min_pixels) | ~np.isfinite(blobs.Xf)
+        taken = block.values[:2, j][:, np.isfinite(block.values[0, j])]
+        for x, y in (taken, tracker.clutter):
+            if x.size:
+                bad = bad | (np.hypot(blobs.Xf[:, None] - x, blobs.Yf[:, None] - y) < 2).any(axis=1)
+        cost[:, bad] = np.inf
+        return cost
+
+    def _found(self, sample: Sample, who: Ints, blobs: Blobs, chosen: Ints, block: Rows, j: int) -> None:
+        """Write the blobs that were given to targets; the tracker goes on from there."""
+        tracker = self.tracker
+        got, b = who[chosen >= 0], chosen[chosen >= 0]
+        if not got.size:
+            return
+        first = ~np.isfinite(tracker.looks[0, got])
+        again = (tracker.missing[got] > 1) & ~first
+        contrast = contrast_of(blobs)[b]
+        background = _beside(sample, blobs, b, tracker)
+        position = np.stack([blobs.Xf[b], blobs.Yf[b]])
+        block.values[:, j, got] = [
+            *position, blobs.sd_x[b], blobs.sd_y[b], blobs.pixels[b], blobs.mass[b], contrast, background
+        ]  # fmt: skip
+        block.flag[j, got] = again * RECOVERED + blobs.saturated[b] * SATURATED
+        block.corner[j, got] = position.T - tracker.starts.box[got] / 2
+        tracker.looks[:5, got] = [blobs.pixels[b], contrast, background, blobs.width[b], blobs.height[b]]
+        tracker.known[-1, got] = position.T
+        tracker.missing[got] = 0
+        self.pending[got] = np.nan
+        self._keep(sample, got[again], block, j)
+
+    def _explain(self, sample: Sample, who: Ints, predicted: Array, near: Blobs, block: Rows, j: int) -> None:
+        """Why targets were not measured: merged, cut by the picture's edge, too small; or simply lost."""
+        tracker = self.tracker
+        over = within(near, predicted, sample.lines)
+        large = near.pixels > 1.5 * np.nan_to_num(tracker.looks[:1, who].T, nan=np.inf)
+        why = np.where((over & near.edge).any(axis=1), EDGE, 0)
+        shared = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1
+        why = np.where((over & (large | shared) & ~near.edge).any(axis=1), MERGED, why)
+        others = np.flatnonzero(np.isfinite(block.values[0, j]))
+        if others.size:
+            apart = np.abs(predicted[:, None] - block.values[:2, j, others].T)
+            close = apart < tracker.looks[3:5, others].T * (1, sample.lines)
+            why = np.where((why == 0) & np.all(close, axis=-1).any(axis=1), MERGED, why)
+        tiny = over & (near.pixels < tracker.detection.min_pixels)
+        why = np.where((why == 0) & tiny.any(axis=1), SMALL, why)
+        block.flag[j, who] = np.where(why > 0, why, LOST) | PREDICTED
+        self._keep(sample, who[tracker.missing[who] == 1], block, j)
+
+    def _within_reach(self, who: Ints, predicted: Array, blobs: Blobs) -> NDArray[np.bool_]:
+        """Which blobs (n, m) targets may have come to since they were lost; anywhere after IMPATIENT samples, and
+        while nobody knows yet how fast they are.
+        """
+        tracker = self.tracker
+        seen = tracker.known[:, who]
+        with np.errstate(invalid="ignore"):
+            speed = np.nanmax(np.hypot(*np.moveaxis(np.diff(seen, axis=0), -1, 0)), axis=0, initial=-np.inf)
+        gone = tracker.missing[who]
+        reach = np.hypot(*tracker.starts.box[who].T) / 2 + (speed + UNSTEADY) * gone
+        reach = np.where((gone > IMPATIENT) | ~np.isfinite(speed), np.inf, reach)
+        off = np.hypot(blobs.Xf - predicted[:, :1], blobs.Yf - predicted[:, 1:])
+        return np.asarray(off < reach[:, None])
+
+    def _seek_far(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
+        """Seek targets in the whole picture."""
+        tracker = self.tracker
+        sought = (tracker.missing[who] > 1) & np.isfinite(tracker.looks[0, who]) & self.far
+        sought &= block.flag[j, who] & MERGED == 0  # it is there, but cannot be told apart
+        who, predicted = who[sought], predicted[sought]
+        if not who.size:
+            return
+        level = tracker.detection.level
+        if level is None and (tracker.missing[who] <= IMPATIENT).any():
+            level = float(np.median(tracker.levels(who)))
+        taken = block.values[:2, j][:, np.isfinite(block.values[0, j])]
+        blobs = blobs_of(sample, tracker.detection, level, known=taken)
+        cost = np.where(self._within_reach(who, predicted, blobs), self._cost(who, blobs, block, j), np.inf)
+        before = self.pending[who].copy()
+        waited = sample.time - before[:, 2]
+        reach = (np.hypot(*tracker.starts.box[who].T) * np.clip(waited, 1, FARTHEST))[:, None]
+        off = np.hypot(blobs.Xf - before[:, :1], blobs.Yf - before[:, 1:2])
+        sure = np.isfinite(waited)[:, None] & (off < reach)
+        chosen = one_to_one(np.where(sure, cost + off / reach, np.inf))
+        self._found(sample, who, blobs, chosen, block, j)
+        self._restart(who[chosen >= 0], before[chosen >= 0], sample.time)
+        rest = np.flatnonzero(chosen < 0)
+        cost[:, chosen[chosen >= 0]] = np.inf
+        maybe = one_to_one(cost[rest])
+        b = maybe[maybe >= 0]
+        self.pending[who[rest]] = np.nan
+        self.pending[who[rest[maybe >= 0]]] = np.stack([blobs.Xf[b], blobs.Yf[b], np.full(b.size, sample.time)], axis=1)
+
+    def _restart(self, who: Ints, before: Array, time: float) -> None:
+        """Forget where targets were going; they go on from two sightings, before (n, 3): x, y, time."""
+        if not who.size:
+            return
+        known, times = self.tracker.known, self.tracker.times
+        now = known[-1, who]
+        velocity = (now - before[:, :2]) / np.maximum(time - before[:, 2:], 1e-6)
+        known[:, who] = np.nan
+        known[-2:, who] = now + velocity * (times[-2:, None, None] - time)
+
+    def _keep(self, sample: Sample, who: Ints, block: Rows, j: int) -> None:
+        """Keep what the box showed at a bad moment."""
+        tracker, (rows, columns) = self.tracker, sample.luma.shape
+        for i in who.tolist():
+            if len(self.crops) >= CROPS or sum(crop.target == i for crop in self.crops) >= 3:
+                continue
+            if not np.isfinite(block.corner[j, i]).all():
+                continue
+            wide, high = int(tracker.starts.box[i, 0]), int(np.ceil(tracker.starts.box[i, 1] / sample.lines))
+            left = int(np.clip(block.corner[j, i, 0], 0, max(columns - wide, 0)))
+            top = int(np.clip(sample.row(block.corner[j, i, 1]), 0, max(rows - high, 0)))
+            piece = sample.luma[top : top + high, left : left + wide] * tracker.detection.scale
+            flag = int(block.flag[j, i])
+            self.crops.append(Crop(tracker.done + j, i, flag, np.clip(np.rint(piece), 0, 255).astype(np.uint8)))
+
+
+def _beside(sample: Sample, blobs: Blobs, which: Ints, tracker: Tracker) -> Array:
+    """Grey level beside some blobs: the lower quarter of the pixels in a box three times as large."""
+    levels = np.empty(which.size)
+    rows, columns = sample.luma.shape
+    top = np.rint(sample.row(blobs.top.astype(float))).astype(int)
+    for i, b in enumerate(which):
+        w, h, x, y = int(blobs.width[b]), int(blobs.height[b]), int(blobs.left[b]), int(top[b])
+        piece = sample.luma[max(0, y - h) : min(rows, y + 2 * h), max(0, x - w) : min(columns, x + 2 * w)]
+        rank = piece.size // 4
+        levels[i] = np.partition(tracker.detection.bright(piece).ravel(), rank)[rank] * tracker.detection.scale
+    return levels
