@@ -70,6 +70,12 @@ rule calibration_points:
         points=ancient(EXPERIMENT.points or []),
         videos=lambda w: ancient([clip.videos[w.camera] for clip in clips_seen_by(w)]),
         picks=lambda w: ancient([clip.picks for clip in clips_seen_by(w) if clip.picks]),
+        # Clips filmed after the test need no picks of their own: the balls are where they were before it.
+        before=lambda w: (
+            f"{RESULTS}/calibration/{w.camera}/sightings.parquet"
+            if w.set == "calibration_after" and w.camera in CALIBRATED
+            else []
+        ),
     output:
         sightings=f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet",
         picture=f"{RESULTS}/{{set}}/{{camera}}/picture.png",
@@ -81,6 +87,7 @@ rule calibration_points:
     shell:
         "python -m vidtrack calibration_points --settings {input.order:q} --log {log:q}"
         " --input points {input.points:q} --input videos {input.videos:q} --input picks {input.picks:q}"
+        " --input before {input.before:q}"
         " --output sightings {output.sightings:q} --output picture {output.picture:q} --output record {output.record:q}"
 
 
