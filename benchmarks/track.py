@@ -2,7 +2,7 @@
 
     python benchmarks/track.py stage [--frames 300] [--rounds 5] [--only mpeg2 dv]
     python benchmarks/track.py accuracy
-    python benchmarks/track.py peers [--peers-python /tmp/peers/bin/python]
+    python benchmarks/track.py peers
 
 `stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares
 the track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two
@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import argparse
 import statistics
+import sys
 import tempfile
 import time
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 import av
@@ -24,6 +26,7 @@ import cv2
 import numpy as np
 
 from vidtrack.files.video import open_video
+from vidtrack.tracking.blobs import find_blobs
 
 CLIPS = {
     "mpeg2": ("mpeg2video", "mpg", (720, 480), "yuv420p", {"b": "6000000"}),
@@ -145,6 +148,128 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
     return table
 
 
+def accuracy(pictures: int) -> None:
+    """Errors of every kernel on balls drawn by exact area at random places, px."""
+    sys.path.insert(0, str(Path(__file__).parents[1]))
+    from tests.discs import windows
+    from vidtrack.tracking.centroids import Windows, components, measure
+    from vidtrack.tracking.detection import Detection
+    from vidtrack.tracking.glance import Known, glance
+    from vidtrack.tracking.sample import Sample
+
+    print(f"contrast 200; rms and bias in X and Y, px, over {pictures} balls a line")
+    for radius in (1.5, 2.5, 4.0, 6.0, 15.0):
+        for noise in (3.0, 10.0):
+            side = 2 * int(radius) + 26
+            stack, truth = windows(pictures, radius, side=side, noise=noise)
+            zero = np.zeros(pictures, np.intp)
+            view = Windows(stack, zero, zero, 1.0)
+            found = components(view, 130.0)
+            middle = np.hypot(found.x - side / 2, found.y - side / 2)
+            order = np.lexsort((middle, found.window))
+            _, first = np.unique(found.window[order], return_index=True)
+            results = {
+                kind: measure(view, found, order[first], noise=noise, kind=kind, threshold=130.0)
+                for kind in ("weighted", "ellipse", "binary")
+            }
+            row = np.ascontiguousarray(stack.reshape(side, pictures * side))
+            looks = results["weighted"]
+            size = np.stack([found.width[order[first]], found.height[order[first]]], axis=1).astype(float)
+            known = Known(np.tile(size.mean(axis=0), (pictures, 1)), np.full(pictures, np.nanmean(looks.soft)),
+                          np.full(pictures, noise), looks.pixels.astype(float), np.full(pictures, 130.0))  # fmt: skip
+            offset = np.stack([np.arange(pictures) * side, zero], axis=1)
+            seen = glance([Sample(row, 0.0)], (truth + offset)[None], known, Detection(noise=noise))
+            places = {kind: np.stack([c.x, c.y], axis=1) for kind, c in results.items()}
+            places["glance"] = np.where(seen.clear[0, :, None], seen.values[:2, 0].T - offset, np.nan)
+            for kind, place in places.items():
+                error = place - truth
+                rms, bias = np.sqrt(np.nanmean(error**2, axis=0)), np.nanmean(error, axis=0)
+                print(
+                    f"radius {radius:4.1f}  noise {noise:4.1f}  {kind:9s} rms {rms[0]:.4f} {rms[1]:.4f}  "
+                    f"bias {bias[0]:+.4f} {bias[1]:+.4f}  measured {np.isfinite(error[:, 0]).mean():.3f}"
+                )
+
+
+def peers(rounds: int) -> None:
+    """Centroid time alone on the same pictures, taking turns; errors over the same balls."""
+    from vidtrack.tracking.detection import Detection
+    from vidtrack.tracking.glance import Known, glance
+    from vidtrack.tracking.look import look
+    from vidtrack.tracking.sample import Sample
+
+    for size in ((720, 480), (1920, 1080)):
+        for n in (1, 10, 50):
+            scene, rng = Scene(size, n), np.random.default_rng(0)
+            grain = rng.normal(0, 4, size[::-1]).astype(np.float32)
+            times = range(8)
+            pictures = [scene.picture(t, grain) for t in times]
+            truth = np.array([scene.at(t) for t in times])
+            expected = truth + rng.normal(0, 1, truth.shape)
+            samples = [Sample(p, float(t)) for t, p in zip(times, pictures, strict=True)]
+            nine, level = np.full((n, 2), 9.0), np.full(n, 120.0)
+            known = Known(nine, np.full(n, 1.2), np.full(n, 4.0), np.full(n, 50.0), level)
+            detection = Detection(noise=4.0)
+            settings = {"size": nine, "pixels": np.full(n, 50.0), "threshold": level, "detection": detection}
+            methods: dict[str, partial] = {
+                "vidtrack, moving boxes, as the stage does": partial(glance, samples, expected, known, detection),
+                "vidtrack, moving boxes, a look": partial(look, samples, expected, **settings),
+                "vidtrack, whole picture": partial(_each, partial(find_blobs, threshold=120, noise=4.0), pictures),
+                "cv2.SimpleBlobDetector": partial(_each, _simple, pictures),
+                "skimage regionprops": partial(_each, _regions, pictures),
+                "trackpy.locate (numba)": partial(_each, _trackpy, pictures),
+            }
+            took: dict[str, list[float]] = {name: [] for name in methods}
+            result = {}
+            for _ in range(rounds + 1):
+                for name, method in methods.items():
+                    seconds_, result[name] = seconds(method)
+                    took[name].append(seconds_)
+            mine = statistics.median(took["vidtrack, moving boxes, as the stage does"][1:])
+            for name, found in result.items():
+                middle = statistics.median(took[name][1:])
+                error = _errors(found, truth)
+                print(f"{size[0]}x{size[1]} {n:3d} targets  {name:42s} {1e3 * middle / len(times):8.3f} ms/frame  "
+                      f"{middle / mine:7.1f} x  rms {error:.4f} px", flush=True)  # fmt: skip
+
+
+def _each(action, pictures) -> list:
+    return [action(picture) for picture in pictures]
+
+
+def _errors(found, truth: np.ndarray) -> float:
+    places = [found.values[:2, k].T for k in range(len(truth))] if isinstance(found, tuple) else found
+    errors = []
+    for place, true in zip(places, truth, strict=True):
+        xy = np.stack([place.Xf, place.Yf], axis=1) if hasattr(place, "Xf") else np.asarray(place)
+        near = np.hypot(*(xy[None] - true[:, None]).transpose(2, 0, 1)).argmin(axis=1)
+        errors.append(xy[near] - true)
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def _simple(picture: np.ndarray) -> np.ndarray:
+    settings = cv2.SimpleBlobDetector_Params()
+    settings.filterByColor, settings.blobColor = True, 255
+    settings.filterByArea, settings.minArea, settings.maxArea = True, 10, 1000
+    settings.filterByInertia = settings.filterByConvexity = settings.filterByCircularity = False
+    settings.minThreshold, settings.maxThreshold, settings.thresholdStep = 80, 180, 50
+    settings.minRepeatability = 1
+    return np.array([point.pt for point in cv2.SimpleBlobDetector_create(settings).detect(picture)])
+
+
+def _regions(picture: np.ndarray) -> np.ndarray:
+    from skimage.measure import label, regionprops
+
+    light = picture.astype(np.float32) - 30
+    regions = regionprops(label(picture > 70), intensity_image=light)
+    return np.array([region.centroid_weighted[::-1] for region in regions if region.area >= 10])
+
+
+def _trackpy(picture: np.ndarray) -> np.ndarray:
+    import trackpy
+
+    return trackpy.locate(picture, 11, minmass=2000, engine="numba")[["x", "y"]].to_numpy()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=["stage", "accuracy", "peers"])
@@ -159,6 +284,10 @@ def main() -> None:
     cv2.setNumThreads(1)
     if options.what == "stage":
         stage(options.frames, options.rounds, options.only, options.counts, options.threads, options.folder)
+    elif options.what == "accuracy":
+        accuracy(3000)
+    else:
+        peers(options.rounds)
 
 
 if __name__ == "__main__":

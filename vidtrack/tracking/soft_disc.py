@@ -102,9 +102,9 @@ def _soft_disc(unknowns: Array, rows: Float32, columns: Float32) -> tuple[Float3
     dx, dy = (columns - x) / rx, (rows - y) / ry
     r, rho = np.sqrt(rx * ry), np.sqrt(dx * dx + dy * dy) + np.float32(1e-4)
     d = (1 - rho) * r
-    outer, inner = np.clip((d + 0.5) / w, -60, 60), np.clip((d - 0.5) / w, -60, 60)
+    outer, inner = (d + 0.5) / w, (d - 0.5) / w
     s = w * (np.logaddexp(0, outer) - np.logaddexp(0, inner))
-    s_outer, s_inner = 1 / (1 + np.exp(-outer)), 1 / (1 + np.exp(-inner))
+    s_outer, s_inner = (1 / (1 + np.exp(-np.clip(z, -60, 60))) for z in (outer, inner))
     edge = a * (s_outer - s_inner)
     push, half = edge * r / rho, edge * d / 2
     by_width = a * (s - w * (outer * s_outer - inner * s_inner))
