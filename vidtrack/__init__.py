@@ -1,0 +1,1 @@
+"""Positions in space, with time and uncertainty, from recorded video."""

@@ -1,0 +1,1 @@
+"""Tables in, figures out; reads, computes and saves nothing."""

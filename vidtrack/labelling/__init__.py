@@ -1,0 +1,1 @@
+"""Which calibration ball is which: stills, poses and names, from a few picks or from the layout alone."""

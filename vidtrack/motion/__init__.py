@@ -1,0 +1,1 @@
+"""What trajectories tell: velocity and acceleration, rigid bodies, lag behind another record."""

@@ -1,0 +1,1 @@
+"""The moving edge of the water along a transect."""

@@ -1,0 +1,1 @@
+"""One module a rule: tables, arrays and frames in, tables out; no paths, and no stage knows another."""
