@@ -274,3 +274,20 @@ def test_the_thrown_ball_is_read_whole():
     assert len(times) == 13
     np.testing.assert_allclose(np.diff(times), 0.0665, atol=0.001)
     assert video.account.lost == 0
+
+
+def test_frames_that_were_lost_do_not_lower_the_rate_that_was_meant(tmp_path):
+    path = tmp_path / "lost.mov"
+    rate = Fraction(30000, 1001)
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream("mjpeg", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuvj420p"
+        for i in [*range(50), *range(52, 80)]:
+            frame = av.VideoFrame.from_ndarray(np.full((48, 64), i, np.uint8), "gray").reformat(format="yuvj420p")
+            frame.pts, frame.time_base = i, 1 / rate
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode())
+    with av.open(str(path)) as raw:
+        assert raw.streams.video[0].average_rate != rate  # what a header that averages says
+    with open_video(str(path)) as video:
+        assert video.info.rate == rate

@@ -38,6 +38,10 @@ _PATIENCE = 100
 if get_level() is None:
     set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
 
+COMMON_RATES = {Fraction(n) for n in (24, 25, 30, 50, 60)} | {Fraction(n * 1000, 1001) for n in (24, 30, 60)}
+LOST_SHARE = 0.05
+"""Share of its frames that a recording may have lost and still be taken for one of the next common rate."""
+
 
 class Video:
     """An open recording; see `open_video`."""
@@ -257,6 +261,11 @@ def _retimer(container: Any, stream: Any, damaged: Callable[[], bool]) -> Callab
 def _stated_rate(container: Any, stream: Any) -> Fraction:
     # raw DV has an average of 60000/1 (its time base); base and guessed are right there
     rates = (stream.base_rate, stream.guessed_rate) if container.format.name == "dv" else ()
+    # frames that were lost lower the average; the rate that was meant is a common one just above it
+    if stream.average_rate and stream.guessed_rate and stream.guessed_rate in COMMON_RATES:
+        meant = Fraction(stream.guessed_rate)
+        if 0 < 1 - stream.average_rate / meant < LOST_SHARE:
+            return meant
     for rate in (*rates, stream.average_rate, stream.guessed_rate, stream.base_rate):
         if rate:
             return Fraction(rate)
