@@ -40,8 +40,9 @@ def stability(
     uncertainties   of the cameras before and after, for the change of lens
     sigma           units, survey tolerance of points that have none of their own
     For each camera the movement in units and degrees with its standard deviation (see
-    `vidtrack.calibration.movement`), how far the picture moved, and the change of f; for all together, the errors by axis of the later points, located with
-    the cameras of before (what the movement costs) and of after (what there would be without it).
+    `vidtrack.calibration.movement`), how far the picture moved, and the change of f; for all together, the errors by
+    axis of the later points, located with the cameras of before (what the movement costs) and of after (what there
+    would be without it).
     """
     sets = side_by_side(before_points, sigma=sigma), side_by_side(after_points, sigma=sigma)
     told: dict[str, Any] = {}
