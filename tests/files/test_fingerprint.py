@@ -3,7 +3,7 @@ import os
 import pytest
 
 from vidtrack.files import fingerprint
-from vidtrack.files.fingerprint import Checksums, code_fingerprint
+from vidtrack.files.fingerprint import Checksums, Fingerprints, code_fingerprint
 
 
 @pytest.fixture
@@ -21,16 +21,13 @@ def package(tmp_path, monkeypatch):
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
     monkeypatch.setattr(fingerprint, "PACKAGE", str(tmp_path))
-    fingerprint._parsed.cache_clear()
-    yield tmp_path
-    fingerprint._parsed.cache_clear()
+    return tmp_path
 
 
 def edited(package, name, old, new):
     path = package / f"{name}.py"
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new))
-    fingerprint._parsed.cache_clear()
 
 
 def both():
@@ -56,6 +53,18 @@ def test_an_import_inside_a_function_counts(package):
     before = both()
     edited(package, "other", "3", "4")
     assert both()[1] != before[1]
+
+
+def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_path, monkeypatch):
+    store = str(tmp_path / "code.json")
+    first = Fingerprints(store)
+    value = first.of("vidtrack.jobs.a")
+    first.save()
+    with monkeypatch.context() as patch:
+        patch.setattr(fingerprint.ast, "parse", lambda *_: pytest.fail("parsed again"))
+        assert Fingerprints(store).of("vidtrack.jobs.a") == value
+    edited(package, "kernel", "x + 1", "x + 22")
+    assert Fingerprints(store).of("vidtrack.jobs.a") != value
 
 
 def test_checksums_follow_content_not_dates(tmp_path):

@@ -10,32 +10,72 @@ import ast
 import hashlib
 import json
 import os
-from functools import cache
+import sys
+from typing import Any
 
 from vidtrack.files.atomic import replacing
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
+class Fingerprints:
+    """What modules do, as hashes; what is known of a source file holds until the file changes.
+
+    store   where it is remembered from call to call; None: nowhere
+    """
+
+    def __init__(self, store: str | None = None) -> None:
+        self.store = store
+        self._known: dict[str, list[Any]] = _remembered(store)
+        self._changed = False
+
+    def of(self, module: str) -> str:
+        """A hash of what `module` (such as vidtrack.jobs.track) and all that it reaches inside the package do."""
+        reached: dict[str, str] = {}
+        waiting = [module]
+        while waiting:
+            name = waiting.pop()
+            if name not in reached:
+                reached[name], imports = self._parsed(name)
+                waiting += imports
+        digest = hashlib.sha256()
+        for name in sorted(reached):
+            digest.update(f"{name}\0{reached[name]}\0".encode())
+        return digest.hexdigest()[:16]
+
+    def save(self) -> None:
+        """Remember what was found out."""
+        if self.store and self._changed:
+            with replacing(self.store) as file:
+                file.write(json.dumps(self._known, sort_keys=True, indent=0).encode())
+
+    def _parsed(self, module: str) -> tuple[str, list[str]]:
+        """A module's code without comments and docstrings, hashed, and the package's modules that it imports."""
+        source = _source(module) or ""
+        state = os.stat(source)
+        signature = [source, sys.version, state.st_size, state.st_mtime_ns]
+        known = self._known.get(module)
+        if not known or known[0] != signature:
+            known = self._known[module] = [signature, *_parsed(source)]
+            self._changed = True
+        return known[1], known[2]
+
+
 def code_fingerprint(module: str) -> str:
-    """A hash of what `module` (such as vidtrack.jobs.track) and every module that it reaches inside the package do."""
-    reached: set[str] = set()
-    waiting = [module]
-    while waiting:
-        name = waiting.pop()
-        if name not in reached:
-            reached.add(name)
-            waiting += _parsed(name)[1]
-    digest = hashlib.sha256()
-    for name in sorted(reached):
-        digest.update(f"{name}\0{_parsed(name)[0]}\0".encode())
-    return digest.hexdigest()[:16]
+    """A hash of what `module` and every module that it reaches inside the package do."""
+    return Fingerprints().of(module)
 
 
-@cache
-def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
-    """A module's code without comments and docstrings, hashed, and the package's modules that it imports."""
-    with open(_source(module) or "", encoding="utf-8") as file:
+def _remembered(store: str | None) -> dict[str, Any]:
+    try:
+        with open(store or "", encoding="utf-8") as file:
+            return dict(json.load(file))
+    except (OSError, ValueError):
+        return {}
+
+
+def _parsed(source: str) -> tuple[str, list[str]]:
+    with open(source, encoding="utf-8") as file:
         tree = ast.parse(file.read())
     imports: set[str] = set()
     for node in ast.walk(tree):
@@ -47,7 +87,7 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
         body = getattr(node, "body", None)
         if isinstance(body, list):
             node.body = [s for s in body if not _is_remark(s)] or [ast.Pass()]  # type: ignore[attr-defined]
-    inside = tuple(sorted(name for name in imports if name.split(".")[0] == "vidtrack" and _source(name)))
+    inside = sorted(name for name in imports if name.split(".")[0] == "vidtrack" and _source(name))
     return hashlib.sha256(ast.unparse(tree).encode()).hexdigest(), inside
 
 
@@ -76,11 +116,7 @@ class Checksums:
     def __init__(self, store: str) -> None:
         self.store = store
         self._changed = False
-        try:
-            with open(store, encoding="utf-8") as file:
-                self._known: dict[str, list[str | int]] = json.load(file)
-        except (OSError, ValueError):
-            self._known = {}
+        self._known: dict[str, list[str | int]] = _remembered(store)
 
     def knows(self, path: str) -> bool:
         """Whether the file's checksum is remembered for the state that the file is in."""

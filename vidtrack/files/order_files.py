@@ -14,7 +14,7 @@ from typing import Any
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
 from vidtrack.files.experiment import NO_RECORDING, within
-from vidtrack.files.fingerprint import Checksums, code_fingerprint
+from vidtrack.files.fingerprint import Checksums, Fingerprints
 
 
 class OrderBook:
@@ -28,6 +28,7 @@ class OrderBook:
         self.folder = within(results, ".orders")
         self.writing = writing
         self._checksums = Checksums(within(self.folder, "checksums.json"))
+        self._code = Fingerprints(within(self.folder, "code.json"))
         self._fresh: dict[str, None] = {}
 
     def place(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> str:
@@ -41,7 +42,7 @@ class OrderBook:
             return path
         order = {
             "rule": rule,
-            "code": code_fingerprint(f"vidtrack.jobs.{rule}"),
+            "code": self._code.of(f"vidtrack.jobs.{rule}"),
             "inputs": {name: self._checksum(name) for name in raw if name},
             "settings": settings,
         }
@@ -65,6 +66,7 @@ class OrderBook:
         if problems:
             raise VidtrackError(*problems)
         self._checksums.save()
+        self._code.save()
 
     def _checksum(self, path: str) -> str:
         try:
