@@ -206,10 +206,10 @@ def peers(rounds: int) -> None:
             truth = np.array([scene.at(t) for t in times])
             expected = truth + rng.normal(0, 1, truth.shape)
             samples = [Sample(p, float(t)) for t, p in zip(times, pictures, strict=True)]
-            nine, level = np.full((n, 2), 9.0), np.full(n, 120.0)
-            known = Known(nine, np.full(n, 1.2), np.full(n, 4.0), np.full(n, 50.0), level)
+            wide, level = np.full((n, 2), 8.0), np.full(n, 120.0)
+            known = Known(wide, np.full(n, 1.7), np.full(n, 4.0), np.full(n, 50.0), level)
             detection = Detection(noise=4.0)
-            settings = {"size": nine, "pixels": np.full(n, 50.0), "threshold": level, "detection": detection}
+            settings = {"size": wide, "pixels": np.full(n, 50.0), "threshold": level, "detection": detection}
             methods: dict[str, partial] = {
                 "vidtrack, moving boxes, as the stage does": partial(glance, samples, expected, known, detection),
                 "vidtrack, moving boxes, a look": partial(look, samples, expected, **settings),

@@ -12,8 +12,8 @@ from vidtrack.tracking.sample import Sample
 DETECTION = Detection(noise=3.0)
 
 
-def known(n, size=(9.0, 9.0), pixels=50.0):
-    return Known(np.tile(size, (n, 1)), np.full(n, 1.2), np.full(n, 3.0), np.full(n, pixels), np.full(n, 130.0))
+def known(n, size=(8.0, 8.0), pixels=50.0):
+    return Known(np.tile(size, (n, 1)), np.full(n, 1.7), np.full(n, 3.0), np.full(n, pixels), np.full(n, 130.0))
 
 
 def field(seed, n=60, radius=4.0, noise=3.0, **settings):

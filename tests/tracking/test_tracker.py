@@ -67,10 +67,24 @@ def test_targets_are_followed_to_a_hundredth_of_a_pixel():
     assert np.sqrt(np.mean(error**2)) > 0.003
 
 
+@pytest.mark.parametrize(("radius", "least", "most"), [(4.0, 0.006, 0.010), (1.6, 0.005, 0.03)])
+def test_long_tracks_keep_the_accuracy_of_the_centroids(radius, least, most):
+    """Contrast 200, noise 3; the mask follows from what a look found of the soft edge."""
+    path = circle(400, 3, period=37.3)
+    samples = samples_of(path, radius=radius, contrast=200.0, noise=3.0)
+    rows, tracker = followed(samples, starts_at(path[0]), detection=Detection(noise=3.0))
+    error = positions(rows) - path
+    rms = np.sqrt((error**2).mean(axis=(0, 1)))
+    assert (rms > least).all()
+    assert (rms < most).all()
+    assert np.abs(error).max() < 6 * most
+    assert (tracker.looks[5] > 1).all()
+
+
 def test_the_box_is_about_the_target():
     path = circle(40)
     rows, _ = followed(samples_of(path), starts_at(path[0]))
-    assert np.abs(rows.corner[5:] + 25 - path[5:]).max() < 6
+    assert np.abs(rows.corner + 25 - path).max() < 0.1
 
 
 def test_crossing_targets_keep_their_identity():

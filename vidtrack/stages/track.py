@@ -79,9 +79,8 @@ def track(
     Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
     """
     names, boxes = _named(targets, start_boxes, box)
-    used = _between(frames, info, start, end)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    batches = batches_ahead(used, max(1, min(BATCH, HELD_BYTES // (5 * size))))
+    batches = _between(batches_ahead(frames, max(1, min(BATCH, HELD_BYTES // (5 * size)))), info, start, end)
     opening = _opening(batches, max(1, min(OPENING, HELD_BYTES // (2 * size))))
     if not opening:
         raise VidtrackError(
@@ -147,18 +146,28 @@ def _named(
 
 
 def _between(
-    frames: Iterable[Frame], info: VideoInfo, start: str | int | None, end: str | int | None
-) -> Iterator[Frame]:
-    """The frames from start to end, both included."""
+    batches: Iterator[list[Frame]], info: VideoInfo, start: str | int | None, end: str | int | None
+) -> Iterator[list[Frame]]:
+    """The frames from start to end, both included, in their batches."""
     first, last = (_instant(word, value, info) for word, value in (("start", start), ("end", end)))
+    if first is None and last is None:
+        yield from batches
+        return
     slack = 0.5 / float(info.rate)
-    for frame in frames:
-        time = float(frame.time)
-        if first is not None and (frame.index < first if isinstance(first, int) else time < first - slack):
-            continue
-        if last is not None and (frame.index > last if isinstance(last, int) else time > last + slack):
+
+    def early(frame: Frame) -> bool:
+        return first is not None and (
+            frame.index < first if isinstance(first, int) else float(frame.time) < first - slack
+        )
+
+    def late(frame: Frame) -> bool:
+        return last is not None and (frame.index > last if isinstance(last, int) else float(frame.time) > last + slack)
+
+    for batch in batches:
+        if used := [frame for frame in batch if not early(frame) and not late(frame)]:
+            yield used
+        if late(batch[-1]):
             return
-        yield frame
 
 
 def _instant(word: str, value: str | int | None, info: VideoInfo) -> int | float | None:

@@ -50,7 +50,7 @@ def _parabola(times: Array, positions: Array, to: Array) -> Array:
     ahead = np.minimum(to - times[-1], LONGEST)
     powers = np.stack([np.ones_like(back), back, back * back])
     fresh = powers * FADING**-back
-    curve = np.linalg.solve(fresh @ powers.T + _RIDGE, fresh @ positions.reshape(len(times), -1))
     forward = np.stack([np.ones_like(ahead), ahead, ahead * ahead], axis=1)
-    predicted: Array = (forward @ curve).reshape(len(to), *positions.shape[1:])
+    weights = forward @ np.linalg.solve(fresh @ powers.T + _RIDGE, fresh)  # of each known position: (k, m)
+    predicted: Array = (weights @ positions.reshape(len(times), -1)).reshape(len(to), *positions.shape[1:])
     return predicted

@@ -28,11 +28,15 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Float32 = NDArray[np.float32]
 
+SPARE = 0.25
+"""px of the soft edge, as `look` grows it, that hold no light but only noise."""
 RECENTRE = 2
 """Times that a window is moved onto its target, before the target counts as not there."""
 RING = 4
 """px about the mask, for the background."""
-OFF_CENTRE = 0.8
+NEAR_CENTRE = 0.6
+"""px from the middle of its window's middle pixel up to which a target is well inside its mask."""
+OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
 
 
@@ -95,7 +99,7 @@ def glance(
     careful  whether the unrest of the background is measured, or taken as known
     """
     k, n = predicted.shape[:2]
-    half = known.size.max(axis=0) / 2 + known.soft.max()
+    half = known.size.max(axis=0) / 2 + known.soft.max() - SPARE
     w = weights(*np.rint(2 * half).astype(int).tolist())
     rows, columns = samples[0].luma.shape
     if w.width > columns or w.height > rows:
@@ -155,7 +159,7 @@ def _centred(
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
         off = moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)
-        moving = ((np.abs(off) > 0.6) & (np.abs(off) <= reach)).any(axis=1)
+        moving = ((np.abs(off) > NEAR_CENTRE) & (np.abs(off) <= reach)).any(axis=1)
         missed, off = missed[moving], off[moving]
         if not missed.size:
             break

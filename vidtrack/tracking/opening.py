@@ -146,34 +146,34 @@ def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
     leap = LEAP * float(np.hypot(rows * samples[0].lines, columns))
     trails: list[list[tuple[int, int]]] = []
     alive: list[int] = []
+    ends = np.zeros((0, 8))  # x, y, log pixels, log contrast and time of the last blob; x, y and time of the one before
     for j, blobs in enumerate(found):
-        chosen = mutual_best(_link_costs([trails[t] for t in alive], found, samples, j, leap))
-        for t, b in zip(alive, chosen.tolist(), strict=True):
-            if b >= 0:
-                trails[t].append((j, b))
-        trails += [[(j, b)] for b in np.setdiff1d(np.arange(blobs.Xf.size), chosen).tolist()]
-        alive = [t for t, trail in enumerate(trails) if trail[-1][0] >= j - 1]
+        looks = np.stack([blobs.Xf, blobs.Yf, np.log(blobs.pixels), np.log(contrast_of(blobs))], axis=1)
+        chosen = mutual_best(_link_costs(ends, looks, samples[j].time, leap))
+        goes_on = np.flatnonzero(chosen >= 0)
+        for row in goes_on.tolist():
+            trails[alive[row]].append((j, int(chosen[row])))
+        new = np.setdiff1d(np.arange(len(looks)), chosen)
+        waits = np.flatnonzero((chosen < 0) & (ends[:, 4] >= samples[j - 1].time if j else False))
+        now = np.full((len(looks), 1), samples[j].time)
+        joined = np.hstack([looks[chosen[goes_on]], now[: goes_on.size], ends[goes_on][:, [0, 1, 4]]])
+        begun = np.hstack([looks[new], now[: new.size], np.full((new.size, 3), np.nan)])
+        alive = [alive[row] for row in (*goes_on, *waits)] + list(range(len(trails), len(trails) + new.size))
+        ends = np.concatenate([joined, ends[waits], begun])
+        trails += [[(j, b)] for b in new.tolist()]
     return [_trail(trail, found) for trail in trails if len(trail) > 1]
 
 
-def _link_costs(
-    trails: list[list[tuple[int, int]]], found: Sequence[Blobs], samples: Sequence[Sample], j: int, leap: float
-) -> Array:
-    """Cost of every blob of sample j as the next of every trail, (n trails, m blobs); inf where it cannot be."""
-    if not trails:
-        return np.zeros((0, found[j].Xf.size))
-    looks = [np.stack([b.Xf, b.Yf, np.log(b.pixels), np.log(contrast_of(b))], axis=1) for b in found[: j + 1]]
-    now = np.array([looks[trail[-1][0]][trail[-1][1]] for trail in trails])
-    before = np.array([looks[trail[-2:][0][0]][trail[-2:][0][1]] for trail in trails])
-    time = np.array([[samples[trail[i][0]].time for i in (-1, -len(trail[-2:]))] for trail in trails])
-    wait = samples[j].time - time[:, 0]
-    velocity = (now - before)[:, :2] / np.maximum(time[:, :1] - time[:, 1:], 1e-9)
-    known = np.array([len(trail) > 1 for trail in trails])
+def _link_costs(ends: Array, looks: Array, time: float, leap: float) -> Array:
+    """Cost of every blob (looks) as the next of every trail (ends), (n, m); inf where it cannot be."""
+    wait = time - ends[:, 4]
+    velocity = (ends[:, :2] - ends[:, 5:7]) / (ends[:, 4] - ends[:, 7])[:, None]
+    known = np.isfinite(velocity[:, 0])
+    velocity = np.where(known[:, None], velocity, 0.0)
     gate = np.where(known, np.minimum(leap, 10 + 0.6 * np.hypot(*velocity.T)), leap) * wait
-    expected = now[:, :2] + velocity * wait[:, None]
-    off = np.hypot(looks[j][:, 0] - expected[:, :1], looks[j][:, 1] - expected[:, 1:]) / gate[:, None]
-    size = np.abs(looks[j][:, 2] - now[:, 2:3])
-    light = np.abs(looks[j][:, 3] - now[:, 3:])
+    expected = ends[:, :2] + velocity * wait[:, None]
+    off = np.hypot(looks[:, 0] - expected[:, :1], looks[:, 1] - expected[:, 1:]) / gate[:, None]
+    size, light = (np.abs(looks[:, i] - ends[:, i : i + 1]) for i in (2, 3))
     cost: Array = np.where((off < 1) & (size < 0.7) & (light < 0.5), off + size + light, np.inf)
     return cost
 

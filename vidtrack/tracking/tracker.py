@@ -257,12 +257,14 @@ class Tracker:
         else:
             block.values[:, :taken, who] = np.where(good, seen.values[:MEASURED, :taken], np.nan)
             block.flag[:taken, who] = np.where(good, seen.saturated[:taken] * SATURATED, LOST | PREDICTED)
+        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.starts.box[who] / 2
+        block.corner[:taken, who] = np.where(good[..., None], about, block.corner[:taken, who])
         count = good.sum(axis=0)
         looks = seen.values[_LOOKS, :taken]
-        mean = np.where(good, looks, 0).sum(axis=1) / np.maximum(count, 1)
+        mean = np.where(good, looks, 0).sum(axis=1) / np.where(count, count, np.nan)
         old = self.looks[:, who]
         old = np.where(np.isfinite(old), old, mean)
-        self.looks[:, who] = old + (1 - (1 - FOLLOW) ** count) * (mean - old)
+        self.looks[:, who] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
 
     def _remember(self, block: Rows, times: Array, taken: int) -> None:
         fresh = block.values[:2, :taken].transpose(1, 2, 0)
@@ -296,20 +298,21 @@ def _both_or_none(clear: Bools, predicted: Array, size: Array) -> None:
 
     clear (k, n) is changed; predicted (k, n, 2) px; size (2, n) px
     """
-    reach = size.max() + 2
-    cells = 2 * reach
-    near = np.zeros(clear.shape, bool)
-    for shift in ((0, 0), (reach, 0), (0, reach), (reach, reach)):
-        # two points closer than `reach` share a cell twice as wide, in at least one of four grids
-        cell = np.floor((predicted + shift) / cells).astype(np.int64)
-        key = (np.arange(len(clear))[:, None] << 40) + (cell[..., 0] << 20) + cell[..., 1]
-        _, which, count = np.unique(key, return_inverse=True, return_counts=True)
-        near |= (count[which] > 1).reshape(clear.shape)
-    for k in np.flatnonzero(near.any(axis=1)):
-        some = np.flatnonzero(near[k])
-        apart = np.abs(predicted[k, some, None] - predicted[k, some])
+    if clear.all():
+        return
+    reach = float(size.max()) + 2
+    cell = (predicted / reach).astype(np.int64) + 1
+    cell = np.clip(cell - cell.min(axis=(0, 1)), 0, 4000) + 1
+    k, wide, high = len(clear), int(cell[..., 0].max()) + 2, int(cell[..., 1].max()) + 2
+    at = (np.arange(k)[:, None] * high + cell[..., 1]) * wide + cell[..., 0]
+    count = np.bincount(at.ravel(), minlength=k * high * wide)
+    # two points closer than `reach` are in one cell or in two that adjoin
+    near = sum(count[at + dy * wide + dx] for dy in (-1, 0, 1) for dx in (-1, 0, 1)) > 1
+    for j in np.flatnonzero((near & ~clear).any(axis=1)):
+        some = np.flatnonzero(near[j])
+        apart = np.abs(predicted[j, some, None] - predicted[j, some])
         touching = (apart < (size[:, some, None] + size[:, None, some]).transpose(1, 2, 0) / 2 + 2).all(axis=-1)
-        clear[k, some] = ~(touching & ~clear[k, some]).any(axis=1)
+        clear[j, some] = ~(touching & ~clear[j, some]).any(axis=1)
 
 
 def present(rows: Rows) -> Bools:

@@ -83,5 +83,7 @@ def _kinds(size: Array, soft: Array) -> Ints:
     if not known.any():
         return np.full(soft.size, -1)
     half = np.where(known[:, None], size / 2 + soft[:, None], 0.0)
+    if known.all() and (half.max(axis=0) - half.min(axis=0) < ALIKE_PX).all():
+        return np.zeros(soft.size, np.intp)
     steps = np.floor((half - np.median(half[known], axis=0)) / ALIKE_PX + 0.5).astype(np.intp)
     return np.where(known, steps[:, 0] * 1000 + steps[:, 1], -1)
