@@ -65,14 +65,14 @@ demo() {
     say "the demo took $((SECONDS - began)) s; its report: $PWD/data/demo/results/report.html"
 }
 
-run_tests() { # what takes long runs in one piece a worker, so that both cores have work to the end
+run_tests() { # a file of tests stays on one worker, with what it has set up
     command -v chromium >/dev/null || debian_install chromium || say "no chromium: the tests of the report in a browser will be skipped"
     export PATH="$PWD/.venv/bin:$PATH" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
     ruff check .
     ruff format --check --quiet .
     mypy
     snakefmt --check Snakefile workflow
-    python -m pytest --dist loadgroup "$@"
+    python -m pytest --dist loadfile "$@"
 }
 
 set_up

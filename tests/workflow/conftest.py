@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -77,15 +78,26 @@ def configure(folder, config):
 
 @pytest.fixture(scope="session")
 def processed(tmp_path_factory):
-    """The laboratory after `snakemake`; not to be changed: see `laboratory`."""
+    """The laboratory after `snakemake`; not to be changed: see `laboratory`. One for all workers of a test run."""
     from vidtrack.simulate.laboratory import set_up
     from vidtrack.simulate.scenario import scenario_from
 
-    folder = tmp_path_factory.mktemp("workflow") / "lab"
-    set_up(scenario_from(SCENARIO, "scenario"), str(folder))
-    configure(folder, CONFIG)
-    answer = snakemake(folder)
-    assert answer.returncode == 0, answer.stdout + answer.stderr
+    shared = tmp_path_factory.getbasetemp()
+    place = (shared.parent if "PYTEST_XDIST_WORKER" in os.environ else shared) / "processed"
+    folder, done = place / "lab", place / "done"
+    try:
+        place.mkdir()
+    except FileExistsError:
+        for _ in range(3000):
+            if done.exists():
+                break
+            time.sleep(0.1)
+    else:
+        set_up(scenario_from(SCENARIO, "scenario"), str(folder))
+        configure(folder, CONFIG)
+        answer = snakemake(folder)
+        done.write_text("" if answer.returncode == 0 else answer.stdout + answer.stderr)
+    assert done.read_text() == ""
     return folder
 
 

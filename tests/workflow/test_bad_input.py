@@ -8,8 +8,6 @@ import pytest
 
 from tests.workflow.conftest import CONFIG, configure, snakemake
 
-pytestmark = pytest.mark.xdist_group("workflow")
-
 
 def told(folder, *arguments):
     """The lines that vidtrack says; Snakemake must fail with exit code 1 and show no traceback."""

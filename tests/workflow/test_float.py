@@ -10,8 +10,6 @@ import yaml
 
 from tests.workflow.conftest import REPO, configure, snakemake
 
-pytestmark = pytest.mark.xdist_group("real")
-
 OFFSET = 0.012
 BODY = {"bow": [9, 0, 3], "port": [-6, 7, 3], "starboard": [-6, -7, 3]}
 

@@ -10,8 +10,6 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-pytestmark = pytest.mark.xdist_group("workflow")
-
 COLUMNS = {
     "calibration/cam1/points.parquet": "tag x y z Xf Yf pixels frames sd_x sd_y used reason",
     "calibration/backprojection.parquet": "tag x y z x_located y_located z_located n_cameras Xf Yf Xf_projected "

@@ -11,7 +11,6 @@ from tests.workflow.conftest import REPO, snakemake
 
 REAL = REPO.parent / "shared" / "real"
 pytestmark = [
-    pytest.mark.xdist_group("real"),
     pytest.mark.skipif(not REAL.is_dir(), reason="no real recordings beside the repo"),
 ]
 

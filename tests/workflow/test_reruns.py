@@ -8,8 +8,6 @@ import pytest
 
 from tests.workflow.conftest import CONFIG, REPO, configure, planned, snakemake
 
-pytestmark = pytest.mark.xdist_group("workflow")
-
 CALIBRATED_ANEW = {
     "calibrate": 1,
     "back_project": 1,

@@ -13,8 +13,6 @@ import yaml
 from tests.workflow.conftest import CONFIG, configure, snakemake
 from vidtrack.files.camera_json import read_camera
 
-pytestmark = pytest.mark.xdist_group("workflow")
-
 RATE, FRAMES = 30, 45
 
 
