@@ -74,10 +74,11 @@ def test_long_tracks_keep_the_accuracy_of_the_centroids(radius, least, most):
     samples = samples_of(path, radius=radius, contrast=200.0, noise=3.0)
     rows, tracker = followed(samples, starts_at(path[0]), detection=Detection(noise=3.0))
     error = positions(rows) - path
-    rms = np.sqrt((error**2).mean(axis=(0, 1)))
+    assert present(rows).mean() > 0.97  # seven pixels more or less: now and then fewer than four
+    rms = np.sqrt(np.nanmean(error**2, axis=(0, 1)))
     assert (rms > least).all()
     assert (rms < most).all()
-    assert np.abs(error).max() < 6 * most
+    assert np.nanmax(np.abs(error)) < 6 * most
     assert (tracker.looks[5] > 1).all()
 
 

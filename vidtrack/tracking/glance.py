@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vidtrack.tracking.centroids import FULL_SCALE, QUANTISATION_SD
 from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.look import LIKE, Seen
+from vidtrack.tracking.look import GRAIN, LIKE, Seen
 from vidtrack.tracking.sample import Sample
 
 Array = NDArray[np.float64]
@@ -111,7 +111,8 @@ def glance(
     mass = np.where(moments[0] > 0, moments[0], np.nan)
     off = moments[1:3] / mass
     grown = np.maximum(count[0], 1) / np.tile(known.pixels, k)
-    clear = whole & (count[1] == 0) & (np.abs(np.log(grown)) < LIKE) & (count[0] >= detection.min_pixels)
+    alike = np.abs(np.log(grown)) < LIKE + GRAIN / np.tile(known.pixels, k)
+    clear = whole & (count[1] == 0) & alike & (count[0] >= detection.min_pixels)
     clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
     if n > 1:
         clear &= _alone(centre, k, n)

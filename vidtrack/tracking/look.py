@@ -26,6 +26,8 @@ ROOM = 7.5
 """px about a target in its window: its soft edge and the background, or room for it to be off by four."""
 LIKE = 0.6
 """|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
+GRAIN = 3.0
+"""Pixels that the count of a tiny target changes by as it moves over the grid: the tolerance grows by GRAIN/count."""
 PULL = 0.01
 """px that the background's unrest may cost before every sample wants a look."""
 _GRAIN = 4
@@ -166,7 +168,7 @@ def _clear(chosen: Ints, box: Ints, windows: Windows, now: Ints, before: Array) 
     left, top, wide, high = box
     inside = (left - windows.left >= CLEAR) & (windows.left + width - left - wide >= CLEAR)
     inside &= (top - windows.top >= CLEAR) & (windows.top + height - top - high >= CLEAR)
-    alike = np.abs(np.log(np.maximum(now, 1) / before)) < LIKE
+    alike = np.abs(np.log(np.maximum(now, 1) / before)) < LIKE + GRAIN / before
     clear: Bools = (chosen >= 0) & inside & alike
     return clear
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from vidtrack.tracking.blobs import Blobs, above, above_local_background, measure_mask, no_blobs
 from vidtrack.tracking.detection import Detection
+from vidtrack.tracking.look import GRAIN
 from vidtrack.tracking.sample import Sample, in_frame_buffer, joined
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def unlikeness(blobs: Blobs, pixels: Array, contrast: Array) -> Array:
     """
     size = np.abs(np.log(blobs.pixels[None] / pixels[:, None]))
     light = np.abs(np.log(np.maximum(contrast_of(blobs), 1e-3)[None] / contrast[:, None]))
-    unlike = np.where((size < LIKE) & (light < LIKE), size + light, np.inf)
+    unlike = np.where((size < LIKE + GRAIN / pixels[:, None]) & (light < LIKE), size + light, np.inf)
     return np.where(np.isfinite(pixels)[:, None], unlike, 0.0)
 
 
