@@ -19,7 +19,7 @@ from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timecode import parse
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.look import PIXELS, X, Y
-from vidtrack.tracking.opening import SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.read_ahead import batches_ahead
 from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
@@ -32,11 +32,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-HELD_BYTES = 40_000_000
+HELD_BYTES = 64_000_000
 """Pictures kept in memory, at the beginning to find targets in and later between decoder and tracker."""
-OPENING = 48
-"""Frames looked at before tracking begins, at most."""
-BATCH = 8
+FEW, OPENING = 12, 48
+"""Frames looked at before tracking begins: a few, or more where too little moves in those."""
+BATCH = 4
+"""Frames handed from the decoder's thread to the tracker's at once: more in flight no longer fit its caches."""
 NEVER = 1 << 60
 
 
@@ -80,8 +81,8 @@ def track(
     """
     names, boxes = _named(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    batches = _between(batches_ahead(frames, max(1, min(BATCH, HELD_BYTES // (5 * size)))), info, start, end)
-    opening = _opening(batches, max(1, min(OPENING, HELD_BYTES // (2 * size))))
+    batches = _between(batches_ahead(frames, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, start, end)
+    opening = _more([], batches, FEW)
     if not opening:
         raise VidtrackError(
             f"detect.start: no frame of the recording lies between {start!r} and {end!r}. Choose a start within it."
@@ -90,12 +91,16 @@ def track(
     detection = _detection(opening[0], info, polarity, threshold, centroid, min_pixels)
     samples = _samples(opening, info, order)
     level = _level(samples[0], detection)
+    trails: list[Trail] = []
     if boxes is not None:
         clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], detection)
-        trails, begun = [], "start boxes"
-        starts = _starts_in_boxes(boxes)
+        starts, begun = _starts_in_boxes(boxes), "start boxes"
     else:
         found = find_targets(samples, len(names), detection)
+        if found.moving < ENOUGH * len(names):  # wait a little for what does not move yet
+            opening = _more(opening, batches, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
+            samples = _samples(opening, info, order)
+            found = find_targets(samples, len(names), detection)
         trails, clutter = found.trails, found.clutter
         begun = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
         starts = _starts_of_trails(trails, len(names), box)
@@ -103,7 +108,7 @@ def track(
     tracker.follow(samples)
     moments = [_moments(samples, opening, order)]
     waiting = list(range(len(trails), len(names))) if boxes is None else []
-    backgrounds = background_of(samples) if waiting else {}
+    backgrounds = background_of(samples, detection) if waiting else {}
     earlier = _backwards(samples, starts, detection, level)
     del opening, samples
     for batch in batches:
@@ -186,9 +191,9 @@ def _instant(word: str, value: str | int | None, info: VideoInfo) -> int | float
     return info.time.time_of(float(code.seconds))
 
 
-def _opening(batches: Iterator[list[Frame]], most: int) -> list[Frame]:
-    """The first frames of the recording."""
-    frames: list[Frame] = []
+def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> list[Frame]:
+    """The frames with those that follow, `most` in all or a few more."""
+    frames = list(frames)
     while len(frames) < most and (batch := next(batches, None)) is not None:
         frames += batch
     return frames

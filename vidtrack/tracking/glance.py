@@ -154,7 +154,8 @@ def _centred(
     else:
         margin = 0
     raw = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
-    for j, one in enumerate(pictures):
+    strips = [_strips(picture, w.width) for picture in pictures]
+    for j, one in enumerate(strips):
         raw[j * n : j * n + n] = _windows(one, centre[j * n : j * n + n] - reach + margin, w)
     moments = _grey(raw, detection) @ w.linear
     missed = np.arange(k * n)
@@ -170,7 +171,7 @@ def _centred(
         if not margin and ((centre < reach) | (centre > high - RING)).any():
             whole[missed] &= ((centre[missed] >= reach) & (centre[missed] <= high - RING)).all(axis=1)
             centre[missed] = np.clip(centre[missed], reach, high - RING)
-        for j, one in enumerate(pictures):
+        for j, one in enumerate(strips):
             some = missed[(missed >= j * n) & (missed < j * n + n)]
             if some.size:
                 raw[some] = _windows(one, centre[some] - reach + margin, w)
@@ -201,14 +202,16 @@ def _at_full_scale(bright: NDArray[Any], count: Float32, w: Weights, detection: 
     return np.asarray(full * 20 >= np.maximum(count, 1))
 
 
-def _windows(luma: NDArray[Any], corner: Ints, w: Weights) -> NDArray[Any]:
+def _strips(luma: NDArray[Any], width: int) -> NDArray[Any]:
+    """Every run of `width` pixels in a row of the picture, (rows, columns - width + 1, width), as a view."""
     rows, columns = luma.shape
-    strips = np.lib.stride_tricks.as_strided(
-        luma,
-        shape=(rows, columns - w.width + 1, w.width),
-        strides=(luma.strides[0], luma.strides[1], luma.strides[1]),
-        writeable=False,
-    )
+    down, across = luma.strides
+    shape = (rows, columns - width + 1, width)
+    return np.lib.stride_tricks.as_strided(luma, shape, (down, across, across), writeable=False)
+
+
+def _windows(strips: NDArray[Any], corner: Ints, w: Weights) -> NDArray[Any]:
+    """Windows (m, height * width) whose first pixels are at corner (m, 2): column and row."""
     cut: NDArray[Any] = strips[corner[:, 1:] + np.arange(w.height), corner[:, :1]]
     return cut.reshape(len(corner), w.height * w.width)
 

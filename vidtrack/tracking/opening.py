@@ -69,29 +69,38 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     still = _blobs_above(samples[0], samples[0].luma, detection, None)
     trails: list[Trail] = []
     if len(samples) >= SHORTEST:
-        backgrounds = background_of(samples)
+        backgrounds = background_of(samples, detection)
         for first in range(0, len(samples) - SHORTEST + 1, FIRST):
             moving = find_movers(samples[first : first + FIRST + 1], backgrounds, detection, n)
-            here = [trail._replace(sample=trail.sample + first) for trail in _together(moving, n)]
+            here = [trail._replace(sample=trail.sample + first) for trail in _together(moving, n, FIRST + 1)]
             trails = here if len(here) > len(trails) else trails
             if len(trails) >= ENOUGH * n:
                 break
     n_moving = len(trails)
-    standing = _standing(still, trails)
+    standing = _lasting(_standing(still, trails), samples, detection)
     trails += _brightest(standing, n - n_moving)
     order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
-    return Opening(order, _rest(_lasting(standing, samples, detection), order), n_moving)
+    return Opening(order, _rest(standing, order), n_moving)
 
 
-def _together(trails: list[Trail], n: int) -> list[Trail]:
-    """The n best that were all in view at some time pair by pair: pieces of one broken trail count once."""
+def _together(trails: list[Trail], n: int, samples: int) -> list[Trail]:
+    """The n best that were all in view at some time pair by pair, so that pieces of one broken trail count once, and
+    that never were in one place.
+    """
     chosen: list[Trail] = []
     latest_begin, earliest_end = -1, 1 << 60
+    places = np.full((samples, len(trails), 2), np.nan)
     for trail in trails:
         first, last = int(trail.sample[0]), int(trail.sample[-1])
-        if len(chosen) < n and first <= earliest_end and latest_begin <= last:
-            chosen.append(trail)
-            latest_begin, earliest_end = max(latest_begin, first), min(earliest_end, last)
+        if len(chosen) == n or first > earliest_end or latest_begin > last:
+            continue
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(places[trail.sample, : len(chosen)] - trail.position[:, None]).max(axis=-1)
+            if (apart < trail.size.max() / 2 + 2).any():
+                continue
+        places[trail.sample, len(chosen)] = trail.position
+        chosen.append(trail)
+        latest_begin, earliest_end = max(latest_begin, first), min(earliest_end, last)
     return chosen
 
 
@@ -126,17 +135,21 @@ def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detect
     return Blobs._make(column[~inside.any(axis=1)] for column in found)
 
 
-def background_of(samples: Sequence[Sample]) -> dict[int, NDArray[Any]]:
-    """What stands still: for each parity the median of five pictures from first to last."""
+def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, NDArray[Any]]:
+    """What stands still, turned bright: for each parity the second darkest of five pictures from first to last.
+
+    Not their median: what moves slowly would leave a ghost of itself in that.
+    """
     pictures: dict[int, NDArray[Any]] = {}
     for parity in {sample.parity for sample in samples}:
         stack = [sample.luma for sample in samples if sample.parity == parity]
-        a, b, c, d, e = (stack[k] for k in np.rint(np.linspace(0, len(stack) - 1, 5)).astype(int))
-        # the median of five in seven comparisons, as cv2 compares 16 pixels at once
-        a, b = cv2.min(a, b), cv2.max(a, b)
-        c, d = cv2.min(c, d), cv2.max(c, d)
-        low, high = cv2.max(a, c), cv2.min(b, d)
-        pictures[parity] = cv2.max(cv2.min(low, high), cv2.min(cv2.max(low, high), e))
+        five = (stack[k] for k in np.rint(np.linspace(0, len(stack) - 1, 5)).astype(int))
+        a, b, c, d, e = (detection.bright(picture) for picture in five)
+        # seven comparisons, as cv2 compares 16 pixels at once
+        low, other = cv2.min(a, b), cv2.min(c, d)
+        darkest = cv2.min(low, other)
+        second = cv2.min(cv2.max(low, other), cv2.min(cv2.max(a, b), cv2.max(c, d)))
+        pictures[parity] = cv2.min(second, cv2.max(darkest, e))
     return pictures
 
 
@@ -219,7 +232,7 @@ def _compact(trail: Trail) -> float:
 
 def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
     """Blobs that stand out of the background picture."""
-    over = cv2.subtract(detection.bright(sample.luma), detection.bright(background))
+    over = cv2.subtract(detection.bright(sample.luma), background)
     level = max(SIGMAS * detection.noise * 1.5, 2 * LEAST_CONTRAST)
     some = over[:: 1 + over.size // 100_000]
     strong = some[some > level / detection.scale]

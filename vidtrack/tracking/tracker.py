@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
-REACH = 12
+REACH = 8
 """Samples read at once, at most."""
 CACHED = 300_000
 """Pixels measured at once, about: more no longer fit the processor's caches."""
