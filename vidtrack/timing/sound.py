@@ -1,9 +1,10 @@
 """Two cameras' clocks from the sound that both recorded: where the two tracks resemble each other most.
 
 The tracks are whitened before they are correlated (GCC-PHAT, Knapp and Carter 1976): a clap or mere room noise then
-gives one sharp peak, whatever the microphones' tone. The lag is found for the whole recording first and then for
-short windows along it, whose lags lie on a line: offset and rate, with standard errors from their scatter.
-Sound needs 2.9 ms a metre (0.09 of a frame at 30 Hz): microphones should stand equally far from its source.
+gives one sharp peak, whatever the microphones' tone. The lag is found for one stretch first, the loudest that has a
+clear peak, and followed from there window by window; the windows' lags lie on a line: offset and rate, with standard
+errors from their scatter. A window counts if its peak stands clear of the rest: silence between claps does no harm.
+Sound needs 2.9 ms a metre (0.09 of a frame at 30 Hz): what that may do is for whoever knows where the microphones were.
 """
 
 from __future__ import annotations
@@ -14,87 +15,135 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array
-from vidtrack.timing.clock import Clock
+from vidtrack.timing.agreement import Timing
+from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 
 SAMPLED = 0.1
 """Of a sample: what a parabola through the correlation's peak may be off, the same in every window."""
 
+STRETCH_S, TRIES = 10.0, 8
+"""Length of the stretch that is looked for in the whole of the other track, and how many such are tried."""
 
-class Timing(NamedTuple):
-    """A camera's clock against another's, and how well it is known."""
+REACH_S = 300.0
+"""How far apart two tracks may be; longer ones would take too much memory to search at once."""
 
-    clock: Clock  # to be given to the second camera
-    sd: Clock  # standard errors; NaN where the recordings do not tell
-    n: int  # windows or events that agree
-    of: int  # that were looked at
+CLEAR, CLEAR_NEAR = 8.0, 6.5
+"""Times the correlation's rms that its peak must reach: where all lags are searched (the highest of a million of mere
+noise reaches 5), and near a lag that is known."""
 
 
 def timing_from_sound(
     a: ArrayLike, b: ArrayLike, rate_hz: float, *, start_a: float = 0.0, start_b: float = 0.0, window_s: float = 2.0
 ) -> Timing:
-    """The clock of camera b that makes its sound agree with camera a's.
+    """The clock of camera b that makes its sound agree with camera a's; its offset is that at b's first sample.
 
     a, b            (n,)  sound, any level or polarity, at one sampling rate; not necessarily the same length
     start_a, _b     s, each camera's time at its first sample
+    window_s        s; an eighth of the shorter track where that is less
     Windows whose lag is off the line of the others by more than five times the usual amount do not count; where
-    fewer than half agree, or the tracks have less than two windows in common, nothing is told (NaN).
-    Raises ValueError for sound that is not (n,).
+    fewer than half agree, nothing is told (NaN). A single clap tells the offset, and leaves the rate at
+    RATE_PRIOR_PPM. Raises ValueError for sound that is not (n,).
     """
-    x, y = np.asarray(a, float), np.asarray(b, float)
+    x, y = np.asarray(a), np.asarray(b)
     if x.ndim != 1 or y.ndim != 1:
         raise ValueError(f"sound must be (n,), not {x.shape} and {y.shape}")
-    lag = _lag(x, y)
-    whole = round(lag) if np.isfinite(lag) else 0  # y[i] sounds like x[i + whole]
-    size = int(window_s * rate_hz)
-    first, last = max(0, whole), min(x.size, y.size + whole)
-    starts = np.arange(first, last - size + 1, size)
-    nothing = Timing(Clock(), Clock(np.nan, np.nan), 0, len(starts))
-    if len(starts) < 2:
+    size = int(rate_hz * min(window_s, min(x.size, y.size) / rate_hz / 8))
+    nothing = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
+    apart = (start_b - start_a) * rate_hz
+    found = _anywhere(x, y, rate_hz, round(apart) if abs(apart) < REACH_S * rate_hz else 0) if size > 16 else None
+    if found is None:
         return nothing
-    lags = np.array([_lag(x[i : i + size], y[i - whole : i - whole + size], reach=size // 4) for i in starts])
-    later = (starts - whole + size / 2) / rate_hz  # s after b's first sample
+    lags, middles, of = _followed(x, y, found, size)
+    if not lags.size:
+        return nothing._replace(of=of)
+    later = middles / rate_hz
     good = _agreeing(lags, (0.001 + 500e-6 * float(np.ptp(later))) * rate_hz)
     for _ in range(10):
-        if good.sum() < max(2, len(lags) / 2):
-            return nothing
-        A = np.stack([np.ones(good.sum()), later[good]], -1)
-        line, *_ = np.linalg.lstsq(A, lags[good], rcond=None)
+        n = int(good.sum())
+        if n < max(1, len(lags) / 2):
+            return nothing._replace(of=of)
+        A = np.stack([np.ones(n), later[good]], -1)
+        # the rate near 0 unless the windows tell it, in samples a second
+        prior = np.diag([0.0, (0.5 / (RATE_PRIOR_PPM * 1e-6 * rate_hz)) ** 2])
+        line = np.linalg.solve(A.T @ A + prior, A.T @ lags[good])
         off = np.abs(lags - line[0] - line[1] * later)
         # half a sample is what the sampling itself may do
         again = off <= max(5 * 1.4826 * float(np.median(off[good])), 0.5)
         if (again == good).all():
             break
         good = again
-    spread2 = max(float(np.sum(off[good] ** 2)) / max(int(good.sum()) - 2, 1), 1e-4)
-    covariance = np.linalg.inv(A.T @ A) * spread2 / rate_hz**2
-    offset = start_a - start_b + (whole + line[0]) / rate_hz
-    return Timing(
-        Clock(float(offset), float(line[1] / rate_hz * 1e6)),
-        Clock(float(np.hypot(np.sqrt(covariance[0, 0]), SAMPLED / rate_hz)), float(np.sqrt(covariance[1, 1])) * 1e6),
-        int(good.sum()),
-        len(starts),
-    )
+    spread2 = max(float(np.sum(off[good] ** 2)) / (n - 2) if n > 2 else 0.25, 1e-4)
+    unit = np.array([1 / rate_hz, 1e6 / rate_hz])
+    prior = np.diag([0.0, spread2 * (RATE_PRIOR_PPM * 1e-6 * rate_hz) ** -2])
+    covariance = np.linalg.inv(A.T @ A + prior) * spread2 * unit * unit[:, None]
+    covariance[0, 0] += (SAMPLED / rate_hz) ** 2
+    clock = Clock(float(start_a - start_b + line[0] / rate_hz), float(line[1] * unit[1]))
+    return Timing(clock, covariance, n, of)
+
+
+class _Found(NamedTuple):
+    lag: int  # y[i] sounds like x[i + lag]
+    at: int  # sample of y about which that was found
+
+
+def _anywhere(x: NDArray[np.floating], y: NDArray[np.floating], rate_hz: float, apart: int) -> _Found | None:
+    """The lag, from the loudest stretches of y that x has a clear likeness of, `apart` samples from its place or so."""
+    size = min(int(STRETCH_S * rate_hz), y.size)
+    starts = np.arange(0, y.size - size + 1, size)
+    loud = np.array([float(np.abs(y[i : i + size]).max()) for i in starts])
+    for start in starts[np.argsort(-loud, kind="stable")][:TRIES]:
+        reach = int(REACH_S * rate_hz)
+        first = max(0, start + apart - reach)
+        whole = x[first : max(0, start + apart + size + reach)]
+        lag, clear = _lag(whole, y[start : start + size])
+        if clear > CLEAR:
+            return _Found(round(lag) + first - int(start), int(start) + size // 2)
+    return None
+
+
+def _followed(x: NDArray[np.floating], y: NDArray[np.floating], found: _Found, size: int) -> tuple[Array, Array, int]:
+    """Lags (n,), samples, of the windows that have a clear one; their middles in y (n,); how many were looked at."""
+    told: list[tuple[float, float]] = []
+    of = 0
+    begin = max(0, found.at - size // 2)
+    for starts in (range(begin, y.size - size + 1, size), range(begin - size, -1, -size)):
+        lag = found.lag
+        for i in starts:
+            if not 0 <= i + lag <= x.size - size:
+                continue
+            of += 1
+            more, clear = _lag(x[i + lag : i + lag + size], y[i : i + size], reach=size // 8)
+            if clear > CLEAR_NEAR:
+                told.append((lag + more, i + size / 2))
+                lag = round(lag + more)
+    lags, middles = np.array(told).reshape(-1, 2).T
+    return lags, middles, of
 
 
 def _agreeing(lags: Array, slack: float) -> NDArray[np.bool_]:
     """The largest number of lags, samples, that lie within `slack` of one of them."""
-    near = np.abs(lags - lags[:, None]) <= slack
-    return np.asarray(near[int(near.sum(1).argmax())])
+    order = np.sort(lags)
+    inside = np.searchsorted(order, lags + slack, "right") - np.searchsorted(order, lags - slack)
+    return np.asarray(np.abs(lags - lags[int(inside.argmax())]) <= slack)
 
 
-def _lag(x: Array, y: Array, reach: int | None = None) -> float:
-    """By how many samples y must be delayed to sound like x, to a fraction; NaN for silence."""
-    if not (np.ptp(x) > 0 and np.ptp(y) > 0):
-        return float("nan")
+def _lag(x: NDArray[np.floating], y: NDArray[np.floating], reach: int | None = None) -> tuple[float, float]:
+    """By how many samples y must be delayed to sound like x, to a fraction; and the peak over the correlation's rms.
+
+    NaN and 0 for silence.
+    """
+    if x.size < 3 or y.size < 3 or not (np.ptp(x) > 0 and np.ptp(y) > 0):
+        return float("nan"), 0.0
     n = 1 << int(np.ceil(np.log2(x.size + y.size)))
     cross = np.fft.rfft(x - x.mean(), n) * np.conj(np.fft.rfft(y - y.mean(), n))
     level = np.abs(cross)
     # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
     peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
+    usual = float(np.sqrt(np.mean(peak * peak)))
     lags = np.fft.fftfreq(n, 1 / n).astype(int)
-    if reach is not None:
-        peak = np.where(np.abs(lags) <= reach, peak, 0)
-    top = int(np.argmax(peak))
+    some = peak if reach is None else np.where(np.abs(lags) <= reach, peak, 0)
+    top = int(np.argmax(some))
     left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % n]
     bend = left - 2 * middle + right
-    return float(lags[top] + (0.5 * (left - right) / bend if bend < 0 else 0.0))
+    fraction = float(np.clip(0.5 * (left - right) / bend, -1, 1)) if bend < 0 else 0.0
+    return float(lags[top]) + fraction, float(middle) / usual

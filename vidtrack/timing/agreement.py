@@ -1,0 +1,88 @@
+"""What several witnesses (motion, sound, light) say of one camera's clock, put together or held against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.camera import Array
+from vidtrack.timing.clock import Clock
+
+CONTRADICT = 3.3
+"""Two offsets further apart than so many standard errors of their difference (one chance in a thousand) contradict."""
+
+TAKES_PART = 0.05
+"""Share of what is known from which a witness counts as one that the answer rests on."""
+
+
+class Timing(NamedTuple):
+    """A camera's clock by one witness, and how well it is known."""
+
+    clock: Clock  # to be given to the camera
+    covariance: Array  # (2, 2) of offset and rate, s and ppm; NaN where the recordings do not tell
+    n: int = 1  # windows or events that agree
+    of: int = 1  # that were looked at
+
+    @property
+    def sd(self) -> Clock:
+        """Standard errors; NaN where the recordings do not tell."""
+        offset, rate = np.sqrt(np.diag(self.covariance)).tolist()
+        return Clock(offset, rate)
+
+    @property
+    def tells(self) -> bool:
+        """Whether the recordings tell anything."""
+        return bool(np.isfinite(self.covariance).all())
+
+    def moved(self, later_s: float) -> Timing:
+        """The same clock, its offset held `later_s` after the moment for which it was given."""
+        J = np.array([[1.0, later_s * 1e-6], [0.0, 1.0]])
+        offset, rate = (J @ (self.clock.offset_s, self.clock.rate_ppm)).tolist()
+        return Timing(Clock(offset, rate), J @ self.covariance @ J.T, self.n, self.of)
+
+    def doubted(self, sd_s: float) -> Timing:
+        """The same clock, its offset less sure by `sd_s`, s, the same all along."""
+        return self._replace(covariance=self.covariance + np.diag([sd_s**2, 0.0]))
+
+
+class Agreement(NamedTuple):
+    """What `agreed` returns."""
+
+    timing: Timing
+    used: tuple[str, ...]  # the witnesses that the answer rests on, the weightiest first
+    contradicting: tuple[tuple[str, str], ...]  # pairs of witnesses, the better one first
+
+
+def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
+    """One clock from what each witness tells of it.
+
+    told      witness: offset at the camera's first sample and rate
+    length_s  s, of the run; offsets are compared at its middle
+    Witnesses are weighted by their covariances. One that contradicts a better one is left out. Witnesses that do not
+    tell (NaN) are left out; where none tells, the covariance is NaN and the clock that of nobody.
+    """
+    sure = {name: own.moved(length_s / 2) for name, own in told.items() if own.tells}
+    order = sorted(sure, key=lambda name: sure[name].sd.offset_s)
+    contradicting: list[tuple[str, str]] = []
+    for better, other in combinations(order, 2):
+        apart = abs(sure[better].clock.offset_s - sure[other].clock.offset_s)
+        if apart > CONTRADICT * np.hypot(sure[better].sd.offset_s, sure[other].sd.offset_s):
+            contradicting.append((better, other))
+    believed: list[str] = []
+    for name in order:
+        if not any((other, name) in contradicting for other in believed):
+            believed.append(name)
+    if not believed:
+        return Agreement(Timing(Clock(), np.full((2, 2), np.nan), 0, 0), (), ())
+    known = {name: np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])) for name in believed}
+    covariance = np.linalg.inv(sum(known.values(), np.zeros((2, 2))))
+    clocks = {name: np.array([sure[name].clock.offset_s, sure[name].clock.rate_ppm]) for name in believed}
+    at = covariance @ sum((known[name] @ clocks[name] for name in believed), np.zeros(2))
+    share = {name: float((np.diag(sure[name].covariance) ** -1 * np.diag(covariance)).max()) for name in believed}
+    used = sorted((name for name in believed if share[name] > TAKES_PART), key=lambda name: -share[name])
+    n, of = (sum(getattr(sure[name], which) for name in believed) for which in ("n", "of"))
+    timing = Timing(Clock(float(at[0]), float(at[1])), covariance, n, of).moved(-length_s / 2)
+    return Agreement(timing, tuple(used), tuple(contradicting))
