@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -18,20 +18,25 @@ from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import VideoInfo
+from vidtrack.timing.light import LightMeter
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 def run(job: Job) -> None:
-    """Follow the targets and write the table and the record."""
+    """Follow the targets; write the table, the record, and how bright each picture was."""
     settings = job.settings
     camera = settings["camera"]
     boxes = read_targets(job.path("targets"), camera) if job.paths("targets") else None
     with open_video(job.path("video"), threads=job.threads) as video:
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
+        meter = LightMeter(info.bits)
         label = f"track {settings['run']}/{camera}"
         with Progress(label, info.n_frames_hint, "frames") as progress:
             tracked = track(
-                progress.over(video.frames()),
+                meter.over(progress.over(video.frames())),
                 info,
                 targets=settings["targets"],
                 start_boxes=boxes,
@@ -56,6 +61,17 @@ def run(job: Job) -> None:
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
+    write_parquet(job.outputs["light"], _light(meter, info), units="px", provenance=job.provenance)
+
+
+def _light(meter: LightMeter, info: VideoInfo) -> DataFrame:
+    """Every picture that was read: its number, its time after the first, by the time code, and its brightness."""
+    from pandas import DataFrame
+
+    stamps = meter.stamps
+    time_s = info.time.fitted(stamps).seconds(stamps)
+    columns = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": time_s, "brightness": meter.levels}
+    return DataFrame(columns)
 
 
 def _told(info: VideoInfo) -> dict[str, Any]:

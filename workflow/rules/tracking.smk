@@ -1,5 +1,6 @@
 # Needs: runs/<run>/<camera>.<ext>, and runs/<run>/targets.csv where someone placed the boxes.
-# Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading.
+# Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading;
+# runs/<run>/light/<camera>.parquet, how bright each picture was and when.
 
 TRACKS = [
     (name, camera)
@@ -33,6 +34,7 @@ rule track:
     output:
         centroids=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.parquet",
         record=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json",
+        light=f"{RESULTS}/runs/{{run}}/light/{{camera}}.parquet",
     log:
         f"{RESULTS}/logs/track/{{run}}.{{camera}}.log",
     # One core a recording where many wait; a single recording takes what there is.
@@ -42,4 +44,4 @@ rule track:
     shell:
         "python -m vidtrack track --settings {input.order:q} --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input targets {input.targets:q}"
-        " --output centroids {output.centroids:q} --output record {output.record:q}"
+        " --output centroids {output.centroids:q} --output record {output.record:q} --output light {output.light:q}"
