@@ -28,7 +28,7 @@ UNITS = {
     **dict.fromkeys(("residual_x", "residual_y", "Xf_projected", "Yf_projected"), "px"),
     **dict.fromkeys(("Xf_no_distortion", "Yf_no_distortion", "Xf_from_located", "Yf_from_located"), "px"),
     **dict.fromkeys(("pixels", "total_pixels"), "px^2"),
-    **dict.fromkeys(("time_s", "stamp_s"), "s"),
+    **dict.fromkeys(("time_s", "stamp_s", "middle_s"), "s"),
 }
 """The unit of every column that has one, by name; `world` stands for the experiment's unit of length."""
 

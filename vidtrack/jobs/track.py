@@ -61,17 +61,22 @@ def run(job: Job) -> None:
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
-    write_parquet(job.outputs["light"], _light(meter, info), units="px", provenance=job.provenance)
+    in_fields = bool((tracked.centroids["field"] != "frame").any())
+    write_parquet(job.outputs["light"], _light(meter, info, in_fields), units="px", provenance=job.provenance)
 
 
-def _light(meter: LightMeter, info: VideoInfo) -> DataFrame:
-    """Every picture that was read: its number, its time after the first, by the time code, and its brightness."""
+def _light(meter: LightMeter, info: VideoInfo, in_fields: bool) -> DataFrame:
+    """Every picture that was read: when it was taken, when the middle of its one or two exposures was, its brightness.
+
+    stamp_s counts from the first picture; time_s, middle_s are by the time code.
+    """
     from pandas import DataFrame
 
     stamps = meter.stamps
-    time_s = info.time.fitted(stamps).seconds(stamps)
-    columns = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": time_s, "brightness": meter.levels}
-    return DataFrame(columns)
+    clock = info.time.fitted(stamps)
+    columns = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": clock.seconds(stamps)}
+    columns["middle_s"] = clock.seconds(stamps, fields=np.full(len(stamps), 0.25)) if in_fields else columns["time_s"]
+    return DataFrame({**columns, "brightness": meter.levels})
 
 
 def _told(info: VideoInfo) -> dict[str, Any]:

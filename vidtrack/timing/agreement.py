@@ -15,7 +15,7 @@ CONTRADICT = 3.3
 """Two offsets further apart than so many standard errors of their difference (one chance in a thousand) contradict."""
 
 TAKES_PART = 0.05
-"""Share of what is known from which a witness counts as one that the answer rests on."""
+"""An answer rests on a witness without whom the variance of offset or rate would be larger by this share or more."""
 
 
 class Timing(NamedTuple):
@@ -48,6 +48,10 @@ class Timing(NamedTuple):
         return self._replace(covariance=self.covariance + np.diag([sd_s**2, 0.0]))
 
 
+NOBODY = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
+"""What is told where nothing tells."""
+
+
 class Agreement(NamedTuple):
     """What `agreed` returns."""
 
@@ -76,13 +80,23 @@ def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
         if not any((other, name) in contradicting for other in believed):
             believed.append(name)
     if not believed:
-        return Agreement(Timing(Clock(), np.full((2, 2), np.nan), 0, 0), (), ())
-    known = {name: np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])) for name in believed}
+        return Agreement(NOBODY, (), ())
+    known = {
+        name: np.asarray(np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])), float) for name in believed
+    }
     covariance = np.linalg.inv(sum(known.values(), np.zeros((2, 2))))
     clocks = {name: np.array([sure[name].clock.offset_s, sure[name].clock.rate_ppm]) for name in believed}
     at = covariance @ sum((known[name] @ clocks[name] for name in believed), np.zeros(2))
-    share = {name: float((np.diag(sure[name].covariance) ** -1 * np.diag(covariance)).max()) for name in believed}
+    share = {name: _share(name, known, covariance) for name in believed}
     used = sorted((name for name in believed if share[name] > TAKES_PART), key=lambda name: -share[name])
     n, of = (sum(getattr(sure[name], which) for name in believed) for which in ("n", "of"))
     timing = Timing(Clock(float(at[0]), float(at[1])), covariance, n, of).moved(-length_s / 2)
     return Agreement(timing, tuple(used), tuple(contradicting))
+
+
+def _share(name: str, known: Mapping[str, Array], covariance: Array) -> float:
+    """Of the variance of offset or rate without a witness, what it took off; 1 for one that is alone."""
+    rest = sum((own for other, own in known.items() if other != name), np.zeros((2, 2)))
+    if len(known) == 1:
+        return 1.0
+    return float((1 - np.diag(covariance) / np.diag(np.linalg.inv(rest))).max())

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.camera import Array
-from vidtrack.timing.agreement import Timing
+from vidtrack.timing.agreement import NOBODY, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 from vidtrack.timing.resample import interval
 
@@ -137,7 +137,7 @@ def timing_from_flash(
     """
     a, size_a, sd_a = light_changes(t_a, level_a, shutter=shutter)
     b, size_b, sd_b = light_changes(t_b, level_b, shutter=shutter)
-    nothing = Timing(Clock(), np.full((2, 2), np.nan), 0, max(a.size, b.size))
+    nothing = NOBODY._replace(of=max(a.size, b.size))
     if not a.size or not b.size:
         return nothing
     # through shutters that are mostly shut, the same delay shows as no picture now and as one then

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array
-from vidtrack.timing.agreement import Timing
+from vidtrack.timing.agreement import NOBODY, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 
 SAMPLED = 0.1
@@ -48,20 +48,19 @@ def timing_from_sound(
     if x.ndim != 1 or y.ndim != 1:
         raise ValueError(f"sound must be (n,), not {x.shape} and {y.shape}")
     size = int(rate_hz * min(window_s, min(x.size, y.size) / rate_hz / 8))
-    nothing = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
     apart = (start_b - start_a) * rate_hz
     found = _anywhere(x, y, rate_hz, round(apart) if abs(apart) < REACH_S * rate_hz else 0) if size > 16 else None
     if found is None:
-        return nothing
+        return NOBODY
     lags, middles, of = _followed(x, y, found, size)
     if not lags.size:
-        return nothing._replace(of=of)
+        return NOBODY._replace(of=of)
     later = middles / rate_hz
     good = _agreeing(lags, (0.001 + 500e-6 * float(np.ptp(later))) * rate_hz)
     for _ in range(10):
         n = int(good.sum())
         if n < max(1, len(lags) / 2):
-            return nothing._replace(of=of)
+            return NOBODY._replace(of=of)
         A = np.stack([np.ones(n), later[good]], -1)
         # the rate near 0 unless the windows tell it, in samples a second
         prior = np.diag([0.0, (0.5 / (RATE_PRIOR_PPM * 1e-6 * rate_hz)) ** 2])

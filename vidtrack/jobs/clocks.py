@@ -1,0 +1,42 @@
+"""Job clocks: recordings' sound and light -> results/runs/<run>/clocks.json."""
+
+from __future__ import annotations
+
+from vidtrack.files.records import write_json
+from vidtrack.files.room_sound import RATE_HZ, room_sound
+from vidtrack.files.tables import read_parquet
+from vidtrack.files.video import open_video
+from vidtrack.job import Job
+from vidtrack.stages.clocks import clocks
+
+
+def run(job: Job) -> None:
+    """inputs: videos, light (in the order of settings.cameras); output record.
+
+    settings: run, cameras, references, sought. Sound is read only of cameras for whose clocks it is asked.
+    """
+    names, sought = job.settings["cameras"], job.settings["sought"]
+    light = {name: read_parquet(path) for name, path in zip(names, job.paths("light"), strict=True)}
+    listening = [name for name in names if name in job.settings["references"] or "sound" in sought.get(name, ())]
+    sounds = {}
+    if any("sound" in witnesses for witnesses in sought.values()):
+        for name, path in zip(names, job.paths("videos"), strict=True):
+            if name in listening:
+                with open_video(path) as video:
+                    start = video.info.start
+                table = light[name]
+                sounds[name] = room_sound(path, start, table["stamp_s"].to_numpy(), table["time_s"].to_numpy())
+    told = clocks(
+        light,
+        {name: (sound.start, sound.samples) for name, sound in sounds.items() if sound.samples.size},
+        rate_hz=RATE_HZ,
+        references=job.settings["references"],
+        sought=sought,
+    )
+    record = {
+        "run": job.settings["run"],
+        "references": job.settings["references"],
+        "cameras": told,
+        "sound": {name: sound.note for name, sound in sounds.items()},
+    }
+    write_json(job.outputs["record"], record, job.provenance)

@@ -1,0 +1,94 @@
+"""Stage clocks: what the sound and the light of a run's recordings tell of the cameras' clocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from vidtrack.timing.agreement import NOBODY, Timing
+from vidtrack.timing.flash import timing_from_flash
+from vidtrack.timing.resample import interval
+from vidtrack.timing.sound import timing_from_sound
+
+ALONE_S = 1.0
+"""s: changes of light that one pair of cameras has only one of must not lie further apart to be taken for one."""
+
+DAY = 86400.0
+
+
+def clocks(
+    light: Mapping[str, pd.DataFrame],
+    sounds: Mapping[str, tuple[float, ArrayLike]],
+    *,
+    rate_hz: float,
+    references: Sequence[str],
+    sought: Mapping[str, Sequence[str]],
+) -> dict[str, Any]:
+    """What each witness tells of each clock that is sought.
+
+    light        camera: table of middle_s (s, camera time of the middle of each picture's exposure) and brightness
+                 (grey levels; NaN where damaged)
+    sounds       camera: camera time of the first sample, s, and samples (n,) at rate_hz; those that have sound
+    references   cameras that tell the time; the first that has something in common with a camera is the one
+    sought       camera: "sound", "flash"
+    For each camera and witness: reference; offset_s and rate_ppm, to be added to the camera's time to give the
+    reference's, at at_s of its time; offset_s_sd, rate_ppm_sd, covariance (2, 2; s and ppm; without what sound needs
+    to travel); n of `of` windows or changes that agree. Only n and `of` where the recordings do not tell.
+    """
+
+    def of_sound(reference: str, camera: str) -> tuple[Timing, float]:
+        if reference not in sounds or camera not in sounds:
+            return NOBODY, 0.0
+        (a, x), (b, y) = sounds[reference], sounds[camera]
+        return timing_from_sound(np.asarray(x), np.asarray(y), rate_hz, start_a=a, start_b=b + _days(a, b)), b
+
+    def of_flash(reference: str, camera: str) -> tuple[Timing, float]:
+        (a, x), (b, y) = (_exposures(light[name]) for name in (reference, camera))
+        if a.size < 4 or b.size < 4:
+            return NOBODY, 0.0
+        told = timing_from_flash(a, x, b + _days(a[0], b[0]), y, shutter=None, alone_s=ALONE_S)
+        return told, float(b[0])
+
+    by: dict[str, Callable[[str, str], tuple[Timing, float]]] = {"sound": of_sound, "flash": of_flash}
+    return {
+        camera: {witness: _first_told(by[witness], references, camera) for witness in witnesses}
+        for camera, witnesses in sought.items()
+    }
+
+
+def _first_told(
+    witness: Callable[[str, str], tuple[Timing, float]], references: Sequence[str], camera: str
+) -> dict[str, Any]:
+    """What a witness tells of a camera's clock against the first reference of which it tells."""
+    n = of = 0
+    for reference in references:
+        timing, at_s = witness(reference, camera)
+        if timing.tells:
+            return {
+                "reference": reference,
+                "offset_s": timing.clock.offset_s,
+                "rate_ppm": timing.clock.rate_ppm,
+                "at_s": at_s,
+                "offset_s_sd": timing.sd.offset_s,
+                "rate_ppm_sd": timing.sd.rate_ppm,
+                "covariance": timing.covariance.tolist(),
+                "n": timing.n,
+                "of": timing.of,
+            }
+        n, of = max(n, timing.n), max(of, timing.of)
+    return {"n": n, "of": of}
+
+
+def _days(a: float, b: float) -> float:
+    """What brings camera time b to the day of a, s."""
+    return DAY * round((a - b) / DAY)
+
+
+def _exposures(table: pd.DataFrame) -> tuple[Any, Any]:
+    """When each exposure began, s, if the shutter was open all the time; and how bright the pictures were."""
+    middle = table["middle_s"].to_numpy(float)
+    return middle - 0.5 * interval(middle), table["brightness"].to_numpy(float)
