@@ -11,6 +11,7 @@ from typing import Any
 from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
 from vidtrack.settings import Run as RunSettings
 from vidtrack.settings import Settings, detect_for
+from vidtrack.timing.witnesses import asked
 
 Order = dict[str, Any]
 
@@ -81,6 +82,19 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
         "fix": how.fix,
         "prior": how.prior,
         "sigma": how.sigma,
+    }
+
+
+def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
+    """Which cameras' clocks are sought in the sound and the light of a run, and which cameras tell the time."""
+    cameras = list(experiment.runs[run].videos) if _own(settings, run).mode == "space" else []
+    witnesses = dict(zip(cameras, asked([settings.cameras[c].clock for c in cameras]), strict=True))
+    sought = {c: [w for w in own if w != "motion"] for c, own in witnesses.items()}
+    return {
+        "run": run,
+        "cameras": cameras,
+        "references": [c for c in cameras if not witnesses[c]],
+        "sought": {c: own for c, own in sought.items() if own},
     }
 
 

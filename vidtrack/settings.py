@@ -77,7 +77,10 @@ class Camera(Section):
     sensor: tuple[Positive, Positive] | None = Field(
         None, description="mm, width and height of the sensor area that the frame covers; default: dx = dy = 1 px"
     )
-    clock: Clock | Literal["auto"] = Field(Clock(), description="offset and rate, or auto: estimated from the motion")
+    clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
+        Clock(),
+        description="offset and rate; auto: estimated from all that tells it (motion, sound, a flash), or one of these",
+    )
 
 
 class DetectChange(Section):

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: centroids; cameras and points (mode space); sightings and readings (mode plane, where there are any).
+    """inputs: centroids; cameras, points and, where clocks are sought, clocks (mode space); sightings and readings
+    (mode plane, where there are any).
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, tolerance_px, plane[, max_miss].
     outputs: trajectories, csv, record.
@@ -38,6 +39,7 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)},
         {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)},
         points=dict(zip(names, points, strict=True)) if points else None,
+        heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
         where=f"runs.{job.settings['run']}",
         **options,

@@ -3,60 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from vidtrack.camera import Array
 from vidtrack.location.correspondence import NONE, Correspondence
+from vidtrack.location.run_clocks import RunClocks
 from vidtrack.location.triangulate import Located
 from vidtrack.location.views import View
-from vidtrack.timing.clock import Clock, Clocks
-
-Given = Clock | Literal["auto"]
+from vidtrack.timing.agreement import Timing
+from vidtrack.timing.clock import Clock
 
 UNEXPLAINED, LEAST_UNEXPLAINED_PX = 5.0, 0.2
 """Reprojection errors beyond so many sd of the centroids, and so many px, are no noise but a wrong clock or camera."""
 
 
-def clock_record(
-    views: Sequence[View], given: Sequence[Given], used: Sequence[Clock], estimated: Clocks | None
-) -> dict[str, Any]:
-    """Each camera's clock and where it comes from; what was estimated with its interval and its error curve."""
+def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: RunClocks) -> dict[str, Any]:
+    """Each camera's clock, who tells it and what each witness says; the error curve of the motion."""
     cameras: dict[str, Any] = {}
     for i, view in enumerate(views):
-        own = {"offset_s": used[i].offset_s, "rate_ppm": used[i].rate_ppm, "source": "config"}
-        if given[i] == "auto" and estimated is not None:
-            offset, rate = estimated.interval95(i)
-            own |= {"source": "motion" if estimated.sd[i].offset_s else "reference"}
-            own |= {"offset_s_sd": estimated.sd[i].offset_s, "rate_ppm_sd": estimated.sd[i].rate_ppm}
-            own |= {"offset_s_95": list(offset), "rate_ppm_95": list(rate), "ambiguous": estimated.ambiguous[i]}
-            if np.isfinite(estimated.error_by_offset[i]).any():
-                tried = (estimated.offsets + used[i].offset_s).tolist()
-                own |= {"offsets_s": tried, "error_px": estimated.error_by_offset[i].tolist()}
+        clock, sd = timed.clocks[i], Timing(timed.clocks[i], timed.covariance[i]).sd
+        own: dict[str, Any] = {"offset_s": clock.offset_s, "rate_ppm": clock.rate_ppm, "source": "config"}
+        if isinstance(given[i], str):
+            first = not np.any(timed.covariance[i])
+            own |= {"source": "reference" if first else " and ".join(timed.used[i]) or "nobody"}
+            own |= {"offset_s_sd": sd.offset_s, "rate_ppm_sd": sd.rate_ppm}
+            own |= {"offset_s_95": [clock.offset_s - 1.96 * sd.offset_s, clock.offset_s + 1.96 * sd.offset_s]}
+            own |= {"rate_ppm_95": [clock.rate_ppm - 1.96 * sd.rate_ppm, clock.rate_ppm + 1.96 * sd.rate_ppm]}
+            own |= {"ambiguous": timed.motion is not None and timed.motion.ambiguous[i]}
+            own |= {"witnesses": {w: _said(told, w in timed.used[i]) for w, told in timed.witnesses[i].items()}}
+        motion = timed.motion
+        if motion is not None and np.isfinite(motion.error_by_offset[i]).any():
+            tried = (motion.offsets + motion.clocks[i].offset_s).tolist()
+            own |= {"offsets_s": tried, "error_px": motion.error_by_offset[i].tolist()}
         cameras[view.name] = own
     record: dict[str, Any] = {"cameras": cameras}
-    if estimated is not None:
-        record |= {"error_px": estimated.error_px, "error_before_px": estimated.error_before_px}
+    if timed.motion is not None:
+        record |= {"error_px": timed.motion.error_px, "error_before_px": timed.error_before_px}
     return record
 
 
-def clock_warnings(names: Sequence[str], estimated: Clocks, free: Sequence[int], step: float) -> list[str]:
-    """What to tell of clocks that the motion does not settle; step is the sampling interval, s."""
-    out = []
-    for i in free:
-        sd = estimated.sd[i].offset_s
-        if not sd < 0.1 * step:
-            out.append(
-                f"cameras.{names[i]}.clock: the motion does not tell it (standard error {1e3 * sd:.3g} ms). "
-                "Move a target across the epipolar lines, or give offset_s."
-            )
-        elif estimated.ambiguous[i]:
-            out.append(
-                f"cameras.{names[i]}.clock: another offset fits about as well as {estimated.clocks[i].offset_s:.4g} s "
-                "(a periodic motion). Give offset_s to within a period."
-            )
-    return out
+def _said(timing: Timing, used: bool) -> dict[str, Any]:
+    return {
+        "offset_s": timing.clock.offset_s,
+        "offset_s_sd": timing.sd.offset_s,
+        "rate_ppm": timing.clock.rate_ppm,
+        "rate_ppm_sd": timing.sd.rate_ppm,
+        "used": used,
+    }
 
 
 def match_record(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,9 +14,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.correspondence import Correspondence, by_target
 from vidtrack.location.locate_record import (
-    Given,
     clock_record,
-    clock_warnings,
     match_record,
     noise_record,
     sample_record,
@@ -24,18 +22,17 @@ from vidtrack.location.locate_record import (
     warnings_of,
 )
 from vidtrack.location.matching import matched
+from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.triangulate import Located, locate_points
 from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
 from vidtrack.location.volume import distance_outside
-from vidtrack.timing.clock import Clock, Clocks, estimate_clocks
+from vidtrack.timing.clock import Clock
 from vidtrack.timing.resample import COINCIDE, common_times, interval
+from vidtrack.timing.witnesses import asked
 
 SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors tell it."""
-
-BIAS_PX = 0.05
-"""ASSUME: what the calibration leaves in an epipolar distance, held apart from a delay when clocks are sought."""
 
 
 class Locations(NamedTuple):
@@ -50,7 +47,8 @@ def locate(
     cameras: Mapping[str, Any],
     *,
     targets: int | Sequence[str] | None = None,
-    clocks: Mapping[str, Mapping[str, float] | Literal["auto"]] | Literal["auto"] | None = None,
+    clocks: Mapping[str, Mapping[str, float] | str] | str | None = None,
+    heard: Mapping[str, Any] | None = None,
     tolerance_px: float = 3.0,
     max_miss: float | None = None,
     points: Mapping[str, pd.DataFrame] | None = None,
@@ -63,7 +61,9 @@ def locate(
     centroids      camera: table of time_s, target, Xf, Yf (px), flag; timecode, sd_x, sd_y (px) where there are any
     cameras        camera: (Camera, Uncertainty or None), or a Calibrated; more cameras than tables do no harm
     targets        their names, or how many there are; None: as many as the cameras agree upon
-    clocks         camera: {"offset_s", "rate_ppm"}, added to its time, or "auto": estimated from the motion
+    clocks         camera: {"offset_s", "rate_ppm"}, added to its time; or who is to tell it: "auto", "motion",
+                   "sound", "flash"
+    heard          what stage clocks told: camera: witness: its answer; None: only the motion is asked
     tolerance_px   how far from its epipolar line a match may lie, and how far from the located point a sample
     max_miss       world units; a fix whose lines of sight miss it by more is not believed
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
@@ -77,9 +77,18 @@ def locate(
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     told: list[str] = []
     given = _given_clocks(views, clocks)
-    estimated = _estimated(views, given, names, limit, tolerance_px, told)
-    used = estimated.clocks if estimated else [c for c in given if c != "auto"]
-    times = [clock.corrected(view.t) for view, clock in zip(views, used, strict=True)]
+    timed = run_clocks(
+        views,
+        given,
+        asked(given),
+        heard or {},
+        names=names,
+        limit=limit,
+        tolerance_px=tolerance_px,
+        units=units,
+        told=told,
+    )
+    times = [clock.corrected(view.t) for view, clock in zip(views, timed.clocks, strict=True)]
     _check_overlap(views, times, where)
 
     at, whose = _recorded_twice(times)
@@ -96,7 +105,7 @@ def locate(
         sd=sd,
         uncertainties=[v.uncertainty for v in views],
         joint=_joint(views, points, noise),
-        slips=_slips(estimated, b, at),
+        slips=_slips(timed, b, at),
         reject=tolerance_px,
     )
     if max_miss is not None:
@@ -107,7 +116,7 @@ def locate(
     if outside is not None:
         table["outside"] = outside > 0
     record: dict[str, Any] = {"mode": "space", "units": units, "cameras": [v.name for v in views]}
-    record |= {"clocks": clock_record(views, given, used, estimated), "volume": volume_record(outside, units)}
+    record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, labels, located, tolerance_px)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
     record["warnings"] = [*told, *warnings_of(record, units)]
@@ -149,55 +158,13 @@ def _view(name: str, table: pd.DataFrame, known: Any) -> View:
 
 
 def _given_clocks(
-    views: Sequence[View], clocks: Mapping[str, Mapping[str, float] | Literal["auto"]] | Literal["auto"] | None
-) -> list[Given]:
-    given: list[Given] = []
+    views: Sequence[View], clocks: Mapping[str, Mapping[str, float] | str] | str | None
+) -> list[Clock | str]:
+    given: list[Clock | str] = []
     for view in views:
         own = clocks if clocks is None or isinstance(clocks, str) else clocks.get(view.name)
-        given.append("auto" if own == "auto" else Clock(**own) if isinstance(own, Mapping) else Clock())
+        given.append(own if isinstance(own, str) else Clock(**own) if own is not None else Clock())
     return given
-
-
-def _free(given: Sequence[Given]) -> list[int]:
-    """Cameras whose clock is sought; where all are, the first one tells the time."""
-    auto = [i for i, c in enumerate(given) if c == "auto"]
-    return auto if len(auto) < len(given) else auto[1:]
-
-
-def _estimated(
-    views: Sequence[View],
-    given: Sequence[Given],
-    names: list[str] | None,
-    limit: int | None,
-    tolerance_px: float,
-    told: list[str],
-) -> Clocks | None:
-    """The clocks, where any of them is to be estimated; matched with a tolerance that bears with a sample's delay."""
-    free = _free(given)
-    if not free:
-        return None
-    start = [Clock() if isinstance(c, str) else c for c in given]
-    times = [clock.corrected(view.t) for view, clock in zip(views, start, strict=True)]
-    at, _ = common_times(times)
-    seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
-    match, labels = matched(views, seen, names, limit, tolerance_px + _slip_px(views), [])
-    estimated = estimate_clocks(
-        [v.camera for v in views],
-        [v.t for v in views],
-        [by_target(v.b, t, len(labels)) for v, t in zip(views, match.target, strict=True)],
-        free=free,
-        clocks=start,
-        bias_px=BIAS_PX,
-    )
-    told += clock_warnings([v.name for v in views], estimated, free, min(interval(v.t) for v in views))
-    return estimated
-
-
-def _slip_px(views: Sequence[View]) -> float:
-    """How far, px, a fast target moves from sample to sample: what one interval's delay may do."""
-    steps = [np.linalg.norm(np.diff(v.b, axis=1), axis=-1).ravel() for v in views]
-    moved = np.concatenate([s[np.isfinite(s)] for s in steps])
-    return float(np.percentile(moved, 90)) if moved.size else 0.0
 
 
 def _check_overlap(views: Sequence[View], times: Sequence[Array], where: str) -> None:
@@ -230,11 +197,11 @@ def _by_target(seen: Sequence[Seen], match: Correspondence, m: int) -> tuple[Arr
     return np.stack(b), np.stack(sd)
 
 
-def _slips(estimated: Clocks | None, b: Array, at: Array) -> Array | None:
+def _slips(timed: RunClocks, b: Array, at: Array) -> Array | None:
     """By how many px (n_cameras, m, M, 2) the standard error of its clock moves what each camera sees."""
-    if estimated is None or at.size < 2:
+    if not any(timed.used) or at.size < 2:
         return None
-    late = np.stack([estimated.sd_at(i, at - at[0]) for i in range(len(b))])
+    late = np.stack([timed.sd_at(i, at - at[0]) for i in range(len(b))])
     velocity = np.gradient(b, at, axis=2)
     return np.nan_to_num(velocity * np.nan_to_num(late)[:, None, :, None])
 

@@ -110,6 +110,7 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
     miss = pick(locate, "samples", "mean_miss")
     if miss is not None:
         lines.append(f"Lines of sight miss the located points by {number(miss, 3)} {units} on average.")
+    lines += told.clock_lines(locate)
     return lines
 
 

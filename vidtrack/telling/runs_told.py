@@ -86,6 +86,32 @@ def clock_table(locate: Record) -> Table | None:
     return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows)
 
 
+def clock_lines(locate: Record) -> list[str]:
+    """For each clock that was sought a sentence: what it is, who tells it, and what the other witnesses say."""
+    cameras: Record = pick(locate, "clocks", "cameras") or {}
+    lines = []
+    for camera, own in cameras.items():
+        witnesses: Record = own.get("witnesses") or {}
+        if not witnesses:
+            continue
+        low, high = (number(1000 * v if v is not None else None, 4) for v in own["offset_s_95"])
+        line = (
+            f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {low} to {high}), "
+            f"told by the {' and the '.join(w for w, said in witnesses.items() if said['used'])}"
+        )
+        rate, sd = own["rate_ppm"], own.get("rate_ppm_sd")
+        if sd and abs(rate) > 2 * sd:
+            line += f"; it runs {number(abs(rate), 3)} ± {number(sd, 2)} ppm {'slow' if rate > 0 else 'fast'}"
+        if len(witnesses) > 1:
+            each = (
+                f"{w} {number(1000 * said['offset_s'], 4)} ± {number(1000 * said['offset_s_sd'], 2)} ms"
+                for w, said in witnesses.items()
+            )
+            line += f". Each alone, with one standard error: {', '.join(each)}"
+        lines.append(line + ".")
+    return lines
+
+
 def correspondence_table(locate: Record, units: str) -> Table | None:
     """Which track of which camera is which target, and how far from their epipolar lines they lie."""
     targets: Record = pick(locate, "correspondence", "targets") or {}

@@ -77,7 +77,7 @@ def estimate_clocks(
     *,
     free: Sequence[int],
     clocks: Sequence[Clock] | None = None,
-    max_offset_s: float = 1.0,
+    max_offset_s: float | Sequence[float] = 1.0,
     rate: bool = True,
     bias_px: float = 0.0,
 ) -> Clocks:
@@ -87,7 +87,7 @@ def estimate_clocks(
     tracks         for each camera (n_targets, T_c, 2)  px, the same targets in every camera; NaN where lost
     free           cameras whose clock is sought; at least one other camera tells the time
     clocks         those the cameras came with; default: none of them off
-    max_offset_s   how far to search on either side
+    max_offset_s   how far to search on either side; one for all cameras, or one each
     rate           whether rates are sought too, near 0 unless the run is long enough to tell (RATE_PRIOR_PPM)
     bias_px        sd of the error that the calibration leaves in epipolar distances; it varies little along a
                    trajectory, and is fitted beside the clocks so as not to pass for a delay
@@ -101,11 +101,13 @@ def estimate_clocks(
         bias_px,
     )
     _check(problem)
+    reach = np.broadcast_to(max_offset_s, len(cameras))
     start = list(clocks) if clocks is not None else [Clock()] * len(cameras)
     before = _rms(problem.distances(start))
     at = list(start)
+    known = [c for c in range(len(at)) if c not in free]
     for camera in free:
-        at[camera] = _searched(problem, at, camera, max_offset_s, known=[c for c in range(len(at)) if c not in free])
+        at[camera] = _searched(problem, at, camera, float(reach[camera]), known)
     at, covariance = _refined(problem, at, rate)
     sd = tuple(Clock(*np.sqrt(np.diag(c)).tolist()) for c in covariance)
     step = min(interval(t) for t in problem.times)
@@ -115,7 +117,7 @@ def estimate_clocks(
         curves[camera] = [_rms(problem.distances(_moved(at, camera, s), camera)) for s in offsets]
     error = _rms(problem.distances(at))
     ambiguous = tuple(
-        camera in free and _has_twin(problem, at, camera, max_offset_s, step) for camera in range(len(at))
+        camera in free and _has_twin(problem, at, camera, float(reach[camera]), step) for camera in range(len(at))
     )
     return Clocks(tuple(at), sd, covariance, error, before, offsets, curves, ambiguous)
 

@@ -1,5 +1,7 @@
-# Needs: the centroid tables of a run and, in mode space, the calibration of its cameras.
-# Makes: runs/<run>/trajectories, kinematics and, where the config names bodies, bodies; the water's edge on transects.
+# Needs: the centroid tables of a run and, in mode space, the calibration of its cameras; where clocks are sought, what
+# its recordings' sound and light tell of them.
+# Makes: runs/<run>/clocks.json, trajectories, kinematics and, where the config names bodies, bodies; the water's edge on
+# transects.
 
 # What follows targets; a run of mode waterline has none.
 LOCATED = list(dict.fromkeys(run for run, _ in TRACKS))
@@ -21,6 +23,11 @@ LOCATE_ORDERS = {
         run,
     )
     for run in LOCATED
+}
+CLOCKED = {
+    run: order
+    for run in LOCATED
+    if (order := orders.clocks(SETTINGS, EXPERIMENT, run))["sought"]
 }
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))
@@ -56,6 +63,37 @@ def plane_sightings(run):
     )
 
 
+if CLOCKED:
+    CLOCK_ORDERS = {
+        run: told(
+            BOOK.place,
+            "clocks",
+            order,
+            list(EXPERIMENT.runs[run].videos.values()),
+            run,
+        )
+        for run, order in CLOCKED.items()
+    }
+
+    rule clocks:
+        input:
+            order=lambda w: CLOCK_ORDERS[w.run],
+            videos=lambda w: ancient(list(EXPERIMENT.runs[w.run].videos.values())),
+            light=lambda w: [
+                f"{RESULTS}/runs/{w.run}/light/{c}.parquet"
+                for c in EXPERIMENT.runs[w.run].videos
+            ],
+        output:
+            record=f"{RESULTS}/runs/{{run}}/clocks.json",
+        log:
+            f"{RESULTS}/logs/clocks/{{run}}.log",
+        message:
+            "What sound and light tell of the clocks in {wildcards.run}"
+        shell:
+            "python -m vidtrack clocks --settings {input.order:q} --log {log:q}"
+            " --input videos {input.videos:q} --input light {input.light:q} --output record {output.record:q}"
+
+
 rule locate:
     input:
         order=lambda w: LOCATE_ORDERS[w.run],
@@ -70,6 +108,9 @@ rule locate:
         cameras=lambda w: calibrations(w.run, "camera.json"),
         points=lambda w: calibrations(w.run, "points.parquet"),
         sightings=lambda w: plane_sightings(w.run),
+        clocks=lambda w: (
+            f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
+        ),
     output:
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
         csv=f"{RESULTS}/runs/{{run}}/trajectories.csv",
@@ -82,6 +123,7 @@ rule locate:
         "python -m vidtrack locate --settings {input.order:q} --log {log:q}"
         " --input centroids {input.centroids:q} --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
+        " --input clocks {input.clocks:q}"
         " --output trajectories {output.trajectories:q} --output csv {output.csv:q} --output record {output.record:q}"
 
 

@@ -1,0 +1,260 @@
+"""The clocks of a run's cameras: from the motion of its targets, and from what sound and light told before.
+
+Motion is the sharpest witness where targets move across the epipolar lines, and none where they rest; a periodic one
+fits a period later as well. Sound and light then say where to look. Whoever tells is weighed by how well it knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.camera import Array
+from vidtrack.location.correspondence import by_target
+from vidtrack.location.matching import matched
+from vidtrack.location.views import View, brought
+from vidtrack.timing.agreement import Agreement, Timing, agreed
+from vidtrack.timing.clock import Clock, Clocks, estimate_clocks
+from vidtrack.timing.resample import common_times, interval
+
+BIAS_PX = 0.05
+"""ASSUME: what the calibration leaves in an epipolar distance, held apart from a delay when clocks are sought."""
+
+SOUND_M_S = 343.0
+"""Speed of sound, m/s, in air of 20 degrees."""
+
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+TELLS = 0.1
+"""Of a sampling interval: a clock with a larger standard error is not known well enough."""
+
+TAKES_PART = 0.2
+"""Of a sampling interval: beyond that what the motion says may be mere noise, and be off by more than its standard
+error; beside other witnesses it is not heard. (Targets at rest leave 0.4 and more.)"""
+
+REACH_S = 1.0
+"""How far from the clocks that the cameras came with motion alone is searched."""
+
+FITS = 2.0
+"""Times the least epipolar error that still explains the tracks, as for an ambiguous clock."""
+
+
+class RunClocks(NamedTuple):
+    """What `run_clocks` returns."""
+
+    clocks: tuple[Clock, ...]  # to be used, one a camera
+    covariance: Array  # (n_cameras, 2, 2) of offset and rate, s and ppm; 0 where given, NaN where nothing tells
+    witnesses: tuple[Mapping[str, Timing], ...]  # what each witness that was asked and tells says, at the first sample
+    used: tuple[tuple[str, ...], ...]  # those that the clock rests on
+    motion: Clocks | None
+    error_before_px: float  # rms distance from the epipolar curves with the clocks that the cameras came with
+
+    def sd_at(self, camera: int, t: ArrayLike) -> Array:
+        """Standard deviation, s, of a camera's right times, at times t (n,) after its first sample, s."""
+        by = np.stack([np.ones_like(np.asarray(t, float)), np.asarray(t, float) * 1e-6])
+        return np.asarray(np.sqrt(np.maximum(np.einsum("in,ij,jn->n", by, self.covariance[camera], by), 0.0)))
+
+
+def run_clocks(
+    views: Sequence[View],
+    given: Sequence[Clock | str],
+    asked: Sequence[Sequence[str]],
+    heard: Mapping[str, Mapping[str, Mapping[str, Any]]],
+    *,
+    names: list[str] | None,
+    limit: int | None,
+    tolerance_px: float,
+    units: str,
+    told: list[str],
+) -> RunClocks:
+    """The clocks of cameras for which somebody is asked, against those of the others.
+
+    given    each camera's clock, or the word that asks for it
+    asked    for each camera the witnesses: motion, sound, flash; none where its clock is given
+    heard    camera: witness: what stage clocks told of it
+    names, limit, tolerance_px   of the targets, as for `matched`; a match may lie a sample's delay further off
+    told     what a person should know is added to it
+    """
+    n = len(views)
+    start = [own if isinstance(own, Clock) else Clock() for own in given]
+    others = [
+        _others(views, i, start, {w: own for w, own in heard.get(views[i].name, {}).items() if w in asked[i]}, units)
+        for i in range(n)
+    ]
+    length = max((float(np.ptp(v.t)) for v in views if v.t.size), default=0.0)
+    step = min((interval(v.t) for v in views if v.t.size > 1), default=np.nan)
+    apart = [agreed(own, length) for own in others]
+    start = [a.timing.clock if a.timing.tells and "motion" not in w else c
+             for a, c, w in zip(apart, start, asked, strict=True)]  # fmt: skip
+    moving = [i for i in range(n) if "motion" in asked[i]]
+    motion, before = None, np.nan
+    if moving:
+        search = _Search(views, names, limit, tolerance_px, moving)
+        motion = search.found(start, [REACH_S] * n)
+        before = motion.error_before_px
+        motion = _settled(search, motion, apart, start, length, step)
+    witnesses = []
+    for i in range(n):
+        own = dict(others[i])
+        if motion is not None and i in moving:
+            by_motion = Timing(motion.clocks[i], motion.covariance[i])
+            if by_motion.tells and (by_motion.sd.offset_s < TAKES_PART * step or not own):
+                own = {"motion": by_motion, **own}
+        witnesses.append(own)
+    answers = [agreed(own, length) for own in witnesses]
+    clocks = [a.timing.clock if w and a.timing.tells else c for a, c, w in zip(answers, start, asked, strict=True)]
+    covariance = np.stack([a.timing.covariance if w else np.zeros((2, 2)) for a, w in zip(answers, asked, strict=True)])
+    for i in range(n):
+        if asked[i]:
+            ambiguous = motion is not None and i in moving and motion.ambiguous[i]
+            told += _warnings(views[i].name, asked[i], witnesses[i], answers[i], length, step, ambiguous)
+    return RunClocks(tuple(clocks), covariance, tuple(witnesses), tuple(a.used for a in answers), motion, float(before))
+
+
+class _Search(NamedTuple):
+    """Clocks from the motion, about any clocks to begin with."""
+
+    views: Sequence[View]
+    names: list[str] | None
+    limit: int | None
+    tolerance_px: float
+    free: list[int]
+
+    def found(self, start: Sequence[Clock], reach_s: Sequence[float]) -> Clocks:
+        views = self.views
+        times = [clock.corrected(view.t) for view, clock in zip(views, start, strict=True)]
+        at, _ = common_times(times)
+        seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
+        match, labels = matched(views, seen, self.names, self.limit, self.tolerance_px + _slip_px(views), [])
+        return estimate_clocks(
+            [v.camera for v in views],
+            [v.t for v in views],
+            [by_target(v.b, t, len(labels)) for v, t in zip(views, match.target, strict=True)],
+            free=self.free,
+            clocks=start,
+            max_offset_s=reach_s,
+            bias_px=BIAS_PX,
+        )
+
+
+def _settled(
+    search: _Search, alone: Clocks, apart: Sequence[Agreement], start: Sequence[Clock], length: float, step: float
+) -> Clocks:
+    """Motion searched again near what sound and light say, where it does not tell by itself or says another thing.
+
+    The second answer is taken if it fits about as well; else they contradict each other.
+    """
+    doubtful = []
+    for i in search.free:
+        if not apart[i].timing.tells:
+            continue
+        both = agreed({"motion": Timing(alone.clocks[i], alone.covariance[i]), "others": apart[i].timing}, length)
+        if alone.ambiguous[i] or not alone.sd[i].offset_s < TAKES_PART * step or both.contradicting:
+            doubtful.append(i)
+    if not doubtful:
+        return alone
+    begin, reach = list(start), [REACH_S] * len(start)
+    for i in search.free:
+        begin[i], reach[i] = alone.clocks[i], step
+    for i in doubtful:
+        begin[i] = apart[i].timing.clock
+        reach[i] = max(4 * apart[i].timing.moved(length / 2).sd.offset_s, step)
+    near = search.found(begin, reach)
+    return near if near.error_px <= FITS * alone.error_px or not np.isfinite(alone.error_px) else alone
+
+
+def _others(
+    views: Sequence[View],
+    i: int,
+    clocks: Sequence[Clock],
+    heard: Mapping[str, Mapping[str, Any]],
+    units: str,
+) -> dict[str, Timing]:
+    """What sound and light tell of a camera's clock, at its first sample, on the time of its reference as corrected."""
+    out: dict[str, Timing] = {}
+    index = {v.name: k for k, v in enumerate(views)}
+    for witness, own in heard.items():
+        k = index.get(own.get("reference", ""))
+        if k is None or not views[i].t.size or not views[k].t.size:
+            continue
+        timing = Timing(
+            Clock(own["offset_s"], own["rate_ppm"]), np.array(own["covariance"], float), own["n"], own["of"]
+        )
+        later = float(views[i].t[0]) - own["at_s"]
+        timing = timing.moved(later - 86400.0 * round(later / 86400.0))
+        if witness == "sound":
+            timing = timing.doubted(_travel_sd(views[i], views[k], units))
+        reference = clocks[k]
+        since = float(views[i].t[0]) + timing.clock.offset_s - float(views[k].t[0])
+        clock = Clock(
+            timing.clock.offset_s + reference.offset_s + 1e-6 * reference.rate_ppm * since,
+            timing.clock.rate_ppm + reference.rate_ppm,
+        )
+        out[witness] = timing._replace(clock=clock)
+    return out
+
+
+def _travel_sd(a: View, b: View, units: str) -> float:
+    """Standard deviation, s, of how much earlier sound may reach one of two cameras.
+
+    ASSUME: microphones sit on the cameras, D apart, and the sound comes from any direction: D cos(angle), the
+    cosine uniform, D / sqrt 3.
+    """
+    apart = float(np.linalg.norm(a.camera.position - b.camera.position)) * METRES[units]
+    return float(apart / np.sqrt(3.0) / SOUND_M_S)
+
+
+def _slip_px(views: Sequence[View]) -> float:
+    """How far, px, a fast target moves from sample to sample: what one interval's delay may do."""
+    steps = [np.linalg.norm(np.diff(v.b, axis=1), axis=-1).ravel() for v in views]
+    moved = np.concatenate([s[np.isfinite(s)] for s in steps])
+    return float(np.percentile(moved, 90)) if moved.size else 0.0
+
+
+def _warnings(
+    name: str,
+    asked: Sequence[str],
+    witnesses: Mapping[str, Timing],
+    answer: Agreement,
+    length: float,
+    step: float,
+    ambiguous: bool,
+) -> list[str]:
+    """What to tell of a clock that is not settled, or on which witnesses contradict each other."""
+    place = f"cameras.{name}.clock"
+    out = []
+    for better, other in answer.contradicting:
+        said = " and ".join(f"{_spoken(w, witnesses[w].moved(length / 2))}" for w in (better, other))
+        out.append(
+            f"{place}: {said} contradict each other, at the middle of the run. The {better} is believed; see what "
+            f"misled the {other}, or insist on one (clock: {other})."
+        )
+    sd = answer.timing.sd.offset_s
+    if not sd < TELLS * step:
+        if asked == ("motion",) or (set(asked) == {"motion", "sound", "flash"} and set(witnesses) <= {"motion"}):
+            out.append(
+                f"{place}: the motion does not tell it (standard error {1e3 * sd:.3g} ms). "
+                "Move a target across the epipolar lines, clap, switch a lamp on before all cameras, or give offset_s."
+            )
+        elif not witnesses:
+            out.append(
+                f"{place}: the {asked[0]} does not tell it, and it is left as it is. Give offset_s, or say auto."
+            )
+        else:
+            out.append(
+                f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from {' and '.join(answer.used)}). "
+                "Move a target across the epipolar lines, or give offset_s."
+            )
+    elif ambiguous and "motion" in answer.used:
+        out.append(
+            f"{place}: another offset fits about as well as {answer.timing.clock.offset_s:.4g} s "
+            "(a periodic motion). Give offset_s to within a period."
+        )
+    return out
+
+
+def _spoken(witness: str, timing: Timing) -> str:
+    return f"the {witness} ({1e3 * timing.clock.offset_s:.4g} ± {1e3 * timing.sd.offset_s:.2g} ms)"
