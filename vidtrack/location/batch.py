@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS, derivatives
+from vidtrack.location.calibration_error import CalibrationErrors
 from vidtrack.location.sights import (
     Mask,
+    Sight,
     carried_noise,
     largest_sine,
     linear_gain,
@@ -21,21 +22,10 @@ from vidtrack.location.sights import (
     refined_point,
     sight,
 )
-from vidtrack.location.symmetric import ELEMENTS, add_product
+from vidtrack.location.symmetric import add_product
 
 BLOCK = 8192
 """Points a block: what one needs stays in the second-level cache."""
-
-
-class CameraUncertainty(Protocol):
-    """How well a camera is known: covariance (k, k) of the parameters `names`, turned about `pivot` (3,)."""
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def pivot(self) -> Array: ...
-    @property
-    def covariance(self) -> Array: ...
 
 
 class Solution:
@@ -49,9 +39,15 @@ class Solution:
         self.error = np.empty((n_cameras, 2, n))
         self.chi2 = np.empty(n)  # weighted sum of squared errors
 
-    def put(self, where: slice | NDArray[np.intp], part: Solution) -> None:
+    def put(self, where: NDArray[np.intp], part: Solution) -> None:
         for name, value in vars(part).items():
             getattr(self, name)[..., where] = value
+
+    def block(self, where: slice) -> Solution:
+        """Some of the points: what is written there is written here."""
+        part = object.__new__(Solution)
+        vars(part).update({name: value[..., where] for name, value in vars(self).items()})
+        return part
 
     def worst(self, used: Mask) -> Array:
         """The largest reprojection error, px (n,), among the cameras used; 0 where there is no fix."""
@@ -82,71 +78,49 @@ class Task(NamedTuple):
         whole = Solution(len(self.cameras), n)
         for start in range(0, n, BLOCK):
             part = slice(start, min(start + BLOCK, n))
-            whole.put(part, self._block(part, used[:, part]))
+            self._solve(part, used[:, part], whole.block(part))
         return whole
 
-    def _block(self, part: slice, used: Mask) -> Solution:
+    def _solve(self, part: slice, used: Mask, out: Solution) -> None:
         origin = np.mean([camera.position for camera in self.cameras], 0)
         sights = [
             sight(camera, self.b[i, part], self.weight[i, part], used[i], origin)
             for i, camera in enumerate(self.cameras)
         ]
-        out = Solution(len(self.cameras), used.shape[1])
+        gains = []
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             p, Q = linear_point(sights)
             if self.steps:
-                p, Q = refined_point(sights, p, self.steps)
-            seen = [look_back(s, p) for s in sights]
-            gains = []
-            if self.known or self.slips is not None or not self.steps:
-                gains = [refined_gain(s, p, Q) if self.steps else linear_gain(s, p, Q) for s in sights]
+                p, Q, rows = refined_point(sights, p, self.steps)
+                if self.known or self.slips is not None:
+                    gains = [refined_gain(s, r, Q) for s, r in zip(sights, rows, strict=True)]
+            else:
+                gains = [linear_gain(s, p, Q) for s in sights]
             out.noise[:] = Q if self.steps else carried_noise(sights, gains)
-            out.chi2[:] = sum(np.sum(s.weight * view.error**2, 0) for s, view in zip(sights, seen, strict=True))
-            n = np.sum([s.used for s in sights], 0)
-            out.miss[:] = np.sqrt(sum(s.used * view.off2 for s, view in zip(sights, seen, strict=True)) / n)
-            behind = np.any([s.used & (view.depth <= 0) for s, view in zip(sights, seen, strict=True)], 0)
-            good = (n >= 2) & ~behind & (largest_sine([view.line for view in seen]) >= self.min_sine)
-        for i, (s, view) in enumerate(zip(sights, seen, strict=True)):
-            out.error[i] = np.where(s.seen, view.error, np.nan)
+            if self.known:
+                out.common[:] = self.known.carried(sights, p, gains, origin)
+            good = self._held_against(sights, p, out)
         out.point[:] = np.where(good, p + origin[:, None], np.nan)
-        if self.known:
-            out.common[:, good] = self.known.carried(out.point[:, good], [gain[..., good] for gain in gains])
         if self.slips is not None:
             for gain, slip in zip(gains, self.slips[:, part], strict=True):
                 moved = gain[0] * slip[:, 0] + gain[1] * slip[:, 1]
                 add_product(out.common, moved, moved)
-        return out
 
-
-class CalibrationErrors:
-    """What is known of the cameras' calibration errors."""
-
-    def __init__(
-        self, cameras: Sequence[Camera], uncertainties: Sequence[CameraUncertainty | None], joint: ArrayLike | None
-    ) -> None:
-        self.cameras = cameras
-        self.uncertainties = uncertainties
-        parts = [np.asarray(u.covariance, float) for u in uncertainties if u is not None]
-        size = sum(len(part) for part in parts)
-        self.covariance = np.zeros((size, size)) if joint is None else np.asarray(joint, float)
-        if self.covariance.shape != (size, size):
-            raise ValueError(f"the joint covariance must be ({size}, {size}), not {self.covariance.shape}")
-        start = 0
-        for part in parts if joint is None else ():
-            stop = start + len(part)
-            self.covariance[start:stop, start:stop] = part
-            start = stop
-
-    def carried(self, point: Array, gains: Sequence[Array]) -> Array:
-        """Covariance (6, n) of points (3, n): with G = dp/d(Xf, Yf) and J = d(Xf, Yf)/dk, (G J) C (G J)^T."""
-        parts = []
-        for camera, uncertainty, gain in zip(self.cameras, self.uncertainties, gains, strict=True):
-            if uncertainty is not None:
-                J = derivatives(camera, point.T, uncertainty.pivot).by_parameter
-                J = J[..., [PARAMETERS.index(name) for name in uncertainty.names]]
-                parts.append(np.ascontiguousarray(gain.transpose(2, 1, 0)) @ J)
-        if not parts:
-            return np.zeros((6, point.shape[1]))
-        by_parameter = np.concatenate(parts, -1)
-        product = by_parameter @ self.covariance
-        return np.stack([np.sum(product[:, i] * by_parameter[:, j], -1) for i, j in ELEMENTS])
+    def _held_against(self, sights: Sequence[Sight], p: Array, out: Solution) -> Mask:
+        """How far off the points p (3, n) are in each picture, into `out`; whether (n,) each is a fix."""
+        n = np.zeros(p.shape[1])
+        off2, behind = np.zeros_like(n), np.zeros(n.size, bool)
+        out.chi2[:] = 0
+        lines = []
+        for s, error in zip(sights, out.error, strict=True):
+            view = look_back(s, p)
+            used = s.used
+            n += used
+            off2 += used * view.off2
+            behind |= used & (view.depth <= 0)
+            x, y = view.error
+            out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
+            error[:] = np.where(s.seen, view.error, np.nan)
+            lines.append(view.line)
+        np.sqrt(off2 / n, out=out.miss)
+        return np.asarray((n >= 2) & ~behind & (largest_sine(lines) >= self.min_sine))

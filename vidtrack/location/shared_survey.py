@@ -19,7 +19,7 @@ import numpy as np
 
 from vidtrack.camera import Array, Camera
 from vidtrack.jacobian import PARAMETERS, derivatives
-from vidtrack.location.batch import CameraUncertainty
+from vidtrack.location.calibration_error import CameraUncertainty
 
 
 class Survey(NamedTuple):

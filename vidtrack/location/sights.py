@@ -35,6 +35,7 @@ class Sight(NamedTuple):
     R: Array  # (3, 3)
     t: Array  # (3,) camera coordinates of the block's origin
     uv: Array  # (2, n) tangents Xu/f, Yu/f; 0 where there is no measurement
+    d: Array  # (2, n) Xd, Yd, unit of dx; 0 where there is no measurement
     px: Array  # (2, 2, n) d(Xf, Yf)/d(u, v)
     weight: Array  # (2, n) of Xf and Yf, 1/px^2; 0 where the camera is not used
     seen: Mask  # (n,) whether there is a measurement at all
@@ -61,10 +62,11 @@ def sight(camera: Camera, b: Array, weight: Array, used: Mask, origin: Array) ->
     uv = np.ascontiguousarray(u.T)
     uv /= camera.f
     px = _px_by_tangent(camera, d)
+    d = np.ascontiguousarray(d.T)
     w = weight.T * (used & seen)
     if not seen.all():
-        uv[:, ~seen] = px[..., ~seen] = w[:, ~seen] = 0
-    return Sight(camera.R, camera.R @ origin + camera.T, uv, px, w, seen)
+        uv[:, ~seen] = d[:, ~seen] = px[..., ~seen] = w[:, ~seen] = 0
+    return Sight(camera.R, camera.R @ origin + camera.T, uv, d, px, w, seen)
 
 
 def _px_by_tangent(camera: Camera, d: Array) -> Array:
@@ -100,11 +102,19 @@ def linear_point(sights: Sequence[Sight]) -> tuple[Array, Array]:
     return times(Q, h), Q
 
 
-def refined_point(sights: Sequence[Sight], p: Array, steps: int) -> tuple[Array, Array]:
-    """At most `steps` of Gauss-Newton on the weighted reprojection error: points (3, n) and covariance (6, n)."""
+Rows = tuple[Array, Array]
+"""By-point derivatives of Xf and of Yf, each (3, n) px per world unit."""
+
+
+def refined_point(sights: Sequence[Sight], p: Array, steps: int) -> tuple[Array, Array, list[Rows]]:
+    """At most `steps` of Gauss-Newton on the weighted reprojection error.
+
+    Points (3, n), covariance (6, n), and the derivatives that each sight had at the last step.
+    """
     for _ in range(steps):
         N, h = np.zeros((6, p.shape[1])), np.zeros_like(p)
         nearest = np.full(p.shape[1], np.inf)
+        last = []
         for s in sights:
             rows, error, depth = _linearised(s, p)
             for g, e, w in zip(rows, error, s.weight, strict=True):
@@ -113,17 +123,18 @@ def refined_point(sights: Sequence[Sight], p: Array, steps: int) -> tuple[Array,
                 weighted *= e
                 h += weighted
             np.minimum(nearest, depth, out=nearest, where=s.used)
+            last.append(rows)
         Q = inverse(N)
         step = times(Q, h)
         p = p + step
         # what one step leaves, in standard deviations, is about its own size in them times its size over the depth
-        left = np.sqrt(np.abs(np.sum(step * h, 0)) * np.sum(step * step, 0)) / nearest
-        if not np.nanmax(np.where(np.isfinite(left), left, 0), initial=0) > 1e-3:
+        left = np.sqrt(np.abs(np.einsum("in,in->n", step, h)) * np.einsum("in,in->n", step, step)) / nearest
+        if not np.max(left, where=np.isfinite(left), initial=0) > 1e-3:
             break
-    return p, Q
+    return p, Q, last
 
 
-def _linearised(s: Sight, p: Array) -> tuple[tuple[Array, Array], tuple[Array, Array], Array]:
+def _linearised(s: Sight, p: Array) -> tuple[Rows, tuple[Array, Array], Array]:
     """By-point derivatives of Xf and Yf, each (3, n) px per unit; measured minus projected px; depth (n,)."""
     c = s.R @ p
     c += s.t[:, None]
@@ -136,10 +147,12 @@ def _linearised(s: Sight, p: Array) -> tuple[tuple[Array, Array], tuple[Array, A
     return (xu * a + xv * b, yu * a + yv * b), (xu * du + xv * dv, yu * du + yv * dv), c[2]
 
 
-def refined_gain(s: Sight, p: Array, covariance: Array) -> Array:
+def refined_gain(s: Sight, rows: Rows, covariance: Array) -> Array:
     """How refined points follow this camera's pixels: dp/d(Xf, Yf), (2, 3, n) world units per px."""
-    rows, _, _ = _linearised(s, p)
-    return np.stack([times(covariance, w * g) for w, g in zip(s.weight, rows, strict=True)])
+    gain = np.empty((2, *rows[0].shape))
+    for g, w, out in zip(rows, s.weight, gain, strict=True):
+        np.multiply(times(covariance, g), w, out=out)
+    return gain
 
 
 def linear_gain(s: Sight, p: Array, Q: Array) -> Array:

@@ -13,6 +13,9 @@ from vidtrack.camera import Array
 ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Row and column of each of the six."""
 
+BLOCK = 4096
+"""Matrices written at a time: they stay in the second-level cache."""
+
 
 def add_product(S: Array, a: Array, b: Array) -> None:
     """Add a b^T, known to be symmetric, to S (6, n) in place; a and b are vectors (3, n)."""
@@ -49,8 +52,10 @@ def times(S: Array, h: Array) -> Array:
 def full(S: Array) -> Array:
     """The matrices written out, (n, 3, 3)."""
     out = np.empty((S.shape[1], 3, 3))
-    for k, (i, j) in enumerate(ELEMENTS):
-        out[:, i, j] = S[k]
-        if i != j:
-            out[:, j, i] = S[k]
+    for start in range(0, S.shape[1], BLOCK):
+        part = slice(start, start + BLOCK)
+        for k, (i, j) in enumerate(ELEMENTS):
+            out[part, i, j] = S[k, part]
+            if i != j:
+                out[part, j, i] = S[k, part]
     return out

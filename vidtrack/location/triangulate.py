@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.camera import Array, Camera
-from vidtrack.location.batch import CalibrationErrors, CameraUncertainty, Solution, Task
+from vidtrack.location.batch import Solution, Task
+from vidtrack.location.calibration_error import CalibrationErrors, CameraUncertainty
 from vidtrack.location.leave_one_out import agreeing
 from vidtrack.location.sights import Mask
 from vidtrack.location.symmetric import full
@@ -132,7 +133,7 @@ def locate_points(
     slipped = None if slips is None else np.nan_to_num(np.broadcast_to(slips, b.shape)).reshape(flat.shape)
     task = Task(cameras, flat, weight, known, slipped, 10 if refine else 0, np.sin(np.radians(min_angle_deg)))
 
-    used = np.isfinite(flat).all(-1) & (weight > 0).all(-1)
+    used = np.isfinite(flat[..., 0] + flat[..., 1]) & (weight[..., 0] > 0) & (weight[..., 1] > 0)
     solved = task.solve(used)
     noise = 1.0 if sd is not None else _noise(solved, used)
     left_out = np.zeros(used.shape, bool)

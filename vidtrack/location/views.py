@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.camera import Array, Camera
-from vidtrack.location.batch import CameraUncertainty
+from vidtrack.location.calibration_error import CameraUncertainty
 from vidtrack.location.correspondence import NONE, Indices
 from vidtrack.timing.resample import resample
 
