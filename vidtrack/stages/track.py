@@ -291,15 +291,21 @@ def _starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float])
         np.full((n, 2), np.nan),
     )
     for i, trail in enumerate(trails):
-        starts.position[i] = trail.position[0]
-        if len(trail.sample) > 2:
-            t = trail.sample[:3] - trail.sample[0]
-            curve = np.polynomial.polynomial.polyfit(t, trail.position[:3], 2)
-            starts.velocity[i], starts.acceleration[i] = curve[1], 2 * curve[2]
-        starts.first[i] = trail.sample[0]
+        starts.position[i], starts.first[i] = trail.position[0], trail.sample[0]
+    where = np.array([trail.position[:3] for trail in trails if len(trail.sample) > 2]).reshape(-1, 3, 2)
+    if len(where):
+        long = np.array([i for i, trail in enumerate(trails) if len(trail.sample) > 2])
+        t1, t2 = np.array([trail.sample[1:3] - trail.sample[0] for trail in trails if len(trail.sample) > 2], float).T
+        # the parabola through three positions, by divided differences
+        first, second = (where[:, 1] - where[:, 0]) / t1[:, None], (where[:, 2] - where[:, 1]) / (t2 - t1)[:, None]
+        bend = (second - first) / t2[:, None]
+        starts.velocity[long], starts.acceleration[long] = first - bend * t1[:, None], 2 * bend
+    for length in {len(trail.sample) for trail in trails}:
+        alike = [i for i, trail in enumerate(trails) if len(trail.sample) == length]
+        looks = np.array([[trails[i].pixels, trails[i].contrast, *trails[i].size.T] for i in alike])
         # where it hardly moved at first, its own place in the background hides part of it
-        starts.pixels[i], starts.contrast[i] = np.percentile([trail.pixels, trail.contrast], 75, axis=1)
-        starts.size[i] = np.percentile(trail.size, 75, axis=0)
+        starts.pixels[alike], starts.contrast[alike], *size = np.percentile(looks, 75, axis=2).T
+        starts.size[alike] = np.stack(size, axis=1)
     return starts
 
 

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,18 +31,24 @@ SPARE = 0.25
 """px of the soft edge, as `look` grows it, that hold no light but only noise."""
 RECENTRE = 2
 """Times that a window is moved onto its target, before the target counts as not there."""
-RING = 4
+RING = 3
 """px about the mask, for the background."""
 NEAR_CENTRE = 0.6
 """px from the middle of its window's middle pixel up to which a target is well inside its mask."""
 OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
+STRAY = 2.0**20
+"""A pixel outside of the mask counts as many as no target has."""
+CHUNK = 100_000
+"""Pixels made floats at once, about: more no longer fit the processor's caches."""
 
 
 class Weights(NamedTuple):
-    """Windows (m, height * width) times `linear` (.., 4) are mass, m_x, m_y and the background; times `inside` the sums
-    within and without the mask. x_noise, y_noise: sd of m_x, m_y for a noise of 1. ring: columns of the background's
-    pixels; across (2, ring): their x and y, each of length 1.
+    """Windows (m, height * width) times `linear` (.., 4) are mass, m_x, m_y and the background.
+
+    inside            weights of what is counted: 1 within the mask, STRAY without
+    x_noise, y_noise  sd of m_x, m_y for a noise of 1
+    ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
     """
 
     width: int
@@ -69,7 +74,7 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     m_x = disc * x - (disc * x * x).sum() * plane[1]
     m_y = disc * y - (disc * y * y).sum() * plane[2]
     linear = np.stack([mass, m_x, m_y, plane[0]], axis=1).astype(np.float32)
-    inside = np.stack([disc, 1 - disc], axis=1).astype(np.float32)
+    inside = (disc + STRAY * (1 - disc)).astype(np.float32)
     noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
@@ -104,122 +109,144 @@ def glance(
     rows, columns = samples[0].luma.shape
     if w.width > columns or w.height > rows:
         return Seen(np.full((12, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
-    raw, moments, centre, whole = _centred(samples, predicted, w, detection)
-    bright = detection.bright(raw)
-    count = _counted(bright, np.tile(known.threshold, k), w, detection)
+    bright, moments, centre, whole = _centred(samples, predicted, w, detection)
+    count = _counted(bright, known.threshold, w, detection).reshape(k, n)
     noise = _noise(bright, w, detection, n) if careful else known.unrest
-    mass = np.where(moments[0] > 0, moments[0], np.nan)
-    off = moments[1:3] / mass
-    grown = np.maximum(count[0], 1) / np.tile(known.pixels, k)
-    alike = np.abs(np.log(grown)) < LIKE + GRAIN / np.tile(known.pixels, k)
-    clear = whole & (count[1] == 0) & alike & (count[0] >= detection.min_pixels)
+    saturated = _at_full_scale(bright, count, w, detection)
+    mass, m_x, m_y, background = moments.reshape(4, k, n)
+    mass = np.where(mass > 0, mass, np.nan)
+    off = np.stack([m_x / mass, m_y / mass])
+    unlike = np.exp(LIKE + GRAIN / known.pixels)
+    least = np.maximum(known.pixels / unlike, detection.min_pixels)
+    clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, STRAY))
     clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
-    if n > 1:
-        clear &= _alone(centre, k, n)
-    rough = noise > 2 * np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
-    lines = samples[0].lines
-    parity = np.repeat([sample.parity for sample in samples], n) if lines == 2 else 0
-    x, y = centre.T + off
-    sd = np.tile(noise, k) / mass
-    scaled = np.sqrt(grown)
-    size, soft, unrest = (np.tile(values, k) for values in (known.size.T, known.soft, known.unrest))
-    values = [
-        *(x, y * lines + parity, sd * w.x_noise, sd * w.y_noise * lines, count[0], mass),
-        *(mass / np.maximum(count[0], 1), moments[3], size[0] * scaled, size[1] * scaled, soft, unrest),
-    ]
-    full = _at_full_scale(bright, count[0], w, detection)
-    return Seen(np.stack(values).reshape(12, k, n), clear.reshape(k, n) & ~rough, full.reshape(k, n))
+    clear &= noise <= 2 * np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
+        clear &= ~doubled
+    values = np.empty((12, k, n))
+    np.add(centre.reshape(2, k, n), off, out=values[:2])
+    np.divide(noise * w.x_noise, mass, out=values[2])
+    np.divide(noise * w.y_noise, mass, out=values[3])
+    if samples[0].lines == 2:
+        values[1] *= 2
+        values[1] += np.array([[sample.parity] for sample in samples])
+        values[3] *= 2
+    count = np.maximum(count, 1)
+    scaled = np.sqrt(count / known.pixels)
+    values[4], values[5], values[7] = count, mass, background
+    np.divide(mass, count, out=values[6])
+    np.multiply(known.size.T[:, None], scaled, out=values[8:10])
+    values[10], values[11] = known.soft, known.unrest
+    return Seen(values, clear, saturated)
 
 
 def _centred(
     samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
 ) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
-    """Windows (k n, pixels) as stored, moved onto their targets; their moments (4, k n); their middle pixels (k n, 2),
-    in rows of the sample; and whether they lie within the picture.
+    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (4, k n); their middle pixels
+    (2, k n), column and row of the sample; and whether their masks lie within the picture (k n).
     """
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
-    reach = np.array([w.width // 2, w.height // 2])
-    low, high = reach - RING, np.array([columns, rows]) - 1 - reach + RING  # middles whose mask is in the picture
-    at = predicted.reshape(k * n, 2).copy()
+    reach = np.array([[w.width // 2], [w.height // 2]])
+    low, high = reach - RING, np.array([[columns], [rows]]) - 1 - reach + RING  # middles whose mask is in the picture
+    at = predicted.reshape(k * n, 2).T
     if samples[0].lines == 2:
-        at[:, 1] = (at[:, 1] - np.repeat([sample.parity for sample in samples], n)) / 2
-    centre = np.rint(at).astype(np.intp)
-    whole = ((centre >= low) & (centre <= high)).all(axis=1)
-    centre = np.clip(centre, low, high)
-    pictures = [sample.luma for sample in samples]
-    if (centre < reach + 2 * RING).any() or (centre > high - 3 * RING).any():
-        pictures = [_with_margin(p, 2 * RING) for p in pictures]
-        margin = 2 * RING
-    else:
-        margin = 0
-    raw = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
-    strips = [_strips(picture, w.width) for picture in pictures]
-    for j, one in enumerate(strips):
-        raw[j * n : j * n + n] = _windows(one, centre[j * n : j * n + n] - reach + margin, w)
-    moments = _grey(raw, detection) @ w.linear
+        parity = np.repeat([sample.parity for sample in samples], n)
+        at = np.stack([at[0], (at[1] - parity) / 2])
+    wanted = np.rint(at).astype(np.intp)
+    centre = np.minimum(np.maximum(wanted, low), high)
+    whole = (wanted == centre).all(axis=0)
+    strips = [_strips(sample.luma, w.width) for sample in samples]
+    bright = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
+    for j, strip in enumerate(strips):
+        some = slice(j * n, j * n + n)
+        bright[some] = _windows(samples[j].luma, strip, centre[:, some] - reach, w, detection)
+    moments = _moments(bright, w, detection)
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
-        off = moments[missed, 1:3] / np.maximum(moments[missed, :1], 1e-3)
-        moving = ((np.abs(off) > NEAR_CENTRE) & (np.abs(off) <= reach)).any(axis=1)
-        missed, off = missed[moving], off[moving]
-        if not missed.size:
+        here = moments if missed.size == k * n else moments[:, missed]
+        off = here[1:3] / np.maximum(here[0], 1e-3)
+        far = np.abs(off)
+        moving = ((far > NEAR_CENTRE) & (far <= reach)).any(axis=0)
+        if not moving.any():
             break
-        centre[missed] += np.rint(np.clip(off, -reach, reach)).astype(np.intp)
-        whole[missed] &= ((centre[missed] >= low) & (centre[missed] <= high)).all(axis=1)
-        centre[missed] = np.clip(centre[missed], low, high)
-        if not margin and ((centre < reach) | (centre > high - RING)).any():
-            whole[missed] &= ((centre[missed] >= reach) & (centre[missed] <= high - RING)).all(axis=1)
-            centre[missed] = np.clip(centre[missed], reach, high - RING)
-        for j, one in enumerate(strips):
-            some = missed[(missed >= j * n) & (missed < j * n + n)]
-            if some.size:
-                raw[some] = _windows(one, centre[some] - reach + margin, w)
-        moments[missed] = _grey(raw[missed], detection) @ w.linear
-    return raw, np.ascontiguousarray(moments.T, float), centre, whole
-
-
-def _with_margin(picture: NDArray[Any], margin: int) -> NDArray[Any]:
-    """The picture with its outermost pixels repeated all round, so that a ring may reach beyond its edge."""
-    wide = cv2.copyMakeBorder(picture, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
-    return np.asarray(wide)
-
-
-def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Float32:
-    """Pixels above the threshold within the mask and without, (2, windows)."""
-    level = threshold / detection.scale
-    if bright.dtype.kind == "u":
-        level = np.clip(np.floor(level), 0, np.iinfo(bright.dtype).max)
-    counted: Float32 = ((bright > level.astype(bright.dtype)[:, None]).astype(np.float32) @ w.inside).T
-    return counted
-
-
-def _at_full_scale(bright: NDArray[Any], count: Float32, w: Weights, detection: Detection) -> NDArray[np.bool_]:
-    """Whether at least a twentieth of each target is at full scale."""
-    if not bright.size or bright.max() * detection.scale < FULL_SCALE:
-        return np.zeros(len(bright), bool)
-    full = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ w.inside[:, 0]
-    return np.asarray(full * 20 >= np.maximum(count, 1))
+        missed, off = missed[moving], off[:, moving]
+        wanted = centre[:, missed] + np.rint(np.minimum(np.maximum(off, -reach), reach)).astype(np.intp)
+        moved = np.minimum(np.maximum(wanted, low), high)
+        whole[missed] &= (wanted == moved).all(axis=0)
+        centre[:, missed] = moved
+        again = np.empty((missed.size, bright.shape[1]), bright.dtype)
+        first = np.searchsorted(missed, np.arange(0, k * n + 1, n)).tolist()
+        for sample, strip, a, b in zip(samples, strips, first[:-1], first[1:], strict=True):
+            if a < b:
+                again[a:b] = _windows(sample.luma, strip, moved[:, a:b] - reach, w, detection)
+        bright[missed] = again
+        moments[:, missed] = _moments(again, w, detection)
+    return bright, moments, centre, whole
 
 
 def _strips(luma: NDArray[Any], width: int) -> NDArray[Any]:
-    """Every run of `width` pixels in a row of the picture, (rows, columns - width + 1, width), as a view."""
+    """Every run of `width` pixels in a row of the picture, (rows, columns - width + 1), as a view; each is one element
+    of a void type, which is quicker to copy, or where pixels are not side by side a last axis more.
+    """
     rows, columns = luma.shape
     down, across = luma.strides
     shape = (rows, columns - width + 1, width)
-    return np.lib.stride_tricks.as_strided(luma, shape, (down, across, across), writeable=False)
+    strips = np.lib.stride_tricks.as_strided(luma, shape, (down, across, across), writeable=False)
+    return strips.view(f"V{width * across}")[..., 0] if across == luma.itemsize else strips
 
 
-def _windows(strips: NDArray[Any], corner: Ints, w: Weights) -> NDArray[Any]:
-    """Windows (m, height * width) whose first pixels are at corner (m, 2): column and row."""
-    cut: NDArray[Any] = strips[corner[:, 1:] + np.arange(w.height), corner[:, :1]]
-    return cut.reshape(len(corner), w.height * w.width)
+def _windows(luma: NDArray[Any], strips: NDArray[Any], corner: Ints, w: Weights, detection: Detection) -> NDArray[Any]:
+    """Windows (m, height * width) whose first pixels are at corner (2, m), column and row, turned bright.
+
+    Beyond the picture's edge, where a ring may reach, its outermost pixels are repeated.
+    """
+    rows, columns = luma.shape
+    inside = np.minimum(np.maximum(corner, 0), [[columns - w.width], [rows - w.height]])
+    cut = strips[inside[1, :, None] + np.arange(w.height), inside[0, :, None]].view(luma.dtype)
+    cut = cut.reshape(-1, w.height * w.width)
+    if (beyond := np.flatnonzero((inside != corner).any(axis=0))).size:
+        x, y = corner[:, beyond]
+        down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)
+        across = np.minimum(np.maximum(x[:, None] + np.arange(w.width), 0), columns - 1)
+        cut[beyond] = luma[down[:, :, None], across[:, None]].reshape(beyond.size, -1)
+    return detection.bright(cut)
 
 
-def _grey(raw: NDArray[Any], detection: Detection) -> Float32:
-    """Grey levels of pictures turned bright."""
-    grey = detection.bright(raw).astype(np.float32)
-    return grey if detection.scale == 1 else grey * np.float32(detection.scale)
+def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
+    """Mass, m_x, m_y and background of windows, (4, m), grey levels and px."""
+    found = np.empty((len(bright), 4), np.float32)
+    for some in _chunks(bright):
+        np.matmul(bright[some].astype(np.float32), w.linear, out=found[some])
+    return np.ascontiguousarray(found.T, float) * detection.scale
+
+
+def _chunks(bright: NDArray[Any]) -> list[slice]:
+    m, pixels = bright.shape
+    each = max(1, CHUNK // pixels)
+    return [slice(a, a + each) for a in range(0, m, each)]
+
+
+def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Array:
+    """Pixels of k n windows above the thresholds (n,) within the mask, and STRAY for each without, (k n,)."""
+    level = threshold / detection.scale
+    if bright.dtype.kind == "u":
+        level = np.minimum(np.maximum(np.floor(level), 0), np.iinfo(bright.dtype).max)
+    level = np.resize(level.astype(bright.dtype), len(bright))[:, None]
+    count = np.empty(len(bright), np.float32)
+    for some in _chunks(bright):
+        np.matmul((bright[some] > level[some]).astype(np.float32), w.inside, out=count[some])
+    return count.astype(float)
+
+
+def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:
+    """Whether at least a twentieth of each target (k, n) is at full scale."""
+    if not bright.size or bright.max() * detection.scale < FULL_SCALE:
+        return np.zeros(count.shape, bool)
+    within = (w.inside == 1).astype(np.float32)
+    full = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ within
+    return np.asarray(full.reshape(count.shape) * 20 >= np.maximum(count, 1))
 
 
 def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Array:
@@ -232,11 +259,14 @@ def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Ar
     return np.asarray(np.maximum(noise, QUANTISATION_SD), float)
 
 
-def _alone(centre: Ints, k: int, n: int) -> NDArray[np.bool_]:
-    """False where two targets of one sample have the same middle pixel, or nearly."""
-    key = ((np.repeat(np.arange(k), n) << 40) + (centre[:, 1] // 2 << 20)) + centre[:, 0] // 2
-    order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(np.diff(key[order]) == 0)
-    alone = np.ones(key.size, bool)
-    alone[order[same]] = alone[order[same + 1]] = False
-    return alone
+def _doubled(centre: Ints, k: int, n: int) -> NDArray[np.bool_] | None:
+    """Where two targets of one sample have the same middle pixel, or nearly, (k, n); None: nowhere."""
+    key = ((centre[1] // 2 << 20) + centre[0] // 2).reshape(k, n)
+    if not (np.diff(np.sort(key, axis=1), axis=1) == 0).any():
+        return None
+    order = np.argsort(key, axis=1, kind="stable")
+    same = np.diff(np.take_along_axis(key, order, axis=1), axis=1) == 0
+    doubled = np.zeros((k, n), bool)
+    sample, place = np.nonzero(same)
+    doubled[sample, order[sample, place]] = doubled[sample, order[sample, place + 1]] = True
+    return doubled

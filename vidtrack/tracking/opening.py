@@ -89,16 +89,15 @@ def _together(trails: list[Trail], n: int, samples: int) -> list[Trail]:
     """
     chosen: list[Trail] = []
     latest_begin, earliest_end = -1, 1 << 60
-    places = np.full((samples, len(trails), 2), np.nan)
+    places = np.full((2, samples, len(trails)), np.nan)
     for trail in trails:
         first, last = int(trail.sample[0]), int(trail.sample[-1])
         if len(chosen) == n or first > earliest_end or latest_begin > last:
             continue
-        with np.errstate(invalid="ignore"):
-            apart = np.abs(places[trail.sample, : len(chosen)] - trail.position[:, None]).max(axis=-1)
-            if (apart < trail.size.max() / 2 + 2).any():
-                continue
-        places[trail.sample, len(chosen)] = trail.position
+        near = np.abs(places[:, trail.sample, : len(chosen)] - trail.position.T[:, :, None]) < trail.size.max() / 2 + 2
+        if (near[0] & near[1]).any():
+            continue
+        places[:, trail.sample, len(chosen)] = trail.position.T
         chosen.append(trail)
         latest_begin, earliest_end = max(latest_begin, first), min(earliest_end, last)
     return chosen
@@ -174,7 +173,7 @@ def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
         alive = [alive[row] for row in (*goes_on, *waits)] + list(range(len(trails), len(trails) + new.size))
         ends = np.concatenate([joined, ends[waits], begun])
         trails += [[(j, b)] for b in new.tolist()]
-    return [_trail(trail, found) for trail in trails if len(trail) > 1]
+    return _trails([trail for trail in trails if len(trail) > 1], found)
 
 
 def _link_costs(ends: Array, looks: Array, time: float, leap: float) -> Array:
@@ -191,9 +190,16 @@ def _link_costs(ends: Array, looks: Array, time: float, leap: float) -> Array:
     return cost
 
 
-def _trail(trail: list[tuple[int, int]], found: Sequence[Blobs]) -> Trail:
-    one = Blobs._make(np.array([found[j][i][b] for j, b in trail]) for i in range(len(Blobs._fields)))
-    return _as_trail(np.array([j for j, _ in trail], np.intp), one)
+def _trails(linked: list[list[tuple[int, int]]], found: Sequence[Blobs]) -> list[Trail]:
+    """Trails of the blobs (sample, blob) that were linked."""
+    if not linked:
+        return []
+    sample, blob = np.array([one for trail in linked for one in trail], np.intp).T
+    first = np.cumsum([0, *(len(blobs.Xf) for blobs in found)])
+    at = first[sample] + blob
+    whole = _as_trail(sample, Blobs._make(np.concatenate(column)[at] for column in zip(*found, strict=True)))
+    ends = np.cumsum([len(trail) for trail in linked])[:-1]
+    return [Trail._make(parts) for parts in zip(*(np.split(column, ends) for column in whole), strict=True)]
 
 
 def _as_trail(sample: Ints, b: Blobs) -> Trail:
