@@ -31,6 +31,8 @@ REACH = 8
 """Samples read at once, at most."""
 CACHED = 300_000
 """Pixels measured at once, about: more no longer fit the processor's caches."""
+GLANCED = 0.3
+"""Share of a look's memory that a glance needs."""
 MEMORY = 8
 """Last samples that a prediction rests on."""
 PATIENCE = 10
@@ -43,7 +45,7 @@ MEASURED = 8
 """Values of `look` that go into the rows: X to BACKGROUND."""
 
 
-_LOOKS = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST]
+_LOOKS = [row - PIXELS for row in (PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST)]
 
 
 class Starts(NamedTuple):
@@ -178,7 +180,9 @@ class Tracker:
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             self._take(block, sharp, seen, clear, taken)
-            self._window_pixels = float((self.looks[3:5, sharp] + 2 * ROOM).prod(axis=0).sum())
+            width, height, soft = self.looks[3:6, sharp] + 2 * ROOM
+            glanced = np.isfinite(soft) if self.detection.centroid == "weighted" else np.zeros(sharp.size, bool)
+            self._window_pixels = float((width * height * np.where(glanced, GLANCED, 1.0)).sum())
         self._remember(block, times, taken)
         blurred = sharp[~clear[taken - 1]]
         self.missing[self.missing > 0] += taken
@@ -250,21 +254,24 @@ class Tracker:
 
     def _take(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> None:
         """Write what was plainly seen in the first `taken` samples, and let the looks follow light and distance."""
-        good = clear[:taken]
+        good, every = clear[:taken], slice(None) if who.size == len(self.missing) else who
+        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.starts.box[every] / 2
+        looks = seen.values[PIXELS:, :taken]
         if good.all():
-            block.values[:, :taken, who] = seen.values[:MEASURED, :taken]
-            block.flag[:taken, who] = seen.saturated[:taken] * SATURATED
+            block.values[:, :taken, every] = seen.values[:MEASURED, :taken]
+            block.flag[:taken, every] = seen.saturated[:taken] * SATURATED
+            block.corner[:taken, every] = about
+            count: Any = taken
         else:
-            block.values[:, :taken, who] = np.where(good, seen.values[:MEASURED, :taken], np.nan)
-            block.flag[:taken, who] = np.where(good, seen.saturated[:taken] * SATURATED, LOST | PREDICTED)
-        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.starts.box[who] / 2
-        block.corner[:taken, who] = np.where(good[..., None], about, block.corner[:taken, who])
-        count = good.sum(axis=0)
-        looks = seen.values[_LOOKS, :taken]
-        mean = np.where(good, looks, 0).sum(axis=1) / np.where(count, count, np.nan)
-        old = self.looks[:, who]
+            block.values[:, :taken, every] = np.where(good, seen.values[:MEASURED, :taken], np.nan)
+            block.flag[:taken, every] = np.where(good, seen.saturated[:taken] * SATURATED, LOST | PREDICTED)
+            block.corner[:taken, every] = np.where(good[..., None], about, block.corner[:taken, every])
+            count = good.sum(axis=0)
+            looks = np.where(good, looks, 0)
+        mean = looks.sum(axis=1)[_LOOKS] / np.where(count, count, np.nan)
+        old = self.looks[:, every]
         old = np.where(np.isfinite(old), old, mean)
-        self.looks[:, who] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
+        self.looks[:, every] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
 
     def _remember(self, block: Rows, times: Array, taken: int) -> None:
         fresh = block.values[:2, :taken].transpose(1, 2, 0)
