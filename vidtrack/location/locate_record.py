@@ -22,6 +22,7 @@ UNEXPLAINED, LEAST_UNEXPLAINED_PX = 5.0, 0.2
 def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: RunClocks) -> dict[str, Any]:
     """Each camera's clock, who tells it and what each witness says; the error curve of the motion."""
     cameras: dict[str, Any] = {}
+    motion = timed.motion
     for i, view in enumerate(views):
         clock, sd = timed.clocks[i], Timing(timed.clocks[i], timed.covariance[i]).sd
         own: dict[str, Any] = {"offset_s": clock.offset_s, "rate_ppm": clock.rate_ppm, "source": "config"}
@@ -31,16 +32,15 @@ def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: Run
             own |= {"offset_s_sd": sd.offset_s, "rate_ppm_sd": sd.rate_ppm}
             own |= {"offset_s_95": [clock.offset_s - 1.96 * sd.offset_s, clock.offset_s + 1.96 * sd.offset_s]}
             own |= {"rate_ppm_95": [clock.rate_ppm - 1.96 * sd.rate_ppm, clock.rate_ppm + 1.96 * sd.rate_ppm]}
-            own |= {"ambiguous": timed.motion is not None and timed.motion.ambiguous[i]}
+            own |= {"ambiguous": motion is not None and "motion" in timed.used[i] and motion.ambiguous[i]}
             own |= {"witnesses": {w: _said(told, w in timed.used[i]) for w, told in timed.witnesses[i].items()}}
-        motion = timed.motion
         if motion is not None and np.isfinite(motion.error_by_offset[i]).any():
             tried = (motion.offsets + motion.clocks[i].offset_s).tolist()
             own |= {"offsets_s": tried, "error_px": motion.error_by_offset[i].tolist()}
         cameras[view.name] = own
     record: dict[str, Any] = {"cameras": cameras}
-    if timed.motion is not None:
-        record |= {"error_px": timed.motion.error_px, "error_before_px": timed.error_before_px}
+    if motion is not None:
+        record |= {"error_px": motion.error_px, "error_before_px": timed.error_before_px}
     return record
 
 

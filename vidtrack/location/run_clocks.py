@@ -31,9 +31,9 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 TELLS = 0.1
 """Of a sampling interval: a clock with a larger standard error is not known well enough."""
 
-TAKES_PART = 0.2
-"""Of a sampling interval: beyond that what the motion says may be mere noise, and be off by more than its standard
-error; beside other witnesses it is not heard. (Targets at rest leave 0.4 and more.)"""
+TAKES_PART, ALONE = 0.2, 0.5
+"""Of a sampling interval: with a larger standard error the motion is not heard beside other witnesses, and not at all.
+What it says may then be mere noise, and be off by more than its standard error (targets at rest leave 0.4 and more)."""
 
 REACH_S = 1.0
 """How far from the clocks that the cameras came with motion alone is searched."""
@@ -78,40 +78,33 @@ def run_clocks(
     names, limit, tolerance_px   of the targets, as for `matched`; a match may lie a sample's delay further off
     told     what a person should know is added to it
     """
-    n = len(views)
     start = [own if isinstance(own, Clock) else Clock() for own in given]
-    others = [
-        _others(views, i, start, {w: own for w, own in heard.get(views[i].name, {}).items() if w in asked[i]}, units)
-        for i in range(n)
-    ]
     length = max((float(np.ptp(v.t)) for v in views if v.t.size), default=0.0)
     step = min((interval(v.t) for v in views if v.t.size > 1), default=np.nan)
-    apart = [agreed(own, length) for own in others]
-    start = [a.timing.clock if a.timing.tells and "motion" not in w else c
-             for a, c, w in zip(apart, start, asked, strict=True)]  # fmt: skip
-    moving = [i for i in range(n) if "motion" in asked[i]]
+    witnesses = [_others(views, i, start, asked[i], heard, units) for i in range(len(views))]
+    apart = [agreed(own, length) for own in witnesses]
+    moving = [i for i, who in enumerate(asked) if "motion" in who]
+    for i, who in enumerate(asked):
+        if apart[i].timing.tells and "motion" not in who:
+            start[i] = apart[i].timing.clock
     motion, before = None, np.nan
     if moving:
         search = _Search(views, names, limit, tolerance_px, moving)
-        motion = search.found(start, [REACH_S] * n)
-        before = motion.error_before_px
-        motion = _settled(search, motion, apart, start, length, step)
-    witnesses = []
-    for i in range(n):
-        own = dict(others[i])
-        if motion is not None and i in moving:
+        alone = search.found(start, [REACH_S] * len(views))
+        motion, before = _settled(search, alone, apart, start, length, step), alone.error_before_px
+        for i in moving:
             by_motion = Timing(motion.clocks[i], motion.covariance[i])
-            if by_motion.tells and (by_motion.sd.offset_s < TAKES_PART * step or not own):
-                own = {"motion": by_motion, **own}
-        witnesses.append(own)
+            if by_motion.sd.offset_s < (TAKES_PART if witnesses[i] else ALONE) * step:
+                witnesses[i] = {"motion": by_motion, **witnesses[i]}
     answers = [agreed(own, length) for own in witnesses]
-    clocks = [a.timing.clock if w and a.timing.tells else c for a, c, w in zip(answers, start, asked, strict=True)]
-    covariance = np.stack([a.timing.covariance if w else np.zeros((2, 2)) for a, w in zip(answers, asked, strict=True)])
-    for i in range(n):
-        if asked[i]:
-            ambiguous = motion is not None and i in moving and motion.ambiguous[i]
-            told += _warnings(views[i].name, asked[i], witnesses[i], answers[i], length, step, ambiguous)
-    return RunClocks(tuple(clocks), covariance, tuple(witnesses), tuple(a.used for a in answers), motion, float(before))
+    for i, (who, answer) in enumerate(zip(asked, answers, strict=True)):
+        if who:
+            start[i] = answer.timing.clock if answer.timing.tells else start[i]
+            ambiguous = motion is not None and "motion" in answer.used and motion.ambiguous[i]
+            told += _warnings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
+    covariance = [a.timing.covariance if who else np.zeros((2, 2)) for a, who in zip(answers, asked, strict=True)]
+    used = tuple(a.used for a in answers)
+    return RunClocks(tuple(start), np.stack(covariance), tuple(witnesses), used, motion, before)
 
 
 class _Search(NamedTuple):
@@ -170,15 +163,16 @@ def _others(
     views: Sequence[View],
     i: int,
     clocks: Sequence[Clock],
-    heard: Mapping[str, Mapping[str, Any]],
+    asked: Sequence[str],
+    heard: Mapping[str, Mapping[str, Mapping[str, Any]]],
     units: str,
 ) -> dict[str, Timing]:
     """What sound and light tell of a camera's clock, at its first sample, on the time of its reference as corrected."""
     out: dict[str, Timing] = {}
     index = {v.name: k for k, v in enumerate(views)}
-    for witness, own in heard.items():
+    for witness, own in heard.get(views[i].name, {}).items():
         k = index.get(own.get("reference", ""))
-        if k is None or not views[i].t.size or not views[k].t.size:
+        if witness not in asked or k is None or not views[i].t.size or not views[k].t.size:
             continue
         timing = Timing(
             Clock(own["offset_s"], own["rate_ppm"]), np.array(own["covariance"], float), own["n"], own["of"]
@@ -233,22 +227,18 @@ def _warnings(
             f"misled the {other}, or insist on one (clock: {other})."
         )
     sd = answer.timing.sd.offset_s
-    if not sd < TELLS * step:
-        if asked == ("motion",) or (set(asked) == {"motion", "sound", "flash"} and set(witnesses) <= {"motion"}):
-            out.append(
-                f"{place}: the motion does not tell it (standard error {1e3 * sd:.3g} ms). "
-                "Move a target across the epipolar lines, clap, switch a lamp on before all cameras, or give offset_s."
-            )
-        elif not witnesses:
-            out.append(
-                f"{place}: the {asked[0]} does not tell it, and it is left as it is. Give offset_s, or say auto."
-            )
-        else:
-            out.append(
-                f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from {' and '.join(answer.used)}). "
-                "Move a target across the epipolar lines, or give offset_s."
-            )
-    elif ambiguous and "motion" in answer.used:
+    if not witnesses:
+        who = " and the ".join(asked)
+        out.append(
+            f"{place}: the {who} {'does' if len(asked) == 1 else 'do'} not tell it, and it is left as it is. Move a "
+            "target across the epipolar lines, clap, switch a lamp on before all cameras, or give offset_s."
+        )
+    elif not sd < TELLS * step:
+        out.append(
+            f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from the {' and the '.join(answer.used)}). "
+            "Move a target across the epipolar lines, or give offset_s."
+        )
+    elif ambiguous:
         out.append(
             f"{place}: another offset fits about as well as {answer.timing.clock.offset_s:.4g} s "
             "(a periodic motion). Give offset_s to within a period."

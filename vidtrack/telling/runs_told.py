@@ -99,8 +99,8 @@ def clock_lines(locate: Record) -> list[str]:
             f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {low} to {high}), "
             f"told by the {' and the '.join(w for w, said in witnesses.items() if said['used'])}"
         )
-        rate, sd = own["rate_ppm"], own.get("rate_ppm_sd")
-        if sd and abs(rate) > 2 * sd:
+        rate, sd = own["rate_ppm"], own["rate_ppm_sd"]
+        if sd is not None and abs(rate) > 2 * sd:
             line += f"; it runs {number(abs(rate), 3)} ± {number(sd, 2)} ppm {'slow' if rate > 0 else 'fast'}"
         if len(witnesses) > 1:
             each = (
