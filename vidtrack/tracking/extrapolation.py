@@ -27,7 +27,7 @@ LONGEST = 8.0
 
 JERK_PX = 1.0
 """# ASSUME: px a sample^3, usual jerks of smooth motion."""
-TRIED = 3
+TRIED = 2
 """Latest positions that a cubic must foretell from those before."""
 BETTER = 0.25
 """A cubic is used where its squares of errors sum to less than this share of the parabola's."""
