@@ -114,10 +114,9 @@ class Task(NamedTuple):
         lines = []
         for s, error in zip(sights, out.error, strict=True):
             view = look_back(s, p)
-            used = s.used
-            n += used
-            off2 += used * view.off2
-            behind |= used & (view.depth <= 0)
+            n += s.on
+            off2 += s.on * view.off2
+            behind |= s.used & (view.depth <= 0)
             x, y = view.error
             out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
             error[:] = np.where(s.seen, view.error, np.nan)

@@ -103,11 +103,11 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
     """
     u, v = s.uv
     X, Y = s.d
-    near = s.used / (s.R[2] @ p + s.t[2])
+    near = s.on / (s.R[2] @ p + s.t[2])
     px, py, pz = s.R @ pivot + s.t
     arm_x, minus_y, arm_z = u - px * near, py * near - v, 1 - pz * near  # over the depth
     (xu, xv), (yu, yv) = s.px
-    per = s.used / (xu * yv - xv * yu + ~s.used)
+    per = s.on / (xu * yv - xv * yu + (1 - s.on))
     right = yv * per, -yu * per  # d(u, v)/dXf
     r2, X_px, minus_f = X * X + Y * Y, X / camera.dx, -1 / camera.f
     bent = r2 * minus_f

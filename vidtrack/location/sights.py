@@ -38,11 +38,12 @@ class Sight(NamedTuple):
     d: Array  # (2, n) Xd, Yd, unit of dx; 0 where there is no measurement
     px: Array  # (2, 2, n) d(Xf, Yf)/d(u, v)
     weight: Array  # (2, n) of Xf and Yf, 1/px^2; 0 where the camera is not used
+    on: Array  # (n,) 1 where the camera is used, else 0
     seen: Mask  # (n,) whether there is a measurement at all
 
     @property
     def used(self) -> Mask:
-        return np.asarray(self.weight[0] > 0)
+        return np.asarray(self.on > 0)
 
 
 class Seen(NamedTuple):
@@ -63,10 +64,11 @@ def sight(camera: Camera, b: Array, weight: Array, used: Mask, origin: Array) ->
     uv /= camera.f
     px = _px_by_tangent(camera, d)
     d = np.ascontiguousarray(d.T)
-    w = weight.T * (used & seen)
+    on = (used & seen).astype(float)
+    w = weight.T * on
     if not seen.all():
         uv[:, ~seen] = d[:, ~seen] = px[..., ~seen] = w[:, ~seen] = 0
-    return Sight(camera.R, camera.R @ origin + camera.T, uv, d, px, w, seen)
+    return Sight(camera.R, camera.R @ origin + camera.T, uv, d, px, w, on, seen)
 
 
 def _px_by_tangent(camera: Camera, d: Array) -> Array:
@@ -91,10 +93,9 @@ def linear_point(sights: Sequence[Sight]) -> tuple[Array, Array]:
     n = sights[0].uv.shape[1]
     N, h = np.zeros((6, n)), np.zeros((3, n))
     for s in sights:
-        on = s.used.astype(float)
         for tangent, row, shift in zip(s.uv, s.R[:2], s.t[:2], strict=True):
             a = row[:, None] - s.R[2][:, None] * tangent
-            weighted = a * on
+            weighted = a * s.on
             add_product(N, weighted, a)
             weighted *= tangent * s.t[2] - shift
             h += weighted
@@ -185,7 +186,7 @@ def look_back(s: Sight, p: Array) -> Seen:
     np.add(s.px[0, 0] * du, s.px[0, 1] * dv, out=error[0])
     np.add(s.px[1, 0] * du, s.px[1, 1] * dv, out=error[1])
     line = s.R[:2].T @ s.uv + s.R[2][:, None]
-    line *= s.used / np.sqrt(length2)
+    line *= s.on / np.sqrt(length2)
     return Seen(error, z, off2, line)
 
 
