@@ -3,7 +3,7 @@
     python benchmarks/clocks.py [--trials 20] [--seconds 60]
 
 motion   a driven swing of 10 in, 0.05 px of noise: the epipolar error along the trajectories
-sound    a room in which somebody works, each microphone with as much noise of its own; and a single clap in a quiet room
+sound    a room in which somebody works, each microphone with as much noise of its own; and a clap in a quiet room
          (both equally far from the source: what travel may do is no part of it)
 flash    a lamp that is switched every five seconds, with the shutter open all the time and half of it; one switching
 

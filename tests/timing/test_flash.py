@@ -75,3 +75,41 @@ def test_cameras_that_saw_no_common_change_are_not_timed():
     on, off = level(T, [(2, 100)], rng), level(T, [(3, -100)], rng)
     assert np.isnan(timing_from_flash(T, on, T, off).sd.offset_s)
     assert np.isnan(timing_from_flash(T, on, T, level(T, [], rng)).sd.offset_s)
+
+
+@pytest.mark.parametrize(
+    ("shutters", "gamma", "n"),
+    [((1.0, 1.0), 1.0, 4), ((0.5, 0.5), 1.0, 4), ((1.0, 0.3), 1.0, 4), ((1.0, 1.0), 0.45, 1)],
+)
+def test_what_nobody_knows_of_a_camera_is_in_the_error(shutters, gamma, n):
+    """Errors are no larger than is told, whatever the shutters and the gamma; times are of the exposures' middles."""
+    off, sd = [], []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        changes = [(2 + 1.7 * k + rng.uniform(0, 1), 60 * (-1) ** k) for k in range(n)]
+        late = rng.uniform(-0.5, 0.5) / HZ
+        levels = []
+        for shutter, by in zip(shutters, (0, late), strict=True):
+            seen = level(T + by - shutter / 2 / HZ, changes, rng, flicker=0, shutter=shutter)
+            levels.append(255 * (seen / 255) ** gamma + rng.normal(0, 0.05, T.size))
+        timing = timing_from_flash(T, levels[0], T, levels[1], shutter=None)
+        off.append((timing.clock.offset_s - late) * HZ)
+        sd.append(timing.sd.offset_s * HZ)
+    assert np.mean(np.square(np.array(off) / sd)) < 1.5
+    if shutters == (1.0, 1.0) and gamma == 1:
+        assert np.abs(off).max() < 0.02  # though it may be more, for all that is known
+
+
+def test_gamma_counts_where_the_light_changes_by_much():
+    small, large = (
+        light_changes(T, level(T, [(2.013, size)], np.random.default_rng(0), flicker=0.01), shutter=None)[2][0]
+        for size in (4, 200)
+    )
+    assert large > 1.5 * small
+
+
+def test_a_lamp_that_blinks_steadily_is_paired_at_the_least_offset():
+    rng = np.random.default_rng(6)
+    blinks = [(1 + 0.5 * k, 60 * (-1) ** k) for k in range(16)]
+    a, b = level(T, blinks, rng), level(T + 0.01, blinks, rng)
+    assert timing_from_flash(T, a, T, b).clock.offset_s == pytest.approx(0.01, abs=0.002)

@@ -67,3 +67,43 @@ def test_rooms_that_have_nothing_in_common_tell_nothing():
 def test_sound_in_stereo_is_refused():
     with pytest.raises(ValueError, match="sound must be"):
         timing_from_sound(np.zeros((2, 10)), np.zeros(10), HZ)
+
+
+def test_one_clap_is_enough_though_each_microphone_hisses_and_leaves_the_rate_open():
+    rng = np.random.default_rng(3)
+    t = np.arange(42 * HZ) / HZ
+    clap = np.where(t > 17.3, 20 * np.exp(-np.maximum(t - 17.3, 0) / 0.01), 0) * rng.normal(size=t.size)
+    a, b = (heard(clap, s, 40, 0, 0.3, rng) for s in (0.0, 0.1234))
+    timing = timing_from_sound(a, b, HZ)
+    assert timing.clock.offset_s == pytest.approx(0.1234, abs=2e-4)
+    assert (timing.n, timing.of) == (1, 19)
+    assert timing.sd.rate_ppm == pytest.approx(100, rel=0.01)
+    at_the_clap = timing.moved(17.3)
+    assert at_the_clap.sd.offset_s < 1e-4 < timing.sd.offset_s
+
+
+def test_cameras_switched_on_a_minute_apart_are_timed():
+    rng = np.random.default_rng(4)
+    sound = room(110, rng)
+    timing = timing_from_sound(heard(sound, 0, 100, 0, 0.5, rng), heard(sound, 61.5, 40, 0, 0.5, rng), HZ)
+    assert timing.clock.offset_s == pytest.approx(61.5, abs=1e-4)
+
+
+def test_a_tape_that_runs_half_a_thousandth_slow_is_followed():
+    rng = np.random.default_rng(5)
+    sound = room(130, rng)
+    timing = timing_from_sound(heard(sound, 0, 125, 0, 0.5, rng), heard(sound, 0.7, 120, 500, 0.5, rng), HZ)
+    assert timing.clock.rate_ppm == pytest.approx(500, abs=2)
+    assert timing.clock.offset_s == pytest.approx(0.7, abs=1e-4)
+
+
+def test_mains_hum_tells_nothing_and_hides_nothing():
+    rng = np.random.default_rng(6)
+    t = np.arange(30 * HZ) / HZ
+    hum = sum(np.cos(2 * np.pi * 60.02 * k * t + k) / k for k in range(1, 12))
+    for hiss in (0.5, 0.05, 0.005):
+        a, b = (hum + hiss * rng.normal(size=t.size) for _ in range(2))
+        assert np.isnan(timing_from_sound(a, b, HZ).sd.offset_s)
+    room_too = 0.2 * room(32, rng)
+    a, b = (hum + 0.05 * rng.normal(size=t.size) + heard(room_too, start, 30, 0, 0, rng) for start in (0.0, 0.321))
+    assert timing_from_sound(a, b, HZ).clock.offset_s == pytest.approx(0.321, abs=1e-4)

@@ -24,6 +24,13 @@ SAMPLED = 0.1
 STRETCH_S, TRIES = 10.0, 8
 """Length of the stretch that is looked for in the whole of the other track, and how many such are tried."""
 
+APART_S, ALONE = 0.01, 1.25
+"""A peak is believed that is so many times as high as any other further than this from it, s: that of a hum, which
+sounds the same a period later, is not."""
+
+TAPER = 0.05
+"""Share of a stretch over which it is let in, and out."""
+
 REACH_S = 300.0
 """How far apart two tracks may be; longer ones would take too much memory to search at once."""
 
@@ -94,9 +101,9 @@ def _anywhere(x: NDArray[np.floating], y: NDArray[np.floating], rate_hz: float, 
         reach = int(REACH_S * rate_hz)
         first = max(0, start + apart - reach)
         whole = x[first : max(0, start + apart + size + reach)]
-        lag, clear = _lag(whole, y[start : start + size])
-        if clear > CLEAR:
-            return _Found(round(lag) + first - int(start), int(start) + size // 2)
+        peak = _peak(whole, y[start : start + size], apart=int(APART_S * rate_hz))
+        if peak.clear > CLEAR and peak.alone > ALONE:
+            return _Found(round(peak.lag) + first - int(start), int(start) + size // 2)
     return None
 
 
@@ -111,10 +118,10 @@ def _followed(x: NDArray[np.floating], y: NDArray[np.floating], found: _Found, s
             if not 0 <= i + lag <= x.size - size:
                 continue
             of += 1
-            more, clear = _lag(x[i + lag : i + lag + size], y[i : i + size], reach=size // 8)
-            if clear > CLEAR_NEAR:
-                told.append((lag + more, i + size / 2))
-                lag = round(lag + more)
+            peak = _peak(x[i + lag : i + lag + size], y[i : i + size], reach=size // 8)
+            if peak.clear > CLEAR_NEAR:
+                told.append((lag + peak.lag, i + size / 2))
+                lag = round(lag + peak.lag)
     lags, middles = np.array(told).reshape(-1, 2).T
     return lags, middles, of
 
@@ -126,23 +133,44 @@ def _agreeing(lags: Array, slack: float) -> NDArray[np.bool_]:
     return np.asarray(np.abs(lags - lags[int(inside.argmax())]) <= slack)
 
 
-def _lag(x: NDArray[np.floating], y: NDArray[np.floating], reach: int | None = None) -> tuple[float, float]:
-    """By how many samples y must be delayed to sound like x, to a fraction; and the peak over the correlation's rms.
+class _Peak(NamedTuple):
+    lag: float  # samples by which y must be delayed to sound like x; NaN for silence
+    clear: float  # the peak over the correlation's rms
+    alone: float  # and over the highest elsewhere, where that was asked for
 
-    NaN and 0 for silence.
+
+def _peak(
+    x: NDArray[np.floating], y: NDArray[np.floating], *, reach: int | None = None, apart: int | None = None
+) -> _Peak:
+    """Where the correlation peaks, to a fraction of a sample.
+
+    reach   samples: only lags up to that are looked at
+    apart   samples: another peak further off than that is another answer
     """
     if x.size < 3 or y.size < 3 or not (np.ptp(x) > 0 and np.ptp(y) > 0):
-        return float("nan"), 0.0
+        return _Peak(float("nan"), 0.0, 0.0)
     n = 1 << int(np.ceil(np.log2(x.size + y.size)))
-    cross = np.fft.rfft(x - x.mean(), n) * np.conj(np.fft.rfft(y - y.mean(), n))
+    cross = np.fft.rfft(_tapered(x), n) * np.conj(np.fft.rfft(_tapered(y), n))
     level = np.abs(cross)
     # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
-    peak = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
-    usual = float(np.sqrt(np.mean(peak * peak)))
-    lags = np.fft.fftfreq(n, 1 / n).astype(int)
-    some = peak if reach is None else np.where(np.abs(lags) <= reach, peak, 0)
+    height = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
+    usual = float(np.sqrt(np.mean(height * height)))
+    lags = np.arange(n)
+    lags[x.size :] -= n
+    some = height if reach is None else np.where(np.abs(lags) <= reach, height, 0)
     top = int(np.argmax(some))
-    left, middle, right = peak[top - 1], peak[top], peak[(top + 1) % n]
+    left, middle, right = height[top - 1], height[top], height[(top + 1) % n]
     bend = left - 2 * middle + right
     fraction = float(np.clip(0.5 * (left - right) / bend, -1, 1)) if bend < 0 else 0.0
-    return float(lags[top]) + fraction, float(middle) / usual
+    next_best = 0.0 if apart is None else float(np.where(np.abs(lags - lags[top]) > apart, height, 0).max())
+    return _Peak(float(lags[top]) + fraction, float(middle) / usual, float(middle) / max(next_best, usual))
+
+
+def _tapered(x: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Without its mean, and let in and out gently: a hum that is cut off would leak into every frequency."""
+    ends = max(1, int(TAPER * x.size))
+    rise = 0.5 - 0.5 * np.cos(np.pi * (np.arange(ends) + 0.5) / ends)
+    out: NDArray[np.floating] = x - x.mean()
+    out[:ends] *= rise
+    out[-ends:] *= rise[::-1]
+    return out
