@@ -321,6 +321,9 @@ def test_a_still_is_a_run_of_one_moment():
     still = locate({k: t.iloc[:1] for k, t in tables.items()}, cameras, targets=1).trajectories
     assert len(still) == 1
     assert still[["x", "y", "z"]].to_numpy()[0] == pytest.approx(pluck(np.zeros(1))[0], abs=0.2)
+    sought = locate({k: t.iloc[:1] for k, t in tables.items()}, cameras, targets=1, clocks="auto")
+    assert sought.trajectories["x"].notna().all()
+    assert sought.record["clocks"]["cameras"]["cam2"]["source"] == "nobody"
 
 
 def test_unknown_is_written_as_uncertain_not_as_zero():

@@ -83,7 +83,8 @@ def run_clocks(
     step = min((interval(v.t) for v in views if v.t.size > 1), default=np.nan)
     witnesses = [_others(views, i, start, asked[i], heard, units) for i in range(len(views))]
     apart = [agreed(own, length) for own in witnesses]
-    moving = [i for i, who in enumerate(asked) if "motion" in who]
+    films = all(v.t.size > 3 for v in views)  # stills do not move
+    moving = [i for i, who in enumerate(asked) if "motion" in who and films]
     for i, who in enumerate(asked):
         if apart[i].timing.tells and "motion" not in who:
             start[i] = apart[i].timing.clock
