@@ -107,3 +107,14 @@ def test_mains_hum_tells_nothing_and_hides_nothing():
     room_too = 0.2 * room(32, rng)
     a, b = (hum + 0.05 * rng.normal(size=t.size) + heard(room_too, start, 30, 0, 0, rng) for start in (0.0, 0.321))
     assert timing_from_sound(a, b, HZ).clock.offset_s == pytest.approx(0.321, abs=1e-4)
+
+
+@pytest.mark.parametrize("fraction", np.linspace(-0.5, 0.5, 9))
+def test_a_lag_between_samples_is_found_to_a_twentieth_of_one(fraction):
+    """Sound as sharp as the sampling allows, delayed in its spectrum."""
+    rng = np.random.default_rng(8)
+    sound = rng.normal(size=8 * HZ)
+    f = np.fft.rfftfreq(sound.size)
+    later = np.fft.irfft(np.fft.rfft(sound) * np.exp(-2j * np.pi * f * (100 + fraction)), sound.size)
+    timing = timing_from_sound(sound, later, HZ)
+    assert -timing.clock.offset_s * HZ == pytest.approx(100 + fraction, abs=0.05)

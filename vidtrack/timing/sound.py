@@ -18,8 +18,8 @@ from vidtrack.camera import Array
 from vidtrack.timing.agreement import NOBODY, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 
-SAMPLED = 0.1
-"""Of a sample: what a parabola through the correlation's peak may be off, the same in every window."""
+SAMPLED = 0.05
+"""Of a sample: what a curve through the correlation's peak may be off, the same in every window."""
 
 STRETCH_S, TRIES = 10.0, 8
 """Length of the stretch that is looked for in the whole of the other track, and how many such are tried."""
@@ -153,15 +153,17 @@ def _peak(
     cross = np.fft.rfft(_tapered(x), n) * np.conj(np.fft.rfft(_tapered(y), n))
     level = np.abs(cross)
     # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
-    height = np.abs(np.fft.irfft(cross / (level + 0.01 * level.mean()), n))
+    flat = cross / (level + 0.01 * level.mean())
+    # less and less of it towards half the sampling rate: the peak is then a bell that is seen between samples too
+    height = np.abs(np.fft.irfft(flat * (0.5 + 0.5 * np.cos(np.pi * np.arange(level.size) / level.size)), n))
     usual = float(np.sqrt(np.mean(height * height)))
     lags = np.arange(n)
     lags[x.size :] -= n
     some = height if reach is None else np.where(np.abs(lags) <= reach, height, 0)
     top = int(np.argmax(some))
-    left, middle, right = height[top - 1], height[top], height[(top + 1) % n]
-    bend = left - 2 * middle + right
-    fraction = float(np.clip(0.5 * (left - right) / bend, -1, 1)) if bend < 0 else 0.0
+    middle = height[top]
+    left, right = (np.log(max(height[(top + k) % n] / middle, 1e-9)) for k in (-1, 1))
+    fraction = float(np.clip(0.5 * (left - right) / (left + right), -1, 1)) if left + right < 0 else 0.0
     next_best = 0.0 if apart is None else float(np.where(np.abs(lags - lags[top]) > apart, height, 0).max())
     return _Peak(float(lags[top]) + fraction, float(middle) / usual, float(middle) / max(next_best, usual))
 
