@@ -1,19 +1,24 @@
 """How much slower than plain decoding the whole track stage is, and how well and how fast centroids are measured.
 
-    python benchmarks/track.py stage [--frames 300] [--rounds 5] [--only mpeg2 dv]
+    python benchmarks/track.py stage [--frames 900] [--rounds 7] [--only mpeg2 dv]
+    python benchmarks/track.py limits
     python benchmarks/track.py accuracy
     python benchmarks/track.py peers
 
 `stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares
 the track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two
-take turns in one process; ratios are of medians. `peers` needs trackpy, numba and scikit-image: this script runs in
-any Python that has them beside vidtrack's own dependencies (a venv of its own keeps them out of the project's).
+take turns in one process; ratios are of medians. Both cores of the computer should be idle. `limits` runs the track
+job as the workflow does, on 300 and 1500 frames of 1080p, and tells its peak memory and how long it takes from its
+start to the first frame. `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them
+beside vidtrack's own dependencies (a venv of its own keeps them out of the project's).
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -36,6 +41,20 @@ CLIPS = {
     "h264_1080p": ("libx264", "mp4", (1920, 1080), "yuv420p", {"crf": "20", "preset": "veryfast"}),
 }
 LIMITS = {10: 1.15, 50: 1.3, 200: 1.5}
+PEAK_MB, FIRST_FRAME_S = 400, 1.0
+LENGTHS = (300, 1500)
+FIRST_FRAME = """
+import sys, time
+import vidtrack.jobs.track as job
+with job.open_video(sys.argv[1]) as video:
+    next(video.frames())
+    print(time.time())
+"""
+PEAK = """
+import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True, stderr=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+"""
 
 
 class Scene:
@@ -146,6 +165,39 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
                 flush=True,
             )
     return table
+
+
+def limits(rounds: int, folder: Path) -> None:
+    """Peak memory of the whole job, MB, and time from its start to the first frame, s."""
+    for frames in LENGTHS:
+        path = folder / f"h264_1080p_10_{frames}.mp4"
+        if not path.exists():
+            write_clip(path, "h264_1080p", 10, frames)
+        peaks, waits = [], []
+        for _ in range(rounds):
+            with tempfile.TemporaryDirectory() as out:
+                peaks.append(_peak_mb(path, Path(out)))
+            began = time.time()
+            told = subprocess.run([sys.executable, "-c", FIRST_FRAME, path], check=True, capture_output=True, text=True)
+            waits.append(float(told.stdout) - began)
+        print(
+            f"1080p {frames:5d} frames  peak {max(peaks):4.0f} MB (limit {PEAK_MB})  "
+            f"first frame after {statistics.median(waits):.2f} s (limit {FIRST_FRAME_S})",
+            flush=True,
+        )
+
+
+def _peak_mb(path: Path, out: Path) -> float:
+    settings = {"run": "clip", "camera": "cam1", "targets": 10, "detect": {}}
+    (out / "order.json").write_text(json.dumps({"settings": settings, "inputs": {str(path): ""}}))
+    outputs = {"centroids": "c.parquet", "record": "r.json", "light": "l.parquet"}
+    command = [sys.executable, "-m", "vidtrack", "track", "--settings", str(out / "order.json")]
+    command += ["--input", "video", str(path)]
+    for name, file in outputs.items():
+        command += ["--output", name, str(out / file)]
+    # a process of its own in between: a child begins with the memory of its parent
+    told = subprocess.run([sys.executable, "-c", PEAK, *command], check=True, capture_output=True, text=True)
+    return int(told.stdout) / 1024
 
 
 def accuracy(pictures: int) -> None:
@@ -272,9 +324,9 @@ def _trackpy(picture: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["stage", "accuracy", "peers"])
-    parser.add_argument("--frames", type=int, default=300)
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("what", choices=["stage", "limits", "accuracy", "peers"])
+    parser.add_argument("--frames", type=int, default=900)
+    parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--counts", nargs="*", type=int, default=[10, 50, 200])
@@ -284,6 +336,8 @@ def main() -> None:
     cv2.setNumThreads(1)
     if options.what == "stage":
         stage(options.frames, options.rounds, options.only, options.counts, options.threads, options.folder)
+    elif options.what == "limits":
+        limits(min(options.rounds, 3), options.folder)
     elif options.what == "accuracy":
         accuracy(3000)
     else:
