@@ -118,3 +118,15 @@ def test_a_lag_between_samples_is_found_to_a_twentieth_of_one(fraction):
     later = np.fft.irfft(np.fft.rfft(sound) * np.exp(-2j * np.pi * f * (100 + fraction)), sound.size)
     timing = timing_from_sound(sound, later, HZ)
     assert -timing.clock.offset_s * HZ == pytest.approx(100 + fraction, abs=0.05)
+
+
+def test_a_likeness_elsewhere_does_not_outvote_the_clap_by_which_the_lag_was_found():
+    rng = np.random.default_rng(9)
+    t = np.arange(30 * HZ) / HZ
+    clap = np.where(t > 21.3, 20 * np.exp(-np.maximum(t - 21.3, 0) / 0.01), 0) * rng.normal(size=t.size)
+    a, b = (heard(clap, 0, 30, 0, 0.05, rng) for _ in range(2))
+    for at in (5, 9):  # s; something that reaches one microphone 25 ms after the other
+        a[at * HZ : (at + 1) * HZ] = rng.normal(0, 0.05, HZ)
+        b[at * HZ + 200 : (at + 1) * HZ + 200] = a[at * HZ : (at + 1) * HZ]
+    timing = timing_from_sound(a, b, HZ)
+    assert np.isnan(timing.sd.offset_s) or timing.moved(21.3).clock.offset_s == pytest.approx(0, abs=1e-4)

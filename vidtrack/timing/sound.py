@@ -34,9 +34,11 @@ TAPER = 0.05
 REACH_S = 300.0
 """How far apart two tracks may be; longer ones would take too much memory to search at once."""
 
-CLEAR, CLEAR_NEAR = 8.0, 6.5
-"""Times the correlation's rms that its peak must reach: where all lags are searched (the highest of a million of mere
-noise reaches 5), and near a lag that is known."""
+CLEAR = 8.0
+"""Times the correlation's rms that its peak must reach: that of mere noise reaches 7."""
+
+DRIFT, JITTER_S = 1000e-6, 0.001
+"""How far the lag may go from where it was found, s a second and s: clocks that differ by more are no clocks."""
 
 
 def timing_from_sound(
@@ -63,7 +65,8 @@ def timing_from_sound(
     if not lags.size:
         return NOBODY._replace(of=of)
     later = middles / rate_hz
-    good = _agreeing(lags, (0.001 + 500e-6 * float(np.ptp(later))) * rate_hz)
+    # the stretch by which the lag was found is the surest of all
+    good = np.abs(lags - found.lag) <= JITTER_S * rate_hz + DRIFT * np.abs(middles - found.at)
     for _ in range(10):
         n = int(good.sum())
         if n < max(1, len(lags) / 2):
@@ -119,18 +122,11 @@ def _followed(x: NDArray[np.floating], y: NDArray[np.floating], found: _Found, s
                 continue
             of += 1
             peak = _peak(x[i + lag : i + lag + size], y[i : i + size], reach=size // 8)
-            if peak.clear > CLEAR_NEAR:
+            if peak.clear > CLEAR:
                 told.append((lag + peak.lag, i + size / 2))
                 lag = round(lag + peak.lag)
     lags, middles = np.array(told).reshape(-1, 2).T
     return lags, middles, of
-
-
-def _agreeing(lags: Array, slack: float) -> NDArray[np.bool_]:
-    """The largest number of lags, samples, that lie within `slack` of one of them."""
-    order = np.sort(lags)
-    inside = np.searchsorted(order, lags + slack, "right") - np.searchsorted(order, lags - slack)
-    return np.asarray(np.abs(lags - lags[int(inside.argmax())]) <= slack)
 
 
 class _Peak(NamedTuple):
