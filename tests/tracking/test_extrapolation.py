@@ -42,3 +42,24 @@ def test_long_lost_targets_are_not_sent_off_the_field():
     positions = np.stack([10 * TIMES, 0 * TIMES], -1)[:, None]
     far, limit = predict(TIMES, positions, TIMES[-1] + np.array([500.0, LONGEST]))
     assert far == pytest.approx(limit)
+
+
+def orbit(times, period=45.0):
+    return 12 * np.stack([np.cos(2 * np.pi * times / period), np.sin(2 * np.pi * times / period)], -1)[:, None]
+
+
+def test_smooth_motion_is_foreseen_by_a_cubic():
+    ahead = TIMES[-1] + np.arange(1.0, 6.0)
+    off = np.abs(predict(TIMES, orbit(TIMES), ahead) - orbit(ahead)).max(axis=(1, 2))
+    assert off[0] < 0.05
+    assert off[-1] < 1
+
+
+def test_each_target_has_the_curve_that_suits_it():
+    rng = np.random.default_rng(0)
+    shaken = np.cumsum(rng.normal(0, 1, (8, 40, 2)), axis=0)
+    ahead = TIMES[-1] + np.array([1.0, 4.0])
+    both = predict(TIMES, np.concatenate([orbit(TIMES), shaken], axis=1), ahead)
+    assert both[:, :1] == pytest.approx(predict(TIMES, orbit(TIMES), ahead))
+    parabola = predict(TIMES, np.concatenate([np.full((1, 40, 2), np.nan), shaken[1:]]), ahead)
+    assert np.median(np.abs(both[1, 1:] - shaken[-1])) < 1.2 * np.median(np.abs(parabola[1] - shaken[-1]))

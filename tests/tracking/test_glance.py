@@ -101,3 +101,20 @@ def test_ten_bits_and_dark_targets_are_measured_alike():
     for other in (glance([Sample(deep, 0.0)], place[None], known(60), ten),
                   glance([Sample(255 - image, 0.0)], place[None], known(60), dark)):  # fmt: skip
         assert other.values[:2] == pytest.approx(a.values[:2], abs=2e-3)
+
+
+def test_pixels_that_do_not_lie_side_by_side_are_read_alike():
+    image, place, _ = field(4)
+    packed = np.repeat(image, 2, axis=1)[:, ::2]
+    a, b = (glance([Sample(p, 0.0)] * 3, np.stack([place] * 3) + 0.8, known(60), DETECTION) for p in (image, packed))
+    assert a.clear.all()
+    assert (a.values == b.values).all()
+
+
+def test_a_ring_beyond_the_edge_sees_the_edges_pixels_again():
+    image = picture((80, 120), [(8.3, 40.2, 4.0), (60.1, 71.6, 4.0)], noise=2, rng=np.random.default_rng(0))
+    place = np.array([[[8.0, 40.0], [60.0, 72.0]]])
+    inner = glance([Sample(np.pad(image, 9, mode="edge"), 0.0)], place + 9, known(2), DETECTION)
+    outer = glance([Sample(image, 0.0)], place, known(2), DETECTION)
+    assert outer.values[:2] + 9 == pytest.approx(inner.values[:2], abs=1e-5)
+    assert outer.values[4:8] == pytest.approx(inner.values[4:8], rel=1e-5)

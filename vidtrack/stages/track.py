@@ -106,7 +106,7 @@ def track(
         starts = _starts_of_trails(trails, len(names), box)
     tracker = Tracker(starts, detection, level, clutter=clutter)
     tracker.follow(samples)
-    moments = [_moments(samples, opening, order)]
+    stamps = _stamps(opening)
     waiting = list(range(len(trails), len(names))) if boxes is None else []
     backgrounds = background_of(samples, detection) if waiting else {}
     earlier = _backwards(samples, starts, detection, level)
@@ -114,13 +114,13 @@ def track(
     for batch in batches:
         samples = _samples(batch, info, order)
         tracker.follow(samples)
-        moments.append(_moments(samples, batch, order))
+        stamps += _stamps(batch)
         if waiting:
             tracker.finish()
             waiting = _late_comers(tracker, samples, backgrounds, detection, waiting)
     tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
-    moment = _Moments._make(np.concatenate(column) for column in zip(*moments, strict=True))
+    moment = _moments(stamps, order)
     table = _table(rows, moment, names, starts, info)
     diagnostics = _diagnosed(rows, moment, names, tracker, info)
     diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
@@ -249,14 +249,19 @@ class _Moments(NamedTuple):
     offset: Array
 
 
-def _moments(samples: Sequence[Sample], frames: Sequence[Frame], order: str) -> _Moments:
-    each = len(samples) // max(len(frames), 1)
-    field = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
+def _stamps(frames: Sequence[Frame]) -> list[tuple[int, float]]:
+    return [(frame.index, float(frame.time)) for frame in frames]
+
+
+def _moments(stamps: Sequence[tuple[int, float]], order: str) -> _Moments:
+    fields = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
+    each = len(fields)
+    index, time = zip(*stamps, strict=True)
     return _Moments(
-        np.repeat(np.array([frame.index for frame in frames], np.int64), each),
-        np.repeat(np.array([float(frame.time) for frame in frames]), each),
-        np.array(field * len(frames), object),
-        np.tile(np.arange(each) / 2.0, len(frames)),
+        np.repeat(np.array(index, np.int64), each),
+        np.repeat(np.array(time, float), each),
+        np.array(fields * len(stamps), object),
+        np.tile(np.arange(each) / 2.0, len(stamps)),
     )
 
 

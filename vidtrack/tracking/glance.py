@@ -157,11 +157,10 @@ def _centred(
     wanted = np.rint(at).astype(np.intp)
     centre = np.minimum(np.maximum(wanted, low), high)
     whole = (wanted == centre).all(axis=0)
-    strips = [_strips(sample.luma, w.width) for sample in samples]
-    bright = np.empty((k * n, w.height * w.width), samples[0].luma.dtype)
-    for j, strip in enumerate(strips):
-        some = slice(j * n, j * n + n)
-        bright[some] = _windows(samples[j].luma, strip, centre[:, some] - reach, w, detection)
+    pictures = [sample.luma for sample in samples]
+    strips = [_strips(picture, w.width) for picture in pictures]
+    each = list(range(0, k * n + 1, n))
+    bright = _windows(pictures, strips, each, centre - reach, w, detection)
     moments = _moments(bright, w, detection)
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
@@ -176,11 +175,8 @@ def _centred(
         moved = np.minimum(np.maximum(wanted, low), high)
         whole[missed] &= (wanted == moved).all(axis=0)
         centre[:, missed] = moved
-        again = np.empty((missed.size, bright.shape[1]), bright.dtype)
-        first = np.searchsorted(missed, np.arange(0, k * n + 1, n)).tolist()
-        for sample, strip, a, b in zip(samples, strips, first[:-1], first[1:], strict=True):
-            if a < b:
-                again[a:b] = _windows(sample.luma, strip, moved[:, a:b] - reach, w, detection)
+        first = np.searchsorted(missed, each).tolist()
+        again = _windows(pictures, strips, first, moved - reach, w, detection)
         bright[missed] = again
         moments[:, missed] = _moments(again, w, detection)
     return bright, moments, centre, whole
@@ -197,20 +193,34 @@ def _strips(luma: NDArray[Any], width: int) -> NDArray[Any]:
     return strips.view(f"V{width * across}")[..., 0] if across == luma.itemsize else strips
 
 
-def _windows(luma: NDArray[Any], strips: NDArray[Any], corner: Ints, w: Weights, detection: Detection) -> NDArray[Any]:
-    """Windows (m, height * width) whose first pixels are at corner (2, m), column and row, turned bright.
+def _windows(
+    pictures: Sequence[NDArray[Any]],
+    strips: Sequence[NDArray[Any]],
+    first: Sequence[int],
+    corner: Ints,
+    w: Weights,
+    detection: Detection,
+) -> NDArray[Any]:
+    """Windows (m, height * width), turned bright: those from first[j] to first[j + 1] are cut from picture j.
 
-    Beyond the picture's edge, where a ring may reach, its outermost pixels are repeated.
+    corner  (2, m) column and row of their first pixels. Beyond the picture's edge, where a ring may reach, its
+            outermost pixels are repeated
     """
-    rows, columns = luma.shape
+    rows, columns = pictures[0].shape
     inside = np.minimum(np.maximum(corner, 0), [[columns - w.width], [rows - w.height]])
-    cut = strips[inside[1, :, None] + np.arange(w.height), inside[0, :, None]].view(luma.dtype)
-    cut = cut.reshape(-1, w.height * w.width)
-    if (beyond := np.flatnonzero((inside != corner).any(axis=0))).size:
-        x, y = corner[:, beyond]
-        down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)
-        across = np.minimum(np.maximum(x[:, None] + np.arange(w.width), 0), columns - 1)
-        cut[beyond] = luma[down[:, :, None], across[:, None]].reshape(beyond.size, -1)
+    row, column = inside[1, :, None] + np.arange(w.height), inside[0, :, None]
+    beyond = (inside != corner).any(axis=0)
+    outside = bool(beyond.any())
+    cut = np.empty((corner.shape[1], w.height * w.width), pictures[0].dtype)
+    for picture, strip, a, b in zip(pictures, strips, first[:-1], first[1:], strict=True):
+        if a == b:
+            continue
+        cut[a:b] = strip[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
+        if outside and (some := a + np.flatnonzero(beyond[a:b])).size:
+            x, y = corner[:, some]
+            down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)
+            across = np.minimum(np.maximum(x[:, None] + np.arange(w.width), 0), columns - 1)
+            cut[some] = picture[down[:, :, None], across[:, None]].reshape(some.size, -1)
     return detection.bright(cut)
 
 
