@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from vidtrack.tracking.assignment import one_to_one
 from vidtrack.tracking.blobs import Blobs
+from vidtrack.tracking.look import GRAIN
+from vidtrack.tracking.meeting import PATIENCE, groups
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.seek import blobs_near, blobs_of, contrast_of, unlikeness, within
 
@@ -34,6 +36,12 @@ UNSTEADY = 5.0
 """px a sample by which a lost target may turn out faster than it was."""
 FARTHEST = 8.0
 """Samples between two sightings that still vouch for each other."""
+WHOLE = 0.35
+"""|log| of the ratio of pixel counts up to which a blob is one whole target after a meeting, neither two nor a part."""
+TWO = 1.4
+"""Of a target's pixels: a blob of more is several targets."""
+PARTING = 4.0
+"""px between targets within which they are still sought together."""
 CROPS = 12
 """Pieces of pictures kept to show the worst moments; three a target at most."""
 
@@ -57,7 +65,14 @@ class Recovery:
 
     def seek(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
         """Seek the targets `who`, predicted (n, 2) px, in a sample that is row j of the block, and write it."""
-        tracker, predicted = self.tracker, predicted[who]
+        tracker = self.tracker
+        met = tracker.meetings.met[who]
+        if met.any():
+            self._seek_met(sample, who[met], predicted[who[met]], block, j)
+            who = who[~met]
+        if not who.size:
+            return
+        predicted = predicted[who]
         grown = tracker.starts.box[who] * (1 + 0.5 * np.minimum(tracker.missing[who] - 1, 4))[:, None]
         if who.size > MANY:
             near = blobs_of(sample, tracker.detection, float(np.median(tracker.levels(who))))
@@ -75,6 +90,57 @@ class Recovery:
         if left.size:
             self._explain(sample, who[left], predicted[left], near, block, j)
             self._seek_far(sample, who[left], predicted[left], block, j)
+
+    def _seek_met(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
+        """Seek targets that have met, predicted (n, 2) px by their courses: all of a group, or none of it."""
+        tracker = self.tracker
+        size = tracker.sizes(who, sample.lines)
+        for group in groups(predicted, size, PARTING):
+            some, middle = who[group], predicted[group]
+            # how far from its course a target may have got: as far as it is large, and more with time
+            reach = size[group].max(axis=1) / 2 + 2 + 0.5 * tracker.missing[some]
+            half = tracker.starts.box[some] / 2 + reach[:, None]
+            low, high = (middle - half).min(axis=0), (middle + half).max(axis=0)
+            box = np.concatenate([low, high - low])[None]
+            near = blobs_near(sample, tracker.detection, box, np.array([np.median(tracker.levels(some))]))
+            cost = self._cost(some, near, block, j)
+            pixels = tracker.looks[0, some, None]
+            off = np.hypot(near.Xf - middle[:, :1], near.Yf - middle[:, 1:])
+            alike = np.abs(np.log(near.pixels / pixels)) < WHOLE + GRAIN / pixels
+            cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
+            chosen = one_to_one(cost)
+            if (chosen >= 0).all() and _told_apart(cost, chosen):
+                before = tracker.meetings.velocity(some, sample.time)
+                self._found(sample, some, near, chosen, block, j)
+                self._go_on(some, before)
+            else:
+                self._still_met(sample, some, middle, near, block, j)
+
+    def _still_met(self, sample: Sample, who: Ints, predicted: Array, near: Blobs, block: Rows, j: int) -> None:
+        """Targets that cannot be told apart yet; where nothing shows that they are there, some day they are not."""
+        tracker = self.tracker
+        covering = within(near, predicted, sample.lines, slack=0.0)
+        large = near.pixels > TWO * tracker.looks[0, who].max()
+        block.flag[j, who] = MERGED | PREDICTED
+        self._keep(sample, who[tracker.missing[who] == 1], block, j)
+        if (covering & large).any():
+            tracker.meetings.waited[who] = 0
+            one = np.flatnonzero((covering & large & ~near.edge).all(axis=0))
+            if who.size > 1 and one.size == 1:  # the blob of all of them: its middle is theirs
+                weight = tracker.looks[0, who] / tracker.looks[0, who].sum()
+                at = np.array([near.Xf[one[0]], near.Yf[one[0]]])
+                tracker.meetings.shift(who, at - weight @ predicted)
+            return
+        tracker.meetings.waited[who] += 1
+        tracker.meetings.end(who[tracker.meetings.waited[who] > (PATIENCE if who.size > 1 else FARTHEST)])
+
+    def _go_on(self, who: Ints, velocity: Array) -> None:
+        """Let targets that have parted go on at these velocities (n, 2), px a sample: what they did before is over."""
+        known, times = self.tracker.known, self.tracker.times
+        now = known[-1, who].copy()
+        known[:, who] = np.nan
+        known[-3:, who] = now + velocity * (times[-3:, None, None] - times[-1])
+        self.tracker.meetings.end(who)
 
     def _cost(self, who: Ints, blobs: Blobs, block: Rows, j: int) -> Array:
         """Unlikeness of blobs to targets, inf for what cannot be: clutter, cut by the edge, taken by another."""
@@ -200,6 +266,14 @@ class Recovery:
             piece = sample.luma[top : top + high, left : left + wide] * tracker.detection.scale
             flag = int(block.flag[j, i])
             self.crops.append(Crop(tracker.done + j, i, flag, np.clip(np.rint(piece), 0, 255).astype(np.uint8)))
+
+
+def _told_apart(cost: Array, chosen: Ints) -> bool:
+    """Whether of two targets each is nearer to its own blob than, by a px or two, if they changed places."""
+    if len(cost) != 2:
+        return True
+    swapped = float(cost[0, chosen[1]] + cost[1, chosen[0]])
+    return swapped > float(cost[0, chosen[0]] + cost[1, chosen[1]]) + 4.0
 
 
 def _beside(sample: Sample, blobs: Blobs, which: Ints, tracker: Tracker) -> Array:

@@ -19,6 +19,7 @@ from vidtrack.tracking.blobs import Blobs
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.extrapolation import predict
 from vidtrack.tracking.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, SOFT, UNREST, WIDTH, Seen, X
+from vidtrack.tracking.meeting import Meetings, recent, separate, touched
 from vidtrack.tracking.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.watch import watch
@@ -100,12 +101,14 @@ class Tracker:
         self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
         self.times = np.arange(-MEMORY, 0.0)
         self.known = np.full((MEMORY, n, 2), np.nan)
+        self.meetings = Meetings(n)
         self.recovery = Recovery(self, far=far)
         self.done, self.reach = 0, 1
         self.waiting: list[Sample] = []
         self._window_pixels = 1e5
         self._marked: NDArray[Any] | None = None
         self.blocks: list[Rows] = []
+        self._spans: list[Array] = []  # times of the blocks
 
     def follow(self, samples: Sequence[Sample]) -> None:
         """Go on through these samples; the last few may wait for more to come, or for `finish`."""
@@ -175,8 +178,8 @@ class Tracker:
                 careful=len(self.blocks) % CAREFUL == 0,
             )
             clear = self._not_clutter(seen)
-            if sharp.size > 1:
-                _both_or_none(clear, predicted[:, sharp], self.looks[3:5, sharp] * [[1], [samples[0].lines]])
+            if self.missing.size > 1:
+                self._separate(clear, sharp, seen, predicted, samples[0].lines)
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             self._take(block, sharp, seen, clear, taken)
@@ -187,12 +190,15 @@ class Tracker:
         blurred = sharp[~clear[taken - 1]]
         self.missing[self.missing > 0] += taken
         self.missing[blurred] = 1
-        due = (self.missing > 0) & ((self.missing <= PATIENCE) | (self.missing % REACH == 0))
+        if blurred.size and self.missing.size > 1:
+            self._meet(blurred, predicted[taken - 1], samples[taken - 1])
+        due = (self.missing > 0) & ((self.missing <= PATIENCE) | (self.missing % REACH == 0) | self.meetings.met)
         if due.any():
             self.recovery.seek(samples[taken - 1], np.flatnonzero(due), predicted[taken - 1], block, taken - 1)
         self.reach = min(REACH, self.reach + 1) if taken == k and not blurred.size else taken
         self._count(block, samples, taken)
         self.blocks.append(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]))
+        self._spans.append(times[:taken])
         self.done += taken
         return taken
 
@@ -214,13 +220,44 @@ class Tracker:
         k = max(1, min(self.reach, int(CACHED / max(self._window_pixels, 1.0))))
         lost = self.missing[self.missing > 0]
         if lost.size:
-            k = min(k, int(np.where(lost < PATIENCE, 1, REACH - lost % REACH).min()))
+            k = 1 if self.meetings.met.any() else min(k, int(np.where(lost < PATIENCE, 1, REACH - lost % REACH).min()))
         later = self.starts.first[(self.missing < 0)] - self.done
         return max(1, min(k, int(later.min()) if later.size else k))
 
     def _predicted(self, times: Array) -> Array:
         where = predict(self.times, self.known, times)
-        return np.where(np.isfinite(where), where, self.starts.position)
+        where = np.where(np.isfinite(where), where, self.starts.position)
+        if self.meetings.met.any():
+            who = np.flatnonzero(self.meetings.met)
+            where[:, who] = self.meetings.at(who, times)
+        return where
+
+    def sizes(self, who: Ints, lines: int) -> Array:
+        """Width and height (len(who), 2), frame-buffer px."""
+        return np.asarray(self.looks[3:5, who].T * (1, lines))
+
+    def _separate(self, clear: Bools, sharp: Ints, seen: Seen, predicted: Array, lines: int) -> None:
+        """Targets of which one may hide the other are not clear: `clear` (k, sharp) is changed."""
+        met = np.flatnonzero(self.meetings.met)
+        who = np.concatenate([sharp, met])
+        whole = np.concatenate([clear, np.zeros((len(clear), met.size), bool)], axis=1)
+        where = predicted[:, who]
+        where[:, : sharp.size] = np.where(clear[..., None], seen.values[:2].transpose(1, 2, 0), where[:, : sharp.size])
+        separate(whole, where, self.sizes(who, lines))
+        clear[:] = whole[:, : sharp.size]
+
+    def _meet(self, blurred: Ints, predicted: Array, sample: Sample) -> None:
+        """Those of the targets lost just now that touch another one that is lost have met it."""
+        lost = np.flatnonzero((self.missing > 0) & ((self.missing <= PATIENCE) | self.meetings.met))
+        size = self.sizes(lost, sample.lines)
+        together = lost[touched(predicted[lost], size)]
+        if not np.isin(blurred, together).any():
+            return
+        times, positions = recent(self._spans, [block.values[:2] for block in self.blocks])
+        if times.size:
+            self.meetings.begin(together, times, positions, self.sizes(np.arange(self.missing.size), sample.lines) / 2)
+            met = together[self.meetings.met[together]]
+            predicted[met] = self.meetings.at(met, np.array([sample.time]))[0]
 
     def _blank(self, samples: Sequence[Sample], predicted: Array) -> Rows:
         """Rows in which every target is lost, its box where it is expected."""
@@ -297,29 +334,8 @@ class Tracker:
         self._remember(block, times, 1)
         self._count(block, [sample], 1)
         self.blocks.append(block)
+        self._spans.append(times)
         self.done += 1
-
-
-def _both_or_none(clear: Bools, predicted: Array, size: Array) -> None:
-    """Where two targets should touch, neither is clear unless both are: one blob may be both of them.
-
-    clear (k, n) is changed; predicted (k, n, 2) px; size (2, n) px
-    """
-    if clear.all():
-        return
-    reach = float(size.max()) + 2
-    cell = (predicted / reach).astype(np.int64) + 1
-    cell = np.clip(cell - cell.min(axis=(0, 1)), 0, 4000) + 1
-    k, wide, high = len(clear), int(cell[..., 0].max()) + 2, int(cell[..., 1].max()) + 2
-    at = (np.arange(k)[:, None] * high + cell[..., 1]) * wide + cell[..., 0]
-    count = np.bincount(at.ravel(), minlength=k * high * wide)
-    # two points closer than `reach` are in one cell or in two that adjoin
-    near = sum(count[at + dy * wide + dx] for dy in (-1, 0, 1) for dx in (-1, 0, 1)) > 1
-    for j in np.flatnonzero((near & ~clear).any(axis=1)):
-        some = np.flatnonzero(near[j])
-        apart = np.abs(predicted[j, some, None] - predicted[j, some])
-        touching = (apart < (size[:, some, None] + size[:, None, some]).transpose(1, 2, 0) / 2 + 2).all(axis=-1)
-        clear[j, some] = ~(touching & ~clear[j, some]).any(axis=1)
 
 
 def present(rows: Rows) -> Bools:
