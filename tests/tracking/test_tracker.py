@@ -237,3 +237,18 @@ def test_every_flag_has_its_word():
     assert len(FLAGS) == 8
     assert FLAGS[(MERGED).bit_length() - 1] == "merged"
     assert FLAGS[(CORRUPT).bit_length() - 1] == "corrupt"
+
+
+def test_the_first_look_corrects_a_size_that_motion_alone_has_told():
+    """A slow target's own place in the background hides part of it: too low a mask would cut its centroid."""
+    path = np.stack([100 + 0.3 * np.arange(30.0), 80 + 0.9 * np.arange(30.0)], -1)[:, None]
+    rough = starts_at(path[0])._replace(
+        velocity=np.array([[0.3, 0.9]]),
+        acceleration=np.zeros((1, 2)),
+        pixels=np.array([60.0]),
+        contrast=np.array([175.0]),
+        size=np.array([[9.0, 5.0]]),
+    )
+    rows, tracker = followed(samples_of(path), rough)
+    assert tracker.looks[4, 0] == pytest.approx(9, abs=1.1)
+    assert np.nanmax(np.abs(positions(rows) - path)) < 0.05

@@ -307,7 +307,8 @@ class Tracker:
             looks = np.where(good, looks, 0)
         mean = looks.sum(axis=1)[_LOOKS] / np.where(count, count, np.nan)
         old = self.looks[:, every]
-        old = np.where(np.isfinite(old), old, mean)
+        # what motion alone has shown of a target is rough: its first look counts whole
+        old = np.where((np.isfinite(old) & np.isfinite(old[5])) | (count == 0), old, mean)
         self.looks[:, every] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
 
     def _remember(self, block: Rows, times: Array, taken: int) -> None:
