@@ -162,6 +162,15 @@ def test_kappa2_alone_folds_at_the_fourth_root():
     assert fold_radius(straight_on(kappa2=-2e-4)) == pytest.approx(1000**0.25)
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_axis_of_a_lens_that_folds_is_its_middle_and_no_division_by_zero():
+    camera = straight_on(kappa1=-0.01, kappa2=1e-5)
+    assert np.isfinite(fold_radius(camera))
+    b = project(camera, [[0, 0, 10.0], [0.1, 0, 10.0]])
+    np.testing.assert_array_equal(b[0], [camera.Cx, camera.Cy])
+    assert b[1, 0] > camera.Cx
+
+
 def test_a_point_behind_the_camera_is_nowhere():
     camera = straight_on()
     assert np.isnan(project(camera, [[0, 0, -1.0], [0, 0, 0.0]])).all()

@@ -171,7 +171,7 @@ def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
     scale = max(float(np.nanmax(np.abs(u), initial=0.0)), 1e-300)
     limit = fold_radius(camera)
     for _ in range(50):
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", divide="ignore"):
             r = np.hypot(d[..., 0], d[..., 1])[..., None]
             d = np.where(r > limit, d * (0.999 * limit / r), d)
         error = undistorted_from_distorted(camera, d) - u
