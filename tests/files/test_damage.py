@@ -99,6 +99,13 @@ def test_a_recording_that_is_cut_off_gives_what_is_there_and_says_how_much_is_no
     assert any("is cut off" in line for line in account.problems)
 
 
+def test_a_recording_that_is_left_early_is_not_cut_off(clips):
+    with open_video(str(clips("mjpeg.mov"))) as video:
+        for _ in zip(range(100), video.frames(), strict=False):
+            pass
+        assert video.account == (100, 0, 0, ())
+
+
 def test_a_whole_recording_has_nothing_to_tell(clips):
     for name in KINDS:
         assert read(clips(name))[2] == (N, 0, 0, ()), name

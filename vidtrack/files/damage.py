@@ -113,12 +113,15 @@ class Watch:
         said = self._said or self._broken_off
         return f" ({said})" if said else ""
 
-    def account(self, info: VideoInfo) -> ReadAccount:
-        """The whole story, one line for each thing that a person should know."""
+    def account(self, info: VideoInfo, *, ended: bool = True) -> ReadAccount:
+        """The whole story, one line for each thing that a person should know.
+
+        ended  whether reading came to the end of the file: where somebody stopped before, nothing is missing there
+        """
         times = np.array(self._times)
         base = info.time.fitted(times)
         gaps = _gaps(times, float(base.rate)) if base.constant else {}
-        cut = _missing_at_end(times, info, float(base.rate))
+        cut = _missing_at_end(times, info, float(base.rate)) if ended else 0
         n, corrupt = len(times), len(self._corrupt)
         told = [
             _count(self._refused, "packet refused by the decoder", "packets refused by the decoder") + self.reason()

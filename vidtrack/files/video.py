@@ -91,7 +91,7 @@ class Video:
     @property
     def account(self) -> ReadAccount:
         """How the reading went; complete once `frames` has come to its end."""
-        return self._watch.account(self.info)
+        return self._watch.account(self.info, ended=self._drained)
 
     def frames(self) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
