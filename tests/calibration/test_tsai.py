@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from tests.test_camera import cameras
-from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, closed_form_coplanar, plane_axes
+from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, plane_axes
 from vidtrack.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
@@ -131,7 +131,7 @@ def test_one_tilted_plane_gives_the_camera_when_Sx_is_1(tilt):
     around_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
     p = camera.position + (flat @ around_x.T + [0, 0, 160]) @ camera.R
     known, b = seen_by(camera, p)
-    solution = closed_form_coplanar(p, b, **known)
+    solution = closed_form(p, b, **known, coplanar=True)
     np.testing.assert_allclose(solution.R, camera.R, atol=2e-3)
     assert float(solution.f) == pytest.approx(camera.f, rel=2e-3)
     found = camera_from_closed_form(solution, camera.image_size)
@@ -140,7 +140,7 @@ def test_one_tilted_plane_gives_the_camera_when_Sx_is_1(tilt):
 
 def test_four_points_are_too_few_for_a_plane():
     with pytest.raises(ValueError, match="4 points; the coplanar method needs 5"):
-        closed_form_coplanar(np.zeros((4, 3)), np.zeros((4, 2)), Cx=0, Cy=0, dx=1, dy=1)
+        closed_form(np.zeros((4, 3)), np.zeros((4, 2)), Cx=0, Cy=0, dx=1, dy=1, coplanar=True)
 
 
 def test_plane_axes_are_a_rotation_with_the_normal_last():

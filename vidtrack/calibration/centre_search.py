@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.calibration.tsai import closed_form, closed_form_coplanar
+from vidtrack.calibration.tsai import ClosedForm, closed_form
 from vidtrack.camera import Array, Camera
 from vidtrack.jacobian import PARAMETERS
 
@@ -32,26 +32,13 @@ class SearchMap(NamedTuple):
     rms_refined: Array  # (m,) px; NaN where not sought
 
 
-def closed_form_error(
-    p: ArrayLike,
-    b: ArrayLike,
-    *,
-    Cx: ArrayLike,
-    Cy: ArrayLike,
-    dx: ArrayLike,
-    dy: ArrayLike,
-    Sx: float | None = None,
-    kappa1: float | None = None,
-    coplanar: bool = False,
-) -> Array:
-    """Root of the mean squared distance, px (...), between measured and projected, of the closed form at each centre.
+def closed_form_error(p: ArrayLike, b: ArrayLike, s: ClosedForm) -> Array:
+    """Root of the mean squared distance, px (...), between measured b (n, 2) and projected p (n, 3), of closed forms.
 
-    Arguments as for `tsai.closed_form`. The lens is inverted to first order at the measured position, which is exact
-    to the second order of the error. NaN where f < 0 or a point lies behind the camera.
+    The lens is inverted to first order at the measured position, which is exact to the second order of the error.
+    NaN where f < 0 or a point lies behind the camera.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
-    held: dict[str, float] = {name: v for name, v in (("Sx", Sx), ("kappa1", kappa1)) if v is not None}
-    s = (closed_form_coplanar if coplanar else closed_form)(p, b, Cx=Cx, Cy=Cy, dx=dx, dy=dy, **held)
     c = p @ np.swapaxes(s.R, -1, -2) + s.T[..., None, :]
     u = s.f[..., None, None] * c[..., :2] / c[..., 2:]
     X = s.dx[..., None] / s.Sx[..., None] * (b[:, 0] - s.Cx[..., None])
@@ -87,7 +74,8 @@ def best_centre(
     while half > precision:
         steps = np.linspace(-half, half, 11)
         gx, gy = np.meshgrid(np.clip(x + steps, Cx - reach, Cx + reach), np.clip(y + steps, Cy - reach, Cy + reach))
-        error = closed_form_error(p, b, Cx=gx, Cy=gy, dx=dx, dy=dy, coplanar=coplanar, **(held or {}))
+        solved = closed_form(p, b, Cx=gx, Cy=gy, dx=dx, dy=dy, coplanar=coplanar, **(held or {}))
+        error = closed_form_error(p, b, solved)
         if not np.isfinite(error).any():
             raise ValueError("no centre within reach makes a camera")
         best = np.unravel_index(np.nanargmin(error), error.shape)
@@ -132,26 +120,11 @@ def search_map(
 
     closed = np.full(size, np.nan)
     known: dict[str, float] = dict(held or {})
-    closed[: gx.size] = closed_form_error(
-        p,
-        b,
-        Cx=gx,
-        Cy=gy,
-        dx=camera.dx,
-        dy=camera.dy,
-        coplanar=coplanar,
-        **known,
-    )
-    closed[gx.size :] = closed_form_error(
-        p,
-        b,
-        Cx=camera.Cx,
-        Cy=camera.Cy,
-        dx=widths / columns,
-        dy=camera.dy,
-        coplanar=coplanar,
-        **{**known, "Sx": camera.Sx},
-    )
+    centres = closed_form(p, b, Cx=gx, Cy=gy, dx=camera.dx, dy=camera.dy, coplanar=coplanar, **known)
+    closed[: gx.size] = closed_form_error(p, b, centres)
+    known["Sx"] = camera.Sx
+    wide = closed_form(p, b, Cx=camera.Cx, Cy=camera.Cy, dx=widths / columns, dy=camera.dy, coplanar=coplanar, **known)
+    closed[gx.size :] = closed_form_error(p, b, wide)
     refined = np.full(size, np.nan)
     if free:
         others = [name for name in free if name not in ("Cx", "Cy")]

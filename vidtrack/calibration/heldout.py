@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.normal_equations import Names, Priors
-from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, closed_form_coplanar
+from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.calibration.warm_start import WarmStart
 from vidtrack.camera import Array, Camera, project
 from vidtrack.location.triangulate import locate_points
@@ -126,8 +126,8 @@ def refit_closed_form(cameras: Sequence[Camera], p: Array, b: Array) -> Refit:
         fitted = []
         for camera, sights in zip(cameras, b, strict=True):
             use = keep & np.isfinite(sights).all(-1)
-            solve = closed_form_coplanar if flatness(p[use]) < FLAT else closed_form
-            solution = solve(p[use], sights[use], Cx=camera.Cx, Cy=camera.Cy, dx=camera.dx, dy=camera.dy)
+            given = {"Cx": camera.Cx, "Cy": camera.Cy, "dx": camera.dx, "dy": camera.dy}
+            solution = closed_form(p[use], sights[use], **given, coplanar=flatness(p[use]) < FLAT)
             fitted.append(camera_from_closed_form(solution, camera.image_size))
         return fitted
 

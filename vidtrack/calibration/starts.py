@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from vidtrack.calibration.dlt import camera_from_dlt, dlt
 from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
-from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form, closed_form_coplanar
+from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
 from vidtrack.camera import LENS_TERMS, Array, Camera, contains, project
 
 COARSE = 1e-4
@@ -40,9 +40,8 @@ def tsai_solution(
     """Tsai's closed form at the nominal centre, Sx and kappa1 held where they are fixed."""
     fixed = fixed or {}
     held = {name: fixed[name] for name in ("Sx", "kappa1") if name in fixed}
-    method = closed_form_coplanar if coplanar else closed_form
     Cx, Cy = fixed.get("Cx", nominal.Cx), fixed.get("Cy", nominal.Cy)
-    return method(p, b, Cx=Cx, Cy=Cy, dx=nominal.dx, dy=nominal.dy, **held)
+    return closed_form(p, b, Cx=Cx, Cy=Cy, dx=nominal.dx, dy=nominal.dy, coplanar=coplanar, **held)
 
 
 def starts(

@@ -42,67 +42,62 @@ def closed_form(
     dy: ArrayLike,
     Sx: float | None = None,
     kappa1: float | None = None,
+    coplanar: bool = False,
 ) -> ClosedForm:
-    """Tsai's camera from points that do not lie in one plane; at least 7 of them.
+    """Tsai's camera from at least 7 points that do not lie in one plane, or from at least 5 that do.
 
     p               (n, 3)  world units
     b               (n, 2)  px
     Cx, Cy, dx, dy  (...)   px, and mm (or px) a px
-    Sx, kappa1      held at these values where given
+    Sx, kappa1      held at these values where given; one plane cannot tell Sx, and Tsai then takes it to be 1
+    coplanar        the points lie in one plane, any plane of the world
     Mirrored axes come out with f < 0 or points behind the camera: see `vidtrack.calibration.gates`.
-    Raises ValueError for fewer than 7 points.
+    Raises ValueError for too few points.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
-    if len(p) < 7:
-        raise ValueError(f"{len(p)} points; the noncoplanar method needs 7")
+    least, method = (5, "coplanar") if coplanar else (7, "noncoplanar")
+    if len(p) < least:
+        raise ValueError(f"{len(p)} points; the {method} method needs {least}")
     middle, q, size = centred(p)
     Cx, Cy, dx, dy, d = _sensor(b, Cx, Cy, dx, dy)
-    X, Y = d[..., 0], d[..., 1]  # X is Sx Xd as yet
-    ones = np.ones(len(p))
-    h = np.stack([q[:, 0], q[:, 1], q[:, 2], ones], -1)  # (n, 4)
+    if coplanar:
+        S = np.full(Cx.shape, 1.0 if Sx is None else Sx)
+        d[..., 0] /= S[..., None]
+        rotations, t_xy = _two_poses_from_a_plane(q, d)
+    else:
+        R, t_xy, found = _pose_from_space(q, d)
+        S = found if Sx is None else np.full(found.shape, Sx)
+        d[..., 0] /= S[..., None]
+        rotations = [R]
+    solved = [_finish(p, middle, d, R, size * t_xy, (Cx, Cy, dx, dy, S), kappa1) for R in rotations]
+    return _choose(*solved) if coplanar else solved[0]
+
+
+def _pose_from_space(q: Array, d: Array) -> tuple[Array, Array, Array]:
+    """R (..., 3, 3), Tx, Ty (..., 2) and Sx (...) from centred points q (n, 3) and d (..., n, 2): Sx Xd, Yd."""
+    X, Y = d[..., 0], d[..., 1]
+    h = np.concatenate([q, np.ones((len(q), 1))], -1)  # (n, 4)
     A = np.concatenate([Y[..., None] * h, -X[..., None] * h], -1)  # (..., n, 8): [Sx r1, Sx Tx, r2, Ty]
     a = _null_vector(A)
     length_x = np.linalg.norm(a[..., 0:3], axis=-1)
     length_y = np.linalg.norm(a[..., 4:7], axis=-1)
-    found = length_x / length_y  # Sx (4.4.26)
+    Sx = length_x / length_y  # (4.4.26)
     a = a * (_vote(a, h, X, Y) / length_y)[..., None]
-    rows = np.stack([a[..., 0:3] / found[..., None], a[..., 4:7]], -2)
-    R = _rotation_from_two_rows(rows)
-    t_xy = size * np.stack([a[..., 3] / found, a[..., 7]], -1)
-    S = found if Sx is None else np.full(found.shape, Sx)
-    d = np.stack([X / S[..., None], Y], -1)
-    return _finish(p, middle, d, R, t_xy, (Cx, Cy, dx, dy, S), kappa1)
+    rows = np.stack([a[..., 0:3] / Sx[..., None], a[..., 4:7]], -2)
+    return _rotation_from_two_rows(rows), np.stack([a[..., 3] / Sx, a[..., 7]], -1), Sx
 
 
-def closed_form_coplanar(
-    p: ArrayLike,
-    b: ArrayLike,
-    *,
-    Cx: ArrayLike,
-    Cy: ArrayLike,
-    dx: ArrayLike,
-    dy: ArrayLike,
-    Sx: float = 1.0,
-    kappa1: float | None = None,
-) -> ClosedForm:
-    """Tsai's camera from points in one plane, any plane of the world; at least 5 of them. Sx must be given.
-
-    Arguments as for `closed_form`; one plane cannot tell Sx, and Tsai takes it to be 1.
+def _two_poses_from_a_plane(q: Array, d: Array) -> tuple[list[Array], Array]:
+    """The two R (..., 3, 3) that are possible, and Tx, Ty (..., 2), from centred points q (n, 3) and d (..., n, 2).
 
     Two rows of R are known but for one column each; that they are orthogonal unit vectors settles their length:
     with rows rho (r1, r2), rho (r4, r5) and A, B their squared lengths, D their product,
     (rho^2 - A)(rho^2 - B) = D^2. Of the two cameras that are left, the one with f > 0 is meant.
     """
-    p, b = np.asarray(p, float), np.asarray(b, float)
-    if len(p) < 5:
-        raise ValueError(f"{len(p)} points; the coplanar method needs 5")
-    middle, q, size = centred(p)
-    Cx, Cy, dx, dy, d = _sensor(b, Cx, Cy, dx, dy)
-    d[..., 0] /= Sx
     X, Y = d[..., 0], d[..., 1]
     plane = plane_axes(q)  # rows: two axes in the plane, and its normal
     flat = q @ plane.T
-    h = np.stack([flat[:, 0], flat[:, 1], np.ones(len(p))], -1)
+    h = np.stack([flat[:, 0], flat[:, 1], np.ones(len(q))], -1)
     A = np.concatenate([Y[..., None] * h, -X[..., None] * h], -1)  # (..., n, 6)
     a = _null_vector(A)
     a1, a2, a4, a5 = a[..., 0], a[..., 1], a[..., 3], a[..., 4]
@@ -111,15 +106,13 @@ def closed_form_coplanar(
     a = a * (_vote(a, h, X, Y) / np.sqrt(rho2))[..., None]
     r3 = np.sqrt(np.maximum(1 - AA / rho2, 0))
     r6 = -np.where(D < 0, -1.0, 1.0) * np.sqrt(np.maximum(1 - BB / rho2, 0))
-    t_xy = size * np.stack([a[..., 2], a[..., 5]], -1)
     both = []
     for sign in (1.0, -1.0):
         rows = np.stack(
             [np.stack([a[..., 0], a[..., 1], sign * r3], -1), np.stack([a[..., 3], a[..., 4], sign * r6], -1)], -2
         )
-        R = _rotation_from_two_rows(rows) @ plane
-        both.append(_finish(p, middle, d, R, t_xy, (Cx, Cy, dx, dy, np.full(Cx.shape, Sx)), kappa1))
-    return _choose(both[0], both[1])
+        both.append(_rotation_from_two_rows(rows) @ plane)
+    return both, np.stack([a[..., 2], a[..., 5]], -1)
 
 
 def camera_from_closed_form(solution: ClosedForm, image_size: tuple[int, int]) -> Camera:
