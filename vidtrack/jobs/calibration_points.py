@@ -12,9 +12,9 @@ from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
 from vidtrack.files.video import Video, open_video
 from vidtrack.job import Job
-from vidtrack.labelling.excerpt import between
 from vidtrack.progress import Progress
 from vidtrack.stages.calibration_points import calibration_points
+from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
 
 

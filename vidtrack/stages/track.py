@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.errors import VidtrackError
+from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.timing.timecode import parse
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.look import PIXELS, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
@@ -81,12 +81,11 @@ def track(
     """
     names, boxes = _named(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    batches = _between(batches_ahead(frames, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, start, end)
+    used = between(frames, info, start, end, where="detect")
+    batches = batches_ahead(used, max(1, min(BATCH, HELD_BYTES // (8 * size))))
     opening = _more([], batches, FEW)
     if not opening:
-        raise VidtrackError(
-            f"detect.start: no frame of the recording lies between {start!r} and {end!r}. Choose a start within it."
-        )
+        raise VidtrackError("the recording has no frame to track in. Give one that has.")
     order, why = _field_order(fields, info, opening)
     detection = _detection(opening[0], info, polarity, threshold, centroid, min_pixels)
     samples = _samples(opening, info, order)
@@ -148,47 +147,6 @@ def _named(
         given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
         boxes[:, column] = np.where(np.isfinite(given), given, usual)
     return names, boxes
-
-
-def _between(
-    batches: Iterator[list[Frame]], info: VideoInfo, start: str | int | None, end: str | int | None
-) -> Iterator[list[Frame]]:
-    """The frames from start to end, both included, in their batches."""
-    first, last = (_instant(word, value, info) for word, value in (("start", start), ("end", end)))
-    if first is None and last is None:
-        yield from batches
-        return
-    slack = 0.5 / float(info.rate)
-
-    def early(frame: Frame) -> bool:
-        return first is not None and (
-            frame.index < first if isinstance(first, int) else float(frame.time) < first - slack
-        )
-
-    def late(frame: Frame) -> bool:
-        return last is not None and (frame.index > last if isinstance(last, int) else float(frame.time) > last + slack)
-
-    for batch in batches:
-        if used := [frame for frame in batch if not early(frame) and not late(frame)]:
-            yield used
-        if late(batch[-1]):
-            return
-
-
-def _instant(word: str, value: str | int | None, info: VideoInfo) -> int | float | None:
-    """A frame number as it is; a time code as seconds after the first frame."""
-    if value is None or isinstance(value, int):
-        return value
-    if not info.time.anchors:
-        raise VidtrackError(
-            f"detect.{word}: {value!r} is a time code, but the recording carries none. "
-            "Give a frame number, or the run's start_timecode."
-        )
-    try:
-        code = parse(value, info.time.code_rate, info.time.drop or None)
-    except ValueError as error:
-        raise VidtrackError(f"detect.{word}: {error}.") from None
-    return info.time.time_of(float(code.seconds))
 
 
 def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> list[Frame]:

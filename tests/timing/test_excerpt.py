@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.errors import VidtrackError
-from vidtrack.labelling.excerpt import between
+from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import Anchor, TimeBase
 
@@ -29,6 +29,29 @@ def test_frame_numbers_are_both_included():
 def test_time_codes_name_the_frames_that_carry_them():
     assert indices(CODED, "00:00:01;00", "00:00:01;02") == [30, 31, 32]
     assert indices(CODED, "00:00:03;08", None) == [98, 99]
+
+
+def test_nothing_asked_for_is_everything():
+    assert indices(PLAIN, None, None) == list(range(100))
+
+
+def test_nothing_behind_the_end_is_read():
+    read = []
+
+    def frames():
+        for k in range(100):
+            read.append(k)
+            yield Frame(k, k / RATE, np.zeros((8, 8), np.uint8), False, None)
+
+    assert len(list(between(frames(), PLAIN, None, 8, where="detect"))) == 9
+    assert read[-1] == 9
+
+
+def test_where_nothing_lies_between_that_is_said():
+    with pytest.raises(VidtrackError, match=r"^detect.start: no frame of the recording lies between 100 and None"):
+        indices(PLAIN, 100, None)
+    with pytest.raises(VidtrackError, match="lies between 5 and 4"):
+        indices(PLAIN, 5, 4)
 
 
 def test_a_time_code_is_refused_where_the_recording_has_none_or_it_is_no_time_code():

@@ -18,10 +18,23 @@ def between(
     """The frames from start to end, both included; None leaves that side open.
 
     where  the place of the two settings in the config, for messages
-    Raises VidtrackError, before a frame is read, for a time code that is none or that the recording cannot be held to.
+    Raises VidtrackError, before a frame is read, for a time code that is none or that the recording cannot be held to,
+    and, when the frames have come to their end, where none of them lay between.
     """
     first, last = (_instant(f"{where}.{word}", value, info) for word, value in (("start", start), ("end", end)))
-    return _chosen(frames, first, last, 0.5 / float(info.rate))
+    if first is None and last is None:
+        return iter(frames)
+    return _some(_chosen(frames, first, last, 0.5 / float(info.rate)), start, end, where)
+
+
+def _some(frames: Iterator[Frame], start: Instant | None, end: Instant | None, where: str) -> Iterator[Frame]:
+    one = next(frames, None)
+    if one is None:
+        raise VidtrackError(
+            f"{where}.start: no frame of the recording lies between {start!r} and {end!r}. Choose a start within it."
+        )
+    yield one
+    yield from frames
 
 
 def _chosen(
@@ -41,7 +54,10 @@ def _instant(where: str, value: Instant | None, info: VideoInfo) -> int | float 
     if value is None or isinstance(value, int):
         return value
     if not info.time.anchors:
-        raise VidtrackError(f"{where}: {value!r} is a time code, but the recording carries none. Give a frame number.")
+        raise VidtrackError(
+            f"{where}: {value!r} is a time code, but the recording carries none. "
+            "Give a frame number or, for a run, its start_timecode."
+        )
     try:
         code = parse(value, info.time.code_rate, info.time.drop or None)
     except ValueError as error:
