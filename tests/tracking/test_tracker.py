@@ -218,6 +218,19 @@ def test_targets_are_found_by_their_motion_in_a_fixed_order():
     assert opening.clutter.Xf == pytest.approx([30, 270], abs=0.2)
 
 
+def test_a_target_that_creeps_over_its_own_ghost_is_found_from_the_first_sample_and_named_in_its_turn():
+    fast = circle(24, 10, radius=70.0)
+    slow = np.stack([150.0 + 0.15 * np.arange(24), np.full(24, 95.0)], axis=-1)[:, None]
+    samples = samples_of(np.concatenate([fast, slow], axis=1), still=[(30.0, 30.0, 4.0)])
+    opening = find_targets(samples, 11, DETECTION)
+    assert opening.moving == 11
+    begin = np.array([trail.position[0] for trail in opening.trails])
+    assert {int(trail.sample[0]) for trail in opening.trails} == {0}
+    assert np.hypot(*(begin - slow[0]).T).min() < 0.7
+    assert (np.diff(begin[:, 1].round()) >= 0).all()
+    assert opening.clutter.Xf == pytest.approx([30], abs=0.2)
+
+
 def test_without_motion_the_bright_compact_blobs_are_taken():
     stick = [(30.0 + 3 * i, 30.0, 4.0) for i in range(20)]
     path = np.tile([[[150.0, 100.0], [80.0, 150.0]]], (10, 1, 1))

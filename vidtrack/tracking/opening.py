@@ -35,6 +35,8 @@ FIRST = 5
 """Samples in which motion is sought at a time."""
 ENOUGH = 0.9
 """Share of the targets that are found moving; the others may stand still."""
+COMPACT = 0.45
+"""Of 1 for a disc: what is less compact is taken for a target only where it plainly moves."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
 
@@ -76,8 +78,12 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
             trails = here if len(here) > len(trails) else trails
             if len(trails) >= ENOUGH * n:
                 break
+    there = _standing(still, trails)
+    standing = _lasting(there, samples, detection)
+    if len(trails) < n and standing.Xf.size < there.Xf.size:
+        trails += _slow(samples, trails, detection)[: n - len(trails)]
+        standing = _standing(standing, trails)
     n_moving = len(trails)
-    standing = _lasting(_standing(still, trails), samples, detection)
     trails += _brightest(standing, n - n_moving)
     order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
     return Opening(order, _rest(standing, order), n_moving)
@@ -110,6 +116,26 @@ def find_movers(
     trails = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
     moving = [trail for trail in trails if _moves(trail)]
     return moving if len(moving) <= n else sorted(moving, key=_merit, reverse=True)
+
+
+def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detection) -> list[Trail]:
+    """Trails that move so slowly that the background has hidden them, and are none of the chosen; best first."""
+    places = [
+        np.concatenate([np.empty((0, 2)), *(t.position[t.sample == j] for t in chosen)]) for j in range(len(samples))
+    ]
+    trails = link([_blobs_above(sample, sample.luma, detection, None) for sample in samples], samples)
+    others = [
+        trail
+        for trail in trails
+        if _moves(trail)
+        and _compact(trail) > COMPACT
+        and not any(
+            (np.hypot(*(places[j] - at).T) < 3).any() for j, at in zip(trail.sample, trail.position, strict=True)
+        )
+    ]
+    seen = {j for j, place in enumerate(places) if len(place)}  # of any other sample nobody knows whose blob it is
+    others = [trail for trail in others if not seen or seen & set(trail.sample.tolist())]
+    return _together(sorted(others, key=_merit, reverse=True), len(others), len(samples))
 
 
 def _lasting(standing: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:
@@ -279,7 +305,7 @@ def _brightest(standing: Blobs, n: int) -> list[Trail]:
     each = [
         _as_trail(np.zeros(1, np.intp), Blobs._make(c[i : i + 1] for c in standing)) for i in range(len(standing.Xf))
     ]
-    compact = [trail for trail in each if _compact(trail) > 0.45]
+    compact = [trail for trail in each if _compact(trail) > COMPACT]
     return sorted(compact, key=lambda t: float(t.contrast[0] * np.sqrt(t.pixels[0])) * _compact(t), reverse=True)[:n]
 
 
