@@ -147,18 +147,69 @@ def test_one_small_dim_ball_is_enough_not_to_be_black(tmp_path):
     assert read(path)[2].problems == ()
 
 
-def test_a_stuck_picture_is_called_out(tmp_path):
+def lens_cap(size, sd=2.0):
+    def picture(i):
+        return np.clip(np.rint(np.random.default_rng(i).normal(20, sd, size[::-1])), 0, 255).astype(np.uint8)
+
+    return picture
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "pix_fmt", "size"),
+    [
+        ("a.mkv", "ffv1", "gray", (160, 120)),
+        ("a.mpg", "mpeg2video", "yuv420p", (160, 120)),
+        ("a.dv", "dvvideo", "yuv411p", (720, 480)),
+    ],
+)
+def test_a_lens_cap_with_all_its_noise_is_called_out_in_a_short_recording_too(tmp_path, name, codec, pix_fmt, size):
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=9, size=size, picture=lens_cap(size))
+    assert "blank in all 2 of 9 pictures" in read(path)[2].problems[0]
+
+
+@pytest.mark.parametrize("bits", [8, 12])
+def test_a_dim_ball_that_stands_out_of_the_noise_is_enough_not_to_be_black(tmp_path, bits):
+    dark = lens_cap((160, 120))
+
+    def picture(i):
+        levels = dark(i)
+        levels[60:64, 20 + i : 24 + i] += 30
+        return levels if bits == 8 else levels.astype(np.uint16) << (bits - 8)
+
+    path = make_clip(tmp_path / "dim.mkv", "ffv1", "gray" if bits == 8 else "gray12le", n=40, picture=picture)
+    assert read(path)[2].problems == ()
+
+
+@pytest.mark.parametrize("n", [10, 100])
+def test_a_stuck_picture_is_called_out(tmp_path, n):
     same = moving_ball(160, 120)(0)
-    path = make_clip(tmp_path / "stuck.mkv", "ffv1", "gray", n=100, picture=lambda i: same)
+    path = make_clip(tmp_path / "stuck.mkv", "ffv1", "gray", n=n, picture=lambda i: same)
     assert "over and over" in read(path)[2].problems[0]
 
 
-def test_a_converted_frame_rate_is_called_out(tmp_path):
+@pytest.mark.parametrize(("name", "codec", "pix_fmt"), [("a.mpg", "mpeg2video", "yuv420p"), ("a.mkv", "ffv1", "gray")])
+@pytest.mark.parametrize(("n", "begins"), [(80, 31), (400, 200)])
+def test_a_recording_that_gets_stuck_is_called_out_with_the_place(tmp_path, name, codec, pix_fmt, n, begins):
+    picture = moving_ball(160, 120, speed=0.3)
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=n, picture=lambda i: picture(min(i, begins)))
+    problem = read(path)[2].problems[-1]
+    assert "nothing changes from picture to picture from about frame" in problem
+    assert begins <= int(problem.split("about frame ")[1].split()[0]) <= begins + 31
+
+
+def test_things_at_rest_in_front_of_a_camera_that_runs_are_not_stuck(tmp_path):
+    path = make_clip(tmp_path / "rest.mkv", "ffv1", "gray", n=70, picture=moving_ball(160, 120, speed=0.0, noise=1.0))
+    assert read(path)[2].problems == ()
+
+
+@pytest.mark.parametrize(("each", "least", "most"), [(2, 30, 70), (4, 60, 90)])
+def test_a_converted_frame_rate_is_called_out(tmp_path, each, least, most):
     picture = moving_ball(64, 48)
-    path = make_clip(tmp_path / "pulled.mkv", "ffv1", "gray", n=600, size=(64, 48), picture=lambda i: picture(i // 2))
+    pulled = [picture(i) for i in range(620 // each)]
+    path = make_clip(tmp_path / "pulled.mkv", "ffv1", "gray", n=600, size=(64, 48), picture=lambda i: pulled[i // each])
     (problem,) = read(path)[2].problems
     share = int(problem.split("about ")[1].split(" %")[0])
-    assert 30 < share < 70
+    assert least < share < most
 
 
 def test_a_picture_of_another_size_is_left_out_and_said(tmp_path):

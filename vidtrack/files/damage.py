@@ -21,6 +21,18 @@ _EVERY = 31
 """One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not
 fall in step with pictures that a change of frame rate repeated."""
 
+_EARLY, _BEGINNING = 7, 62
+"""At the beginning more often, so that short recordings are looked at too."""
+
+_DARK = 5.0
+"""Grey levels, standard deviation over a picture, up to which it may show nothing but noise."""
+
+_STANDS_OUT = 8.0
+"""Standard deviations of a picture's levels by which anything that is seen in it stands out."""
+
+_CODING = 12.0
+"""Of 255, share of the greatest level by which codecs let the same picture differ from one frame to the next."""
+
 _B = 3
 """AV_PICTURE_TYPE_B, of pictures that others seldom build on."""
 
@@ -43,7 +55,9 @@ class Watch:
         self._refused = self._backwards = self._other_size = 0
         self._said = ""
         self._broken_off = ""
-        self._looked = self._blank = self._compared = self._repeated = 0
+        self._seen = array("d")  # least, greatest, mean level and standard deviation of each picture looked at
+        self._compared = array("q")  # pictures compared with the next
+        self._alike = array("b")  # 2 the very same, 1 but for what coding does, 0 not
         self._before: Luma | None = None
 
     def sent(self, pts: int | None, key: bool) -> None:
@@ -95,13 +109,12 @@ class Watch:
         if corrupt:
             self._corrupt.append(index)
         if self._before is not None:
-            self._compared += 1
-            self._repeated += np.array_equal(self._before, luma)
+            self._compared.append(index - 1)
+            self._alike.append(_alikeness(self._before, luma))
             self._before = None
-        if index % _EVERY == 0:
-            low, high = int(luma.min()), int(luma.max())
-            self._looked += 1
-            self._blank += high - low <= max(8, high // 32)
+        if index % (_EARLY if index < _BEGINNING else _EVERY) == 0 or index == _EVERY:
+            some = luma[:: 1 + luma.size // 40_000]
+            self._seen.extend((float(luma.min()), float(luma.max()), float(some.mean()), float(some.std())))
             self._before = luma.copy()
 
     def anything(self) -> bool:
@@ -142,22 +155,62 @@ class Watch:
             if self._backwards
             else "",
             _count(self._other_size, "picture", "pictures") + " of another size left out" if self._other_size else "",
-            *self._shows_nothing(n),
+            *self._shows_nothing(n, info.bits),
         ]
         return ReadAccount(n, sum(gaps.values()) + cut, corrupt, tuple(line for line in told if line))
 
-    def _shows_nothing(self, n: int) -> list[str]:
+    def _shows_nothing(self, n: int, bits: int) -> list[str]:
         told = []
-        if self._looked and self._blank == self._looked:
-            told.append(f"the picture is blank in all {self._looked} of {n} pictures looked at: nothing was recorded")
-        elif self._compared >= 2 and self._repeated == self._compared:
-            told.append("the same picture over and over: the recording, or its playback, was stuck")
-        elif self._compared >= 5 and self._repeated > 0.15 * self._compared:
-            share = round(100 * self._repeated / self._compared)
-            told.append(
-                f"about {share} % of the pictures repeat the one before: a converted frame rate, or a stuck player"
-            )
+        if self._seen and _blank(np.reshape(self._seen, (-1, 4)), bits).all():
+            looked = len(self._seen) // 4
+            told.append(f"the picture is blank in all {looked} of {n} pictures looked at: nothing was recorded")
+        elif stuck := _stuck(np.array(self._compared), np.array(self._alike)):
+            told.append(stuck)
         return told
+
+
+def _alikeness(before: Luma, now: Luma) -> int:
+    """2 for the very same picture, 1 where only coding tells them apart: the noise, too, is that of before; else 0."""
+    if np.array_equal(before, now):
+        return 2
+    some = slice(None, None, 1 + before.size // 40_000)
+    a, b = before[some].astype(np.float32), now[some].astype(np.float32)
+    if np.abs(a - b).sum() > 0.5 * np.abs(np.diff(a, axis=1)).sum():
+        return 0
+    off = np.maximum(before, now) - np.minimum(before, now)
+    return int(off.max() <= _CODING / 255 * int(now.max()))
+
+
+def _blank(seen: np.ndarray[Any, np.dtype[np.float64]], bits: int) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Whether pictures (least, greatest, mean level, standard deviation) show nothing, or nothing but noise."""
+    low, high, mean, sd = seen.T * 255.0 / (2**bits - 1)
+    noise = (sd <= _DARK) & (np.maximum(high - mean, mean - low) <= _STANDS_OUT * sd)
+    return np.asarray((high - low <= 8) | noise)
+
+
+def _stuck(at: np.ndarray[Any, np.dtype[np.int64]], alike: np.ndarray[Any, np.dtype[np.int8]]) -> str:
+    """What is to be said of pictures `at` that are like the next; nothing where they change as pictures do."""
+    if np.count_nonzero(at % _EVERY == 0) >= 5:
+        alike, at = alike[at % _EVERY == 0], at[at % _EVERY == 0]
+    if len(at) < 2:
+        return ""
+    if (alike == 2).all():
+        return "the same picture over and over: the recording, or its playback, was stuck"
+    if alike.all():
+        return "nothing changes from picture to picture: the recording was stuck, or everything in it is at rest"
+    begins = int(np.argmax(alike > 0))
+    if begins and np.count_nonzero(alike) >= 3 and np.mean(alike[begins:] > 0) > 0.8:  # key frames are coded anew
+        return (
+            f"nothing changes from picture to picture from about frame {at[begins]} on: the recording got stuck, "
+            "or everything in it came to rest"
+        )
+    repeated = float(np.mean(alike == 2))
+    if len(at) >= 5 and repeated > 0.15:
+        return (
+            f"about {100 * repeated:.0f} % of the pictures repeat the one before: "
+            "a converted frame rate, or a stuck player"
+        )
+    return ""
 
 
 def _gaps(times: np.ndarray[Any, np.dtype[np.float64]], rate: float) -> dict[int, int]:
