@@ -131,6 +131,27 @@ def test_a_raw_dv_tape_keeps_its_time_behind_a_spoilt_frame(tmp_path):
     assert account.lost == 1
 
 
+@pytest.mark.parametrize("audio", [False, True])
+@pytest.mark.parametrize(("codec", "pix_fmt", "size"), [("mjpeg", "yuvj420p", (160, 120)), ("ffv1", "gray", (64, 48))])
+def test_behind_frames_of_an_avi_whose_headers_are_spoilt_every_frame_keeps_its_time(
+    tmp_path, codec, pix_fmt, size, audio
+):
+    """AVI counts its packets: without its index the frames behind would all come too early, and nobody would know."""
+    sound = np.zeros(48_000) if audio else None
+    path = make_clip(tmp_path / "a.avi", codec, pix_fmt, n=30, size=size, sound=sound)
+    whole = read(path)[0]
+    with av.open(str(path)) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    data = bytearray(path.read_bytes())
+    data[places[10] - 8 : places[12] - 9] = bytes(places[12] - places[10] - 1)
+    path.write_bytes(data)
+    frames, _, account = read(path)
+    assert len(frames) == 28
+    assert all(np.array_equal(luma, whole[time]) for time, luma in frames.items())
+    assert account.lost == 2
+    assert account.problems == ("2 pictures are missing (before frame 10)",)
+
+
 def test_a_black_recording_is_called_out(tmp_path):
     black = np.full((120, 160), 16, np.uint8)
     path = make_clip(tmp_path / "black.mp4", "libx264", "yuv420p", n=70, picture=lambda i: black)

@@ -117,10 +117,6 @@ class Watch:
             self._seen.extend((float(luma.min()), float(luma.max()), float(some.mean()), float(some.std())))
             self._before = luma.copy()
 
-    def anything(self) -> bool:
-        """Whether anything at all has gone wrong so far."""
-        return bool(self._said or self._broken_off)
-
     def reason(self) -> str:
         """The first thing that went wrong, for an error message; empty when nothing did."""
         said = self._said or self._broken_off

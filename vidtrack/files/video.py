@@ -12,6 +12,8 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 
 from __future__ import annotations
 
+from array import array
+from bisect import bisect_left
 from collections.abc import Callable, Generator, Iterator
 from fractions import Fraction
 from types import TracebackType
@@ -148,7 +150,7 @@ class Video:
 
     def _packets(self) -> Iterator[Any]:
         """Packets of the picture stream; where the container is damaged, reading is taken up again behind it."""
-        failures, rightly_timed = 0, _retimer(self._container, self._stream, self._watch.anything)
+        failures, rightly_timed = 0, _retimer(self._container, self._stream)
         while failures < _PATIENCE:
             try:
                 for packet in self._container.demux(self._stream):
@@ -228,7 +230,7 @@ def _picture_stream(container: Any, path: str) -> Any:
     return pictures[0]
 
 
-def _retimer(container: Any, stream: Any, damaged: Callable[[], bool]) -> Callable[[Any], None]:
+def _retimer(container: Any, stream: Any) -> Callable[[Any], None]:
     """A function that puts a packet's time stamp right, for containers that only count their packets.
 
     Raw DV and AVI carry no time stamps: behind a damaged frame the count is short, and only the packet's place in
@@ -241,15 +243,19 @@ def _retimer(container: Any, stream: Any, damaged: Callable[[], bool]) -> Callab
 
         return by_size
     if container.format.name == "avi":
-        frame_at: dict[int, int] = {}
+        places, numbers, ended = array("q"), array("q"), None
 
         def by_index(packet: Any) -> None:
-            if not damaged():
+            nonlocal ended
+            apart, ended = ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + 8
+            if apart and not places:  # something lies between two pictures: sound, or one whose header is spoilt
+                places.extend(entry.pos + 8 for entry in stream.index_entries)
+                numbers.extend(entry.timestamp for entry in stream.index_entries)
+            at = bisect_left(places, packet.pos)
+            if at == len(places) or places[at] != packet.pos:
                 return
-            if not frame_at:  # an hour's index takes seconds to look through: only when it is needed
-                frame_at.update({entry.pos + 8: entry.timestamp for entry in stream.index_entries})
-            frame, counted = frame_at.get(packet.pos), packet.dts if packet.dts is not None else packet.pts
-            if frame is not None and counted is not None and frame != counted:
+            frame, counted = numbers[at], packet.dts if packet.dts is not None else packet.pts
+            if counted is not None and frame != counted:
                 packet.dts = frame
                 if packet.pts is not None:
                     packet.pts += frame - counted
