@@ -59,6 +59,16 @@ def test_a_whole_number_and_a_decimal_mean_the_same():
     assert one.model_dump_json() == other.model_dump_json()
 
 
+@pytest.mark.parametrize("name", ["plück", "P12-B", "1.a_b"])
+def test_a_name_is_letters_of_any_alphabet_digits_and_a_few_signs(name):
+    assert list(settings_from_config({**SMALLEST, "runs": {name: None}}).runs) == [name]
+
+
+@pytest.mark.parametrize("name", ["run 1", "-a", ".a", "a/b", ""])
+def test_a_name_that_would_make_no_clean_path_is_refused(name):
+    assert "a name is made of letters" in refusals(runs={name: None})[0]
+
+
 def test_a_misspelt_key_names_the_nearest_one_wherever_it_belongs():
     assert refusals(detect={"treshold": 3}) == [
         "config.yaml: detect.treshold: no such setting; did you mean 'threshold'?"

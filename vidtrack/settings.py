@@ -27,7 +27,7 @@ class Section(BaseModel):
 
 
 def _simple_name(name: str) -> str:
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name):
+    if not re.fullmatch(r"[^\W_][\w.-]*", name):
         raise ValueError("a name is made of letters, digits, _ . - and begins with a letter or digit")
     return name
 
