@@ -125,7 +125,7 @@ def follow(path: Path, n: int, threads: int) -> float:
     from vidtrack.stages.track import track
 
     with open_video(str(path), threads=threads) as video:
-        return track(video.frames(), video.info, targets=n).diagnostics["measured"]
+        return track(video.frames(ahead=True), video.info, targets=n).diagnostics["measured"]
 
 
 def seconds(action, *arguments) -> tuple[float, object]:

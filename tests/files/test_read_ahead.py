@@ -2,13 +2,12 @@ import threading
 
 import pytest
 
-from vidtrack.tracking.read_ahead import batches_ahead
+from vidtrack.files.read_ahead import HANDED, read_ahead
 
 
-def test_everything_comes_in_order():
-    batches = list(batches_ahead(range(10), 4))
-    assert batches == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
-    assert list(batches_ahead([], 4)) == []
+@pytest.mark.parametrize("n", [0, 1, HANDED, 4 * HANDED + 1])
+def test_everything_comes_in_order(n):
+    assert list(read_ahead(range(n), 8)) == list(range(n))
 
 
 def test_what_the_reading_raises_comes_after_what_was_read():
@@ -19,29 +18,31 @@ def test_what_the_reading_raises_comes_after_what_was_read():
 
     seen = []
     with pytest.raises(OSError, match="tape torn"):
-        for batch in batches_ahead(broken(), 1):
-            seen += batch
+        for item in read_ahead(broken(), 8):
+            seen += [item]
     assert seen == [1, 2]
 
 
 def test_giving_up_early_ends_the_thread():
     before = threading.active_count()
-    batches = batches_ahead(iter(range(1000)), 1)
-    next(batches)
-    batches.close()
+    items = read_ahead(iter(range(1000)), 8)
+    next(items)
+    assert threading.active_count() == before + 1
+    items.close()
     assert threading.active_count() == before
 
 
-def test_reading_keeps_only_a_few_batches_ahead():
+@pytest.mark.parametrize("most", [2, 8, 40])
+def test_reading_keeps_only_so_many_ahead(most):
     read = []
 
     def items():
-        for i in range(100):
+        for i in range(1000):
             read.append(i)
             yield i
 
-    batches = batches_ahead(items(), 2, waiting=2)
-    next(batches)
+    reading = read_ahead(items(), most)
+    next(reading)
     threading.Event().wait(0.1)
-    assert len(read) <= 2 * 5
-    batches.close()
+    assert most <= len(read) <= most + 2 * min(HANDED, most // 2)
+    reading.close()

@@ -1,20 +1,22 @@
-"""Frames decoded in one thread while they are measured in another."""
+"""What a reader gives, read in one thread while it is used in another."""
 
 from __future__ import annotations
 
 import queue
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from typing import TypeVar
 
 T = TypeVar("T")
 
-SWITCH = 2e-4
+SWITCH = 5e-5
+HANDED = 4
+"""Items that are handed from thread to thread at once, at most: each time may wake a thread that sleeps."""
 
 
-def batches_ahead(items: Iterable[T], size: int, waiting: int = 2) -> Iterator[list[T]]:
-    """The items in lists of `size`, read by a thread of their own, at most `waiting` lists ahead.
+def read_ahead(items: Iterable[T], most: int) -> Generator[T]:
+    """The items, read by a thread of their own, about `most` of them ahead.
 
     Decoders work outside of Python's lock, so that reading and measuring overlap. What the reading raises is raised
     here, after the items that came before it. The thread ends with the items, or when the generator is closed.
@@ -22,7 +24,8 @@ def batches_ahead(items: Iterable[T], size: int, waiting: int = 2) -> Iterator[l
     While it runs, Python hands its lock on every SWITCH s: a decoder asks for the lock a few times a frame, and would
     wait for up to 5 ms each time.
     """
-    passed: queue.Queue[list[T] | BaseException | None] = queue.Queue(waiting)
+    each = max(1, min(HANDED, most // 2))
+    passed: queue.Queue[list[T] | BaseException | None] = queue.Queue(max(1, most // each - 1))
     stopped = threading.Event()
 
     def offer(what: list[T] | BaseException | None) -> bool:
@@ -39,7 +42,7 @@ def batches_ahead(items: Iterable[T], size: int, waiting: int = 2) -> Iterator[l
         try:
             for item in items:
                 batch.append(item)
-                if len(batch) == size:
+                if len(batch) == each:
                     if not offer(batch):
                         return
                     batch = []
@@ -58,8 +61,7 @@ def batches_ahead(items: Iterable[T], size: int, waiting: int = 2) -> Iterator[l
         while (batch := passed.get()) is not None:
             if isinstance(batch, BaseException):
                 raise batch
-            if batch:
-                yield batch
+            yield from batch
     finally:
         stopped.set()
         reader.join()

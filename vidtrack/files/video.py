@@ -16,6 +16,7 @@ from array import array
 from bisect import bisect_left
 from collections.abc import Callable, Generator, Iterator
 from fractions import Fraction
+from itertools import chain
 from types import TracebackType
 from typing import Any
 
@@ -27,6 +28,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.damage import Watch
 from vidtrack.files.embedded_timecode import code_of_dv_packet, embedded_timecodes
 from vidtrack.files.luma import bits_of, luma_reader
+from vidtrack.files.read_ahead import read_ahead
 from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
 from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
@@ -36,6 +38,9 @@ _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
 
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
+
+AHEAD_BYTES = 32_000_000
+"""Decoded pictures that wait while those before them are in use: as many as come while a tracker finds its targets."""
 
 if get_level() is None:
     set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
@@ -59,12 +64,13 @@ class Video:
             self._codes: dict[int | None, str | None] = {}
             self._drained = False
             self._pictures = self._decoded()
+            self._source = self._pictures
             self._first = next(self._pictures, None)
             if self._first is None:
                 raise VidtrackError(
                     f"{path}: no picture in it can be decoded. Is the file whole? {self._watch.reason()}"
                 )
-            self.info = self._described(self._first)
+            self.info = self._described(self._first[0])
         except BaseException:
             self._container.close()
             raise
@@ -78,6 +84,7 @@ class Video:
     def close(self) -> None:
         """Let the file go; frames that were given become invalid."""
         self._first = None
+        self._source.close()  # a thread that reads ahead ends with it
         if not self._drained:
             # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
             self._stream.codec_context.flush_buffers()
@@ -95,35 +102,41 @@ class Video:
         """How the reading went; complete once `frames` has come to its end."""
         return self._watch.account(self.info, ended=self._drained)
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
 
         Frame.luma is a view into the decoder's picture; hold few of them.
+        ahead  whether a thread of its own decodes the next ones, AHEAD_BYTES of them, while these are in use
         """
         if self._first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
-        picture, self._first = self._first, None
+        first, self._first = self._first, None
         watch, codes = self._watch, self._codes
-        width, height, name = picture.width, picture.height, ""
-        start, step = picture.pts or 0, 1 / self.info.rate
+        width, height, name = self.info.width, self.info.height, ""
+        if ahead:
+            size = width * height * (3 if self.info.bits == 8 else 6) // 2
+            self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
+        start, step = first[0].pts or 0, 1 / self.info.rate
         ticks, second = self._stream.time_base.as_integer_ratio()
         time, index = -step, 0
-        while picture is not None:
+        for picture, corrupt in chain((first,), self._source):
             pts = picture.pts
             time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
             if picture.width != width or picture.height != height:
                 watch.other_size()
-            else:
-                if picture.format.name != name:
-                    name, read = picture.format.name, luma_reader(picture.format)
-                luma, corrupt = read(picture), watch.is_suspect(picture)
-                watch.picture(index, time.numerator / time.denominator, luma, corrupt)
-                yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
-                index += 1
-            picture = next(self._pictures, None)
+                continue
+            if picture.format.name != name:
+                name, read = picture.format.name, luma_reader(picture.format)
+            luma = read(picture)
+            watch.picture(index, time.numerator / time.denominator, luma, corrupt)
+            yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
+            index += 1
 
-    def _decoded(self) -> Generator[Any, None, None]:
-        """Pictures, packet by packet, past every packet that fails."""
+    def _decoded(self) -> Generator[tuple[Any, bool]]:
+        """Pictures, packet by packet, past every packet that fails; and whether each is suspect of damage.
+
+        Everything that may run in a thread of its own is in here: it changes nothing that `frames` reads but _codes.
+        """
         codec, watch = self._stream.codec_context, self._watch
         decode, tape = codec.decode, codec.name == "dvvideo"
         logged, _ = get_last_error()
@@ -145,7 +158,8 @@ class Video:
                 logged = errors
                 if refused or said:  # what the container logs is told by gaps, not by this packet
                     watch.complained(said or str(refused), refused=refused is not None)
-            yield from pictures
+            for picture in pictures:
+                yield picture, watch.is_suspect(picture)
         self._drained = True
 
     def _packets(self) -> Iterator[Any]:

@@ -36,7 +36,7 @@ def run(job: Job) -> None:
         label = f"track {settings['run']}/{camera}"
         with Progress(label, info.n_frames_hint, "frames") as progress:
             tracked = track(
-                meter.over(progress.over(video.frames())),
+                meter.over(progress.over(video.frames(ahead=True))),
                 info,
                 targets=settings["targets"],
                 start_boxes=boxes,

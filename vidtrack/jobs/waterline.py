@@ -33,7 +33,7 @@ def run(job: Job) -> None:
         info = replace(video.info, time=found.base)
         with Progress(f"waterline {order['run']}/{order['camera']}", info.n_frames_hint, "frames") as progress:
             done = waterline(
-                progress.over(video.frames()),
+                progress.over(video.frames(ahead=True)),
                 info,
                 calibrated.camera,
                 order["transects"],

@@ -1,13 +1,14 @@
 """Track: follow every target of a run through one camera's recording.
 
 with open_video("runs/toss/cam1.mp4") as video:
-    tracked = track(video.frames(), video.info, targets=["ball"])
+    tracked = track(video.frames(ahead=True), video.info, targets=["ball"])
 tracked.centroids[["time_s", "Xf", "Yf"]]
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +21,6 @@ from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.look import PIXELS, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
-from vidtrack.tracking.read_ahead import batches_ahead
 from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.threshold import automatic, background_level, noise_sd
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 HELD_BYTES = 64_000_000
-"""Pictures kept in memory, at the beginning to find targets in and later between decoder and tracker."""
+"""Pictures kept in memory, at the beginning to find targets in."""
 FEW, OPENING = 12, 48
 """Frames looked at before tracking begins: a few, or more where too little moves in those."""
 BATCH = 4
-"""Frames handed from the decoder's thread to the tracker's at once: more in flight no longer fit its caches."""
+"""Frames given to the tracker at once."""
 NEVER = 1 << 60
 
 
@@ -82,7 +82,7 @@ def track(
     names, boxes = _named(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
     used = between(frames, info, start, end, where="detect")
-    batches = batches_ahead(used, max(1, min(BATCH, HELD_BYTES // (8 * size))))
+    batches = _batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size))))
     opening = _more([], batches, FEW)
     if not opening:
         raise VidtrackError("the recording has no frame to track in. Give one that has.")
@@ -147,6 +147,12 @@ def _named(
         given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
         boxes[:, column] = np.where(np.isfinite(given), given, usual)
     return names, boxes
+
+
+def _batches(frames: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
+    waiting = iter(frames)
+    while batch := list(islice(waiting, size)):
+        yield batch
 
 
 def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> list[Frame]:
