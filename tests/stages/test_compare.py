@@ -112,6 +112,26 @@ def test_table_5_2_of_the_thesis_reads_as_an_even_record():
         compare(video.assign(time_s=video["time_s"] + 4), table, value="x_in")
 
 
+@pytest.mark.parametrize("unit", [12.0, 1 / 25.4])
+def test_a_survey_in_another_unit_than_the_sensor_is_told(unit):
+    video, reference, _ = run()
+    reference["x_in"] *= unit
+    told = " ".join(compare(video, reference, value="x_in").record["warnings"])
+    assert f"the reference moves {unit:.2g}"[:26] in told
+    assert "one unit of length" in told
+    assert "unit" not in " ".join(compare(*run()[:2], value="x_in").record["warnings"])
+
+
+@pytest.mark.parametrize("located", [0, 7])
+def test_a_target_that_was_hardly_ever_located_is_told_and_stops_nothing(located):
+    video, reference, truth = run()
+    video.loc[located:, ["x", "y", "z"]] = np.nan
+    done = compare(video, reference, truth, value="x_in")
+    assert not np.isfinite(done.record["lag_s"])
+    assert f"{located} samples were located: too few to hold them against the reference" in done.record["warnings"]
+    assert len(done.series) == len(video)
+
+
 def test_samples_out_of_order_are_sorted_and_told():
     video, reference, _ = run()
     record = compare(video, reference.sample(frac=1, random_state=1), value="x_in").record

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.errors import VidtrackError
-from vidtrack.motion.lag import Agreement, Lag, agreement, find_lag
+from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.timing.resample import resample
 from vidtrack.timing.time_column import counting_of, regular, seconds_from_cells
@@ -39,6 +39,8 @@ MEANING = {
     "limits": "Bland and Altman: mean difference +- 1.96 standard deviations",
     "before, after": "before and after the lag is removed; the plain keys are those after",
 }
+ONE_UNIT = 2.0
+"""Of two records of one length neither is so many times as long, unless they are in different units."""
 LEAST_STRAIGHT = 0.98
 """Share of the motion's variance along its principal direction below which it is no straight line."""
 
@@ -118,17 +120,22 @@ def _against_reference(
     t = rows["time_s"].to_numpy(float)
     line, video, warnings = _along(rows, axis)
     tr, r, about = _reference_record(reference, value, time, rows, where)
-    if not (np.isfinite(video).sum() >= 8 and max(t[0], tr[0]) < min(t[-1], tr[-1])):
+    if not max(t[0], tr[0]) < min(t[-1], tr[-1]):
         raise VidtrackError(
-            f"{where}: the reference runs from {tr[0]:.3f} to {tr[-1]:.3f} s and the {np.isfinite(video).sum()} "
-            f"located samples from {t[0]:.3f} to {t[-1]:.3f} s: nothing to compare. Put both on one clock, in seconds "
-            "since midnight."
+            f"{where}: the reference runs from {tr[0]:.3f} to {tr[-1]:.3f} s and the video's samples from "
+            f"{t[0]:.3f} to {t[-1]:.3f} s: nothing to compare. Put both on one clock, in seconds since midnight."
         )
     lag = find_lag(tr, r, t, video, longest=longest)
-    warnings += about.pop("warnings") + _lag_warnings(lag)
+    warnings += about.pop("warnings") + _lag_warnings(lag, int(np.isfinite(video).sum()))
     before = _at(tr, r, t)
     after = _at(tr, r, t - lag.lag_s) if np.isfinite(lag.lag_s) else np.full(len(t), np.nan)
     told_before, told_after = _told(agreement(video, before)), _told(agreement(video, after))
+    gain = abs(told_after["gain"])
+    if gain > ONE_UNIT or gain < 1 / ONE_UNIT:
+        warnings.append(
+            f"the reference moves {gain:.4g} times as far as the video: are points.csv, reference.csv and `units` in "
+            "one unit of length? (1 ft is 12 in, 1 in is 25.4 mm)"
+        )
     record = {
         "target": str(rows["target"].iloc[0]),
         "lag_s": lag.lag_s,
@@ -210,7 +217,9 @@ def _reference_record(
     return t, r, {**about, "warnings": warnings}
 
 
-def _lag_warnings(lag: Lag) -> list[str]:
+def _lag_warnings(lag: Lag, located: int) -> list[str]:
+    if located < FEWEST:
+        return [f"{located} samples were located: too few to hold them against the reference"]
     if not np.isfinite(lag.lag_s):
         return ["no lag could be found: one record does not move, or too little of them is in common"]
     warnings = []
