@@ -55,6 +55,11 @@ RESULTS = EXPERIMENT.results
 BOOK = OrderBook(RESULTS, writing=workflow.is_main_process)
 
 
+def placed(*arguments):
+    """The path of a job's order: see OrderBook.place."""
+    return told(BOOK.place, *arguments)
+
+
 include: "workflow/rules/tracking.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/location.smk"

@@ -1,6 +1,7 @@
 """What a user can mend is told in one line, with exit code 1, and leaves nothing half-written."""
 
 import copy
+import shutil
 import subprocess
 import sys
 
@@ -65,6 +66,14 @@ def test_a_missing_recording_is_told(laboratory):
     (laboratory / "runs/pluck/cam1.mov").unlink()
     (said,) = told(laboratory, "-n")
     assert "runs/pluck: only camera cam2 has a recording" in said
+
+
+def test_results_that_cannot_be_written_are_told(laboratory):
+    shutil.rmtree(laboratory / "results")
+    (laboratory / "results").write_text("a file where a folder should be")
+    (said,) = told(laboratory, "-n")
+    assert said.startswith("vidtrack: results/.orders/")
+    assert "cannot be written" in said
 
 
 def test_too_few_points_end_the_job_in_one_line_and_leave_no_camera(laboratory):

@@ -36,6 +36,7 @@ class OrderBook:
 
         raw      the paths of the inputs that people made: their content is what counts, not their dates
         parts    what tells the job from others of its rule: run, camera
+        Raises VidtrackError where an input cannot be read or the order cannot be written.
         """
         path = within(self.folder, ".".join((rule, *parts)) + ".json")
         if not self.writing:
@@ -47,15 +48,19 @@ class OrderBook:
             "settings": settings,
         }
         text = json.dumps(order, sort_keys=True, indent=1) + "\n"
-        if not _holds(path, text):
-            with replacing(path) as file:
-                file.write(text.encode())
+        try:
+            if not _holds(path, text):
+                with replacing(path) as file:
+                    file.write(text.encode())
+        except OSError as error:
+            raise _unwritable(path, error) from None
         return path
 
     def close(self) -> None:
         """Remember the checksums for the next call.
 
-        A recording that is new or has changed is opened first: VidtrackError, a line each, where one cannot be read.
+        A recording that is new or has changed is opened first: VidtrackError, a line each, where one cannot be read;
+        and one where the checksums cannot be written.
         """
         if not self.writing:
             return
@@ -65,8 +70,11 @@ class OrderBook:
                 problems += _unreadable(path)
         if problems:
             raise VidtrackError(*problems)
-        self._checksums.save()
-        self._code.save()
+        try:
+            self._checksums.save()
+            self._code.save()
+        except OSError as error:
+            raise _unwritable(self.folder, error) from None
 
     def _checksum(self, path: str) -> str:
         try:
@@ -88,6 +96,13 @@ def _unreadable(path: str) -> tuple[str, ...]:
             return ()
     except VidtrackError as error:
         return error.problems
+
+
+def _unwritable(path: str, error: OSError) -> VidtrackError:
+    return VidtrackError(
+        f"{path}: cannot be written ({error.strerror}). See that the results folder is yours to write in and the disk "
+        "has room, and run again."
+    )
 
 
 def _holds(path: str, text: str) -> bool:

@@ -14,8 +14,7 @@ for clip_set, after in (("calibration", False), ("calibration_after", True)):
         ]
         if clips:
             SETS[clip_set].append(camera)
-            CALIBRATION_ORDERS["sight", clip_set, camera] = told(
-                BOOK.place,
+            CALIBRATION_ORDERS["sight", clip_set, camera] = placed(
                 "calibration_points",
                 orders.calibration_points(SETTINGS, EXPERIMENT, camera, after),
                 [
@@ -26,13 +25,12 @@ for clip_set, after in (("calibration", False), ("calibration_after", True)):
                 camera,
             )
 for camera in CAMERAS:
-    CALIBRATION_ORDERS["calibrate", camera] = BOOK.place(
+    CALIBRATION_ORDERS["calibrate", camera] = placed(
         "calibrate", orders.calibrate(SETTINGS, camera), [], camera
     )
 CALIBRATED = SETS["calibration"]
 OVERLAY_ORDERS = {
-    camera: BOOK.place("overlay", {"camera": camera}, [], camera)
-    for camera in CALIBRATED
+    camera: placed("overlay", {"camera": camera}, [], camera) for camera in CALIBRATED
 }
 
 
@@ -119,7 +117,7 @@ if BUNDLED:
                 name:
                     "bundle" if clip_set == "calibration" else "bundle_after"
                 input:
-                    order=BOOK.place(
+                    order=placed(
                         "bundle", orders.bundle(SETTINGS, members), [], clip_set
                     ),
                     alone=[
@@ -153,9 +151,7 @@ if CALIBRATED:
 
     rule back_project:
         input:
-            order=BOOK.place(
-                "back_project", orders.back_project(SETTINGS, CALIBRATED), []
-            ),
+            order=placed("back_project", orders.back_project(SETTINGS, CALIBRATED), []),
             cameras=[
                 f"{RESULTS}/calibration/{camera}/camera.json" for camera in CALIBRATED
             ],
@@ -197,7 +193,7 @@ if SETS["calibration_after"]:
 
     rule stability:
         input:
-            order=BOOK.place(
+            order=placed(
                 "stability",
                 orders.back_project(SETTINGS, SETS["calibration_after"]),
                 [],

@@ -7,8 +7,7 @@ COMPARED = [
     if EXPERIMENT.runs[name].reference or EXPERIMENT.runs[name].truth
 ]
 COMPARE_ORDERS = {
-    run: told(
-        BOOK.place,
+    run: placed(
         "compare",
         orders.compare(SETTINGS, EXPERIMENT, run),
         [EXPERIMENT.runs[run].reference, EXPERIMENT.runs[run].truth],

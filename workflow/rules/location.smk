@@ -11,8 +11,7 @@ MODES = {
 }
 BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
 LOCATE_ORDERS = {
-    run: told(
-        BOOK.place,
+    run: placed(
         "locate",
         orders.locate(SETTINGS, EXPERIMENT, run),
         (
@@ -65,8 +64,7 @@ def plane_sightings(run):
 
 if CLOCKED:
     CLOCK_ORDERS = {
-        run: told(
-            BOOK.place,
+        run: placed(
             "clocks",
             order,
             list(EXPERIMENT.runs[run].videos.values()),
@@ -129,7 +127,7 @@ rule locate:
 
 rule kinematics:
     input:
-        order=BOOK.place("kinematics", orders.kinematics(SETTINGS), []),
+        order=placed("kinematics", orders.kinematics(SETTINGS), []),
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
     output:
         kinematics=f"{RESULTS}/runs/{{run}}/kinematics.parquet",
@@ -144,8 +142,7 @@ rule kinematics:
 
 if BODIED:
     BODY_ORDERS = {
-        run: BOOK.place("bodies", orders.bodies(SETTINGS, run), [], run)
-        for run in BODIED
+        run: placed("bodies", orders.bodies(SETTINGS, run), [], run) for run in BODIED
     }
 
     rule bodies:
@@ -169,8 +166,7 @@ if WATERLINES:
         for run in WATERLINES
     }
     WATERLINE_ORDERS = {
-        run: told(
-            BOOK.place,
+        run: placed(
             "waterline",
             orders.waterline(SETTINGS, run, camera),
             [EXPERIMENT.runs[run].videos[camera], *PROFILES[run]],

@@ -12,7 +12,7 @@ FORETOLD = [
     for file in [*FORETOLD_TABLES, "record.json", "sweeps.png", "volume.png"]
 ]
 SENSITIVITY_ORDERS = {
-    name: told(BOOK.place, "sensitivity", {}, [path], name)
+    name: placed("sensitivity", {}, [path], name)
     for name, path in EXPERIMENT.scenarios.items()
 }
 

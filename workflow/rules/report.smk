@@ -43,7 +43,7 @@ REPORTED = {
 rule report:
     input:
         **REPORTED,
-        order=BOOK.place("report", orders.report(SETTINGS, EXPERIMENT), []),
+        order=placed("report", orders.report(SETTINGS, EXPERIMENT), []),
     output:
         report=f"{RESULTS}/report.html",
     log:

@@ -14,8 +14,7 @@ CENTROIDS = [
     for kind in ("parquet", "json")
 ]
 TRACK_ORDERS = {
-    (run, camera): told(
-        BOOK.place,
+    (run, camera): placed(
         "track",
         orders.track(SETTINGS, EXPERIMENT, run, camera),
         [EXPERIMENT.runs[run].videos[camera], EXPERIMENT.runs[run].targets],
