@@ -29,15 +29,18 @@ def search_map(search: DataFrame, Cx: float, Cy: float, camera: str) -> Figure:
     lines = ax.contour(X, Y, rms, levels=levels[1::3], colors="white", linewidths=0.6)
     ax.clabel(lines, fmt="%.3g", fontsize=7)
     row, column = np.unravel_index(np.nanargmin(rms), rms.shape)
-    ax.plot(X[column], Y[row], "o", mfc="none", mec="white", ms=8, label=f"least on the grid: {low:.4g} px")
+    ax.plot(X[column], Y[row], "o", mfc="none", mec="white", ms=6, label=f"least on the grid: {low:.4g} px")
     if X[0] <= Cx <= X[-1] and Y[0] <= Cy <= Y[-1]:
-        ax.plot(Cx, Cy, "+", color=REJECTED_COLOUR, ms=12, mew=2, label=f"calibrated: {Cx:.1f}, {Cy:.1f}")
-    figure.colorbar(filled, ax=ax, label="rms reprojection error (px)", format="%.3g")
+        ax.plot(Cx, Cy, "+", color=REJECTED_COLOUR, ms=9, mew=2, label=f"calibrated: {Cx:.1f}, {Cy:.1f}")
+    bar = figure.colorbar(filled, ax=ax, format="%.3g")
+    bar.set_label("rms reprojection error (px)", fontsize=8)
+    bar.ax.tick_params(labelsize=8)
     ax.set_aspect("equal")
     ax.invert_yaxis()
     ax.set_xlabel("Cx (px)", fontsize=8)
     ax.set_ylabel("Cy (px)", fontsize=8)
-    ax.legend(fontsize=7, loc="lower left", framealpha=0.85)
+    # beside the map, where it hides nothing; grey, that a white ring may be seen
+    ax.legend(fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12), facecolor="#9a9a9a")
     ax.set_title(f"{camera}: error over the search for the optical axis", fontsize=10)
     sensor = search[search["varied"] == "sensor"]
     side.plot(sensor["sensor_width"], sensor["rms_px"], ".-", color=PALETTE[0], lw=1)

@@ -30,7 +30,7 @@ def against_time(trajectories: DataFrame, units: str, title: str) -> Figure:
             ax.set_ylabel(f"{axis} ({units})", fontsize=8)
     _flagged(axes[0, 0], trajectories, axes_shown[0])
     clock_axis(axes[-1, 0])
-    if 1 < trajectories["target"].nunique() <= MANY or axes[0, 0].collections[-1:] == []:
+    if 1 < trajectories["target"].nunique() <= MANY or trajectories[axes_shown[0]].isna().any():
         axes[0, 0].legend(fontsize=7, ncols=8, loc="upper right")
     axes[0, 0].set_title(title, fontsize=10)
     return figure
@@ -56,20 +56,28 @@ def views(trajectories: DataFrame, units: str, title: str, points: DataFrame | N
 
 
 def derivatives(kinematics: DataFrame, units: str, title: str) -> Figure:
-    """Velocity and acceleration of the run's first targets by axis."""
-    axes_shown = [a for a in "xyz" if kinematics[f"v{a}"].notna().any()] or ["x"]
+    """Velocity and acceleration of the run's first target by axis.
+
+    At the ends of a record they may be unsure by many times the motion: samples flagged edge are dots, and the scale
+    is that of the others.
+    """
+    rows = kinematics[kinematics["target"] == kinematics["target"].iloc[0]]
+    axes_shown = [a for a in "xyz" if rows[f"v{a}"].notna().any()] or ["x"]
+    sure = ~rows["flag"].str.contains("edge", regex=False)
     figure, axes = new_figure(2, 1, height=2.0, sharex=True)
-    shown = list(dict.fromkeys(kinematics["target"]))[:1]
-    for target in shown:
-        rows = kinematics[kinematics["target"] == target]
+    for ax, letter in zip(axes, "va", strict=True):
         for axis in axes_shown:
-            axes[0].plot(rows["time_s"], rows[f"v{axis}"], color=AXIS_COLOURS[axis], lw=0.9, label=axis)
-            axes[1].plot(rows["time_s"], rows[f"a{axis}"], color=AXIS_COLOURS[axis], lw=0.9, label=axis)
+            value, colour = rows[letter + axis], AXIS_COLOURS[axis]
+            ax.plot(rows["time_s"], value.where(sure), color=colour, lw=0.9, label=axis)
+        ax.set_ylim(ax.get_ylim())
+        for axis in axes_shown:
+            value, colour = rows[letter + axis], AXIS_COLOURS[axis]
+            ax.plot(rows["time_s"], value.where(~sure), ".", color=colour, ms=1.5)
     axes[0].set_ylabel(f"velocity ({units}/s)", fontsize=8)
     axes[1].set_ylabel(f"acceleration ({units}/s$^2$)", fontsize=8)
     clock_axis(axes[1])
-    axes[0].legend(fontsize=7, ncols=3, loc="upper right")
-    axes[0].set_title(f"{title}, target {', '.join(map(str, shown))}", fontsize=10)
+    axes[0].legend(fontsize=7, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+    axes[0].set_title(f"{title}, target {rows['target'].iloc[0]}", fontsize=10)
     return figure
 
 

@@ -126,13 +126,15 @@ def _run_figures(
         for caption, drawing in comparison.comparisons(own["series"], own["comparison"], units):
             add(caption, drawing)
     if own["kinematics"]["vx"].notna().any():
-        add("Velocity and acceleration", trajectories.derivatives(own["kinematics"], units, name))
+        caption = "Velocity and acceleration; dotted where unsure (flag edge), as at the ends of the record and of gaps"
+        add(caption, trajectories.derivatives(own["kinematics"], units, name))
     if "bodies" in own:
         add("Six degrees of freedom", bodies.six_degrees(own["bodies"], units, name))
     if any(c.get("offsets_s") for c in (own["locate"].get("clocks") or {}).get("cameras", {}).values()):
         add("Which clock offset fits the motion", tracking.clock_search(own["locate"]["clocks"]["cameras"], colours))
     add("Tracks in each picture", tracking.tracks(centroids, colours, name))
-    add("Pixel locking: flat is good", tracking.pixel_locking(own["readings"], colours))
+    caption = "Pixel locking: flat is good where targets move; one at rest makes a peak"
+    add(caption, tracking.pixel_locking(own["readings"], colours))
     for camera, record in own["readings"].items():
         if record["worst"]:
             add("The moments that went worst", tracking.worst_moments(_unpacked(record["worst"]), camera))

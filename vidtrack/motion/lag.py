@@ -25,6 +25,7 @@ LEAST_OVERLAP = 0.5
 AS_GOOD = 2.0
 """Lags whose unexplained variance is within this factor of the least are equally likely; the shortest is taken."""
 FEWEST = 8
+"""Common samples below which no lag is told."""
 
 
 class Lag(NamedTuple):

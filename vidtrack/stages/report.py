@@ -9,7 +9,7 @@ import pandas as pd
 
 from vidtrack.telling import calibration_told as calibration
 from vidtrack.telling import runs_told as told
-from vidtrack.telling.page import Section, number, one_over, pick
+from vidtrack.telling.page import Section, interval, number, one_over, pick
 
 Record = Mapping[str, Any]
 
@@ -52,8 +52,7 @@ def report(
             parts.append(calibration.camera_section(record, rows, labellings.get(name, {}), units))  # type: ignore[arg-type]
         if stability is not None:
             parts.append(calibration.stability_section(stability, units))
-        tables = [calibration.measures_table(back, units)]
-        sections.append(Section("calibration", "Calibration", tables=tables, sections=parts))
+        sections.append(Section("calibration", "Calibration", sections=parts))
     if runs:
         glance = {name: {**run, **_measures(run)} for name, run in runs.items()}
         each = [_run_section(name, run, units) for name, run in runs.items()]
@@ -63,7 +62,7 @@ def report(
         _lead(back, runs, units),
         _warnings(cameras, labellings, stability, runs),
         tuple(sections),
-        (f"vidtrack {version}. Lengths in {units} unless said otherwise; px are frame buffer pixels.",),
+        (f"vidtrack {version}. The unit of length is {units} unless said otherwise; px are frame buffer pixels.",),
         dict(runs),
     )
 
@@ -97,7 +96,7 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
         low, high = comparison.get("lag_low_s"), comparison.get("lag_high_s")
         lines.append(
             f"The video shows the motion {number(comparison['lag_s'], 4)} s later than the reference "
-            f"(95 %: {number(low, 4)} to {number(high, 4)} s). With the lag removed they differ by "
+            f"(95 %: {interval(low, high)} s). With the lag removed they differ by "
             f"{number((comparison.get('after') or {}).get('rms'), 3)} {units} rms."
         )
     line = comparison.get("axis") or {}
@@ -105,7 +104,7 @@ def _run_lines(comparison: Record, locate: Record, units: str) -> list[str]:
         lines.append(
             f"The target moves along a line {number(line['skew_deg'], 3)} ± {number(line.get('skew_sd_deg'), 2)} "
             f"degrees off the {line.get('nearest')} axis: {number(line.get('run_out'), 3)} {units} over "
-            f"{number(line.get('length'), 3)}."
+            f"{number(line.get('length'), 3)} {units}."
         )
     miss = pick(locate, "samples", "mean_miss")
     if miss is not None:

@@ -25,9 +25,8 @@ def accuracy_section(back: Record, units: str) -> Section:
         f"{number(back.get('diagonal_field'), 4)} {units}; the survey's own tolerance is part of that.",
         _floor_line(back, units),
     ]
-    return Section(
-        "accuracy", "How well points are located", lines, [_axis_table(back, held, units), _error_table(back, units)]
-    )
+    tables = [_axis_table(back, held, units), _error_table(back, units), _measures_table(back, units)]
+    return Section("accuracy", "How well points are located", lines, tables)
 
 
 def camera_section(camera: Record, points: Sequence[Mapping[str, Any]], labelling: Record, units: str) -> Section:
@@ -53,7 +52,7 @@ def camera_section(camera: Record, points: Sequence[Mapping[str, Any]], labellin
     return Section(f"camera-{name}", name, lines, tables)
 
 
-def measures_table(back: Record, units: str) -> Table:
+def _measures_table(back: Record, units: str) -> Table:
     """Willson's four measures of every camera."""
     titles = {
         "distorted": "distorted image plane (px)",
@@ -68,7 +67,7 @@ def measures_table(back: Record, units: str) -> Table:
             cells = [number(told.get(k), 3) for k in ("mean", "sd", "max", "sse")]
             rows.append([camera, titles.get(key, key.replace("_", " ")), *cells])
     return Table(
-        "Willson's measures; a normalised calibration error of 1 means errors no larger than a pixel's own width",
+        "Each camera's error by Willson's four measures; a normalised one of 1 is no larger than a pixel's own width",
         ["camera", "measure", "mean", "sd", "max", "sum of squares"],
         rows,
     )

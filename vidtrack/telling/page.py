@@ -16,6 +16,12 @@ class Table:
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
 
+    @property
+    def worded(self) -> list[bool]:
+        """Of each column, whether it holds words, to be read from the left, and not numbers."""
+        columns = zip(*self.rows, strict=True) if self.rows else [[name] for name in self.header]
+        return [any(cell[:1].isalpha() for cell in cells) for cells in columns]
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -61,6 +67,14 @@ def number(value: Any, digits: int = 4) -> str:
         mantissa, power = text.split("e")
         return f"{mantissa}·10{_superscript(int(power))}"
     return text
+
+
+def interval(low: Any, high: Any) -> str:
+    """Both ends of an interval, to two figures of its width: 0.2 and 0.2003 are 0.20000 to 0.20030."""
+    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
+        return "–"
+    decimals = max(0, 1 - math.floor(math.log10(high - low))) if high > low else 4
+    return f"{low:.{decimals}f} to {high:.{decimals}f}"
 
 
 def share(value: Any, digits: int = 2) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vidtrack.telling.page import Table, number, one_over, pick, share
+from vidtrack.telling.page import Table, interval, number, one_over, pick, share
 
 Record = Mapping[str, Any]
 
@@ -32,7 +32,7 @@ def runs_table(runs: Mapping[str, Record], units: str) -> Table:
                 one_over(_share_of_field(run)),
             ]
         )
-    header = ["run", "targets", "length (s)", "samples", "located", f"largest mean sigma ({units})", "lag (s)"]
+    header = ["run", "targets", "length (s)", "samples", "located", f"mean sigma, worst axis ({units})", "lag (s)"]
     return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
 
 
@@ -50,7 +50,6 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
         for target in targets.values():
             for flag, part in (target.get("flags") or {}).items():
                 flags[flag] = flags.get(flag, 0.0) + part / len(targets)
-        pixels: Record = pick(own, "targets", next(iter(targets), ""), "pixels") or {}
         rows.append(
             [
                 camera,
@@ -59,12 +58,19 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
                 number(own.get("samples")),
                 share(own.get("measured"), 4),
                 ", ".join(f"{flag} {share(part)}" for flag, part in flags.items()) or "none",
-                number(pixels.get("mean"), 3),
-                f"{number(pixels.get('min'), 3)}–{number(pixels.get('max'), 3)}",
+                *_pixel_counts([target.get("pixels") or {} for target in targets.values()]),
             ]
         )
-    header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target", "range"]
+    header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target, mean", "range"]
     return Table("Reading and tracking", header, rows)
+
+
+def _pixel_counts(targets: Sequence[Record]) -> tuple[str, str]:
+    """Mean of the targets' mean number of pixels, and the least and the most of any."""
+    means, least, most = ([t[key] for t in targets if t.get(key) is not None] for key in ("mean", "min", "max"))
+    if not means:
+        return "–", "–"
+    return number(sum(means) / len(means), 3), f"{number(min(least), 3)}–{number(max(most), 3)}"
 
 
 def clock_table(locate: Record) -> Table | None:
@@ -94,9 +100,9 @@ def clock_lines(locate: Record) -> list[str]:
         witnesses: Record = own.get("witnesses") or {}
         if not witnesses:
             continue
-        low, high = (number(1000 * v if v is not None else None, 4) for v in own["offset_s_95"])
+        ends = interval(*(1000 * v if v is not None else None for v in own["offset_s_95"]))
         line = (
-            f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {low} to {high}), "
+            f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {ends}), "
             f"told by the {' and the '.join(w for w, said in witnesses.items() if said['used'])}"
         )
         rate, sd = own["rate_ppm"], own["rate_ppm_sd"]
@@ -162,7 +168,8 @@ def truth_table(comparison: Record, units: str) -> Table | None:
         rows.append([axis, *cells])
     part = truth.get("one_over")
     mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
-    return Table(f"Against truth.csv: mean error in space {mean}", ["axis", "bias", "mean", "rms", "max"], rows)
+    caption = f"Video minus truth.csv, {units}; mean error in space {mean}"
+    return Table(caption, ["axis", "bias", "mean error", "rms", "max"], rows)
 
 
 def waterline_table(runup: Any, units: str) -> Table:
