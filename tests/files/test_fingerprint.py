@@ -3,7 +3,7 @@ import os
 import pytest
 
 from vidtrack.files import fingerprint
-from vidtrack.files.fingerprint import Checksums, Fingerprints, code_fingerprint
+from vidtrack.files.fingerprint import Checksums, Fingerprints
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def edited(package, name, old, new):
 
 
 def both():
-    return code_fingerprint("vidtrack.jobs.a"), code_fingerprint("vidtrack.jobs.b")
+    return Fingerprints().of("vidtrack.jobs.a"), Fingerprints().of("vidtrack.jobs.b")
 
 
 def test_comments_and_docstrings_count_for_nothing(package):

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.camera import project, undistorted_from_frame_buffer
-from vidtrack.location.epipolar import epipolar_curve, epipolar_distance, essential
+from vidtrack.camera import line_of_sight, project, undistorted_from_frame_buffer
+from vidtrack.location.epipolar import epipolar_distance, essential
 from vidtrack.simulate.rig import look_at, thesis_rig
 
 
@@ -37,7 +37,9 @@ def test_the_distance_is_that_from_the_curve_itself():
     rng = np.random.default_rng(0)
     p = rng.uniform(-25, 25, (100, 3))
     seen = project(b, p) + rng.normal(0, 1, (100, 2))
-    curve = epipolar_curve(a, b, project(a, p), nearest=90, farthest=260, n=20_000)
+    # where b may see what a sees, 90 to 260 in from a; equal steps of 1/distance are nearly equal ones in the picture
+    origin, direction = line_of_sight(a, project(a, p))
+    curve = project(b, origin + direction[:, None] / np.linspace(1 / 90, 1 / 260, 20_000)[:, None])
     exact = np.linalg.norm(curve - seen[:, None], axis=-1).min(-1)
     # first order in a px or two of a lens that bends over hundreds; steps of the polyline are 0.02 px
     assert np.abs(epipolar_distance(a, b, project(a, p), seen)) == pytest.approx(exact, rel=0.01, abs=0.005)

@@ -77,15 +77,13 @@ def test_an_offset_of_many_frames_is_searched_for():
     assert 30 * found.clocks[1].offset_s == pytest.approx(14.3, abs=0.02)
 
 
-def test_the_interval_is_honest():
+def test_the_standard_error_is_honest():
     off = []
     for seed in range(25):
         rig, times, tracks = recorded(pluck, 6, 30, 0.3 / 30, noise=0.15, rng=np.random.default_rng(seed))
         found = estimate_clocks(rig, times, tracks, free=[1], rate=False, max_offset_s=0.05)
         # centroids so noisy that what they have in common (CENTROID_BIAS_PX) does not count
         off.append((found.clocks[1].offset_s - 0.01) / found.sd[1].offset_s)
-        low, high = found.interval95(1)[0]
-        assert high - low == pytest.approx(3.92 * found.sd[1].offset_s)
     assert 0.6 < np.mean(np.square(off)) < 1.5  # 25 trials: one sd of the mean square is .28
 
 

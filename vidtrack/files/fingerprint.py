@@ -61,11 +61,6 @@ class Fingerprints:
         return known[1], known[2]
 
 
-def code_fingerprint(module: str) -> str:
-    """A hash of what `module` and every module that it reaches inside the package do."""
-    return Fingerprints().of(module)
-
-
 def _remembered(store: str | None) -> dict[str, Any]:
     try:
         with open(store or "", encoding="utf-8") as file:

@@ -41,7 +41,6 @@ class Correspondence(NamedTuple):
     runner_up_px: Array  # (m,) that of the best other match of any of its tracks that explains as much; inf: none
     ambiguous: NDArray[np.bool_]  # (m,) another match explains the tracks about as well
     n_common: Indices  # (m,) moments at which two cameras or more saw it, of those looked at
-    looked_at: int
 
 
 class _Pair(NamedTuple):
@@ -95,7 +94,7 @@ def match_tracks(
             if track != NONE:
                 target[camera][track] = k
     _add_fragments(target, b, pairs, ambiguous)
-    return Correspondence(target, candidates.error[chosen], runner_up, ambiguous, candidates.n_common[chosen], T)
+    return Correspondence(target, candidates.error[chosen], runner_up, ambiguous, candidates.n_common[chosen])
 
 
 def by_target(tracks: ArrayLike, target: Indices, m: int) -> Array:

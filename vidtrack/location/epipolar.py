@@ -18,8 +18,6 @@ from vidtrack.camera import (
     Array,
     Camera,
     distorted_from_frame_buffer,
-    line_of_sight,
-    project,
     undistorted_from_distorted,
     undistorted_jacobian,
 )
@@ -63,16 +61,3 @@ def _with_gradient(camera: Camera, b: ArrayLike) -> tuple[Array, Array, Array]:
     by_x = J[..., 0] * (camera.dx / camera.Sx)
     by_y = J[..., 1] * camera.dy - J[..., 0] * (camera.skew * camera.dy / camera.Sx)
     return np.concatenate([u, np.ones((*u.shape[:-1], 1))], -1), by_x, by_y
-
-
-def epipolar_curve(
-    a: Camera, b: Camera, seen_by_a: ArrayLike, *, nearest: float, farthest: float, n: int = 50
-) -> Array:
-    """Where b may see what a sees, as a polyline (..., n, 2) px, for distances from camera a in world units.
-
-    NaN where a point of the line of sight is behind b or beyond the fold of its lens.
-    """
-    origin, direction = line_of_sight(a, seen_by_a)
-    # equal steps of 1/distance are roughly equal steps along the curve
-    reach = 1 / np.linspace(1 / nearest, 1 / farthest, n)
-    return project(b, origin + direction[..., None, :] * reach[:, None])

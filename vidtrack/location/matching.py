@@ -33,7 +33,7 @@ def matched(
         # one target in every camera: there is nothing else that it could be
         target = tuple(np.zeros(1, np.intp) for _ in views)
         error = match_errors(cameras, tracks)
-        alone = Correspondence(target, error, np.full(1, np.inf), np.zeros(1, bool), np.zeros(1, np.intp), 0)
+        alone = Correspondence(target, error, np.full(1, np.inf), np.zeros(1, bool), np.zeros(1, np.intp))
         return _only_choice(alone, error, tolerance_px, warnings), _labels(views, alone, names)
     return match, _labels(views, match, names)
 
@@ -56,14 +56,8 @@ def _by_name(views: Sequence[View], tracks: Sequence[Array], names: list[str] | 
     seen = [by_target(b, t, len(shown)) for b, t in zip(tracks, target, strict=True)]
     common = (np.sum([np.isfinite(b[..., 0]) for b in seen], 0) >= 2).sum(-1)
     nobody = np.full(len(shown), np.inf)
-    return Correspondence(
-        target,
-        match_errors([v.camera for v in views], seen),
-        nobody,
-        np.zeros(len(shown), bool),
-        common,
-        int(tracks[0].shape[1]),
-    )
+    errors = match_errors([v.camera for v in views], seen)
+    return Correspondence(target, errors, nobody, np.zeros(len(shown), bool), common)
 
 
 def _labels(views: Sequence[View], match: Correspondence, names: list[str] | None) -> list[str]:

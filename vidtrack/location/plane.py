@@ -138,7 +138,7 @@ def fit_plane(
     pixels, places = pixels[good], places[good]
     start = _normalised(pixels, places, aspect, centre)
     noise = np.sqrt((sd[good] ** 2).mean(-1) * start.world_span**2 / start.span**2 + sigma[good] ** 2)
-    allowed = [m for m in MODELS if holds(m, pixels, places)]
+    allowed = [m for m in MODELS if holds(m, pixels)]
 
     def fitted(model: str) -> PlaneFit:
         return _finished(_fit(start, model, pixels, places, noise), pixels, places, noise, held_out)
@@ -185,7 +185,7 @@ def _spread(p: Array) -> float:
     return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0
 
 
-def holds(model: str, b: Array, p: Array) -> bool:
+def holds(model: str, b: Array) -> bool:
     """Whether points as they lie determine the model: enough of them, and of full rank."""
     if len(b) < 2 or 2 * len(b) < PARAMETERS[model]:
         return False
@@ -288,7 +288,7 @@ def _held_out(start: Plane, model: str, b: Array, p: Array, noise: Array) -> flo
     errors = []
     for k in range(parts):
         seen = fold != k
-        if not holds(model, b[seen], p[seen]) or (model == "scale" and len(b) == 2):
+        if not holds(model, b[seen]) or (model == "scale" and len(b) == 2):
             return float("nan")
         plane = _fit(start, model, b[seen], p[seen], noise[seen])
         errors.append(((p[~seen] - world_from_frame_buffer(plane, b[~seen])) ** 2).sum(-1))

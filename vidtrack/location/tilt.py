@@ -38,7 +38,7 @@ def tilt(
     places: Array = np.asarray(p, float)
     good = np.isfinite(pixels).all(-1) & np.isfinite(places).all(-1)
     pixels, places = pixels[good], places[good]
-    if len(pixels) < 4 or not holds("homography", pixels, places):
+    if len(pixels) < 4 or not holds("homography", pixels):
         return Tilt(np.nan, np.nan)
     width, height = image_size if image_size is not None else (pixels[:, 0].max() / aspect + 1, pixels[:, 1].max() + 1)
     world = np.column_stack([places, np.zeros(len(places))])

@@ -56,19 +56,6 @@ class Clocks(NamedTuple):
     error_by_offset: Array  # (n_cameras, m) px, rms distance with the camera off by so much from its estimate
     ambiguous: tuple[bool, ...]  # another offset fits about as well (a periodic motion)
 
-    def sd_at(self, camera: int, t: ArrayLike) -> Array:
-        """Standard deviation, s, of a camera's right times, at times t (n,) after its first sample, s."""
-        by = np.stack([np.ones_like(np.asarray(t, float)), np.asarray(t, float) * 1e-6])
-        return np.asarray(np.sqrt(np.maximum(np.einsum("in,ij,jn->n", by, self.covariance[camera], by), 0.0)))
-
-    def interval95(self, camera: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The 95 % confidence intervals of a camera's offset, s, and rate, ppm."""
-        at, sd = self.clocks[camera], self.sd[camera]
-        return (
-            (at.offset_s - 1.96 * sd.offset_s, at.offset_s + 1.96 * sd.offset_s),
-            (at.rate_ppm - 1.96 * sd.rate_ppm, at.rate_ppm + 1.96 * sd.rate_ppm),
-        )
-
 
 def estimate_clocks(
     cameras: Sequence[Camera],

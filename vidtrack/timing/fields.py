@@ -73,11 +73,6 @@ def split(luma: Luma, order: str) -> tuple[Field, Field]:
     )
 
 
-def frame_row(field_row: ArrayLike, parity: ArrayLike) -> Array:
-    """Yf, px of the frame buffer, of rows of a field: 2 r + parity. Rows may lie between whole ones."""
-    return np.asarray(2 * np.asarray(field_row, float) + np.asarray(parity))
-
-
 def offsets(names: ArrayLike, order: str) -> Array:
     """Frames after the frame's own time at which samples were taken, in the shape of `names`.
 
