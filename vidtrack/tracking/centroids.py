@@ -190,13 +190,23 @@ def measure(
     plane = _background(grey, found.mask, sums, noise)
     rise = _half_contrast(grey, target, plane, pixels) if threshold is None else np.asarray(threshold) - plane.value
     level = plane.value + np.maximum(4.5 * noise, 0.1 * rise)
-    region = _soft_edge(windows, target, None if alone else found.mask, level)
+    low = _low(windows, level, target.shape)
+    region = _soft_edge(low, target, None if alone else found.mask)
     x, y, mass, sd_x, sd_y, area = _weighted(grey, region, plane, sums)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if kind == "binary":
         x, y, sd_x, sd_y = _binary(target, sums)
     elif kind == "ellipse":
         x, y, sd_x, sd_y = _ellipse(grey, region, plane, sums, contrast, pixels, x, y)
+    if kind != "binary":
+        from vidtrack.tracking.neighbours import crowded, measure_beside
+
+        others = None if alone else found.mask & ~target
+        if (who := crowded(low, target, others)).size:
+            beside = measure_beside(grey, target, found.mask, rise, pixels, who, sums, noise)
+            for values, better in zip((x, y, mass, sd_x, sd_y, area, *plane), beside, strict=True):
+                values[..., who] = better
+            contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if not alone:
         for values in (x, y, sd_x, sd_y, mass):
             values[none] = np.nan
@@ -342,17 +352,19 @@ def _half_contrast(grey: Picture, target: NDArray[np.uint8], plane: _Plane, pixe
     return half
 
 
-def _soft_edge(
-    windows: Windows, target: NDArray[np.uint8], mask: NDArray[np.uint8] | None, level: Array
-) -> NDArray[np.uint8]:
-    """The target with its soft edge: grown twice through pixels above `level` (n,), then by one more.
+def _low(windows: Windows, level: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """1 where pixels are above `level` (n,), in an array of this shape."""
+    low = np.zeros(shape, np.uint8)
+    low[..., : windows.raw.shape[2]] = above(windows, level)
+    return low
+
+
+def _soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+    """The target with its soft edge: grown twice through pixels that are `low` or more, then by one more.
 
     mask  everything above the threshold: pixels within two of what is not the target are nobody's. None: nothing else
     """
-    height, _, width = windows.raw.shape
-    shape, flat = target.shape, (height, -1)
-    low = np.zeros(shape, np.uint8)
-    low[..., :width] = above(windows, level)
+    shape, flat = target.shape, (target.shape[0], -1)
     region = target
     for _ in range(2):
         region = cv2.dilate(region.reshape(flat), _SQUARE3).reshape(shape)
@@ -363,7 +375,7 @@ def _soft_edge(
         if others.any():
             near = cv2.dilate(others.reshape(flat), _SQUARE3, iterations=2).reshape(shape)
             region &= ~near | target
-    region[..., width:] = 0
+    region[..., -SEPARATOR:] = 0
     return np.asarray(region, np.uint8)
 
 

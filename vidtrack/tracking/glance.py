@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vidtrack.tracking.centroids import FULL_SCALE, QUANTISATION_SD
 from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.look import GRAIN, LIKE, Seen
+from vidtrack.tracking.look import GRAIN, LIKE, PULL, Seen
 from vidtrack.tracking.sample import Sample
 
 Array = NDArray[np.float64]
@@ -37,6 +37,8 @@ NEAR_CENTRE = 0.6
 """px from the middle of its window's middle pixel up to which a target is well inside its mask."""
 OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
+UNEVEN = 5.5
+"""Sigmas by which four harmonics of a ring may differ from a plane by chance: once in 200 000 windows."""
 STRAY = 2.0**20
 """A pixel outside of the mask counts as many as no target has."""
 CHUNK = 100_000
@@ -44,8 +46,10 @@ CHUNK = 100_000
 
 
 class Weights(NamedTuple):
-    """Windows (m, height * width) times `linear` (.., 4) are mass, m_x, m_y and the background.
+    """Windows (m, height * width) times `linear` (.., 8) are mass, m_x, m_y, the background, and how the ring differs
+    from a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1.
 
+    pull           px by which one grey level of those may have moved the target, times its mass
     inside            weights of what is counted: 1 within the mask, STRAY without
     x_noise, y_noise  sd of m_x, m_y for a noise of 1
     ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
@@ -54,6 +58,7 @@ class Weights(NamedTuple):
     width: int
     height: int
     linear: Float32
+    pull: float
     inside: Float32
     x_noise: float
     y_noise: float
@@ -73,12 +78,26 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     mass = disc - disc.sum() * plane[0]
     m_x = disc * x - (disc * x * x).sum() * plane[1]
     m_y = disc * y - (disc * y * y).sum() * plane[2]
-    linear = np.stack([mass, m_x, m_y, plane[0]], axis=1).astype(np.float32)
+    uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
+    linear = np.stack([mass, m_x, m_y, plane[0], *uneven], axis=1).astype(np.float32)
+    pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
     inside = (disc + STRAY * (1 - disc)).astype(np.float32)
     noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
-    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, inside, *noise, columns, across.astype(np.float32))
+    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across.astype(np.float32))
+
+
+def _harmonics(x: Array, y: Array, ring: Array, plane: Array, powers: Array) -> Array:
+    """Weights (4, pixels) of length 1 for cos 2t, sin 2t, cos 3t and sin 3t over the ring, blind to any plane.
+
+    x, y (pixels,) in half axes; ring: 1 on it; plane and powers (3, pixels) such that plane @ I are the coefficients
+    of the powers. The outer pixels weigh more: a neighbour comes in from there
+    """
+    around = ((x + 1j * y) / np.hypot(x, y).clip(1e-9)) ** np.array([[2], [3]]) * ring * (np.hypot(x, y) - 1)
+    bare = np.concatenate([around.real, around.imag])
+    blind = bare - (bare @ powers.T) @ plane
+    return np.asarray(blind / np.linalg.norm(blind, axis=1, keepdims=True))
 
 
 class Known(NamedTuple):
@@ -113,14 +132,16 @@ def glance(
     count = _counted(bright, known.threshold, w, detection).reshape(k, n)
     noise = _noise(bright, w, detection, n) if careful else known.unrest
     saturated = _at_full_scale(bright, count, w, detection)
-    mass, m_x, m_y, background = moments.reshape(4, k, n)
+    mass, m_x, m_y, background, uneven = moments.reshape(5, k, n)
     mass = np.where(mass > 0, mass, np.nan)
     off = np.stack([m_x / mass, m_y / mass])
     unlike = np.exp(LIKE + GRAIN / known.pixels)
     least = np.maximum(known.pixels / unlike, detection.min_pixels)
     clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, STRAY))
     clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
-    clear &= noise <= 2 * np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    quiet = np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    clear &= noise <= 2 * quiet
+    clear &= uneven <= np.maximum(UNEVEN * quiet, mass * (PULL / w.pull)) ** 2
     if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
         clear &= ~doubled
     values = np.empty((12, k, n))
@@ -143,7 +164,7 @@ def glance(
 def _centred(
     samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
 ) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
-    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (4, k n); their middle pixels
+    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (5, k n); their middle pixels
     (2, k n), column and row of the sample; and whether their masks lie within the picture (k n).
     """
     k, n = predicted.shape[:2]
@@ -225,11 +246,15 @@ def _windows(
 
 
 def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
-    """Mass, m_x, m_y and background of windows, (4, m), grey levels and px."""
-    found = np.empty((len(bright), 4), np.float32)
+    """Mass, m_x, m_y and background of windows, grey levels and px, and the sum of the harmonics squared, (5, m)."""
+    found = np.empty((len(bright), w.linear.shape[1]), np.float32)
     for some in _chunks(bright):
         np.matmul(bright[some].astype(np.float32), w.linear, out=found[some])
-    return np.ascontiguousarray(found.T, float) * detection.scale
+    moments = np.empty((5, len(bright)))
+    np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
+    np.einsum("mu,mu->m", found[:, 4:], found[:, 4:], out=moments[4])
+    moments[4] *= detection.scale * detection.scale
+    return moments
 
 
 def _chunks(bright: NDArray[Any]) -> list[slice]:
