@@ -15,7 +15,7 @@ from vidtrack.job import Job
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run one job; 0 when its outputs stand, 1 when a problem was told."""
+    """Run one job; 0 when its outputs stand, 1 when a problem was told, 130 when someone pressed Ctrl-C."""
     arguments = _parser().parse_args(argv)
     if arguments.log and os.path.exists(arguments.log):
         os.unlink(arguments.log)
@@ -26,9 +26,13 @@ def main(argv: Sequence[str]) -> int:
         _tell([f"vidtrack: {problem}" for problem in error.problems], arguments.log)
         return 1
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
+        # a disk that is full names no file
+        where = ", ".join([error.filename] if error.filename else [path for _, path in arguments.output])
+        where += ": " if where else ""
         _tell([f"vidtrack: {where}{error.strerror or error}. Mend it and run again."], arguments.log)
         return 1
+    except KeyboardInterrupt:
+        return 130
     return 0
 
 
