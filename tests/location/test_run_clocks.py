@@ -119,3 +119,16 @@ def test_a_reference_whose_own_clock_is_corrected_passes_its_correction_on():
     assert own["rate_ppm"] == pytest.approx(50.0)
     # 10 s after the flash was timed its offset is 0.3 ms more
     assert own["offset_s"] == pytest.approx(0.112 + 10 * 30e-6, abs=2e-6)
+
+
+def test_sound_is_doubted_by_what_it_needs_from_camera_to_camera():
+    """From any direction: D cos(angle) later, the cosine uniform, so D / sqrt 3 at 343 m/s; D in the world's unit."""
+    a, b = thesis_rig(2)
+    metres = 0.0254 * float(np.linalg.norm(a.position - b.position))
+    own, _ = located(rest, Clock(0.012), {"sound": said(0.012, 1e-6)}, "sound")
+    assert own["offset_s_sd"] == pytest.approx(metres / np.sqrt(3) / 343, rel=1e-3)
+
+
+def test_a_witness_from_before_midnight_is_no_day_late():
+    own, _ = located(rest, Clock(0.012), {"flash": said(0.012, rate=30.0, at_s=START - 10 + 86400)}, "flash")
+    assert own["offset_s"] == pytest.approx(0.012 + 10 * 30e-6, abs=1e-6)
