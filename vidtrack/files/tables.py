@@ -111,13 +111,26 @@ def read_picks(path: Path, camera: str | None = None) -> DataFrame:
     return _of_camera(read_csv(path, PICKS), camera)
 
 
-def read_targets(path: Path, camera: str | None = None) -> DataFrame:
-    """Where boxes start: camera, target, Xf, Yf (px), width, height (px, NaN: the config's box)."""
+def read_targets(path: Path, camera: str, size: tuple[int, int]) -> DataFrame:
+    """Where a camera's boxes start: camera, target, Xf, Yf (px), width, height (px, NaN: the config's box).
+
+    size   px, of the camera's picture; VidtrackError, a line each, for boxes whose middle lies outside of it
+    """
     table = read_csv(path, TARGETS)
     for name in ("width", "height"):
         if name not in table:
             table[name] = math.nan
-    return _of_camera(table, camera)
+    table = _of_camera(table, camera)
+    outside = ~(table["Xf"].between(0, size[0] - 1) & table["Yf"].between(0, size[1] - 1))
+    if outside.any():
+        raise VidtrackError(
+            *(
+                f"{path}, line {row.line}: target {row.target} at ({row.Xf:g}, {row.Yf:g}) is outside the picture of "
+                f"{camera}, {size[0]} x {size[1]} px. Correct Xf and Yf."
+                for row in table[outside].itertuples()
+            )
+        )
+    return table
 
 
 def read_truth(path: Path) -> DataFrame:

@@ -28,8 +28,9 @@ def run(job: Job) -> None:
     """Follow the targets; write the table, the record, and how bright each picture was."""
     settings = job.settings
     camera = settings["camera"]
-    boxes = read_targets(job.path("targets"), camera) if job.paths("targets") else None
     with open_video(job.path("video"), threads=job.threads) as video:
+        size = (video.info.width, video.info.height)
+        boxes = read_targets(job.path("targets"), camera, size) if job.paths("targets") else None
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
         meter = LightMeter(info.bits)

@@ -1,0 +1,42 @@
+"""Tables that people wrote: columns that they left out are filled in, what cannot be is told by line."""
+
+import math
+
+import pytest
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.tables import read_picks, read_points, read_targets
+
+
+def written(tmp_path, text):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    return path
+
+
+def test_points_without_a_tolerance_have_none(tmp_path):
+    table = read_points(written(tmp_path, "tag,x,y,z\n1,0,0,5\n"))
+    assert list(table.columns[:5]) == ["tag", "x", "y", "z", "sigma"]
+    assert math.isnan(table["sigma"][0])
+
+
+def test_picks_are_those_of_the_camera(tmp_path):
+    path = written(tmp_path, "camera,tag,Xf,Yf\ncam1,1,10,20\ncam2,1,30,40\n")
+    assert read_picks(path, "cam2")["Xf"].tolist() == [30]
+    assert len(read_picks(path)) == 2
+
+
+def test_boxes_that_start_outside_the_picture_are_told_by_line_those_of_other_cameras_are_their_own(tmp_path):
+    path = written(tmp_path, "camera,target,Xf,Yf\ncam1,a,0,479\ncam1,b,512,3\ncam1,c,5,-1\ncam2,a,1900,3\n")
+    with pytest.raises(VidtrackError) as caught:
+        read_targets(path, "cam1", (512, 480))
+    first, second = caught.value.problems
+    assert "line 3: target b at (512, 3) is outside the picture of cam1, 512 x 480 px" in first
+    assert "line 4: target c" in second
+    assert read_targets(path, "cam2", (1920, 1080))["Xf"].tolist() == [1900]
+
+
+def test_a_box_without_a_size_takes_the_configs(tmp_path):
+    table = read_targets(written(tmp_path, "camera,target,Xf,Yf,width\ncam1,a,1,2,30\n"), "cam1", (512, 480))
+    assert table["width"][0] == 30
+    assert math.isnan(table["height"][0])
