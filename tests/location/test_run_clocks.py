@@ -33,14 +33,15 @@ def said(offset_s, sd_s=1e-4, *, rate=0.0, rate_sd=1.0, reference="cam1", at_s=S
     return {**told, "n": 5, "of": 5}
 
 
-def located(path, clock, heard=None, clocks="auto", *, seconds=8.0, seed=0):
-    """Two cameras; the second one's time needs `clock` to be right."""
+def located(path, clock, heard=None, clocks="auto", *, seconds=8.0, seed=0, late_s=0.0):
+    """Two cameras; the second one's time needs `clock` to be right, and it is switched on `late_s` after the first."""
     rng = np.random.default_rng(seed)
     t = START + np.arange(round(seconds * RATE)) / RATE
     tables, cameras = {}, {}
     for camera, own in zip(thesis_rig(2), (Clock(), clock), strict=True):
         b = project(camera, path(own.corrected(t) - START)) + rng.normal(0, 0.05, (t.size, 2))
-        tables[camera.name] = pd.DataFrame({"time_s": t, "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
+        table = pd.DataFrame({"time_s": t, "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
+        tables[camera.name] = table[t >= START + late_s] if camera.name == "cam2" else table
         cameras[camera.name] = (camera, None)
     given = {"cam2": clocks} if isinstance(clocks, str) else clocks
     record = locate(tables, cameras, targets=1, clocks=given, heard={"cam2": heard} if heard else None).record
@@ -132,3 +133,9 @@ def test_sound_is_doubted_by_what_it_needs_from_camera_to_camera():
 def test_a_witness_from_before_midnight_is_no_day_late():
     own, _ = located(rest, Clock(0.012), {"flash": said(0.012, rate=30.0, at_s=START - 10 + 86400)}, "flash")
     assert own["offset_s"] == pytest.approx(0.012 + 10 * 30e-6, abs=1e-6)
+
+
+def test_a_reference_that_runs_slow_has_lost_time_when_the_other_camera_begins():
+    clocks = {"cam1": {"offset_s": 0.0, "rate_ppm": 200.0}, "cam2": "flash"}
+    own, _ = located(rest, Clock(), {"flash": said(0.0, at_s=START + 5)}, clocks, late_s=5)
+    assert own["offset_s"] == pytest.approx(5 * 200e-6, rel=1e-3)
