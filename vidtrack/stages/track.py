@@ -19,10 +19,11 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.look import PIXELS, X, Y
+from vidtrack.tracking.look import MASS, PIXELS, SD_X, SD_Y, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.scatter import Scatter, scatter
 from vidtrack.tracking.threshold import automatic, background_level, noise_sd
 from vidtrack.tracking.tracker import MEMORY, Rows, Starts, Tracker, present
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
@@ -75,8 +76,9 @@ def track(
     start, end   frame number or time code of the first and the last sample used
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
-    sd_y (px), pixels, total_pixels, mass, contrast, background (grey levels), box_x, box_y (px, the box's left top
-    corner), box_w, box_h, flag. A target that was not measured has NaN and a flag that says why; its box is a guess.
+    sd_y (px, from noise and contrast, grown to what `scatter` tells), pixels, total_pixels, mass, contrast, background
+    (grey levels), box_x, box_y (px, the box's left top corner), box_w, box_h, flag. A target that was not measured has
+    NaN and a flag that says why; its box is a guess.
     Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
     """
     names, boxes = _named(targets, start_boxes, box)
@@ -120,9 +122,11 @@ def track(
     tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
     moment = _moments(stamps, order)
+    seen = _grown(rows, moment, info)
     table = _table(rows, moment, names, starts, info)
     diagnostics = _diagnosed(rows, moment, names, tracker, info)
     diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
+    _tell_scatter(diagnostics, seen, names)
     if waiting:
         missing = ", ".join(names[i] for i in waiting)
         diagnostics["problems"].append(f"never found: {missing}. Give a start box in targets.csv, or a threshold.")
@@ -328,6 +332,34 @@ def _late_comers(
         looks = [float(trail.pixels[-1]), float(trail.contrast[-1]), np.nan, *trail.size[-1].tolist()]
         tracker.begin(waiting.pop(0), trail.position, times, looks)
     return waiting
+
+
+def _grown(rows: Rows, moment: _Moments, info: VideoInfo) -> Scatter:
+    """Let the sd of the centroids in `rows` bear out how the tracks scatter; tells by how much."""
+    fields = len(set(moment.offset))
+    time = fields * (moment.time * float(info.rate) + moment.offset)
+    sd = rows.values[[SD_X, SD_Y]]
+    seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=fields)
+    rows.values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
+    return seen
+
+
+def _tell_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
+    for i, name in enumerate(names):
+        x, y = seen.factor[:, i]
+        diagnostics["targets"][name]["sd_grown"] = {"x": float(x), "y": float(y)}
+        if seen.rough[i]:
+            diagnostics["problems"].append(
+                f"{name}: its track scatters {np.nanmax(seen.track[:, i]):.0f} times as much as noise and contrast "
+                f"explain, its light {max(seen.light[i], 1.0):.1f} times: it shakes, is blurred, or pictures repeat. "
+                "Its sd_x, sd_y are grown by the latter only."
+            )
+    if names:
+        x, y = np.median(seen.factor, axis=1)
+        diagnostics["sd"] = (
+            f"sd grown by {x:.2f} in X, {y:.2f} in Y: so much more do the tracks scatter than noise "
+            "and contrast explain (median of the targets)"
+        )
 
 
 def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info: VideoInfo) -> DataFrame:
