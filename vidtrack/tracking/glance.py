@@ -179,9 +179,9 @@ def _centred(
     centre = np.minimum(np.maximum(wanted, low), high)
     whole = (wanted == centre).all(axis=0)
     pictures = [sample.luma for sample in samples]
-    strips = [_strips(picture, w.width) for picture in pictures]
+    views = [_views(picture, w) for picture in pictures]
     each = list(range(0, k * n + 1, n))
-    bright = _windows(pictures, strips, each, centre - reach, w, detection)
+    bright = _windows(pictures, views, each, centre - reach, w, detection)
     moments = _moments(bright, w, detection)
     missed = np.arange(k * n)
     for _ in range(RECENTRE):
@@ -197,26 +197,26 @@ def _centred(
         whole[missed] &= (wanted == moved).all(axis=0)
         centre[:, missed] = moved
         first = np.searchsorted(missed, each).tolist()
-        again = _windows(pictures, strips, first, moved - reach, w, detection)
+        again = _windows(pictures, views, first, moved - reach, w, detection)
         bright[missed] = again
         moments[:, missed] = _moments(again, w, detection)
     return bright, moments, centre, whole
 
 
-def _strips(luma: NDArray[Any], width: int) -> NDArray[Any]:
-    """Every run of `width` pixels in a row of the picture, (rows, columns - width + 1), as a view; each is one element
-    of a void type, which is quicker to copy, or where pixels are not side by side a last axis more.
+def _views(luma: NDArray[Any], w: Weights) -> NDArray[Any]:
+    """Every window of the picture, (rows - height + 1, columns - width + 1, height), as a view: a row of one is one
+    element of a void type, which is quicker to copy, or where pixels are not side by side a last axis more.
     """
     rows, columns = luma.shape
     down, across = luma.strides
-    shape = (rows, columns - width + 1, width)
-    strips = np.lib.stride_tricks.as_strided(luma, shape, (down, across, across), writeable=False)
-    return strips.view(f"V{width * across}")[..., 0] if across == luma.itemsize else strips
+    shape = (rows - w.height + 1, columns - w.width + 1, w.height, w.width)
+    views = np.lib.stride_tricks.as_strided(luma, shape, (down, across, down, across), writeable=False)
+    return views.view(f"V{w.width * across}")[..., 0] if across == luma.itemsize else views
 
 
 def _windows(
     pictures: Sequence[NDArray[Any]],
-    strips: Sequence[NDArray[Any]],
+    views: Sequence[NDArray[Any]],
     first: Sequence[int],
     corner: Ints,
     w: Weights,
@@ -229,14 +229,14 @@ def _windows(
     """
     rows, columns = pictures[0].shape
     inside = np.minimum(np.maximum(corner, 0), [[columns - w.width], [rows - w.height]])
-    row, column = inside[1, :, None] + np.arange(w.height), inside[0, :, None]
+    column, row = inside
     beyond = (inside != corner).any(axis=0)
     outside = bool(beyond.any())
     cut = np.empty((corner.shape[1], w.height * w.width), pictures[0].dtype)
-    for picture, strip, a, b in zip(pictures, strips, first[:-1], first[1:], strict=True):
+    for picture, view, a, b in zip(pictures, views, first[:-1], first[1:], strict=True):
         if a == b:
             continue
-        cut[a:b] = strip[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
+        cut[a:b] = view[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
         if outside and (some := a + np.flatnonzero(beyond[a:b])).size:
             x, y = corner[:, some]
             down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)

@@ -105,6 +105,7 @@ class Tracker:
         self.recovery = Recovery(self, far=far)
         self.done, self.reach = 0, 1
         self.waiting: list[Sample] = []
+        self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
         self._window_pixels = 1e5
         self._marked: NDArray[Any] | None = None
         self.blocks: list[Rows] = []
@@ -115,6 +116,7 @@ class Tracker:
         if not self.blocks and not self.waiting and samples:
             self.times = self.times + samples[0].time
         self.waiting += samples
+        self._totals += [self._count(sample) for sample in samples]
         at = 0
         while len(self.waiting) - at >= REACH:
             at += self._step(self.waiting[at : at + REACH])
@@ -196,7 +198,8 @@ class Tracker:
         if due.any():
             self.recovery.seek(samples[taken - 1], np.flatnonzero(due), predicted[taken - 1], block, taken - 1)
         self.reach = min(REACH, self.reach + 1) if taken == k and not blurred.size else taken
-        self._count(block, samples, taken)
+        block.total_pixels[:taken] = self._totals[:taken]
+        del self._totals[:taken]
         self.blocks.append(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]))
         self._spans.append(times[:taken])
         self.done += taken
@@ -270,17 +273,19 @@ class Tracker:
             corner[:, unborn] = np.nan
         return Rows(np.full((MEASURED, k, n), np.nan), corner, flag, np.zeros(k))
 
-    def _count(self, block: Rows, samples: Sequence[Sample], taken: int) -> None:
-        """Pixels of the whole samples on the targets' side of the threshold."""
+    def _count(self, sample: Sample) -> int:
+        """Pixels of a whole sample on the targets' side of the threshold.
+
+        Done as a sample comes: whoever cuts windows from it soon finds it in the processor's caches.
+        """
         level, kind = self.level / self.detection.scale, cv2.THRESH_BINARY
         if self.detection.dark:  # BINARY_INV keeps what is not above: a dark pixel lies below the level
             level, kind = float(np.ceil(self.detection.full - level)) - 1, cv2.THRESH_BINARY_INV
-        for j in range(taken):
-            luma = samples[j].luma
-            if self._marked is None or self._marked.shape != luma.shape or self._marked.dtype != luma.dtype:
-                self._marked = np.empty(luma.shape, luma.dtype)
-            cv2.threshold(luma, level, 1, kind, dst=self._marked)
-            block.total_pixels[j] = cv2.countNonZero(self._marked)
+        luma = sample.luma
+        if self._marked is None or self._marked.shape != luma.shape or self._marked.dtype != luma.dtype:
+            self._marked = np.empty(luma.shape, luma.dtype)
+        cv2.threshold(luma, level, 1, kind, dst=self._marked)
+        return cv2.countNonZero(self._marked)
 
     def _not_clutter(self, seen: Seen) -> Bools:
         """Clear, and not one of the things that stood still from the beginning."""
@@ -333,7 +338,7 @@ class Tracker:
         block = self._blank([sample], self._predicted(times))
         block.flag[:] = CORRUPT | PREDICTED
         self._remember(block, times, 1)
-        self._count(block, [sample], 1)
+        block.total_pixels[0] = self._totals.pop(0)
         self.blocks.append(block)
         self._spans.append(times)
         self.done += 1
