@@ -35,7 +35,7 @@ def test_both_ends_of_an_interval_have_two_figures_of_its_width():
 
 
 def test_a_column_holds_words_where_a_cell_begins_with_a_letter():
-    rows = [["cam1", "0.2", "tmcd", "–"], ["cam2", "–", "none", "1/24 100"]]
+    rows = [["cam1", "0.2", "tmcd", "–"], ["cam2", "–", "–", "1/24 100"]]
     assert Table("", ["camera", "rms", "time from", "share"], rows).worded == [True, False, True, False]
     assert Table("", ["camera", "rms"], []).worded == [True, True]
 
