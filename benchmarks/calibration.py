@@ -102,6 +102,15 @@ def held_out(n_cameras: int, noise: float, rng: np.random.Generator) -> tuple[np
     return truth, np.stack([project(c, truth) + rng.normal(0, noise, (500, 2)) for c in thesis_rig(n_cameras)])
 
 
+def trial(seed: int, noise: float, tolerance: float, m: int) -> tuple[list[pd.DataFrame], np.ndarray, np.ndarray]:
+    """A table a camera of what it saw of points surveyed within a tolerance; 500 other points, and as they were seen."""
+    rng = np.random.default_rng(seed)
+    p = thesis_points()[1]
+    survey = p + rng.uniform(-tolerance, tolerance, p.shape)
+    tables = [sightings(c, noise, survey, rng) for c in thesis_rig(m)]
+    return tables, *held_out(m, noise, rng)
+
+
 def error(cameras: list[Camera], truth: np.ndarray, b: np.ndarray, noise: float) -> float:
     return float(np.linalg.norm(locate_points(cameras, b, sd=noise).point - truth, axis=1).mean())
 
@@ -121,11 +130,7 @@ def accuracy(trials: int) -> None:
     for noise, tolerance, m, least in CASES:
         total = dict.fromkeys(heads, 0.0)
         for seed in range(trials):
-            rng = np.random.default_rng(seed)
-            p = thesis_points()[1]
-            survey = p + rng.uniform(-tolerance, tolerance, p.shape)
-            tables = [sightings(c, noise, survey, rng) for c in thesis_rig(m)]
-            truth, b = held_out(m, noise, rng)
+            tables, truth, b = trial(seed, noise, tolerance, m)
             for name, settings in methods.items():
                 sigma = tolerance / np.sqrt(3) if name == "weighed" else 0.0
                 found = [calibrate(t, sigma=sigma, search=False, **RIG, **settings).camera for t in tables]
@@ -146,11 +151,7 @@ def bad(trials: int) -> None:
         for kind in ("nothing", "a swap", "6 off by 10"):
             total, named, wrongly = 0.0, 0, 0
             for seed in range(trials):
-                rng = np.random.default_rng(seed)
-                p = thesis_points()[1]
-                survey = p + rng.uniform(-tolerance, tolerance, p.shape)
-                tables = [sightings(c, noise, survey, rng) for c in thesis_rig(m)]
-                truth, b = held_out(m, noise, rng)
+                tables, truth, b = trial(seed, noise, tolerance, m)
                 found = []
                 for i, t in enumerate(tables):
                     rows = spoil(t, kind, np.random.default_rng([seed, i]))
