@@ -103,7 +103,7 @@ def held_out(n_cameras: int, noise: float, rng: np.random.Generator) -> tuple[np
 
 
 def trial(seed: int, noise: float, tolerance: float, m: int) -> tuple[list[pd.DataFrame], np.ndarray, np.ndarray]:
-    """A table a camera of what it saw of points surveyed within a tolerance; 500 other points, and as they were seen."""
+    """Of each camera a table of what it saw of points surveyed so well; 500 other points, and how they are seen."""
     rng = np.random.default_rng(seed)
     p = thesis_points()[1]
     survey = p + rng.uniform(-tolerance, tolerance, p.shape)
