@@ -58,6 +58,14 @@ def test_a_short_flash_tells_no_more_than_the_picture():
     assert timing.sd.offset_s * HZ == pytest.approx(np.sqrt(2 / 12), rel=0.01)
 
 
+@pytest.mark.parametrize("shutter", [1.0, 0.5])
+def test_a_short_flash_is_put_in_the_middle_of_the_exposure_that_holds_it(shutter):
+    flash = np.where(np.arange(T.size) == 60, 90.0, 40.0) + np.random.default_rng(8).normal(0, 0.2, T.size)
+    at, _, sd = light_changes(T, flash, shutter=shutter)
+    assert at == pytest.approx([T[60] + shutter / 2 / HZ], abs=0.01 / HZ)
+    assert sd == pytest.approx([1 / HZ / np.sqrt(12)])
+
+
 def test_a_shutter_that_is_shut_half_the_time_is_allowed_for():
     rng = np.random.default_rng(4)
     moments = 2 + rng.uniform(0, 1 / HZ, 40)

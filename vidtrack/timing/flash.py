@@ -56,8 +56,8 @@ def light_changes(t: ArrayLike, level: ArrayLike, *, shutter: float | None = 1.0
     for i, (first, last) in enumerate(runs):
         if found and i and first == runs[i - 1][1] + 1:
             # back at once: a flash within that picture, and no more is known
-            before = found[-1]
-            found[-1] = before._replace(moment=before.moment + 0.5 * step, sd=step / np.sqrt(12), between=-1)
+            middle = found[-1].moment + 0.5 * open_share * step
+            found[-1] = found[-1]._replace(moment=middle, sd=step / np.sqrt(12), between=-1)
             continue
         # the picture on either side may hold a share of the change that is lost in the flicker
         run = np.array(
