@@ -37,7 +37,7 @@ NEAR_CENTRE = 0.6
 """px from the middle of its window's middle pixel up to which a target is well inside its mask."""
 OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
-UNEVEN = 5.5
+UNEVEN = 8.0
 """Sigmas by which four harmonics of a ring may differ from a plane by chance: once in 200 000 windows."""
 STRAY = 2.0**20
 """A pixel outside of the mask counts as many as no target has."""

@@ -85,12 +85,12 @@ def measure_beside(
     rise    (n,) grey levels from the background to the threshold; pixels (n,) above it; noise grey levels, of a pixel
     """
     grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
-    free = (about(mask[:, who]) == 0).astype(np.float32)
+    free = (_grown(mask[:, who], _ROUND7) == 0).astype(np.float32)
     free[..., -SEPARATOR:] = 0
     plane, spread = _steady(grey, free, sums, noise)
     low = _above(grey, plane, STANDS_OUT * spread, sums)
     strange = strangers(low, target, others)
-    hidden = about(strange)
+    hidden = lit(strange, others)
     plane = _plane(grey[_SOME], (free * (hidden == 0))[_SOME], sums)
     region = _soft_edge(_above(grey, plane, np.maximum(STANDS_OUT * noise, 0.1 * rise[who]), sums), target, None)
     values = np.stack(_weighted(grey, region, plane, sums))
@@ -149,16 +149,17 @@ def strangers(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
     return np.asarray(beyond if others is None else beyond | others, np.uint8)
 
 
-def about(strange: Bytes) -> Bytes:
-    """1 up to three px about strangers: as far as their soft edges reach."""
-    return _grown(strange, _ROUND7)
+def lit(strange: Bytes, others: Bytes) -> Bytes:
+    """1 where strangers may have lit a pixel: up to two px from those whose outlines are known, three from the rest."""
+    near = _grown(others, _ROUND5)
+    return near | _grown(strange & ~near, _ROUND7)
 
 
 def _fitted(
     data: Float32, target: Bytes, hidden: Bytes, clipped: NDArray[Any], sums: _Sums, pixels: Ints, noise: Array
 ) -> Array:
     """x, y, mass, sd_x, sd_y (5, n) of a soft-edged disc fitted to each target, without the pixels that are hidden."""
-    near = about(target)
+    near = _grown(target, _ROUND7)
     near[..., -SEPARATOR:] = 0
     own = sums.moments(target)
     light = np.einsum("hnw,hnw->n", data, target.astype(np.float32))

@@ -38,6 +38,8 @@ FARTHEST = 8.0
 """Samples between two sightings that still vouch for each other."""
 WHOLE = 0.35
 """|log| of the ratio of pixel counts up to which a blob is one whole target after a meeting, neither two nor a part."""
+ABOVE_EDGES = 1.5
+"""Of a target's half contrast: a level above all that two soft edges which nearly touch add up to."""
 TWO = 1.4
 """Of a target's pixels: a blob of more is several targets."""
 PARTING = 4.0
@@ -102,19 +104,33 @@ class Recovery:
             half = tracker.starts.box[some] / 2 + reach[:, None]
             low, high = (middle - half).min(axis=0), (middle + half).max(axis=0)
             box = np.concatenate([low, high - low])[None]
-            near = blobs_near(sample, tracker.detection, box, np.array([np.median(tracker.levels(some))]))
-            cost = self._cost(some, near, block, j)
-            pixels = tracker.looks[0, some, None]
-            off = np.hypot(near.Xf - middle[:, :1], near.Yf - middle[:, 1:])
-            alike = np.abs(np.log(near.pixels / pixels)) < WHOLE + GRAIN / pixels
-            cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
-            chosen = one_to_one(cost)
-            if (chosen >= 0).all() and _told_apart(cost, chosen):
-                before = tracker.meetings.velocity(some, sample.time)
-                self._found(sample, some, near, chosen, block, j)
-                self._go_on(some, before)
-            else:
-                self._still_met(sample, some, middle, near, block, j)
+            level = np.array([np.median(tracker.levels(some))])
+            whole = blobs_near(sample, tracker.detection, box, level)
+            if self._parted(sample, some, middle, reach, whole, block, j):
+                continue
+            if tracker.detection.level is None:  # soft edges that meet are one blob at the usual level
+                level = level + (ABOVE_EDGES - 1) * (level - np.median(tracker.looks[2, some]))
+                tops = blobs_near(sample, tracker.detection, box, level)
+                if self._parted(sample, some, middle, reach, tops, block, j):
+                    continue
+            self._still_met(sample, some, middle, whole, block, j)
+
+    def _parted(
+        self, sample: Sample, who: Ints, predicted: Array, reach: Array, near: Blobs, block: Rows, j: int
+    ) -> bool:
+        """Whether there is a blob for each target that has met, within `reach` (n,) px; they are then written."""
+        cost = self._cost(who, near, block, j)
+        pixels = self.tracker.looks[0, who, None]
+        off = np.hypot(near.Xf - predicted[:, :1], near.Yf - predicted[:, 1:])
+        alike = np.abs(np.log(near.pixels / pixels)) < WHOLE + GRAIN / pixels
+        cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
+        chosen = one_to_one(cost)
+        if (chosen < 0).any() or not _told_apart(cost, chosen):
+            return False
+        before = self.tracker.meetings.velocity(who, sample.time)
+        self._found(sample, who, near, chosen, block, j)
+        self._go_on(who, before)
+        return True
 
     def _still_met(self, sample: Sample, who: Ints, predicted: Array, near: Blobs, block: Rows, j: int) -> None:
         """Targets that cannot be told apart yet; where nothing shows that they are there, some day they are not."""
