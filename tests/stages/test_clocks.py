@@ -77,3 +77,17 @@ def test_who_is_not_asked_does_not_answer_and_nothing_in_common_tells_nothing():
     assert "offset_s" not in own["sound"]
     assert own["flash"] == {"n": 0, "of": 0}
     assert told(cameras, {}) == {}
+
+
+def test_cameras_of_different_rates_saw_the_lamp_in_exposures_of_different_length():
+    """50 pictures a second and 25: a picture's middle is 10 ms, and 20 ms, after its exposure began."""
+    cameras = {}
+    for name, rate in (("cam1", 50.0), ("cam2", 25.0)):
+        t = np.arange(int(SECONDS * rate)) / rate
+        light = 60.0 + sum(
+            50 * (-1) ** k * np.clip((t - m) * rate + 0.5, 0, 1) for k, m in enumerate((2.013, 5.432, 8.8))
+        )
+        noise = np.random.default_rng(5).normal(0, 0.02, t.size)
+        cameras[name] = (pd.DataFrame({"middle_s": t, "brightness": light + noise}), None)
+    own = told(cameras, {"cam2": ["flash"]})["cam2"]["flash"]
+    assert own["offset_s"] == pytest.approx(0.0, abs=0.0005)

@@ -130,3 +130,16 @@ def test_a_likeness_elsewhere_does_not_outvote_the_clap_by_which_the_lag_was_fou
         b[at * HZ + 200 : (at + 1) * HZ + 200] = a[at * HZ : (at + 1) * HZ]
     timing = timing_from_sound(a, b, HZ)
     assert np.isnan(timing.sd.offset_s) or timing.moved(21.3).clock.offset_s == pytest.approx(0, abs=1e-4)
+
+
+def test_a_window_in_which_one_microphone_heard_something_else_does_not_count():
+    """For two seconds of 28 one camera's sound comes 20 ms late, as from a loudspeaker."""
+    rng = np.random.default_rng(6)
+    sound = room(32, rng)
+    a, b = heard(sound, 0.5, 30, 0, 0.2, rng), heard(sound, 1.5, 28, 0, 0.2, rng)
+    late = slice(4 * HZ, 6 * HZ)
+    b[late] = np.roll(b, HZ // 50)[late]
+    timing = timing_from_sound(a, b, HZ)
+    assert timing.clock.offset_s == pytest.approx(1.0, abs=2e-5)
+    assert timing.clock.rate_ppm == pytest.approx(0, abs=2)
+    assert timing.n < timing.of
