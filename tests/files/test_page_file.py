@@ -20,6 +20,8 @@ def test_the_page_escapes_what_people_wrote_and_nests_its_sections(tmp_path):
     assert "A &lt;demo&gt;" in text
     assert "tags 3 &amp; 4 swapped" in text
     assert text.index('id="warnings"') < text.index("<h2>Calibration</h2>") < text.index("<h3>cam1</h3>")
+    assert '<th class="words">axis</th><th>mean</th>' in text
+    assert '<td class="words">x</td><td>0.1</td>' in text
     assert "<script" not in text
     assert "<link" not in text
 
