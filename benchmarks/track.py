@@ -3,11 +3,14 @@
     python benchmarks/track.py stage [--frames 900] [--rounds 7] [--only mpeg2 dv]
     python benchmarks/track.py limits
     python benchmarks/track.py accuracy
+    python benchmarks/track.py sd [--only dv h264]
     python benchmarks/track.py peers
 
 `stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares
 the track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two
-take turns in one process; ratios are of medians. Both cores of the computer should be idle. `limits` runs the track
+take turns in one process; ratios are of medians. Both cores of the computer should be idle. What was tracked is held
+against the scene afterwards. `sd` follows balls of five sizes, at rest and moving, through codecs, and tells z, the rms
+of error over sd_x, sd_y, which is 1 for an honest sd (errors beyond 1 px are counted as wrong). `limits` runs the track
 job as the workflow does, on 300 and 1500 frames of 1080p, and tells its peak memory and how long it takes from its
 start to the first frame. `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them
 beside vidtrack's own dependencies (a venv of its own keeps them out of the project's).
@@ -89,20 +92,30 @@ class Scene:
 
 
 def write_clip(path: Path, kind: str, n: int, frames: int) -> None:
-    codec, _, size, pix_fmt, options = CLIPS[kind]
+    size = CLIPS[kind][2]
     scene, rng = Scene(size, n), np.random.default_rng(1)
     grains = rng.normal(0, 3, (8, *size[::-1])).astype(np.float32)
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=Fraction(30000, 1001), options=options)
-        stream.width, stream.height = size
-        stream.pix_fmt = pix_fmt
+
+    def pictures():
         for k in range(frames):
             picture = scene.picture(k, grains[k % 8])
             if kind == "dv":  # bottom field first
                 later = scene.picture(k + 0.5, grains[(k + 3) % 8])
                 picture[0::2] = later[0::2]
+            yield picture
+
+    encode(path, CLIPS[kind], pictures())
+
+
+def encode(path: Path, clip: tuple, pictures) -> None:
+    codec, _, size, pix_fmt, options = clip
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream(codec, rate=Fraction(30000, 1001), options=options)
+        stream.width, stream.height = size
+        stream.pix_fmt = pix_fmt
+        for k, picture in enumerate(pictures):
             frame = av.VideoFrame.from_ndarray(picture, format="gray").reformat(format=pix_fmt)
-            if kind != "ffv1":  # reformatting would squeeze the levels: put the luma in as it is
+            if pix_fmt != "gray":  # reformatting would squeeze the levels: put the luma in as it is
                 plane = np.frombuffer(frame.planes[0], np.uint8).reshape(size[1], -1)
                 plane[:, : size[0]] = picture
             frame.pts = k
@@ -121,11 +134,35 @@ def decode(path: Path, threads: int) -> int:
         return sum(1 for _ in container.decode(stream))
 
 
-def follow(path: Path, n: int, threads: int) -> float:
+def follow(path: Path, n: int, threads: int):
     from vidtrack.stages.track import track
 
     with open_video(str(path), threads=threads) as video:
-        return track(video.frames(ahead=True), video.info, targets=n).diagnostics["measured"]
+        return track(video.frames(ahead=True), video.info, targets=n)
+
+
+def against_scene(tracked, kind: str, n: int) -> dict:
+    """rms and largest error px, samples in which another ball was nearer, and z.
+
+    Each target is the ball that it was nearest to at first.
+    """
+    table = tracked.centroids
+    scene = Scene(CLIPS[kind][2], n)
+    late = (table["field"] == "top") / 2  # bottom field first
+    truth = np.array([scene.at(t) for t in (table["frame"] + late).to_numpy()[::n]])
+    place, sd = (table[columns].to_numpy().reshape(-1, n, 2) for columns in (["Xf", "Yf"], ["sd_x", "sd_y"]))
+    seen = np.isfinite(place[..., 0])
+    first = seen.argmax(axis=0)
+    ball = np.hypot(*(truth[first] - place[first, np.arange(n)][:, None]).transpose(2, 0, 1)).argmin(axis=1)
+    error = place - truth[:, ball]
+    near = [np.hypot(*(p[:, None] - t).transpose(2, 0, 1)).argmin(axis=1) for p, t in zip(place, truth, strict=True)]
+    return {
+        "measured": tracked.diagnostics["measured"],
+        "rms": float(np.sqrt(np.nanmean(error**2))),
+        "worst": float(np.sqrt(np.nanmax((error**2).sum(axis=-1)))),
+        "mistaken": int(((np.array(near) != ball) & seen).sum()) + n - np.unique(ball).size,
+        "z": float(np.sqrt(np.nanmean((error / sd) ** 2))),
+    }
 
 
 def seconds(action, *arguments) -> tuple[float, object]:
@@ -146,7 +183,7 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
             plain, whole = [], []
             for _ in range(rounds):
                 plain.append(seconds(decode, path, threads)[0])
-                took, measured = seconds(follow, path, n, threads)
+                took, tracked = seconds(follow, path, n, threads)
                 whole.append(took)
             ratio = statistics.median(whole) / statistics.median(plain)
             row = {
@@ -156,12 +193,13 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
                 "stage_ms": 1e3 * statistics.median(whole) / frames,
                 "ratio": ratio,
                 "limit": LIMITS[n],
-                "measured": measured,
+                **against_scene(tracked, kind, n),
             }
             table.append(row)
             print(
                 "{clip:11s} {targets:4d} targets  decode {decode_ms:6.2f} ms  stage {stage_ms:6.2f} ms  "
-                "ratio {ratio:5.2f} (limit {limit})  measured {measured:.4f}".format(**row),
+                "ratio {ratio:5.2f} (limit {limit})  measured {measured:.4f}  rms {rms:.4f} px  worst {worst:.2f} px  "
+                "mistaken {mistaken}  z {z:.2f}".format(**row),
                 flush=True,
             )
     return table
@@ -240,6 +278,64 @@ def accuracy(pictures: int) -> None:
                     f"radius {radius:4.1f}  noise {noise:4.1f}  {kind:9s} rms {rms[0]:.4f} {rms[1]:.4f}  "
                     f"bias {bias[0]:+.4f} {bias[1]:+.4f}  measured {np.isfinite(error[:, 0]).mean():.3f}"
                 )
+
+
+SD_CLIPS = {
+    "ffv1": CLIPS["ffv1"],
+    "dv": CLIPS["dv"],
+    "mpeg2_6": CLIPS["mpeg2"],
+    "mpeg2_2": ("mpeg2video", "mpg", (720, 480), "yuv420p", {"b": "2000000"}),
+    "h264_18": ("libx264", "mp4", (720, 480), "yuv420p", {"crf": "18", "preset": "fast"}),
+    "h264_28": ("libx264", "mp4", (720, 480), "yuv420p", {"crf": "28", "preset": "fast"}),
+}
+SD_RADII = (1.5, 2.5, 4.0, 6.0, 15.0)
+
+
+def honest_sd(only: list[str], folder: Path, frames: int = 96) -> None:
+    """z of targets at rest and moving, by radius."""
+    from pandas import DataFrame
+
+    from vidtrack.stages.track import track
+
+    rng, n = np.random.default_rng(5), 60
+    cell, radius = rng.permutation(n), np.repeat(SD_RADII, 12)
+    home = np.stack([(cell % 10 + 0.5) * 72, (cell // 10 + 0.5) * 80], axis=1) + rng.uniform(-2, 2, (n, 2))
+    moving = np.arange(n) % 2 == 1
+    angle = 2 * np.pi * np.arange(frames)[:, None] / 45 + rng.uniform(0, 2 * np.pi, n)
+    truth = home + 12 * moving[:, None] * np.stack([np.cos(angle), np.sin(1.3 * angle)], axis=-1)
+    boxes = DataFrame({"target": [f"t{i}" for i in range(n)], "Xf": truth[0, :, 0], "Yf": truth[0, :, 1]})
+    for kind in only or SD_CLIPS:
+        for contrast in (60, 200):
+            for noise in (1, 3, 10):
+                path = folder / f"sd_{kind}_{contrast}_{noise}.{SD_CLIPS[kind][1]}"
+                if not path.exists():
+                    encode(path, SD_CLIPS[kind], _exact_pictures(truth, radius, contrast, noise))
+                with open_video(str(path)) as video:
+                    info = video.info
+                    table = track(video.frames(), info, targets=n, start_boxes=boxes, fields="frame").centroids
+                place, sd = (table[c].to_numpy().reshape(-1, n, 2) for c in (["Xf", "Yf"], ["sd_x", "sd_y"]))
+                error = place - truth
+                wrong = (error**2).sum(axis=-1) > 1
+                error[wrong] = np.nan
+                line = f"{kind:8s} contrast {contrast:3d}  noise {noise:2d}"
+                for word, some in (("at rest", ~moving), ("moving", moving)):
+                    line += f"  {word}" + "".join(_z(error, sd, some & (radius == r)) for r in SD_RADII)
+                print(f"{line}  measured {np.isfinite(error[..., 0]).mean():.3f}  wrong {wrong.sum()}", flush=True)
+
+
+def _z(error: np.ndarray, sd: np.ndarray, who: np.ndarray) -> str:
+    z = error[:, who] / sd[:, who]
+    return f" {np.sqrt(np.nanmean(z**2)):5.2f}" if np.isfinite(z).sum() > 60 else "     -"
+
+
+def _exact_pictures(truth: np.ndarray, radius: np.ndarray, contrast: float, noise: float):
+    sys.path.insert(0, str(Path(__file__).parents[1]))
+    from tests.discs import picture
+
+    rng = np.random.default_rng(3)
+    for places in truth:
+        balls = np.column_stack([places, radius])
+        yield picture((480, 720), balls, contrast=contrast, noise=noise, rng=rng)
 
 
 def peers(rounds: int) -> None:
@@ -324,7 +420,7 @@ def _trackpy(picture: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["stage", "limits", "accuracy", "peers"])
+    parser.add_argument("what", choices=["stage", "limits", "accuracy", "sd", "peers"])
     parser.add_argument("--frames", type=int, default=900)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--threads", type=int, default=1)
@@ -340,6 +436,8 @@ def main() -> None:
         limits(min(options.rounds, 3), options.folder)
     elif options.what == "accuracy":
         accuracy(3000)
+    elif options.what == "sd":
+        honest_sd(options.only, options.folder)
     else:
         peers(options.rounds)
 

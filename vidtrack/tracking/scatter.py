@@ -35,7 +35,7 @@ LOOKED_AT = 20_000
 LONG_TAIL = 5.0
 """sd that one difference counts for at most: a knock is no noise, though errors of codecs have long tails."""
 BORNE_OUT = 4.0
-"""Times that a track may scatter more than the light does: at most 3.3 was met with any codec, and 1.2 with none."""
+"""Times that a track may scatter more than the light does: at most 3.3 was met with any codec, and 1.9 with none."""
 SOFT_EDGE = 1.25
 """px of soft edge about the pixels above the threshold that belong to the centroid."""
 CREEPING = 0.1
@@ -67,9 +67,10 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     """
     mass_sd = _mass_sd(sd[0], mass, pixels, lines)
     light, later = (_over_sd(mass[None], mass_sd[None], time, ORDERS[0], stride)[0] for stride in (1, LATER))
-    track = np.fmin(*(_over_sd(position, sd, time, order) for order in ORDERS)) * _lasting(light, later)
+    track = np.fmin(*(_over_sd(position, sd, time, order) for order in ORDERS))
     borne_out = np.fmax(light, 1.0)
     rough = (track > BORNE_OUT * borne_out).any(axis=0)
+    track = track * _lasting(light, later)
     factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
     telling = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
     return Scatter(_with_silent(factor, telling | rough, telling), track, light, rough)
