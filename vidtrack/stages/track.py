@@ -24,6 +24,7 @@ from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, cl
 from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.scatter import Scatter, scatter
+from vidtrack.tracking.standing import Standing, places, standing_things, start_places
 from vidtrack.tracking.threshold import automatic, background_level, noise_sd
 from vidtrack.tracking.tracker import MEMORY, Rows, Starts, Tracker, present
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
@@ -95,6 +96,8 @@ def track(
     trails: list[Trail] = []
     if boxes is not None:
         clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], detection)
+        corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
+        own = start_places(samples[0], corners, detection)
         starts, begun = _starts_in_boxes(boxes), "start boxes"
     else:
         found = find_targets(samples, len(names), detection)
@@ -103,14 +106,16 @@ def track(
             samples = _samples(opening, info, order)
             found = find_targets(samples, len(names), detection)
         trails, clutter = found.trails, found.clutter
+        own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
         begun = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
         starts = _starts_of_trails(trails, len(names), box)
-    tracker = Tracker(starts, detection, level, clutter=clutter)
+    backgrounds = background_of(samples, detection)
+    about = standing_things(samples, backgrounds, detection, own)
+    tracker = Tracker(starts, detection, level, clutter=clutter, standing=about)
     tracker.follow(samples)
     stamps = _stamps(opening)
     waiting = list(range(len(trails), len(names))) if boxes is None else []
-    backgrounds = background_of(samples, detection) if waiting else {}
-    earlier = _backwards(samples, starts, detection, level)
+    earlier = _backwards(samples, starts, detection, level, about)
     del opening, samples
     for batch in batches:
         samples = _samples(batch, info, order)
@@ -282,7 +287,9 @@ def _starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float])
     return starts
 
 
-def _backwards(samples: Sequence[Sample], starts: Starts, detection: Detection, level: float) -> list[tuple[int, Rows]]:
+def _backwards(
+    samples: Sequence[Sample], starts: Starts, detection: Detection, level: float, standing: Standing | None
+) -> list[tuple[int, Rows]]:
     """What the samples before a target's own first one show, followed back in time: (target, rows in order)."""
     followed = []
     for i in np.flatnonzero((starts.first > 0) & (starts.first < NEVER)):
@@ -293,7 +300,7 @@ def _backwards(samples: Sequence[Sample], starts: Starts, detection: Detection, 
         one = one._replace(
             position=one.position - one.velocity * gone, velocity=-one.velocity, first=np.zeros(1, np.intp)
         )
-        back = Tracker(one, detection, level, far=False)
+        back = Tracker(one, detection, level, standing=standing, far=False)
         back.follow([sample._replace(time=last - sample.time) for sample in before])
         back.finish()
         rows = back.rows()

@@ -85,7 +85,7 @@ class Recovery:
         inside = (np.abs(off) <= grown[:, None] / 2).all(axis=-1)
         off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
         claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
-        cost = self._cost(who, near, block, j) + off
+        cost = self._cost(sample, who, near, block, j) + off
         chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
         self._found(sample, who, near, chosen, block, j)
         left = np.flatnonzero(chosen < 0)
@@ -119,7 +119,7 @@ class Recovery:
         self, sample: Sample, who: Ints, predicted: Array, reach: Array, near: Blobs, block: Rows, j: int
     ) -> bool:
         """Whether there is a blob for each target that has met, within `reach` (n,) px; they are then written."""
-        cost = self._cost(who, near, block, j)
+        cost = self._cost(sample, who, near, block, j)
         pixels = self.tracker.looks[0, who, None]
         off = np.hypot(near.Xf - predicted[:, :1], near.Yf - predicted[:, 1:])
         alike = np.abs(np.log(near.pixels / pixels)) < WHOLE + GRAIN / pixels
@@ -158,8 +158,10 @@ class Recovery:
         known[-3:, who] = now + velocity * (times[-3:, None, None] - times[-1])
         self.tracker.meetings.end(who)
 
-    def _cost(self, who: Ints, blobs: Blobs, block: Rows, j: int) -> Array:
-        """Unlikeness of blobs to targets, inf for what cannot be: clutter, cut by the edge, taken by another."""
+    def _cost(self, sample: Sample, who: Ints, blobs: Blobs, block: Rows, j: int) -> Array:
+        """Unlikeness of blobs to targets, inf for what cannot be: cut by the edge, taken by another, touching what
+        stands about.
+        """
         tracker = self.tracker
         pixels, contrast = tracker.looks[:2, who]
         cost = unlikeness(blobs, pixels, contrast)
@@ -172,6 +174,9 @@ class Recovery:
         for x, y in (taken, tracker.clutter):
             if x.size:
                 bad = bad | (np.hypot(blobs.Xf[:, None] - x, blobs.Yf[:, None] - y) < 2).any(axis=1)
+        if tracker.standing is not None and blobs.Xf.size:
+            x, y = blobs.left + (blobs.width - 1) / 2, blobs.top + (blobs.height - 1) / 2 * sample.lines
+            bad = bad | tracker.standing.touched([sample], x[None], y[None], blobs.width, blobs.height)[0]
         cost[:, bad] = np.inf
         return cost
 
@@ -210,6 +215,9 @@ class Recovery:
             apart = np.abs(predicted[:, None] - block.values[:2, j, others].T)
             close = apart < tracker.looks[3:5, others].T * (1, sample.lines)
             why = np.where((why == 0) & np.all(close, axis=-1).any(axis=1), MERGED, why)
+        if tracker.standing is not None:
+            hidden = tracker.standing.touched([sample], *predicted.T[:, None], *tracker.looks[3:5, who])[0]
+            why = np.where(hidden & (why == 0), MERGED, why)
         tiny = over & (near.pixels < tracker.detection.min_pixels)
         why = np.where((why == 0) & tiny.any(axis=1), SMALL, why)
         block.flag[j, who] = np.where(why > 0, why, LOST) | PREDICTED
@@ -242,7 +250,7 @@ class Recovery:
             level = float(np.median(tracker.levels(who)))
         taken = block.values[:2, j][:, np.isfinite(block.values[0, j])]
         blobs = blobs_of(sample, tracker.detection, level, known=taken)
-        cost = np.where(self._within_reach(who, predicted, blobs), self._cost(who, blobs, block, j), np.inf)
+        cost = np.where(self._within_reach(who, predicted, blobs), self._cost(sample, who, blobs, block, j), np.inf)
         before = self.pending[who].copy()
         waited = sample.time - before[:, 2]
         reach = (np.hypot(*tracker.starts.box[who].T) * np.clip(waited, 1, FARTHEST))[:, None]

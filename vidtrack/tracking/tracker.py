@@ -22,6 +22,7 @@ from vidtrack.tracking.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, S
 from vidtrack.tracking.meeting import Meetings, recent, separate, touched
 from vidtrack.tracking.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.standing import Standing
 from vidtrack.tracking.watch import watch
 
 Array = NDArray[np.float64]
@@ -85,17 +86,26 @@ class Rows(NamedTuple):
 class Tracker:
     """Follows n targets through the samples given to `follow`, in order; `rows` is what it measured.
 
-    level    grey level (of pictures turned bright) above which total_pixels counts
-    clutter  blobs that stand still and are no target (a metre stick, a lamp): they never become one
-    far      whether lost targets are sought in the whole picture
+    level     grey level (of pictures turned bright) above which total_pixels counts
+    clutter   blobs that stand still and are no target (a metre stick, a lamp): they never become one
+    standing  all that stands about: no target is measured while it touches that
+    far       whether lost targets are sought in the whole picture
     """
 
     def __init__(
-        self, starts: Starts, detection: Detection, level: float, *, clutter: Blobs | None = None, far: bool = True
+        self,
+        starts: Starts,
+        detection: Detection,
+        level: float,
+        *,
+        clutter: Blobs | None = None,
+        standing: Standing | None = None,
+        far: bool = True,
     ) -> None:
         n = len(starts.first)
         self.detection, self.level, self.starts = detection, level, starts
         self.clutter = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
+        self.standing = standing
         unknown = np.full((2, n), np.nan)  # in the order of _LOOKS
         self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T, *unknown])
         self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
@@ -180,6 +190,8 @@ class Tracker:
                 careful=len(self.blocks) % CAREFUL == 0,
             )
             clear = self._not_clutter(seen)
+            if self.standing is not None:
+                clear = clear & ~self.standing.touched(samples[:k], *seen.values[:2], *self.looks[3:5, sharp])
             if self.missing.size > 1:
                 self._separate(clear, sharp, seen, predicted, samples[0].lines)
             whole = clear.all(axis=1)
