@@ -191,8 +191,8 @@ def measure(
     rise = _half_contrast(grey, target, plane, pixels) if threshold is None else np.asarray(threshold) - plane.value
     level = plane.value + np.maximum(4.5 * noise, 0.1 * rise)
     low = _low(windows, level, target.shape)
-    region = _soft_edge(low, target, None if alone else found.mask)
-    x, y, mass, sd_x, sd_y, area = _weighted(grey, region, plane, sums)
+    region = soft_edge(low, target, None if alone else found.mask)
+    x, y, mass, sd_x, sd_y, area = weighted(grey, region, plane, sums)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if kind == "binary":
         x, y, sd_x, sd_y = _binary(target, sums)
@@ -201,9 +201,12 @@ def measure(
     if kind != "binary":
         from vidtrack.tracking.neighbours import crowded, measure_beside
 
-        others = None if alone else found.mask & ~target
-        if (who := crowded(low, target, others)).size:
-            beside = measure_beside(grey, target, found.mask, rise, pixels, who, sums, noise)
+        who = crowded(low, target, None if alone else found.mask & ~target)
+        if (who := who[pixels[who] > 0]).size:
+            fitted = kind == "ellipse"
+            who, beside = measure_beside(
+                grey, target, found.mask, who, sums, rise=rise, pixels=pixels, noise=noise, always_fitted=fitted
+            )
             for values, better in zip((x, y, mass, sd_x, sd_y, area, *plane), beside, strict=True):
                 values[..., who] = better
             contrast = mass / np.where(pixels > 0, pixels, np.nan)
@@ -243,7 +246,7 @@ def _saturated(windows: Windows, target: NDArray[np.uint8], pixels: Ints) -> Boo
     return enough
 
 
-class _Sums:
+class Sums:
     """Sums of x^l y^k over every window, x and y from the window's middle: two matrix products."""
 
     def __init__(self, height: int, width: int) -> None:
@@ -261,10 +264,10 @@ class _Sums:
         return np.ascontiguousarray(sums, float)
 
 
-_sums = lru_cache(maxsize=64)(_Sums)
+_sums = lru_cache(maxsize=64)(Sums)
 
 
-class _Plane(NamedTuple):
+class Plane(NamedTuple):
     slope: Array
     """(3, n) coefficients of 1, x, y from the window's middle, grey levels"""
     variance: Array
@@ -282,50 +285,50 @@ class _Plane(NamedTuple):
         return np.asarray(self.slope[0])
 
 
-_SOME = slice(0, None, 2)
+EVERY_OTHER = slice(0, None, 2)
 """Every other row tells the background well enough: it adds 0.002 px to a centroid's error of 0.009 px."""
 
 
-def _background(grey: Picture, mask: NDArray[np.uint8], sums: _Sums, noise: float) -> _Plane:
+def _background(grey: Picture, mask: NDArray[np.uint8], sums: Sums, noise: float) -> Plane:
     """A plane under each window, fitted to the pixels more than three away from anything above the threshold.
 
     Where what it leaves is much more than the noise (a dim rope, a shadow), the pixels that stand off are dropped and
     the plane is fitted again.
     """
     height, n, width = grey.shape
-    near = cv2.dilate(mask.reshape(height, n * width), _SQUARE7).reshape(grey.shape)[_SOME]
+    near = cv2.dilate(mask.reshape(height, n * width), _SQUARE7).reshape(grey.shape)[EVERY_OTHER]
     outside = (near == 0).astype(np.float32)
     outside[..., width - SEPARATOR :] = 0
-    part = grey[_SOME]
-    plane = _plane(part, outside, sums)
+    part = grey[EVERY_OTHER]
+    plane = plane_under(part, outside, sums)
     rough = plane.noise > 2 * max(noise, QUANTISATION_SD)
     return _refitted(part, outside, sums, plane, np.flatnonzero(rough)) if rough.any() else plane
 
 
-def _refitted(part: Picture, outside: NDArray[np.float32], sums: _Sums, plane: _Plane, rough: Ints) -> _Plane:
+def _refitted(part: Picture, outside: NDArray[np.float32], sums: Sums, plane: Plane, rough: Ints) -> Plane:
     """The planes with those of some windows fitted again, without the pixels that stand off."""
     some, free = part[:, rough], outside[:, rough]
-    fit = _Plane(*(values[..., rough] for values in plane))
+    fit = Plane(*(values[..., rough] for values in plane))
     for _ in range(3):
-        off = np.abs(some - _on_grid(fit.slope, sums, _SOME))
-        fit = _plane(some, free * (off < (2.0 * fit.noise.astype(np.float32))[:, None]), sums)
+        off = np.abs(some - on_grid(fit.slope, sums, EVERY_OTHER))
+        fit = plane_under(some, free * (off < (2.0 * fit.noise.astype(np.float32))[:, None]), sums)
     tilt, unrest = plane.slope.copy(), plane.noise.copy()
     for values, better in zip(plane[:3], fit[:3], strict=True):
         values[..., rough] = better
     return plane._replace(tilt=plane.slope - tilt, unrest=unrest)
 
 
-def _on_grid(slope: Array, sums: _Sums, rows: slice = slice(None)) -> NDArray[np.float32]:
+def on_grid(slope: Array, sums: Sums, rows: slice = slice(None)) -> NDArray[np.float32]:
     """The planes' grey levels at every pixel of (some rows of) their windows, (height, n, width)."""
     a, b, c = slope.astype(np.float32)[:, :, None]
     level: NDArray[np.float32] = (a + b * sums.x[:, 1]) + c * sums.y[1][rows, None, None]
     return level
 
 
-def _plane(grey: Picture, outside: NDArray[np.float32], sums: _Sums) -> _Plane:
+def plane_under(grey: Picture, outside: NDArray[np.float32], sums: Sums) -> Plane:
     """Least squares of 1, x, y over the marked pixels; flat where there are too few to tell a slope."""
     lit = outside * grey
-    s, r = sums.moments(outside, _SOME), sums.moments(lit, _SOME)
+    s, r = sums.moments(outside, EVERY_OTHER), sums.moments(lit, EVERY_OTHER)
     squares = np.einsum("hnw,hnw->n", lit, grey)
     count = np.maximum(s[0, 0], 1e-6)
     mean, x, y = r[0, 0] / count, s[0, 1] / count, s[1, 0] / count
@@ -338,14 +341,14 @@ def _plane(grey: Picture, outside: NDArray[np.float32], sums: _Sums) -> _Plane:
     noise = np.sqrt(np.maximum(left_over, 0) / np.maximum(count - 3, 1))
     slope = np.stack([mean - b * x - c * y, b, c])
     noise = np.maximum(noise, QUANTISATION_SD)
-    return _Plane(slope, np.stack([yy, xx]) / determinant, noise, noise, np.zeros_like(slope))
+    return Plane(slope, np.stack([yy, xx]) / determinant, noise, noise, np.zeros_like(slope))
 
 
 _PULL = 100.0
 """px^2: a slope of 0.1 grey levels/px is as unlikely as a pixel off by the noise."""
 
 
-def _half_contrast(grey: Picture, target: NDArray[np.uint8], plane: _Plane, pixels: Ints) -> Array:
+def _half_contrast(grey: Picture, target: NDArray[np.uint8], plane: Plane, pixels: Ints) -> Array:
     """Half of the mean grey level of the pixels above the threshold over the background, (n,)."""
     total = np.einsum("hnw,hnw->n", grey, target.astype(np.float32))
     half: Array = 0.5 * (total / np.maximum(pixels, 1) - plane.value)
@@ -359,7 +362,7 @@ def _low(windows: Windows, level: Array, shape: tuple[int, ...]) -> NDArray[np.u
     return low
 
 
-def _soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
+def soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
     """The target with its soft edge: grown twice through pixels that are `low` or more, then by one more.
 
     mask  everything above the threshold: pixels within two of what is not the target are nobody's. None: nothing else
@@ -379,8 +382,8 @@ def _soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[
     return np.asarray(region, np.uint8)
 
 
-def _weighted(
-    grey: Picture, region: NDArray[np.uint8], plane: _Plane, sums: _Sums
+def weighted(
+    grey: Picture, region: NDArray[np.uint8], plane: Plane, sums: Sums
 ) -> tuple[Array, Array, Array, Array, Array, Array]:
     """x, y (from the window's middle), mass, sd_x, sd_y over the region, the plane taken off; and its area, px^2.
 
@@ -401,7 +404,7 @@ def _weighted(
     return x, y, mass, sd_x, sd_y, g[0, 0]
 
 
-def _binary(target: NDArray[np.uint8], sums: _Sums) -> tuple[Array, Array, Array, Array]:
+def _binary(target: NDArray[np.uint8], sums: Sums) -> tuple[Array, Array, Array, Array]:
     """Mean x and y of the target's pixels (4.2.1, 4.2.2), and what counting whole pixels costs.
 
     A pixel on the rim is counted whole or not at all: an error of 1/12 px^2 in its area. The circle crosses 8 r
@@ -421,8 +424,8 @@ def _binary(target: NDArray[np.uint8], sums: _Sums) -> tuple[Array, Array, Array
 def _ellipse(
     grey: Picture,
     region: NDArray[np.uint8],
-    plane: _Plane,
-    sums: _Sums,
+    plane: Plane,
+    sums: Sums,
     contrast: Array,
     pixels: Ints,
     x: Array,
@@ -434,7 +437,7 @@ def _ellipse(
     wider = cv2.dilate(region.reshape(grey.shape[0], -1), _SQUARE3).reshape(grey.shape)
     wider[..., -SEPARATOR:] = 0
     fit = fit_soft_discs(
-        grey - _on_grid(plane.slope, sums),
+        grey - on_grid(plane.slope, sums),
         wider,
         grey >= FULL_SCALE,
         middle=(sums.middle_x, sums.middle_y),

@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.tracking.centroids import (
-    _SOME,
+    EVERY_OTHER,
     FULL_SCALE,
     QUANTISATION_SD,
     SEPARATOR,
-    _on_grid,
-    _Plane,
-    _plane,
-    _soft_edge,
-    _Sums,
-    _weighted,
+    Plane,
+    Sums,
+    on_grid,
+    plane_under,
+    soft_edge,
+    weighted,
 )
 from vidtrack.tracking.soft_disc import fit_soft_discs
 
@@ -77,58 +77,77 @@ def crowded(low: Bytes, target: Bytes, others: Bytes | None) -> Ints:
 
 
 def measure_beside(
-    grey: Float32, target: Bytes, mask: Bytes, rise: Array, pixels: Ints, who: Ints, sums: _Sums, noise: float
-) -> Beside:
-    """Measure the targets of windows `who`, without what their neighbours light.
+    grey: Float32,
+    target: Bytes,
+    mask: Bytes,
+    who: Ints,
+    sums: Sums,
+    *,
+    rise: Array,
+    pixels: Ints,
+    noise: float,
+    always_fitted: bool,
+) -> tuple[Ints, Beside]:
+    """Measure targets without what their neighbours light; returns whose they are of `who`, the rest being alone.
 
     grey    (height, n, width) grey levels; target: 1 on the target; mask: 1 above the threshold
-    rise    (n,) grey levels from the background to the threshold; pixels (n,) above it; noise grey levels, of a pixel
+    who     windows that may be crowded; rise (n,) grey levels from the background to the threshold
+    pixels  (n,) above the threshold; noise: grey levels, of a pixel
+    always_fitted  whether a disc is fitted also to targets that nothing comes near
     """
-    grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
     free = (_grown(mask[:, who], _ROUND7) == 0).astype(np.float32)
     free[..., -SEPARATOR:] = 0
-    plane, spread = _steady(grey, free, sums, noise)
-    low = _above(grey, plane, STANDS_OUT * spread, sums)
-    strange = strangers(low, target, others)
+    plane, scatter = _steady(grey[:, who], free, sums, noise)
+    low = _above(grey[:, who], plane, STANDS_OUT * scatter, sums)
+    strange = strangers(low, target[:, who], (mask & ~target)[:, who])
+    crowd = np.flatnonzero(strange.any(axis=(0, 2)))
+    who, strange, free = who[crowd], strange[:, crowd], free[:, crowd]
+    if not who.size:
+        return who, Beside._make([np.empty(0)] * len(Beside._fields))
+    grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
     hidden = lit(strange, others)
-    plane = _plane(grey[_SOME], (free * (hidden == 0))[_SOME], sums)
-    region = _soft_edge(_above(grey, plane, np.maximum(STANDS_OUT * noise, 0.1 * rise[who]), sums), target, None)
-    values = np.stack(_weighted(grey, region, plane, sums))
-    touched = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
-    if touched.size:
-        values[5, touched] = _area(region[:, touched], target[:, touched], hidden[:, touched])
-        values[:5, touched] = _fitted(
-            (grey - _on_grid(plane.slope, sums))[:, touched],
-            target[:, touched],
-            hidden[:, touched],
-            grey[:, touched] >= FULL_SCALE,
+    plane = plane_under(grey[EVERY_OTHER], (free * (hidden == 0))[EVERY_OTHER], sums)
+    region = soft_edge(_above(grey, plane, np.maximum(STANDS_OUT * noise, 0.1 * rise[who]), sums), target, None)
+    values = np.stack(weighted(grey, region, plane, sums))
+    near = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
+    if always_fitted:
+        near = np.arange(who.size)
+    if near.size:
+        values[5, near] = _area(region[:, near], target[:, near], hidden[:, near])
+        values[:5, near] = _fitted(
+            (grey - on_grid(plane.slope, sums))[:, near],
+            target[:, near],
+            hidden[:, near],
+            grey[:, near] >= FULL_SCALE,
             sums,
-            pixels[who[touched]],
-            plane.noise[touched],
+            pixels[who[near]],
+            plane.noise[near],
         )
-    return Beside._make([*values, *plane])
+    return who, Beside._make([*values, *plane])
 
 
-def _steady(grey: Float32, free: Float32, sums: _Sums, noise: float) -> tuple[_Plane, Array]:
+def _steady(grey: Float32, free: Float32, sums: Sums, noise: float) -> tuple[Plane, Array]:
     """A plane under the marked pixels that does not follow what is brighter, and how far pixels scatter about it, (n,).
 
     It begins flat, at the level of the darkest fifth, and takes in from round to round what lies within its scatter.
     """
-    few, marked = grey[_SOME], free[_SOME]
+    few, marked = grey[EVERY_OTHER], free[EVERY_OTHER]
+    something = np.bitwise_or.reduce(marked > 0, axis=(0, 2))
+    marked = np.where(something[:, None], marked, np.float32(1))
     dark, base = np.nan_to_num(np.nanquantile(np.where(marked > 0, few, np.nan), [0.05, 0.2], axis=(0, 2)))
     scatter = np.maximum((base - dark) / 0.8, max(noise, QUANTISATION_SD))  # 0.8 sigma lie between those quantiles
     off = few - base.astype(np.float32)[:, None]
     for _ in range(5):
         weight = marked * (np.abs(off) < (3.5 * scatter).astype(np.float32)[:, None])
-        plane = _plane(few, weight, sums)
-        off = few - _on_grid(plane.slope, sums, _SOME)
+        plane = plane_under(few, weight, sums)
+        off = few - on_grid(plane.slope, sums, EVERY_OTHER)
     return plane, scatter
 
 
-def _above(grey: Float32, plane: _Plane, level: Array, sums: _Sums) -> Bytes:
+def _above(grey: Float32, plane: Plane, level: Array, sums: Sums) -> Bytes:
     """1 where windows are more than `level` (n,) above their planes."""
     low = np.zeros(grey.shape, np.uint8)
-    low[grey - _on_grid(plane.slope, sums) > level.astype(np.float32)[:, None]] = 1
+    low[grey - on_grid(plane.slope, sums) > level.astype(np.float32)[:, None]] = 1
     low[..., -SEPARATOR:] = 0
     return low
 
@@ -156,7 +175,7 @@ def lit(strange: Bytes, others: Bytes) -> Bytes:
 
 
 def _fitted(
-    data: Float32, target: Bytes, hidden: Bytes, clipped: NDArray[Any], sums: _Sums, pixels: Ints, noise: Array
+    data: Float32, target: Bytes, hidden: Bytes, clipped: NDArray[Any], sums: Sums, pixels: Ints, noise: Array
 ) -> Array:
     """x, y, mass, sd_x, sd_y (5, n) of a soft-edged disc fitted to each target, without the pixels that are hidden."""
     near = _grown(target, _ROUND7)

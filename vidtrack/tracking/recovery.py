@@ -111,7 +111,9 @@ class Recovery:
             if tracker.detection.level is None:  # soft edges that meet are one blob at the usual level
                 level = level + (ABOVE_EDGES - 1) * (level - np.median(tracker.looks[2, some]))
                 tops = blobs_near(sample, tracker.detection, box, level)
+                looks = tracker.looks[:, some]
                 if self._parted(sample, some, middle, reach, tops, block, j):
+                    tracker.looks[:, some] = looks  # what is above this level is less than the targets
                     continue
             self._still_met(sample, some, middle, whole, block, j)
 
