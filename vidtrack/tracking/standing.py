@@ -44,24 +44,29 @@ class Standing:
     ) -> Bools:
         """Whether boxes touch any: middles x, y (k samples, n) frame-buffer px, height in rows of the sample."""
         lines, parity = samples[0].lines, np.array([sample.parity for sample in samples])
-        middle = (np.asarray(y, float) - parity[:, None]) / lines
-        wide, high = np.asarray(width, float) / 2 + SOFT, np.asarray(height, float) / 2 + SOFT / lines
+        middle = np.asarray(y, float) if lines == 1 else (y - parity[:, None]) / lines
+        wide, high = np.asarray(width, float) / 2 + (SOFT + 0.5), np.asarray(height, float) / 2 + (SOFT / lines + 0.5)
+        edges = np.empty((4, *middle.shape))
+        np.subtract(x, wide, out=edges[0])
+        np.add(x, wide, out=edges[1])
+        np.subtract(middle, high, out=edges[2])
+        np.add(middle, high, out=edges[3])
+        if lines == 1:
+            return _any_within(self.sums[0], edges)
         hit = np.zeros(middle.shape, bool)
         for one, sums in self.sums.items():
-            some = parity == one
-            if not some.any():
-                continue
-            rows, columns = sums.shape[0] - 1, sums.shape[1] - 1
-            at = np.asarray(x, float)[some]
-            left, right = _whole(at - wide, columns), _whole(at + wide + 1, columns)
-            top, bottom = _whole(middle[some] - high, rows), _whole(middle[some] + high + 1, rows)
-            hit[some] = sums[bottom, right] - sums[top, right] > sums[bottom, left] - sums[top, left]
+            hit[parity == one] = _any_within(sums, edges[:, parity == one])
         return hit
 
 
-def _whole(edge: Array, most: int) -> NDArray[np.intp]:
-    """The first pixel behind an edge, within the picture."""
-    return np.clip(np.ceil(np.nan_to_num(edge) - 0.5), 0, most).astype(np.intp)
+def _any_within(sums: NDArray[np.int32], edges: Array) -> Bools:
+    """Whether there are pixels from the first behind the edges (4, ...), left, right, top, bottom px, to their last."""
+    rows, columns = sums.shape[0] - 1, sums.shape[1] - 1
+    edges = np.fmax(np.ceil(edges), 0.0, out=edges)  # of fmax the number, where the edge is NaN
+    x, y = np.fmin(edges[:2], columns).astype(np.intp), np.fmin(edges[2:], rows).astype(np.intp)
+    corner = sums[y[:, None], x]
+    hit: Bools = corner[1, 1] - corner[0, 1] > corner[1, 0] - corner[0, 0]
+    return hit
 
 
 def standing_things(
