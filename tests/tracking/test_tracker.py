@@ -1,5 +1,6 @@
 """Following drawn targets through drawn pictures: what is found, what is not, and that nothing is made up."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -149,6 +150,23 @@ def test_slow_changes_of_light_are_followed():
     assert present(rows).all()
     assert rows.values[4].std() / rows.values[4].mean() < 0.05
     assert tracker.levels(np.array([0]))[0] == pytest.approx(0.35 * (30 + 90), rel=0.15)
+
+
+@pytest.mark.parametrize("contrast", [60.0, 200.0])
+def test_the_threshold_of_a_tiny_blurred_target_does_not_run_away(contrast):
+    """Half-way up lies the level at 30 + contrast/2; the more of a Gaussian falls below it, the fewer pixels are left
+    to share its light: half of that mean is above any level of it.
+    """
+    path = circle(150, 3, radius=50.0)
+    samples = [
+        sample._replace(luma=cv2.GaussianBlur(sample.luma, (0, 0), 0.6))
+        for sample in samples_of(path, radius=1.5, contrast=contrast, noise=4.0)
+    ]
+    rows, tracker = followed(samples, starts_at(path[0]))
+    assert present(rows).all()
+    level = (tracker.levels(np.arange(3)) - 30) / contrast
+    assert ((level > 0.25) & (level < 0.5)).all()
+    assert np.sqrt(np.mean((positions(rows) - path) ** 2)) < 10.0 / contrast  # noise 4, joined by the blur
 
 
 def test_a_threshold_by_hand_stays():

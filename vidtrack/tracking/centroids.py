@@ -76,6 +76,8 @@ class Centroids(NamedTuple):
     x, y           px in the picture; sd_x, sd_y px, one standard deviation from noise, contrast and background
     pixels         pixels above the threshold; mass: grey levels above the background, summed
     contrast       grey levels, mean of the target above the background; background: grey level under the target
+    plateau        grey levels, mean of the pixels above the threshold over the background: unlike the contrast, to
+                   which the light of the soft edge adds, never more than the peak, however few pixels there are
     noise          grey levels, what the background plane leaves; unrest: the same with all that stands off in it
     soft           px, how far the target's soft edge reaches beyond the threshold
     pull           px by which things in the background would have moved x or y, had they not been left out
@@ -89,6 +91,7 @@ class Centroids(NamedTuple):
     pixels: Ints
     mass: Array
     contrast: Array
+    plateau: Array
     background: Array
     noise: Array
     unrest: Array
@@ -188,7 +191,8 @@ def measure(
     pixels = found.pixels[chosen] * ~none if found.pixels.size else np.zeros(n, np.intp)
     sums = _sums(height, width)
     plane = _background(grey, found.mask, sums, noise)
-    rise = _half_contrast(grey, target, plane, pixels) if threshold is None else np.asarray(threshold) - plane.value
+    plateau = _plateau(grey, target, plane, pixels)
+    rise = 0.5 * plateau if threshold is None else np.asarray(threshold) - plane.value
     level = plane.value + np.maximum(4.5 * noise, 0.1 * rise)
     low = _low(windows, level, target.shape)
     region = soft_edge(low, target, None if alone else found.mask)
@@ -207,8 +211,10 @@ def measure(
             who, beside = measure_beside(
                 grey, target, found.mask, who, sums, rise=rise, pixels=pixels, noise=noise, always_fitted=fitted
             )
+            plateau += plane.value
             for values, better in zip((x, y, mass, sd_x, sd_y, area, *plane), beside, strict=True):
                 values[..., who] = better
+            plateau -= plane.value
             contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if not alone:
         for values in (x, y, sd_x, sd_y, mass):
@@ -221,6 +227,7 @@ def measure(
         pixels,
         mass,
         contrast,
+        plateau,
         plane.value,
         plane.noise,
         plane.unrest,
@@ -348,11 +355,10 @@ _PULL = 100.0
 """px^2: a slope of 0.1 grey levels/px is as unlikely as a pixel off by the noise."""
 
 
-def _half_contrast(grey: Picture, target: NDArray[np.uint8], plane: Plane, pixels: Ints) -> Array:
-    """Half of the mean grey level of the pixels above the threshold over the background, (n,)."""
+def _plateau(grey: Picture, target: NDArray[np.uint8], plane: Plane, pixels: Ints) -> Array:
+    """Mean grey level of the pixels above the threshold over the background, (n,)."""
     total = np.einsum("hnw,hnw->n", grey, target.astype(np.float32))
-    half: Array = 0.5 * (total / np.maximum(pixels, 1) - plane.value)
-    return half
+    return np.asarray(total / np.maximum(pixels, 1) - plane.value, float)
 
 
 def _low(windows: Windows, level: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:

@@ -127,7 +127,7 @@ def glance(
     w = weights(*np.rint(2 * half).astype(int).tolist())
     rows, columns = samples[0].luma.shape
     if w.width > columns or w.height > rows:
-        return Seen(np.full((12, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
+        return Seen(np.full((13, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
     bright, moments, centre, whole = _centred(samples, predicted, w, detection)
     count = _counted(bright, known.threshold, w, detection).reshape(k, n)
     noise = _noise(bright, w, detection, n) if careful else known.unrest
@@ -144,7 +144,7 @@ def glance(
     clear &= uneven <= np.maximum(UNEVEN * quiet, mass * (PULL / w.pull)) ** 2
     if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
         clear &= ~doubled
-    values = np.empty((12, k, n))
+    values = np.empty((13, k, n))
     np.add(centre.reshape(2, k, n), off, out=values[:2])
     np.divide(noise * w.x_noise, mass, out=values[2])
     np.divide(noise * w.y_noise, mass, out=values[3])
@@ -158,6 +158,7 @@ def glance(
     np.divide(mass, count, out=values[6])
     np.multiply(known.size.T[:, None], scaled, out=values[8:10])
     values[10], values[11] = known.soft, known.unrest
+    values[12] = _lit(bright, known.threshold, detection) / count[0] - background[0]
     return Seen(values, clear, saturated)
 
 
@@ -265,14 +266,26 @@ def _chunks(bright: NDArray[Any]) -> list[slice]:
 
 def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Array:
     """Pixels of k n windows above the thresholds (n,) within the mask, and STRAY for each without, (k n,)."""
-    level = threshold / detection.scale
-    if bright.dtype.kind == "u":
-        level = np.minimum(np.maximum(np.floor(level), 0), np.iinfo(bright.dtype).max)
-    level = np.resize(level.astype(bright.dtype), len(bright))[:, None]
+    level = np.resize(_stored(threshold, bright, detection), len(bright))[:, None]
     count = np.empty(len(bright), np.float32)
     for some in _chunks(bright):
         np.matmul((bright[some] > level[some]).astype(np.float32), w.inside, out=count[some])
     return count.astype(float)
+
+
+def _stored(threshold: Array, bright: NDArray[Any], detection: Detection) -> NDArray[Any]:
+    """Thresholds (n,), grey levels, as stored values: integers compare fastest with their own kind."""
+    level = threshold / detection.scale
+    if bright.dtype.kind == "u":
+        level = np.minimum(np.maximum(np.floor(level), 0), np.iinfo(bright.dtype).max)
+    return np.asarray(level.astype(bright.dtype))
+
+
+def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
+    """Sum of the pixels above the thresholds (n,) in the windows of the first sample, grey levels, (n,)."""
+    first = bright[: threshold.size]
+    lit = first * (first > _stored(threshold, bright, detection)[:, None])
+    return np.asarray(lit.astype(np.float32) @ np.full(lit.shape[1], detection.scale, np.float32), float)
 
 
 def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:

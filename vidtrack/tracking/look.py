@@ -33,14 +33,14 @@ PULL = 0.01
 _GRAIN = 4
 
 
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST = range(12)
-"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last two as in `Centroids`."""
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(13)
+"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last three as in `Centroids`."""
 
 
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (12, k samples, n targets), see X to UNREST; meaningless where not clear
+    values     (13, k samples, n targets), see X to PLATEAU; meaningless where not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -77,7 +77,7 @@ def look(
         parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
         return parts[0]
-    whole = Seen(np.empty((12, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    whole = Seen(np.empty((13, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for who, seen in zip(groups, parts, strict=True):
         for values, piece in zip(whole, seen, strict=True):
             values[..., who] = piece
@@ -138,12 +138,13 @@ def _look_alike(
             box[3],
             soft,
             c.unrest,
+            c.plateau,
         ]
     )
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
     if n > 1:
         clear &= _alone(box, np.repeat(np.arange(k), n))
-    return Seen(values.reshape(12, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
+    return Seen(values.reshape(13, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
 
 
 def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: int) -> Ints:

@@ -191,7 +191,7 @@ class Recovery:
         first = ~np.isfinite(tracker.looks[0, got])
         again = (tracker.missing[got] > 1) & ~first
         contrast = contrast_of(blobs)[b]
-        background = _beside(sample, blobs, b, tracker)
+        background, top = _beside(sample, blobs, b, tracker)
         position = np.stack([blobs.Xf[b], blobs.Yf[b]])
         block.values[:, j, got] = [
             *position, blobs.sd_x[b], blobs.sd_y[b], blobs.pixels[b], blobs.mass[b], contrast, background
@@ -199,6 +199,7 @@ class Recovery:
         block.flag[j, got] = again * RECOVERED + blobs.saturated[b] * SATURATED
         block.corner[j, got] = position.T - tracker.starts.box[got] / 2
         tracker.looks[:5, got] = [blobs.pixels[b], contrast, background, blobs.width[b], blobs.height[b]]
+        tracker.looks[7, got] = top - background
         tracker.known[-1, got] = position.T
         tracker.missing[got] = 0
         self.pending[got] = np.nan
@@ -303,13 +304,19 @@ def _told_apart(cost: Array, chosen: Ints) -> bool:
 
 
 def _beside(sample: Sample, blobs: Blobs, which: Ints, tracker: Tracker) -> Array:
-    """Grey level beside some blobs: the lower quarter of the pixels in a box three times as large."""
-    levels = np.empty(which.size)
+    """Grey levels beside and on some blobs, (2, n).
+
+    Beside: the lower quarter of the pixels in a box three times as large; on: the mean of the brightest in their own
+    boxes, as many as they have pixels.
+    """
+    levels = np.empty((2, which.size))
     rows, columns = sample.luma.shape
     top = np.rint(sample.row(blobs.top.astype(float))).astype(int)
     for i, b in enumerate(which):
         w, h, x, y = int(blobs.width[b]), int(blobs.height[b]), int(blobs.left[b]), int(top[b])
         piece = sample.luma[max(0, y - h) : min(rows, y + 2 * h), max(0, x - w) : min(columns, x + 2 * w)]
         rank = piece.size // 4
-        levels[i] = np.partition(tracker.detection.bright(piece).ravel(), rank)[rank] * tracker.detection.scale
-    return levels
+        levels[0, i] = np.partition(tracker.detection.bright(piece).ravel(), rank)[rank]
+        own = tracker.detection.bright(sample.luma[y : y + h, x : x + w]).ravel()
+        levels[1, i] = np.sort(own)[-int(blobs.pixels[b]) :].mean(dtype=float)
+    return levels * tracker.detection.scale

@@ -18,7 +18,19 @@ from numpy.typing import NDArray
 from vidtrack.tracking.blobs import Blobs
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.extrapolation import predict
-from vidtrack.tracking.look import BACKGROUND, CONTRAST, HEIGHT, PIXELS, ROOM, SOFT, UNREST, WIDTH, Seen, X
+from vidtrack.tracking.look import (
+    BACKGROUND,
+    CONTRAST,
+    HEIGHT,
+    PIXELS,
+    PLATEAU,
+    ROOM,
+    SOFT,
+    UNREST,
+    WIDTH,
+    Seen,
+    X,
+)
 from vidtrack.tracking.meeting import Meetings, recent, separate, touched
 from vidtrack.tracking.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.tracking.sample import Sample
@@ -47,7 +59,7 @@ MEASURED = 8
 """Values of `look` that go into the rows: X to BACKGROUND."""
 
 
-_LOOKS = [row - PIXELS for row in (PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST)]
+_LOOKS = [row - PIXELS for row in (PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU)]
 
 
 class Starts(NamedTuple):
@@ -107,7 +119,9 @@ class Tracker:
         self.clutter = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
         self.standing = standing
         unknown = np.full((2, n), np.nan)  # in the order of _LOOKS
-        self.looks = np.stack([starts.pixels, starts.contrast, starts.background, *starts.size.T, *unknown])
+        self.looks = np.stack(
+            [starts.pixels, starts.contrast, starts.background, *starts.size.T, *unknown, starts.contrast]
+        )
         self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
         self.times = np.arange(-MEMORY, 0.0)
         self.known = np.full((MEMORY, n, 2), np.nan)
@@ -154,7 +168,7 @@ class Tracker:
 
         looks  pixels, contrast, background, width, height
         """
-        self.looks[:, target] = [*looks, np.nan, np.nan]
+        self.looks[:, target] = [*looks, np.nan, np.nan, looks[1]]
         for time, where in zip(times, positions, strict=True):
             self.known[np.abs(self.times - time) < 1e-6, target] = where
         self.missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
@@ -163,8 +177,8 @@ class Tracker:
         """Thresholds, grey levels of pictures turned bright: half-way up each target, or the user's."""
         if self.detection.level is not None:
             return np.full(who.size, self.detection.level)
-        contrast, background = self.looks[1:3, who]
-        level = background + np.maximum(0.5 * contrast, 4.5 * self.detection.noise)
+        background, plateau = self.looks[[2, 7]][:, who]
+        level = background + np.maximum(0.5 * plateau, 4.5 * self.detection.noise)
         return np.where(np.isfinite(level), level, self.level)
 
     def _step(self, samples: Sequence[Sample]) -> int:

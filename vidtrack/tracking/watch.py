@@ -32,8 +32,8 @@ def watch(
     """Measure n targets in k samples of one kind (frames or fields).
 
     predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
-    looks      (7, n) pixels, contrast, background, width, height (rows of the sample), soft edge and unrest when
-               last seen; where the soft edge is not known (NaN) there is a look at once
+    looks      (8, n) pixels, contrast, background, width, height (rows of the sample), soft edge, unrest and plateau
+               when last seen; where the soft edge is not known (NaN) there is a look at once
     careful    whether a glance measures the unrest of the background, or takes it as it was
     What is unclear in a later sample may only be mispredicted: the caller watches again from there.
     """
@@ -42,7 +42,7 @@ def watch(
     if kinds.min() == kinds.max():
         return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection, careful)
     k, n = predicted.shape[:2]
-    seen = Seen(np.empty((12, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    seen = Seen(np.empty((13, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for kind in np.unique(kinds):
         some = np.flatnonzero(kinds == kind)
         part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection, careful)
