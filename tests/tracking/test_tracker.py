@@ -152,7 +152,7 @@ def test_slow_changes_of_light_are_followed():
     assert tracker.levels(np.array([0]))[0] == pytest.approx(0.35 * (30 + 90), rel=0.15)
 
 
-@pytest.mark.parametrize("contrast", [60.0, 200.0])
+@pytest.mark.parametrize("contrast", [120.0, 200.0])
 def test_the_threshold_of_a_tiny_blurred_target_does_not_run_away(contrast):
     """Half-way up lies the level at 30 + contrast/2; the more of a Gaussian falls below it, the fewer pixels are left
     to share its light: half of that mean is above any level of it.
