@@ -96,19 +96,34 @@ def separate(clear: Bools, position: Array, size: Array) -> None:
 
     clear (k, n) is changed; position (k, n, 2) px: measured where clear, else expected; size (n, 2) px
     """
-    reach = float(np.nanmax(size, initial=0.0)) + TOUCHING
-    cell = (position / reach).astype(np.int64)
-    cell = np.clip(cell - cell.min(axis=(0, 1)), 0, 4000) + 1
-    k, wide, high = len(clear), int(cell[..., 0].max()) + 2, int(cell[..., 1].max()) + 2
-    at = (np.arange(k)[:, None] * high + cell[..., 1]) * wide + cell[..., 0]
-    count = np.bincount(at.ravel(), minlength=k * high * wide)
-    # two points closer than `reach` are in one cell or in two that adjoin
-    near = sum(count[at + dy * wide + dx] for dy in (-1, 0, 1) for dx in (-1, 0, 1)) > 1
-    for j in np.flatnonzero(near.any(axis=1)):
-        some = np.flatnonzero(near[j])
-        touching, one = _touching(position[j, some], size[some])
-        unclear = ~clear[j, some]
-        clear[j, some] = ~(unclear | (touching & unclear).any(axis=1) | one.any(axis=1))
+    one, other = _close(position, size)
+    if not one.size:
+        return
+    apart = np.abs(position[:, one] - position[:, other])
+    both = (size[one] + size[other]) / 2
+    touching, same = (np.asarray((apart < reach).all(axis=-1)) for reach in (both + TOUCHING, INSIDE * both))
+    before = clear.copy()
+    for pair in np.flatnonzero(touching.any(axis=0)):
+        i, j = one[pair], other[pair]
+        clear[:, i] &= ~(touching[:, pair] & ~before[:, j] | same[:, pair])
+        clear[:, j] &= ~(touching[:, pair] & ~before[:, i] | same[:, pair])
+
+
+def _close(position: Array, size: Array) -> tuple[Ints, Ints]:
+    """Pairs of targets whose boxes, grown by TOUCHING between them, meet where they have been in k samples.
+
+    A sweep from left to right: of all targets, only those that overlap across are compared down the picture.
+    """
+    margin = (size + TOUCHING) / 2
+    low, high = position.min(axis=0) - margin, position.max(axis=0) + margin
+    order = np.argsort(low[:, 0], kind="stable")
+    low, high = low[order], high[order]
+    place = np.arange(len(order))
+    count = np.maximum(np.searchsorted(low[:, 0], high[:, 0]) - place - 1, 0)
+    one = np.repeat(place, count)
+    other = np.arange(one.size) - np.repeat(np.cumsum(count) - count, count) + one + 1
+    meet = (low[one, 1] < high[other, 1]) & (low[other, 1] < high[one, 1])
+    return order[one[meet]], order[other[meet]]
 
 
 def _touching(position: Array, size: Array) -> tuple[Bools, Bools]:

@@ -43,7 +43,7 @@ Bools = NDArray[np.bool_]
 
 REACH = 8
 """Samples read at once, at most."""
-CACHED = 300_000
+CACHED = 140_000
 """Pixels measured at once, about: more no longer fit the processor's caches."""
 GLANCED = 0.3
 """Share of a look's memory that a glance needs."""
