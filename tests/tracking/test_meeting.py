@@ -6,7 +6,7 @@ import pytest
 from tests.discs import disc
 from tests.tracking.test_tracker import followed, positions, starts_at
 from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.meeting import Meetings, groups, separate, touched
+from vidtrack.tracking.meeting import INSIDE, TOUCHING, Meetings, groups, separate, touched
 from vidtrack.tracking.recovery import MERGED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.tracker import present
@@ -85,3 +85,24 @@ def test_neither_of_two_that_touch_is_clear_unless_both_are():
     assert clear.tolist() == [[False, False, True, True]]
     assert touched(position[0], size).tolist() == [True, True, False, False]
     assert [g.tolist() for g in groups(position[0], size, 4.0)] == [[0, 1], [2], [3]]
+
+
+def test_the_sweep_finds_the_same_as_asking_everybody_about_everybody():
+    rng = np.random.default_rng(5)
+    touched_any = 0
+    for _ in range(300):
+        n, k = rng.integers(1, 40), rng.integers(1, 9)
+        moves = np.concatenate([rng.uniform(0, 150, (1, n, 2)), rng.normal(0, 3, (k - 1, n, 2))])
+        position, size = np.cumsum(moves, axis=0), rng.uniform(3, 15, (n, 2))
+        clear = rng.random((k, n)) < 0.8
+        expected = clear.copy()
+        for s in range(k):
+            apart = np.abs(position[s, :, None] - position[s])
+            both = (size[:, None] + size) / 2
+            others = ~np.eye(n, dtype=bool)
+            touching, one = ((apart < reach).all(axis=-1) & others for reach in (both + TOUCHING, INSIDE * both))
+            expected[s] &= ~((touching & ~clear[s]).any(axis=1) | one.any(axis=1))
+        touched_any += (expected != clear).any()
+        separate(clear, position, size)
+        assert np.array_equal(clear, expected)
+    assert touched_any > 200
