@@ -16,6 +16,7 @@ from vidtrack.naming import did_you_mean
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
+Level = Annotated[float, Field(ge=-255, le=255)]
 Instant = str | int
 """A time code or a frame number."""
 
@@ -94,13 +95,17 @@ class DetectChange(Section):
     fields: Literal["auto", "frame", "top", "bottom"] | None = None
     start: Instant | None = None
     end: Instant | None = None
+    gain: Literal["auto"] | Positive | None = None
+    offset: Literal["auto"] | Level | None = None
 
 
 class Detect(Section):
     """How targets are told from the background."""
 
     polarity: Literal["bright", "dark"] = "bright"
-    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field("auto", description="grey level 0-255")
+    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field(
+        "auto", description="grey level 0-255, after gain and offset"
+    )
     centroid: Literal["weighted", "binary", "ellipse"] = Field(
         "weighted", description="binary is the thesis's equations 4.2.1 and 4.2.2"
     )
@@ -111,6 +116,12 @@ class Detect(Section):
     )
     start: Instant | None = Field(None, description="time code or frame number of the first sample used")
     end: Instant | None = Field(None, description="time code or frame number of the last sample used")
+    gain: Literal["auto"] | Positive = Field(
+        "auto", description="grey levels are stretched by this factor; auto: only where too few are in use"
+    )
+    offset: Literal["auto"] | Level = Field(
+        "auto", description="stored level, on the scale 0-255 of the file's depth, that becomes black"
+    )
 
 
 class Clip(DetectChange):

@@ -211,3 +211,70 @@ def test_a_real_ball_is_found_by_its_motion_and_followed_within_a_pixel():
     assert table.loc[table["frame"] < 2, "Xf"].isna().all()
     assert (table.loc[table["frame"] >= 2, "flag"] == "").all()
     assert diagnostics["begun"] == "1 from motion, 0 from brightness"
+
+
+def stored(full, contrast, noise, *, level, dark, bits, k=25):
+    """A recording whose levels (stored) end at `full`: one ball of radius 5 px on a curve; and where it is."""
+    at = np.stack([60 + 2.3 * np.arange(k), 60 + 30 * np.sin(np.arange(k) / 7)], axis=1)
+    rng = np.random.default_rng(3)
+    frames = []
+    for i, place in enumerate(at):
+        ball = [(*place, 5.0, -contrast if dark else contrast)]
+        drawn = picture((120, 180), ball, level=level, noise=noise, rng=rng, dtype=float)
+        luma = np.clip(np.rint(drawn), 0, full).astype(np.uint8 if bits == 8 else np.uint16)
+        frames.append(Frame(i, i / RATE, luma, False, None))
+    return frames, VideoInfo(180, 120, RATE, bits=bits, field_order="progressive"), at
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("kind", ["weighted", "binary", "ellipse"])
+@pytest.mark.parametrize(
+    ("full", "contrast", "noise", "bits"), [(1023, 480, 8, 16), (4095, 1920, 32, 16), (65535, 1500, 25, 16)]
+)
+def test_few_levels_of_many_measure_as_well_as_all_of_them(full, contrast, noise, bits, kind, dark):
+    level = 0.1 * full + (contrast if dark else 0)
+    frames, info, at = stored(full, contrast, noise, level=level, dark=dark, bits=bits)
+    wide, whole, _ = stored(255, 120, 2, level=145 if dark else 25, dark=dark, bits=8)
+    wishes = {"polarity": "dark" if dark else "bright", "centroid": kind}
+    table, told = track(frames, info, **wishes)
+    usual, _ = track(wide, whole, **wishes)
+    off, expected = (np.sqrt(np.mean((t[["Xf", "Yf"]].to_numpy() - at) ** 2)) for t in (table, usual))
+    assert told["stretch"]["gain"] > 10
+    assert (table["flag"] == "").all()
+    assert off < 1.15 * expected + 0.001
+    assert off < 3.5 * np.hypot(*table[["sd_x", "sd_y"]].mean())
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize(("kind", "most"), [("weighted", 0.09), ("binary", 0.12), ("ellipse", 0.06)])
+def test_a_contrast_of_six_grey_levels_is_enough(kind, most, dark):
+    frames, info, at = stored(255, 6, 0.5, level=100, dark=dark, bits=8)
+    table, _ = track(frames, info, polarity="dark" if dark else "bright", centroid=kind)
+    off = table[["Xf", "Yf"]].to_numpy() - at
+    assert (table["flag"] == "").all()
+    assert 0.02 < np.sqrt(np.mean(off**2)) < most
+
+
+def test_gain_and_offset_may_be_given_and_thresholds_are_on_their_scale():
+    frames, info, at = stored(255, 6, 0.5, level=100, dark=False, bits=8)
+    as_stored, _ = track(frames, info, gain=1, offset=0)
+    assert as_stored["Xf"].isna().all()
+    table, told = track(frames, info, gain=20, offset=96, threshold=140)
+    assert told["stretch"] == {"gain": 20, "offset": 96}
+    assert told["threshold"] == 140
+    assert np.abs(table[["Xf", "Yf"]].to_numpy() - at).max() < 0.4
+    assert table["background"].mean() == pytest.approx(80, abs=3)
+
+
+def test_a_faint_target_that_comes_late_is_stretched_when_it_comes():
+    frames, info, at = stored(4095, 1000, 16, level=300, dark=False, bits=16)
+    empty, _, _ = stored(4095, 0, 16, level=300, dark=False, bits=16, k=15)
+    later = [f._replace(index=15 + i, time=(15 + i) / RATE) for i, f in enumerate(frames)]
+    table, told = track(empty + later, info)
+    assert told["stretch"]["gain"] > 10
+    assert np.abs(table[["Xf", "Yf"]].to_numpy()[18:] - at[3:]).max() < 0.1
+
+
+def test_twelve_bits_in_sixteen_are_saturated_where_the_sensor_ends():
+    frames, info, _ = stored(4095, 6000, 32, level=480, dark=False, bits=16)
+    assert (track(frames, info).centroids["flag"] == "saturated").all()

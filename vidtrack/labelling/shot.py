@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from vidtrack.labelling.still import FrameLike, Still, average, sample
 from vidtrack.tracking.blobs import Blobs, find_blobs
+from vidtrack.tracking.stretch import BITS, stretch
+from vidtrack.tracking.threshold import noise_sd
 
 Array = NDArray[np.float64]
 Picture = NDArray[Any]
@@ -25,7 +27,7 @@ SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
 class Shot(NamedTuple):
     """One clip, averaged and searched.
 
-    still    grey levels 0-255
+    still    grey levels 0-255, stretched as `stretch` tells (gain and offset)
     at       (n, 2) px, where its blobs are; sd (n, 2) px, one standard deviation of that
     tremble  (n, 2) px, standard deviation of a single frame's centroid; NaN where fewer than three frames tell
     seen     frames in the clip; damaged: how many of them were damaged, and left out
@@ -39,28 +41,40 @@ class Shot(NamedTuple):
     settings: dict[str, Any]
     seen: int
     damaged: int
+    stretch: tuple[float, float] = (1.0, 0.0)
 
 
 def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None = None) -> Shot:
     """Average frames of a static scene and measure every blob on the mean.
 
-    detect  polarity, threshold, min_pixels, centroid, as `find_blobs` takes them; other keys are passed over
+    detect  polarity, threshold, min_pixels, centroid, as `find_blobs` takes them; gain, offset as `stretch` does;
+            other keys are passed over
     bits    significant bits of 16-bit luma
     The sd is the tremble over the root of the number of frames; for a lone frame, what noise and contrast make of it.
     Raises ValueError where no frame is good or sizes differ.
     """
     taken = sample(frames)
-    scale = np.float32(255.0 / (2 ** (bits or 8 * taken.lumas.dtype.itemsize) - 1))
-    still = average(taken.lumas)
+    lumas, bits = taken.lumas, bits or 8 * taken.lumas.dtype.itemsize
+    scale = np.float32(255.0 / (2**bits - 1))
+    still = average(lumas)
     still = still._replace(mean=still.mean * scale, sd=still.sd * scale)
     settings = {name: detect[name] for name in SETTINGS if detect.get(name) is not None}
+    wish = {name: detect[name] for name in ("gain", "offset") if detect.get(name) is not None}
+    table = stretch(list(lumas), bits, dark=settings.get("polarity") == "dark", **wish)
+    noise = None
+    if table:
+        noise = table.gain * noise_sd(lumas[0], scale=float(scale))
+        still = still._replace(mean=table.grey(still.mean), sd=still.sd * np.float32(table.gain))
+        lumas, bits = np.stack([table.over(luma) for luma in lumas]), BITS
     # a lone frame keeps its whole levels, by which its noise is known
-    blobs = find_blobs(taken.lumas[0] if still.frames == 1 else still.mean, bits=bits, **settings)
+    alone = still.frames == 1
+    blobs = find_blobs(lumas[0] if alone else still.mean, bits=bits, noise=noise if alone else None, **settings)
     at = np.stack([blobs.Xf, blobs.Yf], -1)
-    tremble = _tremble(taken.lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits)
-    alone = np.stack([blobs.sd_x, blobs.sd_y], -1)
-    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), alone)
-    return Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
+    tremble = _tremble(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
+    foretold = np.stack([blobs.sd_x, blobs.sd_y], -1)
+    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), foretold)
+    shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
+    return shot._replace(stretch=(table.gain, table.offset)) if table else shot
 
 
 def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
@@ -84,12 +98,14 @@ def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
     return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), tremble=np.full(at.shape, np.nan))
 
 
-def _tremble(lumas: Picture, at: Array, reach: Array, settings: dict[str, Any], bits: int | None) -> Array:
+def _tremble(
+    lumas: Picture, at: Array, reach: Array, settings: dict[str, Any], bits: int, noise: float | None
+) -> Array:
     """(n, 2) px, scatter of single frames' centroids within `reach` of the mean's; NaN for fewer than three frames."""
     chosen = lumas[np.unique(np.linspace(0, len(lumas) - 1, min(len(lumas), SCATTER_FRAMES)).round().astype(int))]
     places = np.full((len(chosen), len(at), 2), np.nan)
     for k, luma in enumerate(chosen if len(chosen) >= 3 and len(at) else ()):
-        found = find_blobs(luma, bits=bits, **settings)
+        found = find_blobs(luma, bits=bits, noise=noise, **settings)
         here = np.stack([found.Xf, found.Yf], -1)
         if len(here):
             d = np.linalg.norm(here[None] - at[:, None], axis=-1)

@@ -57,7 +57,7 @@ def calibration_points(
     points   tag, x, y, z (world units) and where known sigma
     picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout must speak for itself
     tags     clip: the tags it shows; default: all of them
-    detect   clip: polarity, threshold, min_pixels, centroid, as `find_blobs` takes them
+    detect   clip: polarity, threshold, min_pixels, centroid, as `find_blobs` takes them, gain and offset
     bits     clip: significant bits of 16-bit luma
     sigma    world units, survey tolerance where points has none
     A position is the centroid on the mean of up to 64 frames, sd its standard deviation: the scatter of single
@@ -304,6 +304,7 @@ def _record(
             "share_left_out": shot.still.left_out,
             "noise_grey_levels": float(np.median(shot.still.sd)),
             "detect": shot.settings,
+            "stretch": dict(zip(("gain", "offset"), shot.stretch, strict=True)),
             "tags": len(own),
             "found": int(own["found"].sum()),
             "blobs": len(shot.at),

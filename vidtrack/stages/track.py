@@ -8,6 +8,8 @@ tracked.centroids[["time_s", "Xf", "Yf"]]
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -25,6 +27,7 @@ from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.scatter import Scatter, scatter
 from vidtrack.tracking.standing import Standing, places, standing_things, start_places
+from vidtrack.tracking.stretch import BITS, Stretch, stretch
 from vidtrack.tracking.threshold import automatic, background_level, noise_sd
 from vidtrack.tracking.tracker import MEMORY, Rows, Starts, Tracker, present
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
@@ -64,6 +67,8 @@ def track(
     fields: Literal["auto", "frame", "top", "bottom"] = "auto",
     start: str | int | None = None,
     end: str | int | None = None,
+    gain: float | Literal["auto"] = "auto",
+    offset: float | Literal["auto"] = "auto",
 ) -> Tracked:
     """Follow targets through a recording.
 
@@ -75,6 +80,7 @@ def track(
     threshold    grey level 0-255 on any depth; auto: half-way between each target and its own background
     fields       auto: as the motion and the flags say; frame: whole frames; top, bottom: the field that comes first
     start, end   frame number or time code of the first and the last sample used
+    gain, offset as `stretch` takes them; every grey level here and in the table is a stretched one
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
     sd_y (px, from noise and contrast, grown to what `scatter` tells), pixels, total_pixels, mass, contrast, background
@@ -89,8 +95,12 @@ def track(
     opening = _more([], batches, FEW)
     if not opening:
         raise VidtrackError("the recording has no frame to track in. Give one that has.")
+    wished = partial(stretch, bits=info.bits, dark=polarity == "dark", gain=gain, offset=offset)
+    levels = wished(_whole_pictures(opening))
+    noise = noise_sd(opening[0].luma, scale=255.0 / (2**info.bits - 1)) * (levels.gain if levels else 1.0)
+    opening, batches, info = _stretched(opening, batches, info, levels)
     order, why = _field_order(fields, info, opening)
-    detection = _detection(opening[0], info, polarity, threshold, centroid, min_pixels)
+    detection = _detection(info, polarity, threshold, noise, centroid, min_pixels)
     samples = _samples(opening, info, order)
     level = _level(samples[0], detection)
     trails: list[Trail] = []
@@ -103,6 +113,11 @@ def track(
         found = find_targets(samples, len(names), detection)
         if found.moving < ENOUGH * len(names):  # wait a little for what does not move yet
             opening = _more(opening, batches, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
+            if levels is None and (levels := wished(_whole_pictures(opening))):
+                noise *= levels.gain
+                opening, batches, info = _stretched(opening, batches, info, levels)
+                detection = _detection(info, polarity, threshold, noise, centroid, min_pixels)
+                level = _level(_samples(opening[:1], info, order)[0], detection)
             samples = _samples(opening, info, order)
             found = find_targets(samples, len(names), detection)
         trails, clutter = found.trails, found.clutter
@@ -131,6 +146,7 @@ def track(
     table = _table(rows, moment, names, starts, info)
     diagnostics = _diagnosed(rows, moment, names, tracker, info)
     diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
+    diagnostics["stretch"] = {"gain": levels.gain if levels else 1.0, "offset": levels.offset if levels else 0.0}
     _tell_scatter(diagnostics, seen, names)
     if waiting:
         missing = ", ".join(names[i] for i in waiting)
@@ -184,14 +200,30 @@ def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[st
     return (order if order in ("top", "bottom") else "frame"), why
 
 
+def _whole_pictures(frames: list[Frame]) -> list[NDArray[Any]]:
+    """Their luma, without damaged ones where there are others."""
+    return [frame.luma for frame in frames if not frame.corrupt] or [frame.luma for frame in frames]
+
+
+def _stretched(
+    opening: list[Frame], batches: Iterator[list[Frame]], info: VideoInfo, levels: Stretch | None
+) -> tuple[list[Frame], Iterator[list[Frame]], VideoInfo]:
+    """The frames read and those to come, with their grey levels stretched, and what is then to be said of them."""
+    if levels is None:
+        return opening, batches, info
+
+    def through(frames: list[Frame]) -> list[Frame]:
+        return [frame._replace(luma=levels.over(frame.luma)) for frame in frames]
+
+    return through(opening), map(through, batches), replace(info, bits=BITS)
+
+
 def _detection(
-    frame: Frame, info: VideoInfo, polarity: str, threshold: float | str, centroid: Any, min_pixels: int
+    info: VideoInfo, polarity: str, threshold: float | str, noise: float, centroid: Any, min_pixels: int
 ) -> Detection:
     full = float(2**info.bits - 1)
-    scale = 255.0 / full
     level = None if threshold == "auto" else float(threshold)
-    noise = noise_sd(frame.luma, scale=scale)
-    return Detection(scale, full, polarity == "dark", level, noise, centroid, min_pixels)
+    return Detection(255.0 / full, full, polarity == "dark", level, noise, centroid, min_pixels)
 
 
 def _level(sample: Sample, detection: Detection) -> float:

@@ -44,6 +44,7 @@ def _share_of_field(run: Record) -> float | None:
 def reading_table(readings: Mapping[str, Record]) -> Table:
     """How each camera's recording was read and timed."""
     rows = []
+    stretched = any(pick(own, "stretch", "gain") not in (None, 1) for own in readings.values())
     for camera, own in readings.items():
         targets: Record = own.get("targets") or {}
         flags: dict[str, float] = {}
@@ -59,9 +60,11 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
                 share(own.get("measured"), 4),
                 ", ".join(f"{flag} {share(part)}" for flag, part in flags.items()) or "none",
                 *_pixel_counts([target.get("pixels") or {} for target in targets.values()]),
+                *([number(pick(own, "stretch", key), 3) for key in ("gain", "offset")] if stretched else []),
             ]
         )
     header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target, mean", "range"]
+    header += ["gain", "offset"] if stretched else []
     return Table("Reading and tracking", header, rows)
 
 
