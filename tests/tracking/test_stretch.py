@@ -52,13 +52,15 @@ def test_noise_alone_is_not_stretched():
 @pytest.mark.parametrize("bits", [10, 12, 14])
 def test_where_many_pixels_sit_on_the_greatest_level_the_sensor_ends_there(bits):
     end = 2**bits - 1 - 2**bits // 20
-    pictures = shown(2**bits / 8, 2**bits, 2**bits / 256, full=end, in_full=65535)
-    found = stretch(pictures, 16)
+    noise = 2**bits / 256
+    found = stretch(shown(2**bits / 8, 2**bits, noise, full=end, in_full=65535), 16)
     assert found.table[end] == 65535
     assert found.table[int(0.9 * end)] < 0.91 * 65535
-    not_there = [np.where(one == end, end - 200 // (17 - bits) - (one % 7), one).astype(np.uint16) for one in pictures]
-    other = stretch(not_there, 16)
-    assert other is None or other.table[end - 2 ** (bits - 7)] < 65000
+    below = stretch(shown(2**bits / 8, 0.8 * end - 2**bits / 8, noise, full=end, in_full=65535), 16)
+    assert below is None or below.table[int(0.8 * end)] < 0.8 * 65535
+    given = stretch(shown(2**bits / 8, 2**bits, noise, full=end, in_full=65535), 16, gain=1.5, offset=0)
+    assert given.table[end - 1] < 0.5 * 65535
+    assert given.table[end] == 65535
 
 
 def test_a_defect_of_the_sensor_does_not_hide_that_the_clip_is_faint():

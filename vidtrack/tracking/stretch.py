@@ -87,16 +87,16 @@ def stretch(
     A level at which the sensor ends (the depth's last; in deep files the greatest that occurs, where many pixels sit
     on it) becomes full scale, whatever the gain.
     """
-    full = float(2**bits - 1)
-    ends = 255.0
-    if gain == "auto" or offset == "auto":
-        used = _used(pictures[:1], bits, dark)
-        if used.rise < NEEDED or bits > 8 or gain != "auto":  # few clips go on from here
-            used = _used(pictures, bits, dark)
-        gain, offset = _chosen(used, bits, dark, gain, offset)
-        ends = used.high if used.piled else 255.0
     if gain == 1 and offset == 0:
         return None
+    full = float(2**bits - 1)
+    used = _used(pictures[:1], bits, dark)
+    if used.rise < NEEDED or bits > 8 or gain != "auto":  # few clips go on from here
+        used = _used(pictures, bits, dark)
+    gain, offset = _chosen(used, bits, dark, gain, offset)
+    if gain == 1 and offset == 0:
+        return None
+    ends = used.high if used.piled else 255.0
     level = np.arange(2 ** (8 if bits == 8 else 16)) * (255.0 / full)
     grey = np.clip((level - offset) * gain, 0, 255)
     if dark:
