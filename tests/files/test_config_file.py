@@ -48,3 +48,16 @@ def test_a_missing_config_says_what_to_write(tmp_path):
 def test_an_anchor_may_be_merged_and_overridden(tmp_path):
     (tmp_path / "config.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\n")
     assert read_config(str(tmp_path / "config.yaml"))["b"] == {"x": 1, "y": 3}
+
+
+@pytest.mark.parametrize("code", ["10:00:00:10", "10:00:00", "10:00:00.5"])
+def test_a_time_code_that_yaml_takes_for_a_number_is_to_be_put_in_quotes(tmp_path, code):
+    line = refusal(tmp_path, f"units: in\ndetect:\n  start: {code}\n")
+    assert line.startswith("config.yaml, line 3, column 10")
+    assert f"put it in quotes: '{code}'" in line
+    (tmp_path / "config.yaml").write_text(f"detect: {{start: '{code}', end: 00:59:00:00, box: [1_0, 1.5e+1]}}\n")
+    assert read_config(str(tmp_path / "config.yaml"))["detect"] == {
+        "start": code,
+        "end": "00:59:00:00",
+        "box": [10, 15.0],
+    }

@@ -50,3 +50,18 @@ class _StrictLoader(yaml.SafeLoader):
             if isinstance(key, (str, int, float)):
                 seen[key] = key_node.start_mark.line + 1
         return super().construct_mapping(node, deep)
+
+    def construct_number(self, node: yaml.ScalarNode) -> int | float:
+        """YAML 1.1 counts 10:00:00:10 in sixties: the number 2160010, where a time code was meant."""
+        make = self.construct_yaml_int if node.tag.endswith(":int") else self.construct_yaml_float
+        value: int | float = make(node)
+        if ":" in node.value:
+            raise yaml.MarkedYAMLError(
+                problem=f"{node.value} means the number {value} in YAML; put it in quotes: '{node.value}'",
+                problem_mark=node.start_mark,
+            )
+        return value
+
+
+_StrictLoader.add_constructor("tag:yaml.org,2002:int", _StrictLoader.construct_number)
+_StrictLoader.add_constructor("tag:yaml.org,2002:float", _StrictLoader.construct_number)
