@@ -105,3 +105,23 @@ def test_the_composite_shows_the_balls_of_all_clips():
     assert find_blobs(composite(dark), polarity="dark").Xf.size == 6
     with pytest.raises(ValueError, match="no shots"):
         composite([])
+
+
+@pytest.mark.parametrize("n", [1, 9])
+@pytest.mark.parametrize(
+    ("contrast", "noise", "kind", "full"),
+    [(1, 8.0, np.uint16, 4095), (6, 0.5, np.uint8, 255), (-6, 0.5, np.uint8, 255)],
+)
+def test_few_grey_levels_are_stretched(n, contrast, noise, kind, full):
+    if kind is np.uint16:  # a twelve-bit sensor in a file of sixteen
+        frames = clip(balls(AT), n, noise=2.0, dtype=kind, full=full)
+    else:
+        frames = clip(balls(AT, background=100, level=100 + contrast), n, noise=noise, dtype=kind, full=full)
+    shot = take(frames, {"polarity": "dark" if contrast < 0 else "bright"})
+    assert shot.stretch[0] > 8
+    assert len(shot.at) == 6
+    order = np.lexsort((shot.at[:, 0], shot.at[:, 1] > 45))
+    off = shot.at[order] - AT
+    assert np.abs(off).max() < 4 * np.hypot(shot.sd.max(), 0.01)
+    assert np.abs(off).max() < (0.05 if kind is np.uint16 else 0.35)
+    assert take(frames, {"gain": 1.0, "offset": 0.0}).stretch == (1.0, 0.0)
