@@ -6,9 +6,9 @@ import pytest
 
 from tests.discs import disc
 from tests.tracking.test_glance import DETECTION, known
-from vidtrack.tracking.centroids import Windows, components, measure
+from vidtrack.tracking.centroids import Sums, Windows, components, measure
 from vidtrack.tracking.glance import glance
-from vidtrack.tracking.neighbours import crowded, strangers
+from vidtrack.tracking.neighbours import crowded, measure_beside, strangers
 from vidtrack.tracking.sample import Sample
 
 NOISE, LEVEL = 3.0, 30.0
@@ -107,3 +107,16 @@ def test_a_targets_own_blur_is_no_neighbour():
     low[:, 0, 26:30] = 0
     low[3, 0, 3] = 1  # a speck
     assert not crowded(low, target, None).size
+
+
+def test_where_nobody_turns_out_to_be_near_nothing_is_measured_anew():
+    stack, _, _ = beside(2, 4.0, 30.0)
+    zero = np.zeros(2, np.intp)
+    view = Windows(stack, zero, zero, 1.0)
+    mask = components(view, 130.0).mask
+    grey = np.pad(stack, ((0, 0), (0, 0), (0, 3))).astype(np.float32)
+    sums = Sums(stack.shape[0], stack.shape[2])
+    settings = {"rise": np.full(2, 100.0), "pixels": mask.sum(axis=(0, 2)), "noise": NOISE, "always_fitted": False}
+    who, better = measure_beside(grey, mask, np.zeros_like(mask), np.arange(2), sums, **settings)
+    assert not who.size
+    assert not better.x.size
