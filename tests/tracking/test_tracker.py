@@ -169,6 +169,22 @@ def test_the_threshold_of_a_tiny_blurred_target_does_not_run_away(contrast):
     assert np.sqrt(np.mean((positions(rows) - path) ** 2)) < 10.0 / contrast  # noise 4, joined by the blur
 
 
+@pytest.mark.parametrize(("radius", "least"), [(2.5, 0.98), (4.0, 1.0), (15.0, 1.0)])
+def test_dim_targets_in_much_noise_are_followed(radius, least):
+    """Six sigmas above the background, where the level for lone pixels lies: half of their pixels are below it."""
+    path = circle(30, 3)
+    samples = samples_of(path, radius=radius, contrast=60.0, noise=10.0)
+    tracker = Tracker(starts_at(path[0], box=2 * radius + 30), Detection(noise=10.0), 90.0)
+    tracker.follow(samples)
+    tracker.finish()
+    rows = tracker.rows()
+    error = positions(rows) - path
+    z = error / rows.values[2:4].transpose(1, 2, 0)
+    assert present(rows).mean() >= least
+    assert np.nanmax(np.abs(error)) < 1
+    assert 0.8 < np.sqrt(np.nanmean(z**2)) < 1.2
+
+
 def test_a_threshold_by_hand_stays():
     path = circle(60)
     light = np.linspace(1.0, 0.35, 60)

@@ -35,12 +35,15 @@ from vidtrack.tracking.meeting import Meetings, recent, separate, touched
 from vidtrack.tracking.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.standing import Standing
+from vidtrack.tracking.threshold import SIGMAS
 from vidtrack.tracking.watch import watch
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
+LEAST = 4.5
+"""Sigmas from the background to a target's threshold, at least."""
 REACH = 8
 """Samples read at once, at most."""
 CACHED = 140_000
@@ -178,8 +181,9 @@ class Tracker:
         if self.detection.level is not None:
             return np.full(who.size, self.detection.level)
         background, plateau = self.looks[[2, 7]][:, who]
-        level = background + np.maximum(0.5 * plateau, 4.5 * self.detection.noise)
-        return np.where(np.isfinite(level), level, self.level)
+        level = background + np.maximum(0.5 * plateau, LEAST * self.detection.noise)
+        # a dim target falls to pieces at the level for lone pixels; enough side by side are no chance at a lower one
+        return np.where(np.isfinite(level), level, self.level - (SIGMAS - LEAST) * self.detection.noise)
 
     def _step(self, samples: Sequence[Sample]) -> int:
         """Take in one or more of the samples; returns how many."""
