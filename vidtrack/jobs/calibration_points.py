@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 
 import pandas as pd
 
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
+from vidtrack.files.timesource import find_time
 from vidtrack.files.video import Video, open_video
 from vidtrack.job import Job
 from vidtrack.progress import Progress
@@ -77,6 +79,10 @@ def _frames(video: Video, clip: str, job: Job) -> Iterator[Frame]:
     """The frames of a clip that the config asks for, counted on the terminal."""
     detect = job.settings["clips"][clip].get("detect", {})
     where = f"calibration.clips.{clip}.detect"
-    frames = between(video.frames(), video.info, detect.get("start"), detect.get("end"), where=where)
+    ends = detect.get("start"), detect.get("end")
+    info = video.info
+    if any(isinstance(end, str) for end in ends):  # a time code: the clip's clock may lie on its sound track
+        info = replace(info, time=find_time(video.path, info).base)
+    frames = between(video.frames(), info, *ends, where=where)
     with Progress(f"calibration_points {clip}/{job.settings['camera']}", video.info.n_frames_hint, "frames") as shown:
         yield from shown.over(frames)
