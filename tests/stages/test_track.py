@@ -277,3 +277,16 @@ def test_a_faint_target_that_comes_late_is_stretched_when_it_comes():
 def test_twelve_bits_in_sixteen_are_saturated_where_the_sensor_ends():
     frames, info, _ = stored(4095, 6000, 32, level=480, dark=False, bits=16)
     assert (track(frames, info).centroids["flag"] == "saturated").all()
+
+
+@pytest.mark.parametrize(("kind", "low", "high"), [("weighted", 0.6, 1.9), ("ellipse", 0.4, 1.9)])
+@pytest.mark.parametrize("over", [2.0, 5.0])
+def test_the_sd_of_saturated_targets_tells_their_clipped_rims_also_at_rest(kind, low, high, over):
+    at = np.array([(30 + 38.37 * i, 30 + 41.61 * j) for j in range(4) for i in range(6)])
+    frames, info = recorded(lambda t: np.zeros((0, 2)), 6, still=[(*p, 5.0, 225 * over) for p in at])
+    table, _ = track(frames, info, targets=24, centroid=kind)
+    assert (table["flag"] == "saturated").all()
+    found = table.groupby("target")[["Xf", "Yf", "sd_x", "sd_y"]].mean().to_numpy()
+    nearest = np.linalg.norm(found[:, None, :2] - at, axis=-1).argmin(1)
+    ratio = np.sqrt(np.mean((found[:, :2] - at[nearest]) ** 2) / np.mean(found[:, 2:] ** 2))
+    assert low < ratio < high

@@ -23,7 +23,7 @@ from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.look import MASS, PIXELS, SD_X, SD_Y, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
-from vidtrack.tracking.recovery import FLAGS, RECOVERED
+from vidtrack.tracking.recovery import FLAGS, RECOVERED, SATURATED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.scatter import Scatter, scatter
 from vidtrack.tracking.standing import Standing, places, standing_things, start_places
@@ -43,6 +43,8 @@ FEW, OPENING = 12, 48
 """Frames looked at before tracking begins: a few, or more where too little moves in those."""
 BATCH = 4
 """Frames given to the tracker at once."""
+CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
+"""px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
 NEVER = 1 << 60
 
 
@@ -142,7 +144,7 @@ def track(
     tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
     moment = _moments(stamps, order)
-    seen = _grown(rows, moment, info)
+    seen = _grown(rows, moment, info, centroid)
     table = _table(rows, moment, names, starts, info)
     diagnostics = _diagnosed(rows, moment, names, tracker, info)
     diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
@@ -373,9 +375,23 @@ def _late_comers(
     return waiting
 
 
-def _grown(rows: Rows, moment: _Moments, info: VideoInfo) -> Scatter:
+def _clipped(rows: Rows, lines: int, kind: str) -> Array:
+    """What the rims of saturated targets add to their sd (2, samples, n), px; 0 for the others.
+
+    A pixel on the rim shows its share of the target only up to full scale, and the rim that is left is half as wide
+    or less: of the error of counting whole pixels, which goes with 1 / sqrt(radius), a seventh is left to the weighted
+    mean, half of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
+    """
+    with np.errstate(divide="ignore"):
+        of_rim = np.where(rows.flag & SATURATED, CLIPPED[kind] * rows.values[PIXELS] ** -0.25, 0.0)
+    return np.stack([of_rim, lines * of_rim])
+
+
+def _grown(rows: Rows, moment: _Moments, info: VideoInfo, kind: str) -> Scatter:
     """Let the sd of the centroids in `rows` bear out how the tracks scatter; tells by how much."""
     fields = len(set(moment.offset))
+    if (rows.flag & SATURATED).any():
+        rows.values[[SD_X, SD_Y]] = np.hypot(rows.values[[SD_X, SD_Y]], _clipped(rows, fields, kind))
     time = fields * (moment.time * float(info.rate) + moment.offset)
     sd = rows.values[[SD_X, SD_Y]]
     seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=fields)
