@@ -42,6 +42,8 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
+HALF = 0.54
+"""Of the mean of a target's pixels, where its threshold is: half of its peak, as those on the rim are dimmer."""
 LEAST = 4.5
 """Sigmas from the background to a target's threshold, at least."""
 REACH = 8
@@ -181,7 +183,7 @@ class Tracker:
         if self.detection.level is not None:
             return np.full(who.size, self.detection.level)
         background, plateau = self.looks[[2, 7]][:, who]
-        level = background + np.maximum(0.5 * plateau, LEAST * self.detection.noise)
+        level = background + np.maximum(HALF * plateau, LEAST * self.detection.noise)
         # a dim target falls to pieces at the level for lone pixels; enough side by side are no chance at a lower one
         return np.where(np.isfinite(level), level, self.level - (SIGMAS - LEAST) * self.detection.noise)
 
