@@ -290,3 +290,19 @@ def test_the_sd_of_saturated_targets_tells_their_clipped_rims_also_at_rest(kind,
     nearest = np.linalg.norm(found[:, None, :2] - at, axis=-1).argmin(1)
     ratio = np.sqrt(np.mean((found[:, :2] - at[nearest]) ** 2) / np.mean(found[:, 2:] ** 2))
     assert low < ratio < high
+
+
+def test_while_a_shadow_s_edge_goes_over_a_target_its_sd_tells_so_and_only_then():
+    rng, at = np.random.default_rng(0), np.stack([60 + 2.3 * np.arange(50), np.full(50, 60.3)], axis=1)
+    frames = []
+    for i, place in enumerate(at):
+        lit = np.where(np.arange(220) < 5 * i, 0.6, 1.0) * picture((120, 220), [(*place, 6.0, 170)], dtype=float)
+        luma = np.clip(np.rint(lit + rng.normal(0, 2, lit.shape)), 0, 255).astype(np.uint8)
+        frames.append(Frame(i, i / RATE, luma, False, None))
+    table, _ = track(frames, VideoInfo(220, 120, RATE, field_order="progressive"))
+    off = np.abs(table["Xf"].to_numpy() - at[:, 0])
+    edge = np.abs(5 * np.arange(50) - at[:, 0]) < 6
+    assert 0.3 < off[edge].max() < 2.5 * table["sd_x"][edge].max(), "it is pulled, and told"
+    assert (off < 4 * table["sd_x"]).all()
+    far = np.abs(5 * np.arange(50) - at[:, 0]) > 20
+    assert table["sd_x"][far].max() < 0.04

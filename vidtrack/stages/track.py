@@ -45,6 +45,9 @@ BATCH = 4
 """Frames given to the tracker at once."""
 CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
 """px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
+PASSING, SUDDEN = 3, 0.15
+"""Samples before and after in which a target's mass changes by more than this share where the edge of a shadow, or of
+light, goes over it."""
 NEVER = 1 << 60
 
 
@@ -387,11 +390,39 @@ def _clipped(rows: Rows, lines: int, kind: str) -> Array:
     return np.stack([of_rim, lines * of_rim])
 
 
+def _half_lit(rows: Rows, lines: int) -> Array:
+    """What an edge of light or shadow that goes over a target adds to its sd (samples, n), px; 0 where none does.
+
+    Some samples before or after, its mass is another. A shadow that takes a share from one half of a disc moves the
+    centroid by up to a quarter of the radius times that share.
+    """
+    mass, moved = rows.values[MASS], np.zeros(rows.flag.shape)
+    if not len(mass):
+        return moved
+    with np.errstate(invalid="ignore"):
+        some = np.flatnonzero(1 - np.fmin.reduce(mass) / np.fmax.reduce(mass) > SUDDEN)
+    if not some.size:
+        return moved
+    mass = mass[:, some]
+    most, least = mass.copy(), mass.copy()
+    for shift in range(1, PASSING + 1):
+        for to, of in ((slice(shift, None), slice(None, -shift)), (slice(None, -shift), slice(shift, None))):
+            np.fmax(most[to], mass[of], out=most[to])
+            np.fmin(least[to], mass[of], out=least[to])
+    change = np.nan_to_num(1 - least / most)
+    usual = np.nanmedian(np.where(np.isfinite(mass), change, np.nan), axis=0)
+    change[change <= np.maximum(SUDDEN, 5 * usual)] = 0
+    moved[:, some] = np.nan_to_num(0.25 * change * np.sqrt(lines * rows.values[PIXELS][:, some] / np.pi))
+    return moved
+
+
 def _grown(rows: Rows, moment: _Moments, info: VideoInfo, kind: str) -> Scatter:
     """Let the sd of the centroids in `rows` bear out how the tracks scatter; tells by how much."""
     fields = len(set(moment.offset))
     if (rows.flag & SATURATED).any():
         rows.values[[SD_X, SD_Y]] = np.hypot(rows.values[[SD_X, SD_Y]], _clipped(rows, fields, kind))
+    if (moved := _half_lit(rows, fields)).any():
+        rows.values[[SD_X, SD_Y]] = np.hypot(rows.values[[SD_X, SD_Y]], moved)
     time = fields * (moment.time * float(info.rate) + moment.offset)
     sd = rows.values[[SD_X, SD_Y]]
     seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=fields)
