@@ -292,17 +292,31 @@ def test_the_sd_of_saturated_targets_tells_their_clipped_rims_also_at_rest(kind,
     assert low < ratio < high
 
 
-def test_while_a_shadow_s_edge_goes_over_a_target_its_sd_tells_so_and_only_then():
-    rng, at = np.random.default_rng(0), np.stack([60 + 2.3 * np.arange(50), np.full(50, 60.3)], axis=1)
+def shaded(left, speed, k=50):
+    """A ball in whose light an edge, `speed` px a frame, leaves a share; and where the ball is."""
+    rng, at = np.random.default_rng(0), np.stack([60 + 2.3 * np.arange(k), np.full(k, 60.3)], axis=1)
     frames = []
     for i, place in enumerate(at):
-        lit = np.where(np.arange(220) < 5 * i, 0.6, 1.0) * picture((120, 220), [(*place, 6.0, 170)], dtype=float)
+        lit = np.where(np.arange(220) < speed * i, left, 1.0) * picture((120, 220), [(*place, 6.0, 170)], dtype=float)
         luma = np.clip(np.rint(lit + rng.normal(0, 2, lit.shape)), 0, 255).astype(np.uint8)
         frames.append(Frame(i, i / RATE, luma, False, None))
-    table, _ = track(frames, VideoInfo(220, 120, RATE, field_order="progressive"))
+    return frames, VideoInfo(220, 120, RATE, field_order="progressive"), at
+
+
+def test_while_a_shadow_s_edge_goes_over_a_target_its_sd_tells_so_and_only_then():
+    frames, info, at = shaded(0.6, 5)
+    table, _ = track(frames, info)
     off = np.abs(table["Xf"].to_numpy() - at[:, 0])
     edge = np.abs(5 * np.arange(50) - at[:, 0]) < 6
     assert 0.3 < off[edge].max() < 2.5 * table["sd_x"][edge].max(), "it is pulled, and told"
     assert (off < 4 * table["sd_x"]).all()
     far = np.abs(5 * np.arange(50) - at[:, 0]) > 20
     assert table["sd_x"][far].max() < 0.04
+
+
+def test_a_target_that_loses_more_than_half_of_its_light_is_found_by_its_own_level():
+    frames, info, at = shaded(0.42, 8)
+    table, _ = track(frames, info)
+    assert table["Xf"].notna().mean() > 0.97
+    far = np.abs(8 * np.arange(50) - at[:, 0]) > 20
+    assert np.nanmax(np.abs(table["Xf"].to_numpy() - at[:, 0])[far]) < 0.1

@@ -81,6 +81,25 @@ class Recovery:
         else:
             boxes = np.concatenate([predicted - grown / 2, grown], axis=1)
             near = blobs_near(sample, tracker.detection, boxes, tracker.levels(who))
+        chosen = self._seek_near(sample, who, predicted, grown, near, block, j)
+        left = np.flatnonzero(chosen < 0)
+        if left.size:
+            self._explain(sample, who[left], predicted[left], near, block, j)
+        if tracker.detection.level is None and 0 < left.size <= MANY:  # the light may have changed
+            alone = left[(block.flag[j, who[left]] & (MERGED | EDGE) == 0) & np.isfinite(tracker.looks[0, who[left]])]
+            if alone.size:
+                boxes = np.concatenate([predicted - grown / 2, grown], axis=1)[alone]
+                levels = _own_levels(sample, boxes, who[alone], tracker)
+                near = blobs_near(sample, tracker.detection, boxes, levels)
+                chosen[alone] = self._seek_near(sample, who[alone], predicted[alone], grown[alone], near, block, j)
+                left = np.flatnonzero(chosen < 0)
+        if left.size:
+            self._seek_far(sample, who[left], predicted[left], block, j)
+
+    def _seek_near(
+        self, sample: Sample, who: Ints, predicted: Array, grown: Array, near: Blobs, block: Rows, j: int
+    ) -> Ints:
+        """Which blobs are the targets, within their grown boxes (n, 2) px; -1: none. They are written."""
         off = np.stack([near.Xf, near.Yf], axis=-1) - predicted[:, None]
         inside = (np.abs(off) <= grown[:, None] / 2).all(axis=-1)
         off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
@@ -88,10 +107,7 @@ class Recovery:
         cost = self._cost(sample, who, near, block, j) + off
         chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
         self._found(sample, who, near, chosen, block, j)
-        left = np.flatnonzero(chosen < 0)
-        if left.size:
-            self._explain(sample, who[left], predicted[left], near, block, j)
-            self._seek_far(sample, who[left], predicted[left], block, j)
+        return chosen
 
     def _seek_met(self, sample: Sample, who: Ints, predicted: Array, block: Rows, j: int) -> None:
         """Seek targets that have met, predicted (n, 2) px by their courses: all of a group, or none of it."""
@@ -320,3 +336,23 @@ def _beside(sample: Sample, blobs: Blobs, which: Ints, tracker: Tracker) -> Arra
         own = tracker.detection.bright(sample.luma[y : y + h, x : x + w]).ravel()
         levels[1, i] = np.sort(own)[-int(blobs.pixels[b]) :].mean(dtype=float)
     return levels * tracker.detection.scale
+
+
+def _own_levels(sample: Sample, boxes: Array, who: Ints, tracker: Tracker) -> Array:
+    """Half-way, grey levels, from what is usual in boxes (n, 4: left, top, width, height, px) to as many of their
+    brightest pixels as each target has; out of reach where nothing stands out of the noise.
+    """
+    levels = np.full(who.size, 1e3)
+    rows, columns = sample.luma.shape
+    for i, (x, y, w, h) in enumerate(boxes):
+        left, right = (int(np.clip(v, 0, columns)) for v in (x, x + w))
+        top, bottom = (int(np.clip(v, 0, rows)) for v in sample.row(np.array([y, y + h])))
+        light = np.sort(tracker.detection.bright(sample.luma[top:bottom, left:right]), axis=None)
+        n = int(tracker.looks[0, who[i]])
+        if light.size < 4 * n:
+            continue
+        base, on = float(np.median(light)), float(light[-n:].mean())
+        half = (on - base) / 2 * tracker.detection.scale
+        if half > 4.5 * tracker.detection.noise:
+            levels[i] = base * tracker.detection.scale + half
+    return levels
