@@ -49,6 +49,15 @@ def test_a_knock_is_no_noise():
     assert seen(circles(900), error).factor.max() < 1.3
 
 
+def test_a_release_within_a_short_record_is_no_noise():
+    """Drawn aside, let go after a second, then swinging with a wobble of 3 Hz: 240 samples at 30 a second."""
+    t = np.arange(240)[:, None] / 30 - np.array([0.8, 0.9, 1.0, 1.1])
+    swing = np.where(t > 0, np.cos(2 * np.pi * 0.97 * t), 1)
+    wobble = np.where(t > 0, np.sin(2 * np.pi * 3.1 * t), 0)
+    found = seen(np.stack([60 * swing + 1.5 * wobble, 5 * swing - 1.5 * wobble]), noise(240))
+    assert found.factor.mean() < 1.2
+
+
 def test_motion_that_no_light_bears_out_is_told_and_does_not_count():
     walk = np.cumsum(np.random.default_rng(2).normal(0, 0.3, (2, 400, 4)), axis=1)
     found = seen(circles(400), noise(400) + walk)

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
-ORDERS = (4, 6)
+ORDERS = (4, 6, 8, 10)
 """d: the motion of what swings w rad a sample is left over by (2 sin(w/2))^d, its noise is all there."""
 FEWEST = 5
 """Differences that tell a factor."""
@@ -32,8 +32,9 @@ LATER = 4
 """Samples apart at which errors are compared with those of neighbours."""
 LOOKED_AT = 20_000
 """Differences of all targets that are looked at, about."""
-LONG_TAIL = 5.0
-"""sd that one difference counts for at most: a knock is no noise, though errors of codecs have long tails."""
+LONG_TAIL = 4.0
+"""sd that one difference counts for at most, the sd by the median: a knock is no noise, though errors of codecs have
+long tails."""
 BORNE_OUT = 4.0
 """Times that a track may scatter more than the light does: at most 3.3 was met with any codec, and 1.9 with none."""
 SOFT_EDGE = 1.25
@@ -67,7 +68,7 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     """
     mass_sd = _mass_sd(sd[0], mass, pixels, lines)
     light, later = (_over_sd(mass[None], mass_sd[None], time, ORDERS[0], stride)[0] for stride in (1, LATER))
-    track = np.fmin(*(_over_sd(position, sd, time, order) for order in ORDERS))
+    track = np.fmin.reduce([_over_sd(position, sd, time, order) for order in ORDERS])
     borne_out = np.fmax(light, 1.0)
     rough = (track > BORNE_OUT * borne_out).any(axis=0)
     track = track * _lasting(light, later)
@@ -89,8 +90,7 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
     count = told.sum(axis=1)
     square = _median(share, count) / 0.6745**2
     share[~told] = 0
-    for _ in range(4):
-        square = np.minimum(share, LONG_TAIL**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
+    square = np.minimum(share, LONG_TAIL**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
     return np.where(count >= FEWEST, np.sqrt(square), np.nan)
 
 
