@@ -21,11 +21,12 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.look import MASS, PIXELS, SD_X, SD_Y, X, Y
+from vidtrack.tracking.look import PIXELS, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
-from vidtrack.tracking.recovery import FLAGS, RECOVERED, SATURATED
+from vidtrack.tracking.recovery import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.scatter import Scatter, scatter
+from vidtrack.tracking.scatter import Scatter
+from vidtrack.tracking.sd_growth import grow_sd
 from vidtrack.tracking.standing import Standing, places, standing_things, start_places
 from vidtrack.tracking.stretch import BITS, Stretch, stretch
 from vidtrack.tracking.threshold import automatic, background_level, noise_sd
@@ -43,11 +44,6 @@ FEW, OPENING = 12, 48
 """Frames looked at before tracking begins: a few, or more where too little moves in those."""
 BATCH = 4
 """Frames given to the tracker at once."""
-CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
-"""px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
-PASSING, SUDDEN = 3, 0.15
-"""Samples before and after in which a target's mass changes by more than this share where the edge of a shadow, or of
-light, goes over it."""
 NEVER = 1 << 60
 
 
@@ -147,7 +143,9 @@ def track(
     tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
     moment = _moments(stamps, order)
-    seen = _grown(rows, moment, info, centroid)
+    lines = len(set(moment.offset))
+    time = lines * (moment.time * float(info.rate) + moment.offset)
+    seen = grow_sd(rows, time, lines=lines, kind=centroid)
     table = _table(rows, moment, names, starts, info)
     diagnostics = _diagnosed(rows, moment, names, tracker, info)
     diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
@@ -376,58 +374,6 @@ def _late_comers(
         looks = [float(trail.pixels[-1]), float(trail.contrast[-1]), np.nan, *trail.size[-1].tolist()]
         tracker.begin(waiting.pop(0), trail.position, times, looks)
     return waiting
-
-
-def _clipped(rows: Rows, lines: int, kind: str) -> Array:
-    """What the rims of saturated targets add to their sd (2, samples, n), px; 0 for the others.
-
-    A pixel on the rim shows its share of the target only up to full scale, and the rim that is left is half as wide
-    or less: of the error of counting whole pixels, which goes with 1 / sqrt(radius), a seventh is left to the weighted
-    mean, half of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
-    """
-    with np.errstate(divide="ignore"):
-        of_rim = np.where(rows.flag & SATURATED, CLIPPED[kind] * rows.values[PIXELS] ** -0.25, 0.0)
-    return np.stack([of_rim, lines * of_rim])
-
-
-def _half_lit(rows: Rows, lines: int) -> Array:
-    """What an edge of light or shadow that goes over a target adds to its sd (samples, n), px; 0 where none does.
-
-    Some samples before or after, its mass is another. A shadow that takes a share from one half of a disc moves the
-    centroid by up to a quarter of the radius times that share.
-    """
-    mass, moved = rows.values[MASS], np.zeros(rows.flag.shape)
-    if not len(mass):
-        return moved
-    with np.errstate(invalid="ignore"):
-        some = np.flatnonzero(1 - np.fmin.reduce(mass) / np.fmax.reduce(mass) > SUDDEN)
-    if not some.size:
-        return moved
-    mass = mass[:, some]
-    most, least = mass.copy(), mass.copy()
-    for shift in range(1, PASSING + 1):
-        for to, of in ((slice(shift, None), slice(None, -shift)), (slice(None, -shift), slice(shift, None))):
-            np.fmax(most[to], mass[of], out=most[to])
-            np.fmin(least[to], mass[of], out=least[to])
-    change = np.nan_to_num(1 - least / most)
-    usual = np.nanmedian(np.where(np.isfinite(mass), change, np.nan), axis=0)
-    change[change <= np.maximum(SUDDEN, 5 * usual)] = 0
-    moved[:, some] = np.nan_to_num(0.25 * change * np.sqrt(lines * rows.values[PIXELS][:, some] / np.pi))
-    return moved
-
-
-def _grown(rows: Rows, moment: _Moments, info: VideoInfo, kind: str) -> Scatter:
-    """Let the sd of the centroids in `rows` bear out how the tracks scatter; tells by how much."""
-    fields = len(set(moment.offset))
-    if (rows.flag & SATURATED).any():
-        rows.values[[SD_X, SD_Y]] = np.hypot(rows.values[[SD_X, SD_Y]], _clipped(rows, fields, kind))
-    if (moved := _half_lit(rows, fields)).any():
-        rows.values[[SD_X, SD_Y]] = np.hypot(rows.values[[SD_X, SD_Y]], moved)
-    time = fields * (moment.time * float(info.rate) + moment.offset)
-    sd = rows.values[[SD_X, SD_Y]]
-    seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=fields)
-    rows.values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
-    return seen
 
 
 def _tell_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
