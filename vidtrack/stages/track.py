@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -20,6 +19,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.blobs import Blobs
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.look import PIXELS, X, Y
 from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
@@ -92,69 +92,160 @@ def track(
     names, boxes = _named(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
     used = between(frames, info, start, end, where="detect")
-    batches = _batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size))))
-    opening = _more([], batches, FEW)
-    if not opening:
-        raise VidtrackError("the recording has no frame to track in. Give one that has.")
-    wished = partial(stretch, bits=info.bits, dark=polarity == "dark", gain=gain, offset=offset)
-    levels = wished(_whole_pictures(opening))
-    noise = noise_sd(opening[0].luma, scale=255.0 / (2**info.bits - 1)) * (levels.gain if levels else 1.0)
-    opening, batches, info = _stretched(opening, batches, info, levels)
-    order, why = _field_order(fields, info, opening)
-    detection = _detection(info, polarity, threshold, noise, centroid, min_pixels)
-    samples = _samples(opening, info, order)
-    level = _level(samples[0], detection)
-    trails: list[Trail] = []
+    detect = _Detect(polarity, threshold, centroid, min_pixels, fields, gain, offset)
+    clip = _Clip(_batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, detect)
     if boxes is not None:
-        clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], detection)
-        corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
-        own = start_places(samples[0], corners, detection)
-        starts, begun = _starts_in_boxes(boxes), "start boxes"
+        begun = _begun_in_boxes(clip, boxes)
     else:
-        found = find_targets(samples, len(names), detection)
-        if found.moving < ENOUGH * len(names):  # wait a little for what does not move yet
-            opening = _more(opening, batches, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
-            if levels is None and (levels := wished(_whole_pictures(opening))):
-                noise *= levels.gain
-                opening, batches, info = _stretched(opening, batches, info, levels)
-                detection = _detection(info, polarity, threshold, noise, centroid, min_pixels)
-                level = _level(_samples(opening[:1], info, order)[0], detection)
-            samples = _samples(opening, info, order)
-            found = find_targets(samples, len(names), detection)
-        trails, clutter = found.trails, found.clutter
-        own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
-        begun = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
-        starts = _starts_of_trails(trails, len(names), box)
-    backgrounds = background_of(samples, detection)
-    about = standing_things(samples, backgrounds, detection, own)
-    tracker = Tracker(starts, detection, level, clutter=clutter, standing=about)
+        begun = _begun_anywhere(clip, len(names), box, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
+    samples = clip.samples(clip.opening)
+    backgrounds = background_of(samples, clip.detection)
+    about = standing_things(samples, backgrounds, clip.detection, begun.places)
+    tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, standing=about)
     tracker.follow(samples)
-    stamps = _stamps(opening)
-    waiting = list(range(len(trails), len(names))) if boxes is None else []
-    earlier = _backwards(samples, starts, detection, level, about)
-    del opening, samples
-    for batch in batches:
-        samples = _samples(batch, info, order)
+    earlier = _backwards(samples, begun.starts, clip.detection, clip.level, about)
+    stamps, waiting = _stamps(clip.opening), begun.waiting
+    clip.opening, samples = [], []
+    for batch in clip.batches:
+        samples = clip.samples(batch)
         tracker.follow(samples)
         stamps += _stamps(batch)
         if waiting:
             tracker.finish()
-            waiting = _late_comers(tracker, samples, backgrounds, detection, waiting)
+            waiting = _late_comers(tracker, samples, backgrounds, clip.detection, waiting)
     tracker.finish()
     rows = _with_earlier(tracker.rows(), earlier)
-    moment = _moments(stamps, order)
+    moment = _moments(stamps, clip.order)
     lines = len(set(moment.offset))
     time = lines * (moment.time * float(info.rate) + moment.offset)
     seen = grow_sd(rows, time, lines=lines, kind=centroid)
-    table = _table(rows, moment, names, starts, info)
-    diagnostics = _diagnosed(rows, moment, names, tracker, info)
-    diagnostics |= {"fields": why, "begun": begun, "noise": detection.noise, "threshold": tracker.level}
-    diagnostics["stretch"] = {"gain": levels.gain if levels else 1.0, "offset": levels.offset if levels else 0.0}
+    table = _table(rows, moment, names, begun.starts, info)
+    diagnostics = _diagnosed(rows, moment, names, tracker, info) | clip.told() | {"begun": begun.how}
     _tell_scatter(diagnostics, seen, names)
     if waiting:
         missing = ", ".join(names[i] for i in waiting)
         diagnostics["problems"].append(f"never found: {missing}. Give a start box in targets.csv, or a threshold.")
     return Tracked(table, diagnostics)
+
+
+class _Detect(NamedTuple):
+    """The settings by which targets are told from the background, as `track` takes them."""
+
+    polarity: str
+    threshold: float | str
+    centroid: Any
+    min_pixels: int
+    fields: str
+    gain: Any
+    offset: Any
+
+
+class _Clip:
+    """A recording as it is tracked.
+
+    opening, batches  frames that were read to begin with, and those to come; stretched where that is needed
+    order      "frame", or the field that comes first
+    detection  for its samples; level: the clip's threshold, grey level of pictures turned bright
+    """
+
+    def __init__(self, batches: Iterator[list[Frame]], info: VideoInfo, detect: _Detect) -> None:
+        self.opening, self.batches = _more([], batches, FEW), batches
+        if not self.opening:
+            raise VidtrackError("the recording has no frame to track in. Give one that has.")
+        self._info, self._detect, self._levels = info, detect, self._wanted(info, detect)
+        self._noise = noise_sd(self.opening[0].luma, scale=255.0 / (2**info.bits - 1))
+        self._stretch()
+        self.order, self._why = _field_order(detect.fields, info, self.opening)
+        self._judge()
+
+    def read_on(self, most: int) -> None:
+        """Take more frames into the opening, `most` in all or a few more."""
+        self.opening = _more(self.opening, self.batches, most)
+        if self._levels is None:
+            self._levels = self._wanted(self._info, self._detect)
+            if self._levels is not None:
+                self._stretch()
+                self._judge()
+
+    def samples(self, frames: Sequence[Frame]) -> list[Sample]:
+        """Samples in order of time: one a frame, or its two fields."""
+        rate = float(self._info.rate)
+        if self.order == "frame":
+            return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt) for f in frames]
+        fields = ((f, field) for f in frames for field in split(f.luma, self.order))
+        return [Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt) for f, d in fields]
+
+    def told(self) -> dict[str, Any]:
+        """How it is seen, for the diagnostics."""
+        gain, offset = (self._levels.gain, self._levels.offset) if self._levels else (1.0, 0.0)
+        return {
+            "fields": self._why,
+            "noise": self.detection.noise,
+            "threshold": self.level,
+            "stretch": {"gain": gain, "offset": offset},
+        }
+
+    def _wanted(self, info: VideoInfo, detect: _Detect) -> Stretch | None:
+        """The stretch of grey levels that the opening needs; damaged pictures count where there are no others."""
+        whole = [frame.luma for frame in self.opening if not frame.corrupt] or [frame.luma for frame in self.opening]
+        return stretch(whole, info.bits, dark=detect.polarity == "dark", gain=detect.gain, offset=detect.offset)
+
+    def _stretch(self) -> None:
+        """Pass all frames through the stretch, if one is wanted."""
+        levels = self._levels
+        if levels is None:
+            return
+
+        def through(frames: list[Frame]) -> list[Frame]:
+            return [frame._replace(luma=levels.over(frame.luma)) for frame in frames]
+
+        self.opening, self.batches = through(self.opening), map(through, self.batches)
+        self._info, self._noise = replace(self._info, bits=BITS), self._noise * levels.gain
+
+    def _judge(self) -> None:
+        """Set detection and level by the first frame."""
+        full, detect = float(2**self._info.bits - 1), self._detect
+        level = None if detect.threshold == "auto" else float(detect.threshold)
+        dark = detect.polarity == "dark"
+        self.detection = Detection(255.0 / full, full, dark, level, self._noise, detect.centroid, detect.min_pixels)
+        self.level = _level(self.samples(self.opening[:1])[0], self.detection)
+
+
+class _Begun(NamedTuple):
+    """How the targets begin.
+
+    starts, clutter  as `Tracker` takes them; places (n, 4) as `standing_things` does
+    waiting          targets that nobody has seen yet; how: in words, who was found by what
+    """
+
+    starts: Starts
+    clutter: Blobs
+    places: Array
+    waiting: list[int]
+    how: str
+
+
+def _begun_in_boxes(clip: _Clip, boxes: Array) -> _Begun:
+    """Targets in start boxes (n, 4), middle, width and height, px."""
+    samples = clip.samples(clip.opening)
+    clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], clip.detection)
+    corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
+    own = start_places(samples[0], corners, clip.detection)
+    return _Begun(_starts_in_boxes(boxes), clutter, own, [], "start boxes")
+
+
+def _begun_anywhere(clip: _Clip, n: int, box: tuple[float, float], most: int) -> _Begun:
+    """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
+    samples = clip.samples(clip.opening)
+    found = find_targets(samples, n, clip.detection)
+    if found.moving < ENOUGH * n:
+        clip.read_on(most)
+        samples = clip.samples(clip.opening)
+        found = find_targets(samples, n, clip.detection)
+    trails = found.trails
+    own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
+    how = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
+    return _Begun(_starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how)
 
 
 def _named(
@@ -203,32 +294,6 @@ def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[st
     return (order if order in ("top", "bottom") else "frame"), why
 
 
-def _whole_pictures(frames: list[Frame]) -> list[NDArray[Any]]:
-    """Their luma, without damaged ones where there are others."""
-    return [frame.luma for frame in frames if not frame.corrupt] or [frame.luma for frame in frames]
-
-
-def _stretched(
-    opening: list[Frame], batches: Iterator[list[Frame]], info: VideoInfo, levels: Stretch | None
-) -> tuple[list[Frame], Iterator[list[Frame]], VideoInfo]:
-    """The frames read and those to come, with their grey levels stretched, and what is then to be said of them."""
-    if levels is None:
-        return opening, batches, info
-
-    def through(frames: list[Frame]) -> list[Frame]:
-        return [frame._replace(luma=levels.over(frame.luma)) for frame in frames]
-
-    return through(opening), map(through, batches), replace(info, bits=BITS)
-
-
-def _detection(
-    info: VideoInfo, polarity: str, threshold: float | str, noise: float, centroid: Any, min_pixels: int
-) -> Detection:
-    full = float(2**info.bits - 1)
-    level = None if threshold == "auto" else float(threshold)
-    return Detection(255.0 / full, full, polarity == "dark", level, noise, centroid, min_pixels)
-
-
 def _level(sample: Sample, detection: Detection) -> float:
     """The clip's threshold, grey level of pictures turned bright."""
     if detection.level is not None:
@@ -237,15 +302,6 @@ def _level(sample: Sample, detection: Detection) -> float:
     base = background_level(image, scale=detection.scale)
     over = image.astype(np.float32) * np.float32(detection.scale) - np.float32(base)
     return base + automatic(over, detection.noise)
-
-
-def _samples(frames: Sequence[Frame], info: VideoInfo, order: str) -> list[Sample]:
-    """Samples in order of time: one a frame, or its two fields."""
-    rate = float(info.rate)
-    if order == "frame":
-        return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt) for f in frames]
-    fields = ((f, field) for f in frames for field in split(f.luma, order))
-    return [Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt) for f, d in fields]
 
 
 class _Moments(NamedTuple):
