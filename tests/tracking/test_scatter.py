@@ -58,6 +58,15 @@ def test_a_release_within_a_short_record_is_no_noise():
     assert found.factor.mean() < 1.2
 
 
+def test_light_that_changes_with_the_motion_is_no_error_that_lasts():
+    """Nearer and further, in and out of the lamp: 5 % of the mass in time with the motion."""
+    t = 2 * np.pi * (np.arange(600)[:, None] / 20 + np.arange(4) / 4)
+    mass = MASS * (1 + 0.05 * np.cos(t)) + MASS_SD * np.random.default_rng(9).normal(size=(600, 4))
+    motion = np.stack([100 + 12 * np.cos(t), 100 + 12 * np.sin(t)])
+    known = (np.full((2, 600, 4), SD), mass, np.full((600, 4), PIXELS), np.arange(600.0))
+    assert scatter(motion + noise(600), *known).factor.mean() < 1.15
+
+
 def test_motion_that_no_light_bears_out_is_told_and_does_not_count():
     walk = np.cumsum(np.random.default_rng(2).normal(0, 0.3, (2, 400, 4)), axis=1)
     found = seen(circles(400), noise(400) + walk)

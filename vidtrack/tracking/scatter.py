@@ -67,14 +67,19 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     time          (k,) samples; differences across a gap in it do not count. lines: of the frame buffer to a row
     """
     mass_sd = _mass_sd(sd[0], mass, pixels, lines)
-    light, later = (_over_sd(mass[None], mass_sd[None], time, ORDERS[0], stride)[0] for stride in (1, LATER))
-    track = np.fmin.reduce([_over_sd(position, sd, time, order) for order in ORDERS])
+    light, later = (_least(mass[None], mass_sd[None], time, stride)[0] for stride in (1, LATER))
+    track = _least(position, sd, time)
     borne_out = np.fmax(light, 1.0)
     rough = (track > BORNE_OUT * borne_out).any(axis=0)
     track = track * _lasting(light, later)
     factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
     telling = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
     return Scatter(_with_silent(factor, telling | rough, telling), track, light, rough)
+
+
+def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
+    """The least of `_over_sd` by all orders."""
+    return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in ORDERS]))
 
 
 def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
