@@ -1,3 +1,4 @@
+import threading
 from fractions import Fraction
 from pathlib import Path
 
@@ -99,10 +100,12 @@ def test_a_recording_that_is_cut_off_gives_what_is_there_and_says_how_much_is_no
     assert any("is cut off" in line for line in account.problems)
 
 
-def test_a_recording_that_is_left_early_is_not_cut_off(clips):
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_recording_that_is_left_early_is_not_cut_off(clips, ahead):
     with open_video(str(clips("mjpeg.mov"))) as video:
-        for _ in zip(range(100), video.frames(), strict=False):
+        for _ in zip(range(100), video.frames(ahead=ahead), strict=False):
             pass
+        threading.Event().wait(0.5 if ahead else 0.0)  # the decoder, ahead, comes to the end
         assert video.account == (100, 0, 0, ())
 
 

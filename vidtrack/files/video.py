@@ -62,7 +62,7 @@ class Video:
             self._stream.codec_context.thread_type = "AUTO"
             self._watch = Watch(self._in_hand(threads))
             self._codes: dict[int | None, str | None] = {}
-            self._drained = False
+            self._drained = self._ended = False  # by the decoder, and by who is given the pictures
             self._pictures = self._decoded()
             self._source = self._pictures
             self._first = next(self._pictures, None)
@@ -100,7 +100,7 @@ class Video:
     @property
     def account(self) -> ReadAccount:
         """How the reading went; complete once `frames` has come to its end."""
-        return self._watch.account(self.info, ended=self._drained)
+        return self._watch.account(self.info, ended=self._ended)
 
     def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
@@ -131,6 +131,7 @@ class Video:
             watch.picture(index, time.numerator / time.denominator, luma, corrupt)
             yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
             index += 1
+        self._ended = True
 
     def _decoded(self) -> Generator[tuple[Any, bool]]:
         """Pictures, packet by packet, past every packet that fails; and whether each is suspect of damage.

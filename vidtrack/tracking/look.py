@@ -35,12 +35,14 @@ _GRAIN = 4
 
 X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(13)
 """Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last three as in `Centroids`."""
+VALUES = PLATEAU + 1
+"""Their number."""
 
 
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (13, k samples, n targets), see X to PLATEAU; meaningless where not clear
+    values     (VALUES, k samples, n targets), see X to PLATEAU; meaningless where not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -77,7 +79,7 @@ def look(
         parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
         return parts[0]
-    whole = Seen(np.empty((13, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    whole = Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for who, seen in zip(groups, parts, strict=True):
         for values, piece in zip(whole, seen, strict=True):
             values[..., who] = piece
@@ -144,7 +146,7 @@ def _look_alike(
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
     if n > 1:
         clear &= _alone(box, np.repeat(np.arange(k), n))
-    return Seen(values.reshape(13, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
+    return Seen(values.reshape(VALUES, k, n), clear.reshape(k, n), c.saturated.reshape(k, n))
 
 
 def _nearest(found: Components, x: Array, y: Array, pixels: Array, min_pixels: int) -> Ints:

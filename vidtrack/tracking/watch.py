@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vidtrack.tracking.detection import Detection
 from vidtrack.tracking.glance import Known, glance
-from vidtrack.tracking.look import Seen, look
+from vidtrack.tracking.look import VALUES, Seen, look
 from vidtrack.tracking.sample import Sample
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def watch(
     if kinds.min() == kinds.max():
         return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection, careful)
     k, n = predicted.shape[:2]
-    seen = Seen(np.empty((13, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+    seen = Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
     for kind in np.unique(kinds):
         some = np.flatnonzero(kinds == kind)
         part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection, careful)
