@@ -13,12 +13,12 @@ os.environ["PYTHONPATH"] = os.pathsep.join(
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
-from vidtrack import orders
+from vidtrack.workflow import orders
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import profiles
 from vidtrack.files.experiment_checks import checked_experiment
-from vidtrack.files.order_files import OrderBook
+from vidtrack.workflow.order_files import OrderBook
 from vidtrack.settings import settings_from_config
 
 BEGAN = time.time()

@@ -26,9 +26,9 @@ from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.heldout import held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
-from vidtrack.camera import project
-from vidtrack.jacobian import PARAMETERS, derivatives, stepped
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

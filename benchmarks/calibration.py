@@ -27,9 +27,9 @@ import cv2
 import numpy as np
 import pandas as pd
 
-from vidtrack.camera import Camera, project
 from vidtrack.errors import VidtrackError
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.calibrate import calibrate
 

@@ -19,10 +19,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
+from vidtrack.location.motion_clock import estimate_clocks
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.timing.agreement import Timing
-from vidtrack.timing.clock import Clock, estimate_clocks
+from vidtrack.timing.clock import Clock
 from vidtrack.timing.flash import timing_from_flash
 from vidtrack.timing.sound import timing_from_sound
 

@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from vidtrack.camera import Camera, project
+from vidtrack.geometry.camera import Camera, project
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.label import Picks, View
 from vidtrack.labelling.seeds import on_one_line

@@ -18,7 +18,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from vidtrack.files.video import open_video
+from vidtrack.video.reader import open_video
 
 RATE = Fraction(30000, 1001)
 CLIPS = (

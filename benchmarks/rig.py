@@ -24,11 +24,11 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from vidtrack.camera import Camera, project
 from vidtrack.files.camera_json import Calibrated, read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.stages.locate import locate
 from vidtrack.timing.resample import resample
 

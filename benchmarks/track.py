@@ -33,8 +33,8 @@ import av
 import cv2
 import numpy as np
 
-from vidtrack.files.video import open_video
-from vidtrack.tracking.blobs import find_blobs
+from vidtrack.tracking.detection.blobs import find_blobs
+from vidtrack.video.reader import open_video
 
 CLIPS = {
     "mpeg2": ("mpeg2video", "mpg", (720, 480), "yuv420p", {"b": "6000000"}),
@@ -242,10 +242,10 @@ def accuracy(pictures: int) -> None:
     """Errors of every kernel on balls drawn by exact area at random places, px."""
     sys.path.insert(0, str(Path(__file__).parents[1]))
     from tests.discs import windows
-    from vidtrack.tracking.centroids import Windows, components, measure
-    from vidtrack.tracking.detection import Detection
-    from vidtrack.tracking.glance import Known, glance
+    from vidtrack.tracking.measurement.moments import Windows, components, measure
+    from vidtrack.tracking.measurement.template import Known, glance
     from vidtrack.tracking.sample import Sample
+    from vidtrack.tracking.settings import Detection
 
     print(f"contrast 200; rms and bias in X and Y, px, over {pictures} balls a line")
     for radius in (1.5, 2.5, 4.0, 6.0, 15.0):
@@ -340,10 +340,10 @@ def _exact_pictures(truth: np.ndarray, radius: np.ndarray, contrast: float, nois
 
 def peers(rounds: int) -> None:
     """Centroid time alone on the same pictures, taking turns; errors over the same balls."""
-    from vidtrack.tracking.detection import Detection
-    from vidtrack.tracking.glance import Known, glance
-    from vidtrack.tracking.look import look
+    from vidtrack.tracking.measurement.template import Known, glance
+    from vidtrack.tracking.measurement.window import look
     from vidtrack.tracking.sample import Sample
+    from vidtrack.tracking.settings import Detection
 
     for size in ((720, 480), (1920, 1080)):
         for n in (1, 10, 50):

@@ -2,6 +2,6 @@
 
 import sys
 
-from vidtrack.entry import main
+from vidtrack.workflow.entry import main
 
 sys.exit(main(sys.argv[1:]))

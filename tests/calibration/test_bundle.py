@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.measures import distorted_error
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

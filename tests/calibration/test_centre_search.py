@@ -7,7 +7,7 @@ from vidtrack.calibration.centre_search import best_centre, closed_form_error, r
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.calibration.starts import Nominal, fit_camera
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

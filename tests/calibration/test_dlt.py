@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 
 from tests.calibration.test_tsai import cloud_before
-from tests.test_camera import cameras
+from tests.geometry.test_camera import cameras
 from vidtrack.calibration.dlt import camera_from_dlt, decomposed, dlt, homography, project_dlt, project_homography
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 

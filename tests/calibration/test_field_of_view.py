@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.field_of_view import diagonal_field, field_of_view, mean_depth, pixels_across
-from vidtrack.camera import Camera, project
+from vidtrack.geometry.camera import Camera, project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 

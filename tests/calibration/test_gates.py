@@ -5,7 +5,7 @@ import pytest
 
 from vidtrack.calibration import gates
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 
 CAMERA = thesis_rig(1)[0]

@@ -7,8 +7,8 @@ from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.floor import located_covariance, mean_length
 from vidtrack.calibration.heldout import held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

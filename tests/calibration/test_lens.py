@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.lens import climb, held_out, points_needed
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 

@@ -17,7 +17,7 @@ from vidtrack.calibration.measures import (
 )
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
-from vidtrack.camera import Camera, line_of_sight, project
+from vidtrack.geometry.camera import Camera, line_of_sight, project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"

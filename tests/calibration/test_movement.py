@@ -5,8 +5,8 @@ import pytest
 
 from vidtrack.calibration.movement import movement
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
-from vidtrack.jacobian import rotation_from_vector
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 
 SIGMA = 1 / 32 / np.sqrt(3)

@@ -15,7 +15,7 @@ from vidtrack.calibration.one_camera import (
     noise_with_rich_lens,
 )
 from vidtrack.calibration.starts import Nominal
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 CAMERA = thesis_rig(1)[0]

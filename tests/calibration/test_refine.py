@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.refine import best_of, free_parameters, inverse_root, refine, whiteners
-from vidtrack.camera import project
-from vidtrack.jacobian import stepped
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import stepped
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from tests.test_camera import cameras
+from tests.geometry.test_camera import cameras
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, plane_axes
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"

@@ -3,7 +3,7 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.calibration.warm_start import WarmStart
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import camera_record, read_camera, write_camera
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from vidtrack import orders
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment_checks import checked_experiment
-from vidtrack.files.order_files import OrderBook
 from vidtrack.settings import settings_from_config
+from vidtrack.workflow import orders
+from vidtrack.workflow.order_files import OrderBook
 
 
 @pytest.fixture

@@ -5,12 +5,12 @@ import pandas as pd
 
 from tests.discs import picture
 from tests.files.clips import NTSC, make_clip
-from vidtrack.camera import project
-from vidtrack.job import Job
+from vidtrack.geometry.camera import project
 from vidtrack.jobs.calibration_points import run
 from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.simulate.rig import points_on_wires, thesis_rig
 from vidtrack.timing.timecode import parse
+from vidtrack.workflow.job import Job
 
 TEN = parse("10:00:00;00", NTSC)
 

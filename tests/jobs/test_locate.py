@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
-from vidtrack.job import Job
+from vidtrack.geometry.camera import project
 from vidtrack.jobs.locate import run
 from vidtrack.simulate.rig import thesis_points, thesis_rig
+from vidtrack.workflow.job import Job
 
 N = 60
 

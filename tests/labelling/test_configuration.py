@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_alone, label_with, self_maps
 from vidtrack.labelling.label import Picks, View
 from vidtrack.simulate.rig import thesis_points, thesis_rig

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.label import Picks, View, agreeing, beyond_doubt, complete
 from vidtrack.labelling.seeds import label_from_picks, on_one_line

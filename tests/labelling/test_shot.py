@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.labelling.shot import composite, look_again, take
-from vidtrack.tracking.blobs import find_blobs
+from vidtrack.tracking.detection.blobs import find_blobs
 
 
 class F(NamedTuple):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.label import Picks, View
 from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled

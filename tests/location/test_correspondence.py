@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.location.correspondence import NONE, by_target, match_errors, match_tracks
 from vidtrack.simulate.rig import thesis_rig
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.camera import Camera, project
-from vidtrack.jacobian import rotation_from_vector
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.location.plane import MODELS, fit_plane, scaled_plane, world_covariance, world_from_frame_buffer
 
 THESIS = Path(__file__).parents[2] / "data/thesis"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.shared_survey import Survey, joint_covariance
-from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

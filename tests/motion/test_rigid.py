@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from vidtrack.camera import project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.motion.rigid import (
     angles_by_turn,
     fit_pose,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidtrack.camera import Camera, line_of_sight
+from vidtrack.geometry.camera import Camera, line_of_sight
 from vidtrack.simulate.rig import look_at
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase

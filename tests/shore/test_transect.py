@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.shore.rendered_beach import ENDS, shore
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.shore.transect import along_transect_sd, sampling_map, transect
 
 CAMERA = shore(frames=1).camera

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.__main__ import main
 from vidtrack.simulate.films import moved
 from vidtrack.simulate.laboratory import planned_files, set_up

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.picture import Picture, empty_scene
 from vidtrack.simulate.recording import Actor, Clock, Shutter, exposures, frames, true_times
 from vidtrack.simulate.rig import thesis_rig

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.camera import Camera, project
+from vidtrack.geometry.camera import Camera, project
 from vidtrack.simulate.render import FINE, Patches, coverage, outlines, shading, softened, vertices_needed
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vidtrack.camera import camera_from_world, contains, line_of_sight, project
-from vidtrack.jacobian import derivatives
+from vidtrack.geometry.camera import camera_from_world, contains, line_of_sight, project
+from vidtrack.geometry.jacobian import derivatives
 from vidtrack.simulate.rig import (
     focal_length_from_field,
     look_at,

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.simulate.scenario import CameraPlan, camera_from_plan, scenario_from
 

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
+from vidtrack.geometry.camera import project
 from vidtrack.jobs import back_project as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.back_project import back_project
@@ -133,7 +133,7 @@ def test_the_job_writes_both_outputs(tmp_path):
     from vidtrack.files.camera_json import write_camera
     from vidtrack.files.records import read_json
     from vidtrack.files.tables import read_parquet, read_units, write_parquet
-    from vidtrack.job import Job
+    from vidtrack.workflow.job import Job
 
     cameras, tables = _rig()
     paths = {"cameras": [], "points": []}

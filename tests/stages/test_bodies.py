@@ -5,9 +5,9 @@ import pytest
 from tests.motion.test_rigid import FLOAT, targets, voyage
 from vidtrack.errors import VidtrackError
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
-from vidtrack.job import Job
 from vidtrack.jobs import bodies as job
 from vidtrack.stages.bodies import COLUMNS, bodies
+from vidtrack.workflow.job import Job
 
 BODIES = {"float": {name: place.tolist() for name, place in zip("abc", FLOAT, strict=True)}}
 

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import project
 from vidtrack.jobs import bundle as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.bundle import refine_together
@@ -77,7 +77,7 @@ def test_too_few_sights_are_refused_in_one_line():
 def test_the_job_writes_a_camera_json_for_each_camera(tmp_path):
     from vidtrack.files.camera_json import read_camera, write_camera
     from vidtrack.files.tables import read_parquet, write_parquet
-    from vidtrack.job import Job
+    from vidtrack.workflow.job import Job
 
     _, fits, tables = _rig()
     inputs, outputs = {"alone": [], "points": []}, {"survey": str(tmp_path / "survey.parquet")}

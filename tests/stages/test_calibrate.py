@@ -7,16 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import write_png
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.job import Job
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import calibrate as job
-from vidtrack.location.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.calibrate import calibrate
+from vidtrack.workflow.job import Job
 
 REAL = Path(__file__).parents[2] / "../shared/real"
 needs_real = pytest.mark.skipif(not REAL.exists(), reason="needs ../shared/real")

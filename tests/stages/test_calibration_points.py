@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import points_on_wires, thesis_rig
 from vidtrack.stages.calibration_points import calibration_points
 
@@ -207,8 +207,8 @@ def test_unknown_tags_sizes_that_differ_and_clips_without_frames_are_refused():
 @pytest.mark.skipif(not ONE_DOT.exists(), reason="the real inputs are not here")
 @pytest.mark.parametrize("camera", ["cam1", "cam2", "cam3", "cam4"])
 def test_every_dot_of_a_real_target_is_named(camera, tmp_path):
-    from vidtrack.job import Job
     from vidtrack.jobs.calibration_points import run
+    from vidtrack.workflow.job import Job
 
     folder = ONE_DOT / "calibration"
     outputs = {name: str(tmp_path / name) for name in ("sightings", "picture", "record")}
@@ -246,8 +246,8 @@ def test_every_dot_of_a_real_target_is_named(camera, tmp_path):
 
 @pytest.mark.skipif(not ONE_DOT.exists(), reason="the real inputs are not here")
 def test_clips_from_after_the_test_are_named_by_those_from_before(tmp_path):
-    from vidtrack.job import Job
     from vidtrack.jobs.calibration_points import run
+    from vidtrack.workflow.job import Job
 
     folder = ONE_DOT / "calibration"
     clip = {"target": {"tags": [str(k) for k in range(1, 106)]}}

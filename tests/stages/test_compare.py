@@ -9,10 +9,10 @@ import pytest
 from tests.motion.test_lag import SENSOR, VIDEO, pluck
 from vidtrack.errors import VidtrackError
 from vidtrack.files.tables import read_parquet, read_units, write_csv, write_parquet
-from vidtrack.job import Job
 from vidtrack.jobs import compare as job
 from vidtrack.stages.compare import COLUMNS, compare
 from vidtrack.timing.timecode import label_from_frame
+from vidtrack.workflow.job import Job
 
 THESIS = Path(__file__).parents[2] / "data/thesis"
 SKEW = np.arctan(1 / 30)

@@ -4,9 +4,9 @@ import pytest
 
 from tests.motion.test_smoothing import pluck
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
-from vidtrack.job import Job
 from vidtrack.jobs import kinematics as job
 from vidtrack.stages.kinematics import COLUMNS, kinematics
+from vidtrack.workflow.job import Job
 
 
 def trajectories(noise=0.02, n=300):

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
-from vidtrack.camera import project
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate
 

@@ -10,8 +10,8 @@ import yaml
 from vidtrack.calibration.prediction import Case, Layout
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.errors import VidtrackError
-from vidtrack.files.sensitivity_plan import changed, sensitivity_cases
 from vidtrack.jobs import sensitivity as job_module
+from vidtrack.planning.sensitivity_plan import changed, sensitivity_cases
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.sensitivity import sensitivity
 

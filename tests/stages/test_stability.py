@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.camera import project
-from vidtrack.jacobian import rotation_from_vector
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.jobs import stability as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.stability import stability
@@ -87,7 +87,7 @@ def test_the_job_writes_the_record(tmp_path):
     from vidtrack.files.camera_json import write_camera
     from vidtrack.files.records import read_json
     from vidtrack.files.tables import write_parquet
-    from vidtrack.job import Job
+    from vidtrack.workflow.job import Job
 
     rng = np.random.default_rng(4)
     inputs = {}

@@ -9,11 +9,11 @@ import pytest
 
 from tests.discs import picture
 from vidtrack.errors import VidtrackError
-from vidtrack.files.video import open_video
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import time_base
 from vidtrack.timing.timecode import parse
+from vidtrack.video.reader import open_video
 
 RATE = Fraction(30000, 1001)
 REAL = Path(__file__).parents[2] / "../shared/real/ball-toss"

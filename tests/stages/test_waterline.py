@@ -10,11 +10,11 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.tables import read_parquet, read_units
 from vidtrack.files.timestack_file import read_timestacks
-from vidtrack.job import Job
 from vidtrack.jobs import waterline as job
 from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.timing.timebase import time_base
 from vidtrack.timing.timecode import Timecode
+from vidtrack.workflow.job import Job
 
 BEACH = shore(frames=60)
 

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.files.clips import NTSC, ball, make_clip
-from vidtrack.files.video import open_video
 from vidtrack.timing.fields import (
     Order,
     chosen_order,
@@ -15,6 +14,7 @@ from vidtrack.timing.fields import (
     order_from_pictures,
     split,
 )
+from vidtrack.video.reader import open_video
 
 WIDTH, HEIGHT = 360, 240
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.blobs import no_blobs
-from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.opening import clutter_besides, find_targets
-from vidtrack.tracking.recovery import CORRUPT, EDGE, FLAGS, LOST, MERGED, PREDICTED, RECOVERED
+from vidtrack.tracking.detection.blobs import no_blobs
+from vidtrack.tracking.initialisation import clutter_besides, find_targets
+from vidtrack.tracking.reacquisition import CORRUPT, EDGE, FLAGS, LOST, MERGED, PREDICTED, RECOVERED
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.tracker import Starts, Tracker, present
 
 SHAPE = (200, 300)

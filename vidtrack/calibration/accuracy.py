@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 AXES = ("x", "y", "z")
 

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.normal_equations import (
     Covariance,
     Linearised,
@@ -33,8 +34,8 @@ from vidtrack.calibration.normal_equations import (
     with_priors,
 )
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS, stepped
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, stepped
 
 Mask = NDArray[np.bool_]
 

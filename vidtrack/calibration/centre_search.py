@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.tsai import ClosedForm, closed_form
-from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS
 
 REACH_PX = 25.0
 REACH_MM = 0.2

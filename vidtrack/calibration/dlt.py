@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array, Camera
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
 
 
 class Decomposition(NamedTuple):

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array, Camera, camera_from_world, distorted_from_frame_buffer, undistorted_from_distorted
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera, camera_from_world, distorted_from_frame_buffer, undistorted_from_distorted
 
 
 class Field(NamedTuple):

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.normal_equations import linearised
-from vidtrack.camera import Array, Camera
+from vidtrack.geometry.camera import Camera
 
 CHI3_MEAN = np.sqrt(8 / np.pi)
 """Mean length of a 3-D Gaussian vector of unit variance a coordinate: 1.596."""

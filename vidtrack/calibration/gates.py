@@ -11,11 +11,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.dlt import decomposed, dlt
 from vidtrack.calibration.lens import points_needed
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.tsai import centred, closed_form
-from vidtrack.camera import Array, Camera, distorted_from_frame_buffer, fold_radius
+from vidtrack.geometry.camera import Camera, distorted_from_frame_buffer, fold_radius
 
 FLAT = 0.005
 """Third over first singular value of the points about their mean: at 0.0056 f comes out 5 % wrong, at 0.0006, 68 %."""

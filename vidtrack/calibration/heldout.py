@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.normal_equations import Names, Priors
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.calibration.warm_start import WarmStart
-from vidtrack.camera import Array, Camera, project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.triangulate import locate_points
 
 Mask = NDArray[np.bool_]
 

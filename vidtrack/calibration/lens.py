@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Fit, free_parameters, refine
 from vidtrack.calibration.starts import distances, with_lens_of
-from vidtrack.camera import LENS_TERMS, Array, Camera
+from vidtrack.geometry.camera import LENS_TERMS, Camera
 
 FOLDS = 5
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import (
-    Array,
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import (
     Camera,
     camera_from_world,
     frame_buffer_from_distorted,

@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.refine import POSE, Fit, refine
-from vidtrack.camera import Array, Camera, project
-from vidtrack.jacobian import rotation_from_vector
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.jacobian import rotation_from_vector
 
 TURNS = ("tilt_down", "pan_right", "roll_clockwise")
 """How a camera turns about its own axes x, y and z, as seen from behind it."""
@@ -92,7 +93,7 @@ def movement(
 
 
 def _step(old: Camera, new: Camera, pivot: Array) -> Array:
-    """omega (rad) and t (world units) that lead from one pose to the other, (6,): see `vidtrack.jacobian`."""
+    """omega (rad) and t (world units) that lead from one pose to the other, (6,): see `vidtrack.geometry.jacobian`."""
     turn = new.R @ old.R.T
     axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
     sine = float(np.linalg.norm(axis))

@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS, derivatives
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 
 Names = Sequence[Sequence[str]]
 Priors = Sequence[Mapping[str, tuple[float, float]]]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.centre_search import best_centre
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.lens import Ladder, climb
@@ -15,7 +16,7 @@ from vidtrack.calibration.refine import Fit, Uncertainty, covariances, free_para
 from vidtrack.calibration.robust import ENOUGH, Mask, majority, trusted
 from vidtrack.calibration.starts import Nominal, distances, fit_camera, tsai_solution
 from vidtrack.calibration.tsai import camera_from_closed_form
-from vidtrack.camera import Array, Camera
+from vidtrack.geometry.camera import Camera
 
 RICH_LENS_POINTS = 30
 """Points from which bad ones are sought with the richest lens, lest a plain one's misfit be taken for bad points."""

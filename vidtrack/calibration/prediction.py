@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.normal_equations import Names, columns, covariance, linearised, normal_equations
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.camera import Array, Camera, contains, project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera, contains, project
+from vidtrack.geometry.triangulate import locate_points
 
 Mask = NDArray[np.bool_]
 

@@ -1,6 +1,6 @@
 """Refine a camera by least squares on the picture: the measured minus the projected position, in px.
 
-Levenberg's and Marquardt's method with the analytic derivatives of `vidtrack.jacobian`. The error is measured
+Levenberg's and Marquardt's method with the analytic derivatives of `vidtrack.geometry.jacobian`. The error is measured
 where the noise lies, in the distorted frame buffer: undistorted errors can be made small by a lens that shrinks
 the picture. A surveyed point's own tolerance is projected into the picture and weighs with the centroid's noise.
 """
@@ -13,15 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import LENS_TERMS, Array, Camera, fold_radius, project
-from vidtrack.jacobian import PARAMETERS, Derivatives, derivatives, stepped
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import LENS_TERMS, Camera, fold_radius, project
+from vidtrack.geometry.jacobian import PARAMETERS, Derivatives, derivatives, stepped
 
 POSE = PARAMETERS[:6]
 INNER = ("f", "Sx", "Cx", "Cy")
 
 
 class Uncertainty(NamedTuple):
-    """How well a calibration knows the camera; the attitude is varied about the pivot (see `vidtrack.jacobian`)."""
+    """How well a calibration knows the camera; the attitude is varied about the pivot (see `geometry.jacobian`)."""
 
     names: tuple[str, ...]  # of the freed parameters, in the order of PARAMETERS
     pivot: Array  # (3,) world units

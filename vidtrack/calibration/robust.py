@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.dlt import dlt, homography, project_dlt, project_homography
 from vidtrack.calibration.tsai import centred, plane_axes
-from vidtrack.camera import Array
 
 Mask = NDArray[np.bool_]
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 Key = tuple[str, str]
 """What names a point: the clip that shows it, and its tag."""

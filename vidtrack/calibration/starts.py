@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.dlt import camera_from_dlt, dlt
 from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
 from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
-from vidtrack.camera import LENS_TERMS, Array, Camera, contains, project
+from vidtrack.geometry.camera import LENS_TERMS, Camera, contains, project
 
 COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 SHARE_OF_HEIGHT = 0.009
 """Least diameter of a target as a share of the vertical field of view, for it to be found every time (thesis A.3)."""

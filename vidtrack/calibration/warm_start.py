@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.refine import inverse_root, refine
-from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS, derivatives, stepped
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
 
 Mask = NDArray[np.bool_]
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.camera import LENS_TERMS, Camera
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
+from vidtrack.geometry.camera import LENS_TERMS, Camera
 
 SCALARS = ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")
 RICHER = ("kappa2", "p1", "p2", "skew")

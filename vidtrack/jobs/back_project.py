@@ -5,8 +5,8 @@ from __future__ import annotations
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.job import Job
 from vidtrack.stages.back_project import back_project
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.job import Job
 from vidtrack.stages.bodies import COLUMNS, bodies
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

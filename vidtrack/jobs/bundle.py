@@ -7,8 +7,8 @@ import sys
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.job import Job
 from vidtrack.stages.bundle import refine_together
+from vidtrack.workflow.job import Job
 
 FRESH = ("standard_errors", "correlations", "uncertainty", "misfit", "provenance")
 """Keys of the lone calibration that do not hold for the joint one."""

@@ -7,8 +7,8 @@ import sys
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_png
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.job import Job
 from vidtrack.stages.calibrate import calibrate
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

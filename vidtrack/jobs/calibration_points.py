@@ -11,13 +11,13 @@ import pandas as pd
 
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
-from vidtrack.files.timesource import find_time
-from vidtrack.files.video import Video, open_video
-from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.calibration_points import calibration_points
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
+from vidtrack.video.reader import Video, open_video
+from vidtrack.video.time_source import find_time
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from vidtrack.files.records import write_json
-from vidtrack.files.room_sound import RATE_HZ, room_sound
 from vidtrack.files.tables import read_parquet
-from vidtrack.files.video import open_video
-from vidtrack.job import Job
 from vidtrack.stages.clocks import clocks
+from vidtrack.video.reader import open_video
+from vidtrack.video.room_sound import RATE_HZ, room_sound
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from vidtrack.files.csv_checked import Columns
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_csv, read_parquet, read_truth, write_parquet
-from vidtrack.job import Job
 from vidtrack.stages.compare import COLUMNS, compare
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

@@ -8,7 +8,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
-from vidtrack.job import Job
+from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -6,7 +6,7 @@ from vidtrack.figures.overlay import overlay
 from vidtrack.files.figure_files import write_figure
 from vidtrack.files.records import read_png
 from vidtrack.files.tables import read_parquet
-from vidtrack.job import Job
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

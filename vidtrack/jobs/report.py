@@ -12,13 +12,13 @@ import numpy as np
 from vidtrack.figures import bodies, comparison, search_map, tracking, trajectories, waterline
 from vidtrack.figures.style import camera_colours
 from vidtrack.files.figure_files import data_uri, file_uri
-from vidtrack.files.page_file import write_page
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.files.timestack_file import read_timestacks
-from vidtrack.job import Job
-from vidtrack.stages import report as stage
-from vidtrack.telling.page import Figure, Page, Section
+from vidtrack.report import story as stage
+from vidtrack.report.page import Figure, Page, Section
+from vidtrack.report.page_file import write_page
+from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing

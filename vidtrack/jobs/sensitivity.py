@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_csv, write_parquet
-from vidtrack.job import Job
 from vidtrack.progress import Progress
+from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -40,7 +40,7 @@ def run(job: Job) -> None:
     """
     from vidtrack.figures.sensitivity import sweeps, volume_map
     from vidtrack.files.figure_files import write_figure
-    from vidtrack.files.sensitivity_plan import read_sensitivity
+    from vidtrack.planning.sensitivity_plan import read_sensitivity
     from vidtrack.stages.sensitivity import sensitivity
 
     plan, cases = read_sensitivity(job.path("scenario"))

@@ -7,8 +7,8 @@ import sys
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_parquet
-from vidtrack.job import Job
 from vidtrack.stages.stability import stability
+from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_targets, write_parquet
-from vidtrack.files.timesource import find_time
-from vidtrack.files.video import open_video
-from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.light import LightMeter
+from vidtrack.video.reader import open_video
+from vidtrack.video.time_source import find_time
+from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -10,12 +10,12 @@ import numpy as np
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.csv_checked import Columns, checked_csv
 from vidtrack.files.tables import write_parquet
-from vidtrack.files.timesource import find_time
 from vidtrack.files.timestack_file import write_timestacks
-from vidtrack.files.video import open_video
-from vidtrack.job import Job
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline
+from vidtrack.video.reader import open_video
+from vidtrack.video.time_source import find_time
+from vidtrack.workflow.job import Job
 
 PROFILE = Columns(numbers=("x", "y", "z"))
 

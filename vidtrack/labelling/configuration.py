@@ -15,9 +15,9 @@ from itertools import product
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
+from vidtrack.geometry.pose import RICH, adjust, poses
 from vidtrack.labelling.label import Index, Labels, Picks, View, best_labels, complete, grow
-from vidtrack.labelling.pose import RICH, adjust, poses
 from vidtrack.labelling.seeds import label_from_picks, on_one_line
 
 TURNS = 8000

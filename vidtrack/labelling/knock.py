@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
+from vidtrack.geometry.pose import RICH, adjust, predicted
 from vidtrack.labelling.label import GATE, Index, Labels, one_to_one, scatter_of, spacing
-from vidtrack.labelling.pose import RICH, adjust, predicted
 
 ENOUGH = 12
 """Balls that the other clips must show before they can say where one clip's ought to be."""

@@ -1,6 +1,6 @@
 """Which ball is which: tags for the blobs of every clip of one camera, grown from a pose.
 
-A pose (`vidtrack.labelling.pose`) predicts where every tag must lie and how surely; tags that only one blob can be,
+A pose (`vidtrack.geometry.pose`) predicts where every tag must lie and how surely; tags that only one blob can be,
 and blobs that only one tag can be, join the fit; the better pose predicts further; and so on until nothing changes. In
 the end blobs go to tags one to one. A tag whose ball hides and a blob that is no ball stay without a partner.
 """
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.camera import Array
-from vidtrack.labelling.pose import PLAIN, RICH, Pose, adjust, predicted
+from vidtrack.arrays import Array
+from vidtrack.geometry.pose import PLAIN, RICH, Pose, adjust, predicted
 
 Index = NDArray[np.intp]
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
+from vidtrack.geometry.pose import poses
 from vidtrack.labelling.label import SD_START, Index, Labels, Picks, View, best_labels, complete, grow
-from vidtrack.labelling.pose import poses
 
 TRIES = 12
 """Poses to grow before giving up."""

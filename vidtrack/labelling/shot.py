@@ -8,13 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array, Picture
 from vidtrack.labelling.still import FrameLike, Still, average, sample
-from vidtrack.tracking.blobs import Blobs, find_blobs
-from vidtrack.tracking.stretch import BITS, stretch
-from vidtrack.tracking.threshold import noise_sd
-
-Array = NDArray[np.float64]
-Picture = NDArray[Any]
+from vidtrack.tracking.detection.blobs import Blobs, find_blobs
+from vidtrack.tracking.detection.contrast_stretch import BITS, stretch
+from vidtrack.tracking.detection.threshold import noise_sd
 
 SCATTER_FRAMES = 24
 """Frames whose centroids tell how much a ball's position scatters."""

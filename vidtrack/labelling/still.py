@@ -8,12 +8,12 @@ show the same scene.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[Any]
+from vidtrack.arrays import Picture
 
 KEPT = 64
 """Frames kept at most: the noise is then an eighth, and far below what the survey allows."""

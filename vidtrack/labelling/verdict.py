@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.labelling.label import GATE, Labels, Picks, View, agreeing, complete, crowding_limit
 from vidtrack.labelling.seeds import label_from_picks, on_one_line

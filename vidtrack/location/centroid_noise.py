@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidtrack.camera import Array, Camera
-from vidtrack.location.triangulate import locate_points
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.triangulate import locate_points
 
 MOST = 4000
 """Samples of each track that are looked at."""

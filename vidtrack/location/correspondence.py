@@ -16,9 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array, Camera
-from vidtrack.location.epipolar import epipolar_distance
-from vidtrack.location.triangulate import locate_points
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.geometry.triangulate import locate_points
 
 Indices = NDArray[np.intp]
 

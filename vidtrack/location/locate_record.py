@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
+from vidtrack.geometry.triangulate import Located
 from vidtrack.location.correspondence import NONE, Correspondence
 from vidtrack.location.run_clocks import RunClocks
-from vidtrack.location.triangulate import Located
 from vidtrack.location.views import View
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.location.correspondence import Correspondence, by_target, match_errors, match_tracks
 from vidtrack.location.views import Seen, View
 

@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from vidtrack.arrays import Array
 
 MODELS = ("scale", "affine", "homography", "radial", "quadratic", "cubic")
 """From plain to rich; `fit_plane` climbs while points that it has not seen come out better."""

@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.location.correspondence import by_target
 from vidtrack.location.matching import matched
+from vidtrack.location.motion_clock import Clocks, estimate_clocks
 from vidtrack.location.views import View, brought
 from vidtrack.timing.agreement import Agreement, Timing, agreed
-from vidtrack.timing.clock import Clock, Clocks, estimate_clocks
+from vidtrack.timing.clock import Clock
 from vidtrack.timing.resample import common_times, interval
 
 BIAS_PX = 0.05

@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.camera import Array, Camera
-from vidtrack.jacobian import PARAMETERS, derivatives
-from vidtrack.location.calibration_error import CameraUncertainty
+from vidtrack.arrays import Array
+from vidtrack.geometry.calibration_error import CameraUncertainty
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 
 
 class Survey(NamedTuple):

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.jacobian import PARAMETERS, rotation_from_vector
-from vidtrack.labelling.pose import poses
-from vidtrack.location.plane import Array, holds
+from vidtrack.arrays import Array
+from vidtrack.geometry.jacobian import PARAMETERS, rotation_from_vector
+from vidtrack.geometry.pose import poses
+from vidtrack.location.plane import holds
 
 ASPECT_SD = 0.01
 """ASSUME: how well the width of a pixel over its height is known, as a share of it."""

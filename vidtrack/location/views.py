@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.camera import Array, Camera
-from vidtrack.location.calibration_error import CameraUncertainty
+from vidtrack.arrays import Array
+from vidtrack.geometry.calibration_error import CameraUncertainty
+from vidtrack.geometry.camera import Camera
 from vidtrack.location.correspondence import NONE, Indices
 from vidtrack.timing.resample import resample
 

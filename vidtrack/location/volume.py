@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 
 def distance_outside(volume: ArrayLike, p: ArrayLike) -> Array | None:

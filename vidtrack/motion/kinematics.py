@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.motion.smoothing import Array, smooth
+from vidtrack.arrays import Array
+from vidtrack.motion.smoothing import smooth
 
 EDGE = 2.0
 """A sample whose acceleration is this many times less sure than the record's median lies at an edge."""

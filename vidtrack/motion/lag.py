@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.motion.smoothing import Array, Smooth, between, smooth
+from vidtrack.arrays import Array
+from vidtrack.motion.smoothing import Smooth, between, smooth
 
 LEAST_OVERLAP = 0.5
 """Share of the shorter record that a lag must leave in common to be considered."""

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from vidtrack.arrays import Array
 
 NEAR_LINE = 0.02
 """ASSUME: targets whose spread across their line is less than this share of that along it fix no turn about it."""

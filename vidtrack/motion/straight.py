@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.motion.lag import long_run_covariance
 
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array, Camera, contains, project
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera, contains, project
 
 LEAST_SAMPLES = 20
 

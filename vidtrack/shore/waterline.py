@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 ENDS = 0.08
 """ASSUME: share of the transect that is under water throughout at its seaward end, and dry throughout at the other."""

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vidtrack.camera import Array, Camera
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
 from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.simulate.motion import position
 from vidtrack.simulate.picture import Picture, empty_scene

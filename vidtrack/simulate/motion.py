@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.simulate.plan import Plan, Vector
 
 

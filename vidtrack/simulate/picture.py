@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.simulate.plan import NotNegative, Plan
 
 Scene = NDArray[np.float32]

@@ -13,7 +13,8 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from vidtrack.camera import Array, Camera, camera_from_world, project
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera, camera_from_world, project
 from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
 from vidtrack.simulate.plan import NotNegative, Plan
 from vidtrack.simulate.render import outlines, shading, softened, vertices_needed

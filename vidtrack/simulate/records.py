@@ -10,8 +10,9 @@ from fractions import Fraction
 import numpy as np
 import yaml
 
-from vidtrack.camera import Array, project
+from vidtrack.arrays import Array
 from vidtrack.files.atomic import replacing
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.motion import position
 from vidtrack.simulate.scenario import Scenario, n_frames, random_stream
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import (
-    Array,
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import (
     Camera,
     camera_from_world,
     distorted_from_undistorted,

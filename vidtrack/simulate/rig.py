@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.camera import Array, Camera
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera
 
 THESIS_DISTANCE = 160.0
 """in, camera to target. The lens's widest 44 degrees (thesis 2.2) then cover the 128 in of section 6.8."""

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from vidtrack.camera import Camera
+from vidtrack.geometry.camera import Camera
 from vidtrack.simulate.motion import Motion
 from vidtrack.simulate.picture import Patch, Picture
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vector, plan_from

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
 from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.field_of_view import diagonal_field
@@ -17,15 +18,14 @@ from vidtrack.calibration.measures import measures
 from vidtrack.calibration.normal_equations import Names, Priors
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
-from vidtrack.camera import (
-    Array,
+from vidtrack.geometry.camera import (
     Camera,
     camera_from_world,
     frame_buffer_from_distorted,
     project,
     undistorted_from_camera,
 )
-from vidtrack.location.triangulate import Located, locate_points
+from vidtrack.geometry.triangulate import Located, locate_points
 
 
 class BackProjection(NamedTuple):

@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.bundle import Bundle, bundle
 from vidtrack.calibration.normal_equations import Names
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
-from vidtrack.camera import Array, Camera
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import Camera
 
 BY_CHANCE = 0.001
 """ASSUME: a point that is farther off its survey than any of a bundle's points would be so often is not there."""

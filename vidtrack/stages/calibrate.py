@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
 from vidtrack.calibration.one_camera import (
@@ -26,8 +27,8 @@ from vidtrack.calibration.one_camera import (
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.robust import ENOUGH, Mixup, limit_for, mixups
 from vidtrack.calibration.starts import Nominal
-from vidtrack.camera import LENS_TERMS, Array, Camera, project
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import LENS_TERMS, Camera, project
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""

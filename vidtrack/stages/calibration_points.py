@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.knock import moved, shifted
@@ -17,7 +17,7 @@ from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
 from vidtrack.labelling.shot import Shot, composite, look_again, take
 from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
-from vidtrack.tracking.blobs import find_blobs
+from vidtrack.tracking.detection.blobs import find_blobs
 
 SWING = 0.3
 """px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""

@@ -6,15 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.timing.resample import resample
 from vidtrack.timing.time_column import counting_of, regular, seconds_from_cells
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "time_s": "s",

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.correspondence import Correspondence, by_target
 from vidtrack.location.locate_record import (
@@ -24,7 +25,6 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.shared_survey import Survey, joint_covariance
-from vidtrack.location.triangulate import Located, locate_points
 from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.timing.clock import Clock

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.field_of_view import Field, diagonal_field, field_of_view, mean_depth, pixels_across
@@ -15,8 +16,8 @@ from vidtrack.calibration.floor import NORMAL_MEAN_ABS, mean_length
 from vidtrack.calibration.prediction import Case, Prediction, in_picture, predicted
 from vidtrack.calibration.refine import refine
 from vidtrack.calibration.target_design import LEAST_PIXELS, least_diameter, pixels_found
-from vidtrack.camera import Array, Camera, contains, project
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera, contains, project
+from vidtrack.geometry.triangulate import locate_points
 
 
 class Sensitivity(NamedTuple):

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES, errors_by_axis, largest_distance
 from vidtrack.calibration.field_of_view import diagonal_field
 from vidtrack.calibration.movement import TURNS, Movement, movement
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
-from vidtrack.camera import Array, Camera
-from vidtrack.location.triangulate import locate_points
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.triangulate import locate_points
 
 SURE = 0.001
 """ASSUME: a movement that a camera at rest would show less often than this is one."""

@@ -15,28 +15,36 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import chosen_order, order_from_motion, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.blobs import Blobs
-from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.look import PIXELS, X, Y
-from vidtrack.tracking.opening import ENOUGH, SHORTEST, Trail, background_of, clutter_besides, find_movers, find_targets
-from vidtrack.tracking.recovery import FLAGS, RECOVERED
+from vidtrack.tracking.detection.blobs import Blobs
+from vidtrack.tracking.detection.contrast_stretch import BITS, Stretch, stretch
+from vidtrack.tracking.detection.static_clutter import Standing, places, standing_things, start_places
+from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd
+from vidtrack.tracking.initialisation import (
+    ENOUGH,
+    SHORTEST,
+    Trail,
+    background_of,
+    clutter_besides,
+    find_movers,
+    find_targets,
+)
+from vidtrack.tracking.measurement.empirical_sd import Scatter
+from vidtrack.tracking.measurement.sd_scaling import grow_sd
+from vidtrack.tracking.measurement.window import PIXELS, X, Y
+from vidtrack.tracking.reacquisition import FLAGS, RECOVERED
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.scatter import Scatter
-from vidtrack.tracking.sd_growth import grow_sd
-from vidtrack.tracking.standing import Standing, places, standing_things, start_places
-from vidtrack.tracking.stretch import BITS, Stretch, stretch
-from vidtrack.tracking.threshold import automatic, background_level, noise_sd
+from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.tracker import MEMORY, Rows, Starts, Tracker, present
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-Array = NDArray[np.float64]
 
 HELD_BYTES = 64_000_000
 """Pictures kept in memory, at the beginning to find targets in."""

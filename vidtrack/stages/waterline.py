@@ -10,16 +10,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.camera import Camera
 from vidtrack.errors import VidtrackError
-from vidtrack.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
 from vidtrack.shore.waterline import water_edge
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.frame import Frame, VideoInfo
-
-Array = NDArray[np.float64]
 
 COLUMNS = {
     "time_s": "s",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.timing.clock import Clock
 
 CONTRADICT = 3.3

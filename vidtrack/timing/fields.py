@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.timing.frame import Luma
-
-Array = NDArray[np.float64]
 
 PARITY = {"top": 0, "bottom": 1}
 

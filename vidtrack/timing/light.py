@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import cv2
 import numpy as np
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.timing.frame import Frame, Luma
 
 PAIRS = 32

@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.timing.timecode import Parts, drops_of, frame_from_parts, nominal
 
-Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _SYNC = np.array([0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 1])

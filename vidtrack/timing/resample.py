@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 
 WINDOWS = ((-1, 4), (0, 4), (-2, 4), (-1, 3), (0, 3))
 """First sample, counted from the last one not later than the moment, and number of samples; best first."""

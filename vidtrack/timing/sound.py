@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.camera import Array
+from vidtrack.arrays import Array
 from vidtrack.timing.agreement import NOBODY, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 

@@ -9,11 +9,10 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vidtrack.arrays import Array
 from vidtrack.timing.timecode import frame_from_label, nominal
-
-Array = NDArray[np.float64]
 
 RATES = tuple(
     Fraction(r) for r in ("30000/1001", "30", "25", "24000/1001", "24", "60000/1001", "60", "50", "100", "120", "240")

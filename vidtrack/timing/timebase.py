@@ -22,9 +22,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.timing.timecode import Timecode, exact_rate, label_from_frame, nominal, parse
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.timing.frame import Luma
-from vidtrack.tracking.blobs import Blobs
-
-Array = NDArray[np.float64]
+from vidtrack.tracking.detection.blobs import Blobs
 
 
 class Sample(NamedTuple):

@@ -15,10 +15,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.tracking.blobs import Blobs
-from vidtrack.tracking.detection import Detection
-from vidtrack.tracking.extrapolation import predict
-from vidtrack.tracking.look import (
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.association.occlusion import Meetings, recent, separate, touched
+from vidtrack.tracking.association.prediction import predict
+from vidtrack.tracking.detection.blobs import Blobs
+from vidtrack.tracking.detection.static_clutter import Standing
+from vidtrack.tracking.detection.threshold import SIGMAS
+from vidtrack.tracking.measurement.dispatch import watch
+from vidtrack.tracking.measurement.window import (
     BACKGROUND,
     CONTRAST,
     HEIGHT,
@@ -31,16 +35,9 @@ from vidtrack.tracking.look import (
     Seen,
     X,
 )
-from vidtrack.tracking.meeting import Meetings, recent, separate, touched
-from vidtrack.tracking.recovery import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
+from vidtrack.tracking.reacquisition import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.standing import Standing
-from vidtrack.tracking.threshold import SIGMAS
-from vidtrack.tracking.watch import watch
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from vidtrack.tracking.settings import Detection
 
 HALF = 0.54
 """Of the mean of a target's pixels, where its threshold is: half of its peak, as those on the rim are dimmer."""

@@ -1,0 +1,35 @@
+from vidtrack.figures.style import new_figure
+from vidtrack.files.figure_files import data_uri
+from vidtrack.report.page import Figure, Page, Section, Table
+from vidtrack.report.page_file import write_page
+
+PAGE = Page(
+    "A <demo>",
+    ["two cameras"],
+    ["cam1: tags 3 & 4 swapped"],
+    [
+        Section("calibration", "Calibration", tables=[Table("by axis", ["axis", "mean"], [["x", "0.1"]])],
+                sections=[Section("camera-cam1", "cam1", figures=[Figure("overlay", "data:image/png;base64,AA==")])]),
+    ],
+)  # fmt: skip
+
+
+def test_the_page_escapes_what_people_wrote_and_nests_its_sections(tmp_path):
+    write_page(tmp_path / "r.html", PAGE)
+    text = (tmp_path / "r.html").read_text()
+    assert "A &lt;demo&gt;" in text
+    assert "tags 3 &amp; 4 swapped" in text
+    assert text.index('id="warnings"') < text.index("<h2>Calibration</h2>") < text.index("<h3>cam1</h3>")
+    assert '<th class="words">axis</th><th>mean</th>' in text
+    assert '<td class="words">x</td><td>0.1</td>' in text
+    assert "<script" not in text
+    assert "<link" not in text
+
+
+def test_the_same_figure_makes_the_same_bytes():
+    def drawn():
+        figure, ax = new_figure()
+        ax.plot([0, 1], [0, 1])
+        return data_uri(figure)
+
+    assert drawn() == drawn()

@@ -1,0 +1,93 @@
+"""What a run's tables and sentences say is what the records hold, for all targets and all clocks."""
+
+import pandas as pd
+
+from vidtrack.report.run_sections import (
+    clock_lines,
+    clock_table,
+    comparison_table,
+    correspondence_table,
+    reading_table,
+    runs_table,
+    truth_table,
+    waterline_table,
+)
+
+
+def reading(**targets):
+    return {"reading": {"frames": 240}, "time": {"source": "tmcd"}, "samples": 480, "measured": 0.5, "targets": targets}
+
+
+def counted(mean, least, most, **flags):
+    return {"flags": flags, "pixels": {"mean": mean, "sd": 1.0, "min": least, "max": most}}
+
+
+def test_pixels_and_flags_are_those_of_all_targets():
+    record = reading(a=counted(60.0, 50.0, 70.0, lost=0.5), b=counted(20.0, 9.0, 22.0), c={"flags": {}, "pixels": {}})
+    (row,) = reading_table({"cam1": record}).rows
+    assert row == ["cam1", "240", "tmcd", "480", "50 %", "lost 17 %", "40", "9–70"]
+    (bare,) = reading_table({"cam1": reading()}).rows
+    assert bare[-3:] == ["none", "–", "–"]
+
+
+def test_a_run_at_a_glance_counts_what_was_located_and_names_its_worst_axis():
+    table = pd.DataFrame({"x": [1.0, None, 2.0, 3.0], "sigma_x": 0.01, "sigma_y": 0.03, "sigma_z": [0.02] * 4})
+    compared = {"lag_s": 0.2, "after": {"rms": 0.05}, "truth": {"one_over": 21900.0}}
+    run = {"trajectories": table, "n_targets": 1, "duration_s": 7.8}
+    rows = runs_table({"pluck": {**run, "comparison": compared}, "bare": run, "beach": {}}, "in").rows
+    assert rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.2", "0.05", "1/21 900"]
+    assert rows[1][-3:] == ["–", "–", "–"]
+    assert len(rows) == 2
+
+
+def test_clocks_that_nobody_set_are_not_told():
+    still = {"offset_s": 0.0, "rate_ppm": 0.0, "source": "config"}
+    assert clock_table({"clocks": {"cameras": {"cam1": still}}}) is None
+    assert clock_lines({"clocks": {"cameras": {"cam1": still}}}) == []
+
+
+def test_a_clock_is_told_in_milliseconds_with_who_told_it():
+    by = {
+        "motion": {"offset_s": 0.0123, "offset_s_sd": 0.0002, "used": True},
+        "sound": {"offset_s": 0.02, "offset_s_sd": 0.007, "used": False},
+    }
+    own = {"offset_s": 0.0123, "offset_s_sd": 0.0002, "offset_s_95": [0.0119, 0.0127], "source": "motion"}
+    own |= {"rate_ppm": -50.0, "rate_ppm_sd": 2.0, "witnesses": by}
+    locate = {"clocks": {"cameras": {"cam2": own}}}
+    assert clock_table(locate).rows == [["cam2", "12.3", "0.2", "-50", "2", "motion"]]
+    (line,) = clock_lines(locate)
+    assert line == (
+        "12.3 ms are added to the time of cam2 (95 %: 11.90 to 12.70), told by the motion; it runs 50 ± 2 ppm fast. "
+        "Each alone, with one standard error: motion 12.3 ± 0.2 ms, sound 20 ± 7 ms."
+    )
+    by["sound"]["used"], own["rate_ppm"] = True, 3.0
+    (line,) = clock_lines(locate)
+    assert "told by the motion and the sound" in line
+    assert "ppm" not in line
+
+
+def test_tracks_errors_and_doubts_of_a_match():
+    target = {"tracks": {"cam1": ["a"], "cam2": []}, "error_px": 0.5, "error": 0.1, "ambiguous": True}
+    locate = {"correspondence": {"targets": {"t1": target}, "tolerance_px": 3.0, "tolerance": 0.6}}
+    table = correspondence_table(locate, "in")
+    assert table.rows == [["t1", "a", "–", "0.5", "0.1", "ambiguous"]]
+    assert "3 px (0.6 in)" in table.caption
+    assert correspondence_table({}, "in") is None
+
+
+def test_the_comparison_is_told_before_and_after_and_against_the_truth():
+    keys = ("gain", "bias", "rms", "max_abs", "correlation", "n")
+    before, after = dict.fromkeys(keys, 0.5), dict.fromkeys(keys, 0.25)
+    rows = comparison_table({"lag_s": 0.2, "before": before, "after": after}, "in").rows
+    assert [row[1:] for row in rows] == [["0.5", "0.25"]] * 6
+    assert comparison_table({"lag_s": None}, "in") is None
+    by_axis = {key: {"x": k, "y": 2 * k, "z": 3 * k} for k, key in enumerate(("bias", "mean_abs", "rms_by_axis"), 1)}
+    table = truth_table({"truth": {"n": 9, "mean": 0.00732, "one_over": 21900.0, **by_axis}}, "in")
+    assert table.rows[2] == ["z", "3", "6", "9", "–"]
+    assert table.caption == "Video minus truth.csv, in; mean error in space 0.00732 in, 1/21 900 of the diagonal field"
+    assert truth_table({"truth": {"n": 0}}, "in") is None
+
+
+def test_the_water_s_edge_is_told_where_it_was_found():
+    runup = pd.DataFrame({"transect": ["a"] * 4, "z": [1.0, None, 3.0, 5.0]})
+    assert waterline_table(runup, "m").rows == [["a", "4", "75 %", "3", "1", "5"]]

@@ -1,0 +1,108 @@
+"""Targets that pass behind each other: nobody is measured in between, nobody comes out as somebody else."""
+
+import numpy as np
+import pytest
+
+from tests.discs import disc
+from tests.tracking.test_tracker import followed, positions, starts_at
+from vidtrack.tracking.association.occlusion import INSIDE, TOUCHING, Meetings, groups, separate, touched
+from vidtrack.tracking.reacquisition import MERGED
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.tracker import present
+
+SHAPE = (120, 200)
+
+
+def films(path, radius, *, noise=3.0, contrast=180.0):
+    """Opaque discs: where one hides the other there is no more light than of one."""
+    rng = np.random.default_rng(3)
+    for k, at in enumerate(path):
+        bare = np.prod([1 - disc(SHAPE, *p, radius) for p in at], axis=0)
+        picture = 30 + contrast * (1 - bare) + rng.normal(0, noise, SHAPE)
+        yield Sample(np.clip(np.rint(picture), 0, 255).astype(np.uint8), float(k))
+
+
+def passing(speed, apart, *, n=60, bend=0.0):
+    """Two targets (n, 2, 2) px that pass each other with `speed` px a sample between them, `apart` px at nearest."""
+    t = np.arange(n) - n / 2 + 0.3
+    x, y = speed / 2 * t, apart / 2 + bend * t * t
+    return np.stack([np.stack([100 + x, 60 + y], -1), np.stack([100 - x, 60 - y + 2 * bend * t * t], -1)], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("radius", "speed", "apart", "bend"),
+    [(4, 2, 0, 0), (4, 2, 2, 0), (4, 1, 4, 0), (6, 2, 3, 0), (6, 4, 6, 0), (2.5, 2, 0, 0), (4, 2, 1, 0.01)],
+)
+def test_targets_that_pass_each_other_slowly_stay_who_they_are(radius, speed, apart, bend):
+    path = passing(speed, apart, bend=bend)
+    rows, _ = followed(list(films(path, radius)), starts_at(path[0]), detection=Detection(noise=3.0))
+    error = np.hypot(*np.moveaxis(positions(rows) - path, -1, 0))
+    gap = np.hypot(*(path[:, 0] - path[:, 1]).T) - 2 * radius
+    sd = np.hypot(*rows.values[2:4])
+    assert np.nanmax(error) < 0.06
+    assert np.nanmax(error / sd) < 5
+    assert not present(rows)[gap < -0.5].any()
+    assert (rows.flag[gap < -0.5] & MERGED > 0).all()
+    assert present(rows)[gap > 0.8].all()
+
+
+def test_one_that_vanishes_in_a_meeting_does_not_hold_the_other_for_ever():
+    path = passing(4, 0.5, n=120)[20:100]
+    hidden = path.copy()
+    hidden[42:, 1] = -50.0
+    rows, _ = followed(list(films(hidden, 4)), starts_at(path[0]), detection=Detection(noise=3.0))
+    assert present(rows)[-20:, 0].all()
+    assert np.nanmax(np.abs(positions(rows)[-20:, 0] - path[-20:, 0])) < 0.2
+    assert not present(rows)[-20:, 1].any()
+
+
+def test_a_course_leaves_out_what_was_seen_too_close_to_another():
+    """The last three positions are dragged towards the other target by two px."""
+    t = np.arange(20.0)
+    true = np.stack([np.stack([40 + 2 * t, 0 * t + 60], -1), np.stack([83 + 0 * t, 0 * t + 60], -1)], axis=1)
+    seen = true.copy()
+    seen[-3:, 0, 0] += 2.0
+    meetings = Meetings(2)
+    meetings.begin(np.array([0, 1]), t, seen, np.full((2, 2), 4.0))
+    ahead = meetings.at(np.array([0, 1]), np.array([20.0, 29.0]))
+    assert ahead[:, 0] == pytest.approx(np.array([[80, 60], [98, 60]]), abs=0.05)
+    assert ahead[:, 1] == pytest.approx(np.array([[83, 60], [83, 60]]), abs=0.05)
+    assert meetings.velocity(np.array([0]), 29.0)[0] == pytest.approx([2, 0], abs=0.01)
+
+
+def test_neither_of_two_that_touch_is_clear_unless_both_are():
+    size = np.full((4, 2), 8.0)
+    position = np.array([[[20.0, 20], [29, 20], [60, 60], [100, 20]]])
+    clear = np.array([[True, False, False, True]])
+    separate(clear, position, size)
+    assert clear.tolist() == [[False, False, False, True]]
+    clear = np.ones((1, 4), bool)
+    separate(clear, position, size)
+    assert clear.all()
+    position[0, 1] = [22, 21]  # two centroids of one blob
+    separate(clear, position, size)
+    assert clear.tolist() == [[False, False, True, True]]
+    assert touched(position[0], size).tolist() == [True, True, False, False]
+    assert [g.tolist() for g in groups(position[0], size, 4.0)] == [[0, 1], [2], [3]]
+
+
+def test_the_sweep_finds_the_same_as_asking_everybody_about_everybody():
+    rng = np.random.default_rng(5)
+    touched_any = 0
+    for _ in range(300):
+        n, k = rng.integers(1, 40), rng.integers(1, 9)
+        moves = np.concatenate([rng.uniform(0, 150, (1, n, 2)), rng.normal(0, 3, (k - 1, n, 2))])
+        position, size = np.cumsum(moves, axis=0), rng.uniform(3, 15, (n, 2))
+        clear = rng.random((k, n)) < 0.8
+        expected = clear.copy()
+        for s in range(k):
+            apart = np.abs(position[s, :, None] - position[s])
+            both = (size[:, None] + size) / 2
+            others = ~np.eye(n, dtype=bool)
+            touching, one = ((apart < reach).all(axis=-1) & others for reach in (both + TOUCHING, INSIDE * both))
+            expected[s] &= ~((touching & ~clear[s]).any(axis=1) | one.any(axis=1))
+        touched_any += (expected != clear).any()
+        separate(clear, position, size)
+        assert np.array_equal(clear, expected)
+    assert touched_any > 200

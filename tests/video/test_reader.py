@@ -1,0 +1,294 @@
+import subprocess
+import sys
+import tracemalloc
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from tests.files.clips import NTSC, make_clip, moving_ball
+from vidtrack.errors import VidtrackError
+from vidtrack.video.reader import open_video
+
+PACKAGE = Path(__file__).parents[2] / "vidtrack"
+SHARED = Path(__file__).parents[2] / "../shared/real"
+
+CLIPS = {  # name -> codec, pixel format, bits, options, loses nothing
+    "h264.mp4": ("libx264", "yuv420p", 8, {"qp": "0"}, True),
+    "h264.mkv": ("libx264", "yuv420p", 8, {"crf": "18", "bf": "2"}, False),
+    "deep.mkv": ("ffv1", "yuv420p10le", 10, {}, True),
+    "deeper.mkv": ("ffv1", "gray16le", 16, {}, True),
+    "grey.avi": ("ffv1", "gray", 8, {}, True),
+    "mpeg2.mpg": ("mpeg2video", "yuv420p", 8, {"b": "6M"}, False),
+    "mpeg2.ts": ("mpeg2video", "yuv420p", 8, {"b": "6M"}, False),
+    "mjpeg.avi": ("mjpeg", "yuvj420p", 8, {"qmin": "1", "qmax": "2"}, False),
+    "prores.mov": ("prores_ks", "yuv422p10le", 10, {}, False),
+    "tape.dv": ("dvvideo", "yuv411p", 8, {}, False),
+    "tape.avi": ("dvvideo", "yuv411p", 8, {}, False),
+    "raw.avi": ("rawvideo", "yuv420p", 8, {}, True),
+}
+
+
+def source(size: tuple[int, int], bits: int):
+    eight = moving_ball(*size)
+
+    def picture(i: int) -> np.ndarray:
+        if bits == 8:
+            return eight(i)
+        return eight(i).astype(np.uint16) << (bits - 8) | (i + 1)  # the low bits must come through too
+
+    return picture
+
+
+@pytest.mark.parametrize("name", CLIPS)
+def test_every_picture_comes_once_in_order_with_its_own_time(tmp_path, name):
+    codec, pix_fmt, bits, options, lossless = CLIPS[name]
+    size = (720, 480) if codec == "dvvideo" else (160, 120)
+    picture = source(size, bits)
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=9, size=size, picture=picture, options=options)
+    with open_video(str(path)) as video:
+        assert (video.info.width, video.info.height, video.info.bits) == (*size, bits)
+        assert video.info.rate == NTSC
+        assert not video.info.is_still
+        for i, frame in enumerate(video.frames()):
+            assert frame.index == i
+            assert abs(float(frame.time) - i / float(NTSC)) < 0.00051  # Matroska rounds to 1 ms
+            assert frame.luma.shape == size[::-1]
+            assert not frame.corrupt
+            wrong = np.abs(frame.luma.astype(float) - picture(i))
+            assert wrong.max() == 0 if lossless else wrong.mean() < 4 << (bits - 8)
+    assert i == 8
+    assert video.account == (9, 0, 0, ())
+
+
+def test_levels_are_as_stored_and_not_stretched(tmp_path):
+    ramp = np.tile(np.arange(160, dtype=np.uint8) + 50, (120, 1))
+    path = make_clip(tmp_path / "ramp.mkv", "ffv1", "yuv420p", n=2, picture=lambda i: ramp)
+    with open_video(str(path)) as video:
+        for frame in video.frames():
+            np.testing.assert_array_equal(frame.luma, ramp)
+
+
+def test_the_luma_is_a_read_only_view_not_a_copy(tmp_path):
+    path = make_clip(tmp_path / "a.avi", "mjpeg", "yuvj420p", n=2)
+    with open_video(str(path)) as video:
+        for frame in video.frames():
+            assert frame.luma.base is not None
+            assert not frame.luma.flags.writeable
+            with pytest.raises(ValueError, match="read-only"):
+                frame.luma[0, 0] = 1
+
+
+def test_two_threads_give_what_one_gives(tmp_path):
+    path = make_clip(tmp_path / "a.mp4", "libx264", "yuv420p", n=20)
+    read = []
+    for threads in (1, 2):
+        with open_video(str(path), threads) as video:
+            read.append([(frame.time, frame.luma.copy()) for frame in video.frames()])
+    assert [time for time, _ in read[0]] == [time for time, _ in read[1]]
+    assert all((a[1] == b[1]).all() for a, b in zip(*read, strict=True))
+
+
+def test_the_order_is_that_of_time_even_where_pictures_are_coded_out_of_order(tmp_path):
+    path = make_clip(tmp_path / "b.mp4", "libx264", "yuv420p", n=20, options={"bf": "3"})
+    with open_video(str(path)) as video:
+        times = [frame.time for frame in video.frames()]
+    assert times == sorted(times)
+    assert len(times) == 20
+
+
+def test_a_rate_that_varies_is_told_from_the_stamps(tmp_path):
+    stamps = [0, 33, 71, 100, 155, 170, 200, 240, 290, 310, 366, 400]
+    path = make_clip(
+        tmp_path / "vfr.mkv", "libx264", "yuv420p", n=12, stamps=stamps, stamp_base=Fraction(1, 1000), rate=Fraction(30)
+    )
+    with open_video(str(path)) as video:
+        times = np.array([float(frame.time) for frame in video.frames()])
+        base = video.info.time.fitted(times)
+    np.testing.assert_allclose(times * 1000, stamps, atol=1e-6)
+    assert not base.constant
+    assert video.account.lost == 0  # in video of varying rate a long wait is no loss
+
+
+def test_times_count_from_the_first_picture_whose_own_stamp_is_kept(tmp_path):
+    path = make_clip(tmp_path / "a.mpg", "mpeg2video", "yuv420p", n=4)
+    with open_video(str(path)) as video:
+        assert video.info.start > 0  # program streams do not begin at zero
+        assert next(iter(video.frames())).time == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "pix_fmt"), [("a.png", "png", "gray"), ("a.tif", "tiff", "gray"), ("a.jpg", "mjpeg", "yuvj420p")]
+)
+def test_a_still_picture_is_a_video_of_one_frame(tmp_path, name, codec, pix_fmt):
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=1, muxer="image2")
+    with open_video(str(path)) as video:
+        assert video.info.is_still
+        (frame,) = video.frames()
+    assert frame.luma.shape == (120, 160)
+    assert video.account.problems == ()
+
+
+def test_the_shape_of_tape_pixels_is_read(tmp_path):
+    path = make_clip(tmp_path / "tape.avi", "dvvideo", "yuv411p", n=2, size=(720, 480))
+    with open_video(str(path)) as video:
+        assert video.info.sample_aspect == Fraction(8, 9)
+        assert video.info.field_order == "bottom"
+
+
+@pytest.mark.parametrize(("flag", "order"), [("tff=1", "top"), ("bff=1", "bottom"), ("", "progressive")])
+def test_the_flags_of_the_fields_are_read(tmp_path, flag, order):
+    path = make_clip(tmp_path / "i.mp4", "libx264", "yuv420p", n=3, options={"x264-params": flag} if flag else {})
+    with open_video(str(path)) as video:
+        assert video.info.field_order == order
+
+
+def test_a_turned_picture_is_told_and_left_as_it_lies(tmp_path):
+    import av
+
+    with av.open(str(tmp_path / "r.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        stream.set_display_rotation(90)
+        for i in range(2):
+            frame = av.VideoFrame(160, 120, "yuv420p")
+            frame.pts, frame.time_base = i, Fraction(1, 25)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with open_video(str(tmp_path / "r.mp4")) as video:
+        assert abs(video.info.rotation) == 90
+        assert next(iter(video.frames())).luma.shape == (120, 160)
+
+
+def test_frames_are_read_once_for_each_opening(tmp_path):
+    path = make_clip(tmp_path / "a.avi", "mjpeg", "yuvj420p", n=2)
+    with open_video(str(path)) as video:
+        list(video.frames())
+        with pytest.raises(ValueError, match="open it again"):
+            next(iter(video.frames()))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_leaving_early_leaves_nothing_hanging(tmp_path, threads):
+    path = make_clip(tmp_path / "a.mp4", "libx264", "yuv420p", n=30)
+    for _ in range(3):
+        with open_video(str(path), threads) as video:
+            next(iter(video.frames()))
+
+
+def test_memory_does_not_grow_with_length(tmp_path):
+    path = make_clip(tmp_path / "long.avi", "rawvideo", "gray", n=400, size=(320, 240), picture=lambda i: still)
+    with open_video(str(path)) as video:
+        frames = video.frames()
+        for _ in range(40):
+            next(frames)
+        tracemalloc.start()
+        for _ in frames:
+            pass
+        grown, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert grown < 200_000  # 360 pictures would be 28 MB
+
+
+still = moving_ball(320, 240)(0)
+
+
+def test_the_first_frame_comes_within_a_second_of_starting_python(tmp_path):
+    path = make_clip(tmp_path / "hd.mp4", "libx264", "yuv420p", n=3, size=(1920, 1080))
+    script = f"""
+import time; begin = time.process_time()
+from vidtrack.video.reader import open_video
+with open_video({str(path)!r}) as video:
+    next(iter(video.frames()))
+import sys
+assert not {{"pandas", "scipy", "matplotlib", "cv2", "pydantic"}} & set(sys.modules)
+print(time.process_time() - begin)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 1
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(VidtrackError, match=r"nothing\.mov: no such file"):
+        open_video(str(tmp_path / "nothing.mov"))
+
+
+def test_an_empty_file_is_named(tmp_path):
+    (tmp_path / "empty.mov").touch()
+    with pytest.raises(VidtrackError, match=r"empty\.mov: is empty"):
+        open_video(str(tmp_path / "empty.mov"))
+
+
+def test_a_file_that_is_no_video_is_named(tmp_path):
+    (tmp_path / "notes.avi").write_text("these are not pictures\n" * 50)
+    with pytest.raises(VidtrackError, match=r"notes\.avi: not a video or image"):
+        open_video(str(tmp_path / "notes.avi"))
+
+
+def test_a_folder_is_no_video(tmp_path):
+    with pytest.raises(VidtrackError, match=f"{tmp_path.name}: "):
+        open_video(str(tmp_path))
+
+
+def test_an_mp4_that_was_never_closed_says_so(tmp_path):
+    whole = make_clip(tmp_path / "whole.mp4", "libx264", "yuv420p", n=20).read_bytes()
+    cut = tmp_path / "cut.mp4"
+    cut.write_bytes(whole[: whole.index(b"moov") - 10])
+    with pytest.raises(VidtrackError, match=r"cut\.mp4: an MP4 or MOV without its index"):
+        open_video(str(cut))
+
+
+def test_a_recording_of_sound_alone_says_so(tmp_path):
+    import av
+
+    with av.open(str(tmp_path / "sound.mov"), "w") as container:
+        track = container.add_stream("pcm_s16le", rate=48000, layout="mono")
+        frame = av.AudioFrame.from_ndarray(np.zeros((1, 4800), np.int16), "s16", "mono")
+        frame.sample_rate, frame.pts, frame.time_base = 48000, 0, Fraction(1, 48000)
+        container.mux(track.encode(frame))
+        container.mux(track.encode(None))
+    with pytest.raises(VidtrackError, match=r"sound\.mov: holds no pictures, only audio"):
+        open_video(str(tmp_path / "sound.mov"))
+
+
+def test_names_with_signs_that_mean_something_elsewhere_are_only_names(tmp_path):
+    for name in ("50%d.avi", "a:b.avi", "run #1 ?.avi"):
+        path = make_clip(tmp_path / "plain.avi", "mjpeg", "yuvj420p", n=2).rename(tmp_path / name)
+        with open_video(str(path)) as video:
+            assert len(list(video.frames())) == 2
+
+
+def test_nothing_in_the_package_reads_video_with_opencv():
+    # OpenCV gives black or stale pictures for every stream flagged as interlaced, and says that all is well
+    for module in PACKAGE.rglob("*.py"):
+        text = module.read_text()
+        assert "VideoCapture(" not in text, module
+
+
+@pytest.mark.skipif(not SHARED.exists(), reason="the shared recordings are not here")
+def test_the_thrown_ball_is_read_whole():
+    with open_video(str(SHARED / "ball-toss/runs/toss/cam1.mp4")) as video:
+        times = [float(frame.time) for frame in video.frames()]
+        assert (video.info.width, video.info.height) == (640, 480)
+    assert len(times) == 13
+    np.testing.assert_allclose(np.diff(times), 0.0665, atol=0.001)
+    assert video.account.lost == 0
+
+
+def test_frames_that_were_lost_do_not_lower_the_rate_that_was_meant(tmp_path):
+    path = tmp_path / "lost.mov"
+    rate = Fraction(30000, 1001)
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream("mjpeg", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuvj420p"
+        for i in [*range(50), *range(52, 80)]:
+            frame = av.VideoFrame.from_ndarray(np.full((48, 64), i, np.uint8), "gray").reformat(format="yuvj420p")
+            frame.pts, frame.time_base = i, 1 / rate
+            out.mux(stream.encode(frame))
+        out.mux(stream.encode())
+    with av.open(str(path)) as raw:
+        assert raw.streams.video[0].average_rate != rate  # what a header that averages says
+    with open_video(str(path)) as video:
+        assert video.info.rate == rate

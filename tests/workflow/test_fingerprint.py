@@ -1,0 +1,95 @@
+import os
+
+import pytest
+
+from vidtrack.workflow import fingerprint
+from vidtrack.workflow.fingerprint import Checksums, Fingerprints
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A copy of a little package in place of the real one: jobs.a uses kernel, jobs.b does not."""
+    for name, text in {
+        "__init__": "",
+        "jobs/__init__": "",
+        "jobs/a": '"""A."""\nfrom vidtrack.kernel import f\n\ndef run():\n    """Run."""\n    return f(1)\n',
+        "jobs/b": "def run():\n    from vidtrack import other\n    return other\n",
+        "kernel": "def f(x):\n    return x + 1  # one\n",
+        "other": "VALUE = 3\n",
+    }.items():
+        path = tmp_path / f"{name}.py"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    monkeypatch.setattr(fingerprint, "PACKAGE", str(tmp_path))
+    return tmp_path
+
+
+def edited(package, name, old, new):
+    path = package / f"{name}.py"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+
+
+def both():
+    return Fingerprints().of("vidtrack.jobs.a"), Fingerprints().of("vidtrack.jobs.b")
+
+
+def test_comments_and_docstrings_count_for_nothing(package):
+    before = both()
+    edited(package, "kernel", "# one", "# the next number")
+    edited(package, "jobs/a", '"""Run."""', '"""Run it.\n\n    Well.\n    """')
+    assert both() == before
+
+
+def test_a_kernels_edit_reaches_its_users_and_nobody_else(package):
+    before = both()
+    edited(package, "kernel", "x + 1", "x + 2")
+    after = both()
+    assert after[0] != before[0]
+    assert after[1] == before[1]
+
+
+def test_an_import_inside_a_function_counts(package):
+    before = both()
+    edited(package, "other", "3", "4")
+    assert both()[1] != before[1]
+
+
+def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_path, monkeypatch):
+    store = str(tmp_path / "code.json")
+    first = Fingerprints(store)
+    value = first.of("vidtrack.jobs.a")
+    first.save()
+    with monkeypatch.context() as patch:
+        patch.setattr(fingerprint.ast, "parse", lambda *_: pytest.fail("parsed again"))
+        assert Fingerprints(store).of("vidtrack.jobs.a") == value
+    edited(package, "kernel", "x + 1", "x + 22")
+    assert Fingerprints(store).of("vidtrack.jobs.a") != value
+
+
+def test_checksums_follow_content_not_dates(tmp_path):
+    path, store = tmp_path / "v", str(tmp_path / "store.json")
+    path.write_bytes(b"one")
+    first = Checksums(store)
+    value = first.of(str(path))
+    first.save()
+    os.utime(path, (1, 1))
+    assert Checksums(store).of(str(path)) == value
+    path.write_bytes(b"two")
+    assert Checksums(store).of(str(path)) != value
+
+
+def test_a_file_that_has_not_changed_is_not_read_again(tmp_path, monkeypatch):
+    path, store = tmp_path / "v", str(tmp_path / "store.json")
+    path.write_bytes(b"one")
+    first = Checksums(store)
+    value = first.of(str(path))
+    first.save()
+    monkeypatch.setattr(fingerprint.hashlib, "file_digest", lambda *_: pytest.fail("read again"))
+    assert Checksums(store).of(str(path)) == value
+
+
+def test_a_spoilt_store_is_made_anew(tmp_path):
+    (tmp_path / "store.json").write_text("{")
+    (tmp_path / "v").write_bytes(b"x")
+    assert len(Checksums(str(tmp_path / "store.json")).of(str(tmp_path / "v"))) == 64

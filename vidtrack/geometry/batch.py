@@ -1,0 +1,126 @@
+"""A batch of points to locate: cut into blocks, solved, with what calibration and clocks add to their covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.geometry.calibration_error import CalibrationErrors
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.sights import (
+    Mask,
+    Sight,
+    carried_noise,
+    largest_sine,
+    linear_gain,
+    linear_point,
+    look_back,
+    refined_gain,
+    refined_point,
+    sight,
+)
+from vidtrack.geometry.symmetric import add_product
+
+BLOCK = 8192
+"""Points a block: what one needs stays in the second-level cache."""
+
+
+class Solution:
+    """Points of a task, coordinates first."""
+
+    def __init__(self, n_cameras: int, n: int) -> None:
+        self.point = np.empty((3, n))
+        self.noise = np.empty((6, n))  # covariance from centroid noise
+        self.common = np.zeros((6, n))  # and from what all points have in common: calibration and clocks
+        self.miss = np.empty(n)
+        self.error = np.empty((n_cameras, 2, n))
+        self.chi2 = np.empty(n)  # weighted sum of squared errors
+
+    def put(self, where: NDArray[np.intp], part: Solution) -> None:
+        for name, value in vars(part).items():
+            getattr(self, name)[..., where] = value
+
+    def block(self, where: slice) -> Solution:
+        """Some of the points: what is written there is written here."""
+        part = object.__new__(Solution)
+        vars(part).update({name: value[..., where] for name, value in vars(self).items()})
+        return part
+
+    def worst(self, used: Mask) -> Array:
+        """The largest reprojection error, px (n,), among the cameras used; 0 where there is no fix."""
+        x, y = self.error[:, 0], self.error[:, 1]
+        length2: Array = np.where(used & np.isfinite(self.point[0]), x * x + y * y, 0).max(0)
+        return np.sqrt(length2)
+
+
+class Task(NamedTuple):
+    """n points to be located: b and weight are (n_cameras, n, 2), px and 1/px^2."""
+
+    cameras: Sequence[Camera]
+    b: Array
+    weight: Array
+    known: CalibrationErrors | None
+    slips: Array | None  # (n_cameras, n, 2) px, by which a clock's standard error moves each camera's measurement
+    steps: int  # of refinement, at most; 0 is the thesis's linear answer
+    min_sine: float
+
+    def at(self, which: NDArray[np.intp]) -> Task:
+        """The same for some of the points."""
+        slips = None if self.slips is None else self.slips[:, which]
+        return self._replace(b=self.b[:, which], weight=self.weight[:, which], slips=slips)
+
+    def solve(self, used: Mask) -> Solution:
+        """Locate all points from the cameras used (n_cameras, n), block by block."""
+        n = used.shape[1]
+        whole = Solution(len(self.cameras), n)
+        for start in range(0, n, BLOCK):
+            part = slice(start, min(start + BLOCK, n))
+            self._solve(part, used[:, part], whole.block(part))
+        return whole
+
+    def _solve(self, part: slice, used: Mask, out: Solution) -> None:
+        origin = np.mean([camera.position for camera in self.cameras], 0)
+        sights = [
+            sight(camera, self.b[i, part], self.weight[i, part], used[i], origin)
+            for i, camera in enumerate(self.cameras)
+        ]
+        gains = []
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            p, Q = linear_point(sights)
+            if self.steps:
+                p, Q, rows = refined_point(sights, p, self.steps)
+                if self.known or self.slips is not None:
+                    gains = [refined_gain(s, r, Q) for s, r in zip(sights, rows, strict=True)]
+            else:
+                gains = [linear_gain(s, p, Q) for s in sights]
+            out.noise[:] = Q if self.steps else carried_noise(sights, gains)
+            if self.known:
+                out.common[:] = self.known.carried(sights, p, gains, origin)
+            good = self._held_against(sights, p, out)
+        out.point[:] = np.where(good, p + origin[:, None], np.nan)
+        if self.slips is not None:
+            for gain, slip in zip(gains, self.slips[:, part], strict=True):
+                moved = gain[0] * slip[:, 0] + gain[1] * slip[:, 1]
+                add_product(out.common, moved, moved)
+
+    def _held_against(self, sights: Sequence[Sight], p: Array, out: Solution) -> Mask:
+        """How far off the points p (3, n) are in each picture, into `out`; whether (n,) each is a fix."""
+        n = np.zeros(p.shape[1])
+        off2, behind = np.zeros_like(n), np.zeros(n.size, bool)
+        out.chi2[:] = 0
+        lines = []
+        for s, error in zip(sights, out.error, strict=True):
+            view = look_back(s, p)
+            n += s.on
+            off2 += s.on * view.off2
+            behind |= s.used & (view.depth <= 0)
+            x, y = view.error
+            out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
+            error[:] = np.where(s.seen, view.error, np.nan)
+            lines.append(view.line)
+        np.sqrt(off2 / n, out=out.miss)
+        return np.asarray((n >= 2) & ~behind & (largest_sine(lines) >= self.min_sine))

@@ -1,0 +1,125 @@
+"""How a pixel moves when the camera or the point moves: the analytic derivatives of `camera.project`.
+
+The camera's attitude is varied about a pivot, a world point amid the calibration points:
+
+    c = exp(omega) R (p - pivot) + t,   t = R pivot + T
+
+so that turning the camera does not throw points far from the world origin across the picture, and the
+covariance of the parameters stays well conditioned wherever the origin lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import (
+    Camera,
+    camera_from_world,
+    distorted_from_undistorted,
+    undistorted_from_camera,
+    undistorted_jacobian,
+)
+
+PARAMETERS = (
+    *("omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z"),
+    *("f", "Sx", "Cx", "Cy", "kappa1", "kappa2", "p1", "p2", "skew"),
+)
+"""The order of a camera's parameters in every vector, Jacobian and covariance.
+
+omega rad, about the camera axes; t world units, of the pivot in camera axes; the rest as in `Camera`.
+"""
+
+
+class Derivatives(NamedTuple):
+    """What `derivatives` returns; the units are px per unit of what varies."""
+
+    projected: Array  # (..., 2) px
+    by_parameter: Array  # (..., 2, 15)
+    by_point: Array  # (..., 2, 3)
+
+
+def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
+    """Projected position, and its derivatives by the camera's parameters and by the world point.
+
+    p       (..., 3)  world points, world units
+    pivot   (3,)      the point about which omega turns
+    NaN where the point does not project.
+    The lens is given from distorted to undistorted, so its derivative is the inverse of that Jacobian:
+    U(d; k) = u  gives  dd = (dU/dd)^-1 (du - dU/dk dk).
+    """
+    p = np.asarray(p, float)
+    c = camera_from_world(camera, p)
+    d = distorted_from_undistorted(camera, undistorted_from_camera(camera, c))
+    X, Y = d[..., 0], d[..., 1]
+    z = np.where(c[..., 2] > 0, c[..., 2], np.nan)
+    u, v = camera.f * c[..., 0] / z, camera.f * c[..., 1] / z
+
+    bend = undistorted_jacobian(camera, d)
+    xx, xy, yx, yy = bend[..., 0, 0], bend[..., 0, 1], bend[..., 1, 0], bend[..., 1, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        per = 1 / (xx * yy - xy * yx)
+
+    def px(du: Array, dv: Array) -> tuple[Array, Array]:
+        """What a small change of (Xu, Yu) does to (Xf, Yf)."""
+        dX, dY = (yy * du - xy * dv) * per, (xx * dv - yx * du) * per
+        return (camera.Sx * dX + camera.skew * dY) / camera.dx, dY / camera.dy
+
+    g = camera.f / z
+    by_c = np.empty((*p.shape[:-1], 2, 3))
+    by_c[..., 0, 0], by_c[..., 1, 0] = px(g, 0 * g)
+    by_c[..., 0, 1], by_c[..., 1, 1] = px(0 * g, g)
+    by_c[..., 0, 2], by_c[..., 1, 2] = px(-u / z, -v / z)
+
+    arm = ((p - np.asarray(pivot, float)) @ camera.R.T)[..., None, :]  # R (p - pivot)
+    J = np.zeros((*p.shape[:-1], 2, len(PARAMETERS)))
+    J[..., 0] = by_c[..., 2] * arm[..., 1] - by_c[..., 1] * arm[..., 2]
+    J[..., 1] = by_c[..., 0] * arm[..., 2] - by_c[..., 2] * arm[..., 0]
+    J[..., 2] = by_c[..., 1] * arm[..., 0] - by_c[..., 0] * arm[..., 1]
+    J[..., 3:6] = by_c
+    J[..., 0, 6], J[..., 1, 6] = px(u / camera.f, v / camera.f)
+    J[..., 0, 7] = X / camera.dx
+    J[..., 0, 8] = 1
+    J[..., 1, 9] = 1
+    r2 = X * X + Y * Y
+    for column, by_term in (
+        (10, (X * r2, Y * r2)),
+        (11, (X * r2 * r2, Y * r2 * r2)),
+        (12, (r2 + 2 * X * X, 2 * X * Y)),
+        (13, (2 * X * Y, r2 + 2 * Y * Y)),
+    ):
+        dX, dY = px(*by_term)
+        J[..., 0, column], J[..., 1, column] = -dX, -dY
+    J[..., 0, 14] = Y / camera.dx
+
+    projected = np.stack([(camera.Sx * X + camera.skew * Y) / camera.dx + camera.Cx, Y / camera.dy + camera.Cy], -1)
+    lost = ~np.isfinite(projected).all(-1)
+    J[lost] = np.nan
+    by_point = by_c @ camera.R
+    by_point[lost] = np.nan
+    return Derivatives(projected, J, by_point)
+
+
+def stepped(camera: Camera, pivot: ArrayLike, step: Mapping[str, float]) -> Camera:
+    """The camera after small changes of named parameters (see PARAMETERS) about the pivot."""
+    pivot = np.asarray(pivot, float)
+    omega = np.array([step.get(f"omega_{a}", 0.0) for a in "xyz"])
+    shift = np.array([step.get(f"t_{a}", 0.0) for a in "xyz"])
+    R = rotation_from_vector(omega) @ camera.R
+    T = camera.R @ pivot + camera.T + shift - R @ pivot
+    rest = {name: getattr(camera, name) + step[name] for name in PARAMETERS[6:] if name in step}
+    return camera.with_(R=R, T=T, **rest)
+
+
+def rotation_from_vector(omega: ArrayLike) -> Array:
+    """The rotation (3, 3) by |omega| rad about the axis omega (3,): Rodrigues' formula."""
+    omega = np.asarray(omega, float)
+    angle = float(np.linalg.norm(omega))
+    K = np.array([[0, -omega[2], omega[1]], [omega[2], 0, -omega[0]], [-omega[1], omega[0], 0]])
+    # sinc keeps full precision for the smallest steps
+    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
+    return R

@@ -1,0 +1,186 @@
+"""What the report says of a run: how it was read and tracked, located and timed, and how it compares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vidtrack.report.page import Table, interval, number, one_over, pick, share
+
+Record = Mapping[str, Any]
+
+
+def runs_table(runs: Mapping[str, Record], units: str) -> Table:
+    """All runs at a glance; each is {trajectories, n_targets, duration_s, comparison where there is one}."""
+    rows = []
+    for name, run in runs.items():
+        if "trajectories" not in run:
+            continue
+        table = run["trajectories"]
+        n, located = len(table), int(table["x"].notna().sum())
+        sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
+        rows.append(
+            [
+                name,
+                number(run.get("n_targets")),
+                number(run.get("duration_s"), 4),
+                number(n),
+                share(located / n if n else None, 4),
+                number(max(sigma) if sigma else None, 2),
+                number(pick(run, "comparison", "lag_s"), 4),
+                number(pick(run, "comparison", "after", "rms"), 3),
+                one_over(_share_of_field(run)),
+            ]
+        )
+    header = ["run", "targets", "length (s)", "samples", "located", f"mean sigma, worst axis ({units})", "lag (s)"]
+    return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
+
+
+def _share_of_field(run: Record) -> float | None:
+    part = pick(run, "comparison", "truth", "one_over")
+    return 1 / part if part else None
+
+
+def reading_table(readings: Mapping[str, Record]) -> Table:
+    """How each camera's recording was read and timed."""
+    rows = []
+    stretched = any(pick(own, "stretch", "gain") not in (None, 1) for own in readings.values())
+    for camera, own in readings.items():
+        targets: Record = own.get("targets") or {}
+        flags: dict[str, float] = {}
+        for target in targets.values():
+            for flag, part in (target.get("flags") or {}).items():
+                flags[flag] = flags.get(flag, 0.0) + part / len(targets)
+        rows.append(
+            [
+                camera,
+                number(pick(own, "reading", "frames")),
+                str(pick(own, "time", "source") or "–"),
+                number(own.get("samples")),
+                share(own.get("measured"), 4),
+                ", ".join(f"{flag} {share(part)}" for flag, part in flags.items()) or "none",
+                *_pixel_counts([target.get("pixels") or {} for target in targets.values()]),
+                *([number(pick(own, "stretch", key), 3) for key in ("gain", "offset")] if stretched else []),
+            ]
+        )
+    header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target, mean", "range"]
+    header += ["gain", "offset"] if stretched else []
+    return Table("Reading and tracking", header, rows)
+
+
+def _pixel_counts(targets: Sequence[Record]) -> tuple[str, str]:
+    """Mean of the targets' mean number of pixels, and the least and the most of any."""
+    means, least, most = ([t[key] for t in targets if t.get(key) is not None] for key in ("mean", "min", "max"))
+    if not means:
+        return "–", "–"
+    return number(sum(means) / len(means), 3), f"{number(min(least), 3)}–{number(max(most), 3)}"
+
+
+def clock_table(locate: Record) -> Table | None:
+    """The cameras' clocks, where any was set or estimated."""
+    cameras: Record = pick(locate, "clocks", "cameras") or {}
+    if not any(own.get("offset_s") or own.get("rate_ppm") or own.get("source") != "config" for own in cameras.values()):
+        return None
+    rows = [
+        [
+            camera,
+            number(1000 * own["offset_s"], 5),
+            number(1000 * own["offset_s_sd"] if own.get("offset_s_sd") is not None else None, 2),
+            number(own["rate_ppm"], 4),
+            number(own.get("rate_ppm_sd"), 2),
+            str(own.get("source")),
+        ]
+        for camera, own in cameras.items()
+    ]
+    return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows)
+
+
+def clock_lines(locate: Record) -> list[str]:
+    """For each clock that was sought a sentence: what it is, who tells it, and what the other witnesses say."""
+    cameras: Record = pick(locate, "clocks", "cameras") or {}
+    lines = []
+    for camera, own in cameras.items():
+        witnesses: Record = own.get("witnesses") or {}
+        if not witnesses:
+            continue
+        ends = interval(*(1000 * v if v is not None else None for v in own["offset_s_95"]))
+        line = (
+            f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {ends}), "
+            f"told by the {' and the '.join(w for w, said in witnesses.items() if said['used'])}"
+        )
+        rate, sd = own["rate_ppm"], own["rate_ppm_sd"]
+        if sd is not None and abs(rate) > 2 * sd:
+            line += f"; it runs {number(abs(rate), 3)} ± {number(sd, 2)} ppm {'slow' if rate > 0 else 'fast'}"
+        if len(witnesses) > 1:
+            each = (
+                f"{w} {number(1000 * said['offset_s'], 4)} ± {number(1000 * said['offset_s_sd'], 2)} ms"
+                for w, said in witnesses.items()
+            )
+            line += f". Each alone, with one standard error: {', '.join(each)}"
+        lines.append(line + ".")
+    return lines
+
+
+def correspondence_table(locate: Record, units: str) -> Table | None:
+    """Which track of which camera is which target, and how far from their epipolar lines they lie."""
+    targets: Record = pick(locate, "correspondence", "targets") or {}
+    if not targets:
+        return None
+    cameras = list(next(iter(targets.values()))["tracks"])
+    rows = [
+        [
+            name,
+            *(", ".join(map(str, own["tracks"].get(c, ()))) or "–" for c in cameras),
+            number(own["error_px"], 3),
+            number(own["error"], 3),
+            "ambiguous" if own["ambiguous"] else "",
+        ]
+        for name, own in targets.items()
+    ]
+    tolerance = f"{number(pick(locate, 'correspondence', 'tolerance_px'))} px"
+    world = f"{number(pick(locate, 'correspondence', 'tolerance'), 3)} {units}"
+    caption = f"Which track is which target; a match may lie {tolerance} ({world}) from its epipolar line"
+    return Table(caption, ["target", *cameras, "error (px)", f"error ({units})", ""], rows)
+
+
+def comparison_table(comparison: Record, units: str) -> Table | None:
+    """The contact sensor's record against the video, before and after the lag is removed."""
+    if comparison.get("lag_s") is None:
+        return None
+    rows = []
+    for key, title in (
+        ("gain", "gain"),
+        ("bias", f"bias ({units})"),
+        ("rms", f"rms difference ({units})"),
+        ("max_abs", f"largest difference ({units})"),
+        ("correlation", "correlation"),
+        ("n", "samples"),
+    ):
+        rows.append([title, *(number(pick(comparison, when, key), 4) for when in ("before", "after"))])
+    return Table("Reference against video", ["", "as recorded", "lag removed"], rows)
+
+
+def truth_table(comparison: Record, units: str) -> Table | None:
+    """The trajectories against truth.csv."""
+    truth: Record = comparison.get("truth") or {}
+    if not truth.get("n"):
+        return None
+    rows = []
+    for axis in "xyz":
+        cells = [number(pick(truth, key, axis), 3) for key in ("bias", "mean_abs", "rms_by_axis", "max_abs")]
+        rows.append([axis, *cells])
+    part = truth.get("one_over")
+    mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
+    caption = f"Video minus truth.csv, {units}; mean error in space {mean}"
+    return Table(caption, ["axis", "bias", "mean error", "rms", "max"], rows)
+
+
+def waterline_table(runup: Any, units: str) -> Table:
+    """How high the water's edge came on each transect; runup: waterline.parquet."""
+    rows = []
+    for name, own in runup.groupby("transect", sort=False):
+        z = own["z"].dropna()
+        found = share(len(z) / len(own) if len(own) else None, 4)
+        rows.append([str(name), number(len(own)), found, *(number(float(v), 4) for v in (z.mean(), z.min(), z.max()))])
+    header = ["transect", "frames", "edge found", f"mean z ({units})", "lowest", "highest"]
+    return Table("The water's edge", header, rows)

@@ -1,0 +1,161 @@
+"""Targets that meet: while they hide each other nobody is measured, and afterwards everybody is who he was.
+
+What two targets that touch show is one blob, or one target and a part of the other. So from the moment in which
+either is not plainly itself neither is measured, and each is expected where its own course takes it: a smooth curve
+through its last positions, without those so close to the other that it may have been in the picture of them.
+They are measured again once there are as many separate blobs as targets, given to them by least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools, Ints
+
+TOUCHING = 2.0
+"""px between the boxes of two targets below which they may be one blob."""
+BLURRED = 3.0
+"""px between two targets below which the one's soft edge is in the other's centroid: no ground for a course."""
+INSIDE = 0.5
+"""Of a target's size: two centroids nearer than this to each other are of one and the same blob."""
+REMEMBERED = 24
+"""Samples that a course rests on, at most."""
+NOISE_PX, SPEED_PX, ACCELERATION_PX = 0.1, 30.0, 0.5
+"""# ASSUME: px and samples, how well positions fit a course, and what is usual among targets."""
+FADING = 0.93
+"""Weight of a position for each sample of its age."""
+BENDING = 8.0
+"""Samples for which an acceleration is believed to last."""
+PATIENCE = 40
+"""Samples without a blob that could be several targets, after which one of them is taken to have gone."""
+
+
+class Meetings:
+    """Which of n targets are in a meeting, and the course of each: where, how fast and how bent when it began."""
+
+    def __init__(self, n: int) -> None:
+        self.met = np.zeros(n, bool)
+        self.waited = np.zeros(n, np.intp)
+        self._course = np.zeros((3, n, 2))
+        self._begun = np.zeros(n)
+
+    def begin(self, who: Ints, times: Array, positions: Array, half: Array) -> None:
+        """Targets `who` meet after the samples at `times` (m,), positions (m, n, 2) px; half (n, 2) of their sizes."""
+        new = who[~self.met[who]]
+        for i in new.tolist():
+            apart = (np.abs(positions - positions[:, i : i + 1]) - half - half[i]).max(axis=-1)
+            apart[:, i] = np.inf
+            known = np.isfinite(positions[:, i, 0])
+            clean = known & ~(apart < BLURRED).any(axis=1)
+            use = clean if clean.sum() >= 3 else known
+            if not use.any():
+                continue
+            self._course[:, i] = _course(times[use] - times[-1], positions[use, i])
+            self._begun[i] = times[-1]
+            self.met[i] = True
+            self.waited[i] = 0
+
+    def end(self, who: Ints) -> None:
+        """These targets go their own ways."""
+        self.met[who] = False
+
+    def at(self, who: Ints, times: Array) -> Array:
+        """Where the courses of targets are at times (k,), (k, len(who), 2) px."""
+        t = times[:, None, None] - self._begun[who][:, None]
+        bent = np.minimum(t, BENDING)
+        p, v, a = self._course[:, who]
+        where: Array = p + v * t + a * bent * (t - bent / 2)
+        return where
+
+    def velocity(self, who: Ints, time: float) -> Array:
+        """Velocities (len(who), 2), px a sample."""
+        _, v, a = self._course[:, who]
+        lasting = np.minimum(time - self._begun[who], BENDING)
+        return np.asarray(v + a * lasting[:, None])
+
+    def shift(self, who: Ints, by: Array) -> None:
+        """Move the courses of targets that are seen as one blob by (2,) px."""
+        self._course[0, who] += by
+
+
+def _course(back: Array, positions: Array) -> Array:
+    """Position, velocity and acceleration (3, 2) at time 0 of a parabola through positions (m, 2) at times `back`."""
+    A = np.stack([np.ones_like(back), back, back * back / 2], axis=1)
+    weight = FADING**-back
+    ridge = np.diag([1e-9, (NOISE_PX / SPEED_PX) ** 2, (NOISE_PX / ACCELERATION_PX) ** 2])
+    return np.asarray(np.linalg.solve((A.T * weight) @ A + ridge, (A.T * weight) @ positions), float)
+
+
+def separate(clear: Bools, position: Array, size: Array) -> None:
+    """Where two targets touch, neither is clear unless both are; and never where both centroids are of one blob.
+
+    clear (k, n) is changed; position (k, n, 2) px: measured where clear, else expected; size (n, 2) px
+    """
+    one, other = _close(position, size)
+    if not one.size:
+        return
+    apart = np.abs(position[:, one] - position[:, other])
+    both = (size[one] + size[other]) / 2
+    touching, same = (np.asarray((apart < reach).all(axis=-1)) for reach in (both + TOUCHING, INSIDE * both))
+    before = clear.copy()
+    for pair in np.flatnonzero(touching.any(axis=0)):
+        i, j = one[pair], other[pair]
+        clear[:, i] &= ~(touching[:, pair] & ~before[:, j] | same[:, pair])
+        clear[:, j] &= ~(touching[:, pair] & ~before[:, i] | same[:, pair])
+
+
+def _close(position: Array, size: Array) -> tuple[Ints, Ints]:
+    """Pairs of targets whose boxes, grown by TOUCHING between them, meet where they have been in k samples.
+
+    A sweep from left to right: of all targets, only those that overlap across are compared down the picture.
+    """
+    margin = (size + TOUCHING) / 2
+    low, high = position.min(axis=0) - margin, position.max(axis=0) + margin
+    order = np.argsort(low[:, 0], kind="stable")
+    low, high = low[order], high[order]
+    place = np.arange(len(order))
+    count = np.maximum(np.searchsorted(low[:, 0], high[:, 0]) - place - 1, 0)
+    one = np.repeat(place, count)
+    other = np.arange(one.size) - np.repeat(np.cumsum(count) - count, count) + one + 1
+    meet = (low[one, 1] < high[other, 1]) & (low[other, 1] < high[one, 1])
+    return order[one[meet]], order[other[meet]]
+
+
+def _touching(position: Array, size: Array) -> tuple[Bools, Bools]:
+    """Pairs (n, n) whose boxes touch, and pairs whose middles lie in each other; nobody is a pair with himself."""
+    apart = np.abs(position[:, None] - position)
+    both = (size[:, None] + size) / 2
+    others = ~np.eye(len(position), dtype=bool)
+    return (apart < both + TOUCHING).all(axis=-1) & others, (apart < INSIDE * both).all(axis=-1) & others
+
+
+def touched(position: Array, size: Array) -> Bools:
+    """Which targets (n,) touch another one; position and size (n, 2) px."""
+    return np.asarray(_touching(position, size)[0].any(axis=1))
+
+
+def groups(position: Array, size: Array, slack: float) -> list[Ints]:
+    """Targets joined to groups whose boxes come within `slack` px of one another's; position and size (n, 2) px."""
+    apart = np.abs(position[:, None] - position) - (size[:, None] + size) / 2
+    near = (apart < slack).all(axis=-1)
+    label = np.arange(len(position))
+    for _ in range(len(position)):
+        least = np.where(near, label, len(position)).min(axis=1)
+        if (least == label).all():
+            break
+        label = least
+    return [np.flatnonzero(label == one) for one in np.unique(label)]
+
+
+def recent(times: Sequence[Array], positions: Sequence[Array]) -> tuple[Array, Array]:
+    """The last REMEMBERED samples of pieces of a recording: times (k,) and positions (2, k, n) each."""
+    t, p, count = [], [], 0
+    for time, piece in zip(reversed(times), reversed(positions), strict=True):
+        t.append(time)
+        p.append(piece.transpose(1, 2, 0))
+        count += time.size
+        if count >= REMEMBERED:
+            break
+    return np.concatenate(t[::-1])[-REMEMBERED:], np.concatenate(p[::-1])[-REMEMBERED:]

@@ -1,0 +1,92 @@
+"""A wider search: every blob of a piece of a sample, or of the whole, and which of them can be a lost target."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools
+from vidtrack.tracking.detection.blobs import Blobs, above, above_local_background, measure_mask, no_blobs
+from vidtrack.tracking.measurement.window import GRAIN
+from vidtrack.tracking.sample import Sample, in_frame_buffer, joined
+from vidtrack.tracking.settings import Detection
+
+LIKE = 0.9
+"""|log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4 and 2.5."""
+
+
+def blobs_of(sample: Sample, detection: Detection, level: float | None, known: Array | None = None) -> Blobs:
+    """Every blob of a whole sample above a grey level (of pictures turned bright); None: automatic threshold.
+
+    known  (2, m) frame-buffer px, places whose blobs are not wanted
+    """
+    if known is not None:
+        known = np.stack([known[0], sample.row(known[1])])
+    image = detection.bright(sample.luma)
+    if level is None:
+        mask = above_local_background(image, detection.scale, detection.noise)
+    else:
+        mask = above(image, level / detection.scale)
+    found = measure_mask(
+        image,
+        mask,
+        scale=detection.scale,
+        noise=detection.noise,
+        min_pixels=detection.min_pixels,
+        centroid=detection.centroid,
+        known=known,
+    )
+    return in_frame_buffer(found, sample)
+
+
+def blobs_near(sample: Sample, detection: Detection, boxes: Array, levels: Array) -> Blobs:
+    """Every blob that lies wholly in one of the boxes (n, 4: left, top, width, height, frame-buffer px)."""
+    rows, columns = sample.luma.shape
+    parts = []
+    for (x, y, w, h), level in zip(boxes, levels, strict=True):
+        left, right = (int(np.clip(v, 0, columns)) for v in (np.floor(x), np.ceil(x + w)))
+        first, last = sample.row(np.array([y, y + h]))
+        top, bottom = int(np.clip(np.floor(first), 0, rows)), int(np.clip(np.ceil(last), 0, rows))
+        if right - left < 3 or bottom - top < 3:
+            continue
+        image = detection.bright(sample.luma[top:bottom, left:right])
+        found = measure_mask(
+            image,
+            above(image, level / detection.scale),
+            scale=detection.scale,
+            noise=detection.noise,
+            min_pixels=1,
+            centroid=detection.centroid,
+        )
+        parts.append(in_frame_buffer(_whole(found, image.shape, left, top, columns, rows), sample, left, top))
+    return joined(parts) if parts else no_blobs()
+
+
+def _whole(found: Blobs, shape: tuple[int, ...], left: int, top: int, columns: int, rows: int) -> Blobs:
+    """The blobs that the piece's own border does not cut; `edge` then means the picture's edge."""
+    right, bottom = found.left + found.width, found.top + found.height
+    cut = ((found.left == 0) & (left > 0)) | ((right == shape[1]) & (left + shape[1] < columns))
+    cut |= ((found.top == 0) & (top > 0)) | ((bottom == shape[0]) & (top + shape[0] < rows))
+    return Blobs._make(values[~cut] for values in found)
+
+
+def contrast_of(blobs: Blobs) -> Array:
+    """Grey levels above the background, the mean of each blob."""
+    return blobs.mass / np.maximum(blobs.pixels, 1)
+
+
+def unlikeness(blobs: Blobs, pixels: Array, contrast: Array) -> Array:
+    """How unlike blobs (m,) are to targets (n,): (n, m), inf where one cannot be the other.
+
+    Sum of the |log| ratios of pixel counts and contrasts. Targets of unknown looks (NaN) are like anything.
+    """
+    size = np.abs(np.log(blobs.pixels[None] / pixels[:, None]))
+    light = np.abs(np.log(np.maximum(contrast_of(blobs), 1e-3)[None] / contrast[:, None]))
+    unlike = np.where((size < LIKE + GRAIN / pixels[:, None]) & (light < LIKE), size + light, np.inf)
+    return np.where(np.isfinite(pixels)[:, None], unlike, 0.0)
+
+
+def within(blobs: Blobs, position: Array, lines: int, slack: float = 2.0) -> Bools:
+    """Whether positions (n, 2) px lie in the blobs' boxes, (n, m); a row of the sample is `lines` px high."""
+    x, y = position[:, :1], position[:, 1:]
+    inside: Bools = (x > blobs.left - slack) & (x < blobs.left + blobs.width + slack)
+    return inside & (y > blobs.top - slack) & (y < blobs.top + blobs.height * lines + slack)

@@ -1,0 +1,214 @@
+"""Centroids of targets beside which something else is bright: another target, a rope, a metre stick.
+
+Light of a neighbour within a target's soft edge pulls a weighted centroid to it; leaving out the pixels of that side
+pushes it away. So a soft-edged disc is fitted to what is left once all pixels near the neighbour are left out: the
+rim that remains tells where the middle is, and it is the fit's covariance that tells how well.
+
+What is a neighbour: all that stands out of the background by 4.5 sigma more than two px beyond the target's outline,
+and whatever lies above the target's own threshold but is not it. All windows at once, as in `centroids`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
+from vidtrack.tracking.measurement.moments import (
+    EVERY_OTHER,
+    FULL_SCALE,
+    QUANTISATION_SD,
+    SEPARATOR,
+    Plane,
+    Sums,
+    on_grid,
+    plane_under,
+    soft_edge,
+    weighted,
+)
+
+Bytes = NDArray[np.uint8]
+Float32 = NDArray[np.float32]
+
+STANDS_OUT = 4.5
+"""Sigmas above the background from which a pixel shows something."""
+HALO = 0.5
+"""Share of a target's surroundings above which what is bright there is its own blur."""
+_SQUARE2 = np.ones((2, 2), np.uint8)
+_SQUARE3 = np.ones((3, 3), np.uint8)
+_ROUND5, _ROUND7 = (cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)).astype(np.uint8) for side in (5, 7))
+
+
+class Beside(NamedTuple):
+    """Targets (n,) and their backgrounds; NaN where a target cannot be told.
+
+    x, y (px from the window's middle), mass (grey levels, summed), sd_x, sd_y (px), area (px^2 that was counted);
+    slope to tilt as in the plane of `centroids`
+    """
+
+    x: Array
+    y: Array
+    mass: Array
+    sd_x: Array
+    sd_y: Array
+    area: Array
+    slope: Array
+    variance: Array
+    noise: Array
+    unrest: Array
+    tilt: Array
+
+
+def crowded(low: Bytes, target: Bytes, others: Bytes | None) -> Ints:
+    """Windows in which something bright is not the target; arguments as those of `strangers`."""
+    beyond = low & ~_grown(target, _ROUND5)
+    if others is not None:
+        beyond |= others
+    some = np.flatnonzero(np.bitwise_or.reduce(beyond, axis=0).any(axis=1))
+    if not some.size:
+        return some
+    strange = strangers(low[:, some], target[:, some], None if others is None else others[:, some])
+    return some[strange.any(axis=(0, 2))]
+
+
+def measure_beside(
+    grey: Float32,
+    target: Bytes,
+    mask: Bytes,
+    who: Ints,
+    sums: Sums,
+    *,
+    rise: Array,
+    pixels: Ints,
+    noise: float,
+    always_fitted: bool,
+) -> tuple[Ints, Beside]:
+    """Measure targets without what their neighbours light; returns whose they are of `who`, the rest being alone.
+
+    grey    (height, n, width) grey levels; target: 1 on the target; mask: 1 above the threshold
+    who     windows that may be crowded; rise (n,) grey levels from the background to the threshold
+    pixels  (n,) above the threshold; noise: grey levels, of a pixel
+    always_fitted  whether a disc is fitted also to targets that nothing comes near
+    """
+    free = (_grown(mask[:, who], _ROUND7) == 0).astype(np.float32)
+    free[..., -SEPARATOR:] = 0
+    plane, scatter = _steady(grey[:, who], free, sums, noise)
+    low = _above(grey[:, who], plane, STANDS_OUT * scatter, sums)
+    strange = strangers(low, target[:, who], (mask & ~target)[:, who])
+    crowd = np.flatnonzero(strange.any(axis=(0, 2)))
+    who, strange, free = who[crowd], strange[:, crowd], free[:, crowd]
+    if not who.size:
+        return who, Beside._make([np.empty(0)] * len(Beside._fields))
+    grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
+    hidden = lit(strange, others)
+    plane = plane_under(grey[EVERY_OTHER], (free * (hidden == 0))[EVERY_OTHER], sums)
+    region = soft_edge(_above(grey, plane, np.maximum(STANDS_OUT * noise, 0.1 * rise[who]), sums), target, None)
+    values = np.stack(weighted(grey, region, plane, sums))
+    near = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
+    if always_fitted:
+        near = np.arange(who.size)
+    if near.size:
+        values[5, near] = _area(region[:, near], target[:, near], hidden[:, near])
+        values[:5, near] = _fitted(
+            (grey - on_grid(plane.slope, sums))[:, near],
+            target[:, near],
+            hidden[:, near],
+            grey[:, near] >= FULL_SCALE,
+            sums,
+            pixels[who[near]],
+            plane.noise[near],
+        )
+    return who, Beside._make([*values, *plane])
+
+
+def _steady(grey: Float32, free: Float32, sums: Sums, noise: float) -> tuple[Plane, Array]:
+    """A plane under the marked pixels that does not follow what is brighter, and how far pixels scatter about it, (n,).
+
+    It begins flat, at the level of the darkest fifth, and takes in from round to round what lies within its scatter.
+    """
+    few, marked = grey[EVERY_OTHER], free[EVERY_OTHER]
+    something = np.bitwise_or.reduce(marked > 0, axis=(0, 2))
+    marked = np.where(something[:, None], marked, np.float32(1))
+    dark, base = np.nan_to_num(np.nanquantile(np.where(marked > 0, few, np.nan), [0.05, 0.2], axis=(0, 2)))
+    scatter = np.maximum((base - dark) / 0.8, max(noise, QUANTISATION_SD))  # 0.8 sigma lie between those quantiles
+    off = few - base.astype(np.float32)[:, None]
+    for _ in range(5):
+        weight = marked * (np.abs(off) < (3.5 * scatter).astype(np.float32)[:, None])
+        plane = plane_under(few, weight, sums)
+        off = few - on_grid(plane.slope, sums, EVERY_OTHER)
+    return plane, scatter
+
+
+def _above(grey: Float32, plane: Plane, level: Array, sums: Sums) -> Bytes:
+    """1 where windows are more than `level` (n,) above their planes."""
+    low = np.zeros(grey.shape, np.uint8)
+    low[grey - on_grid(plane.slope, sums) > level.astype(np.float32)[:, None]] = 1
+    low[..., -SEPARATOR:] = 0
+    return low
+
+
+def strangers(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
+    """1 where something bright is not the target, (height, n, width).
+
+    low     1 where a pixel stands out of the background; target: 1 on it
+    others  1 on patches above the target's threshold that are not the target; None: there are none
+    Specks of less than 2 x 2 px are noise; what surrounds most of the target is its own blur.
+    """
+    own = _grown(target, _ROUND5)
+    beyond = low & ~own
+    beyond = cv2.morphologyEx(beyond.reshape(len(low), -1), cv2.MORPH_OPEN, _SQUARE2).reshape(low.shape)
+    rim = _grown(own, _SQUARE3) & ~own
+    own_blur = _count(rim & beyond) > HALO * _count(rim)
+    beyond[:, own_blur] = 0
+    return np.asarray(beyond if others is None else beyond | others, np.uint8)
+
+
+def lit(strange: Bytes, others: Bytes) -> Bytes:
+    """1 where strangers may have lit a pixel: up to two px from those whose outlines are known, three from the rest."""
+    near = _grown(others, _ROUND5)
+    return near | _grown(strange & ~near, _ROUND7)
+
+
+def _fitted(
+    data: Float32, target: Bytes, hidden: Bytes, clipped: NDArray[Any], sums: Sums, pixels: Ints, noise: Array
+) -> Array:
+    """x, y, mass, sd_x, sd_y (5, n) of a soft-edged disc fitted to each target, without the pixels that are hidden."""
+    near = _grown(target, _ROUND7)
+    near[..., -SEPARATOR:] = 0
+    own = sums.moments(target)
+    light = np.einsum("hnw,hnw->n", data, target.astype(np.float32))
+    count = np.maximum(own[0, 0], 1)
+    fit = fit_soft_discs(
+        data,
+        near & ~hidden & 1,
+        clipped,
+        middle=(sums.middle_x, sums.middle_y),
+        x=own[0, 1] / count,
+        y=own[1, 0] / count,
+        radius=np.sqrt(np.maximum(pixels, 1) / np.pi),
+        contrast=light / count,
+        noise=noise,
+    )
+    return np.stack([fit.x, fit.y, fit.mass, fit.sd_x, fit.sd_y])
+
+
+def _area(region: Bytes, target: Bytes, hidden: Bytes) -> Array:
+    """px^2 of each target with its soft edge, what is hidden of the edge taken to be like the rest of it, (n,)."""
+    rim = _grown(target, _SQUARE3) & ~target
+    free = _count(rim & ~hidden)
+    edge = _count(region & ~target & ~hidden) / np.maximum(free, 1) * _count(rim)
+    return np.asarray(_count(target) + np.where(free > 0, edge, np.nan))
+
+
+def _grown(marked: Bytes, by: Bytes) -> Bytes:
+    """Marks (height, n, width) dilated by a mask."""
+    return np.asarray(cv2.dilate(marked.reshape(len(marked), -1), by).reshape(marked.shape), np.uint8)
+
+
+def _count(marked: Bytes) -> Array:
+    """Pixels marked in each window, (n,)."""
+    return np.asarray(marked.sum(axis=(0, 2), dtype=np.intp), float)

@@ -1,0 +1,158 @@
+"""How much more centroids scatter than noise and contrast explain, from their own tracks.
+
+The sd of a centroid comes from the noise of the background about it. A codec keeps less noise there than it leaves
+at the rim of what moves; noise that reached the codec correlated counts more than the same noise from pixel to pixel;
+and a sharp edge is sampled by pixels. All of that shows in the track: the d-th differences of smooth motion sampled
+at a high rate vanish, those of independent errors have the variance
+
+    sum_i binomial(d, i)^2 sd^2
+
+so the rms of differences over their sd tells the factor that sd falls short by. Any motion that is left in them adds,
+so the least factor of several d counts. What does not depend on motion at all is the light of the target: errors of
+its pixels change its mass too. A track that scatters far more than the mass bears out moves roughly by itself.
+"""
+
+from __future__ import annotations
+
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools, Ints
+
+ORDERS = (4, 6, 8, 10)
+"""d: the motion of what swings w rad a sample is left over by (2 sin(w/2))^d, its noise is all there."""
+FEWEST = 5
+"""Differences that tell a factor."""
+LATER = 4
+"""Samples apart at which errors are compared with those of neighbours."""
+LOOKED_AT = 20_000
+"""Differences of all targets that are looked at, about."""
+LONG_TAIL = 4.0
+"""sd that one difference counts for at most, the sd by the median: a knock is no noise, though errors of codecs have
+long tails."""
+BORNE_OUT = 4.0
+"""Times that a track may scatter more than the light does: at most 3.3 was met with any codec, and 1.9 with none."""
+SOFT_EDGE = 1.25
+"""px of soft edge about the pixels above the threshold that belong to the centroid."""
+CREEPING = 0.1
+"""px a sample: what moves less is coded once and copied from then on, errors and all."""
+AT_REST = 0.8
+"""# ASSUME: share of moving targets' factor that those at rest have (measured 0.4 to 1.2 with H.264, 1 with MPEG-2)."""
+
+
+class Scatter(NamedTuple):
+    """Of each target.
+
+    factor  (2, n) what sd_x and sd_y are to be multiplied with; never below 1, and 1 where nothing tells
+    track   (2, n) rms of the track's differences over what sd explains; NaN where there are too few
+    light   (n,) the same of the mass
+    rough   (n,) the track scatters, and the light does not: the factor is that of the light
+    """
+
+    factor: Array
+    track: Array
+    light: Array
+    rough: Bools
+
+
+def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array, lines: int = 1) -> Scatter:
+    """What the tracks of n targets tell of the errors in k samples.
+
+    position, sd  (2, k, n) px, NaN where not measured; mass (k, n) grey levels; pixels (k, n) above the threshold
+    time          (k,) samples; differences across a gap in it do not count. lines: of the frame buffer to a row
+    """
+    mass_sd = _mass_sd(sd[0], mass, pixels, lines)
+    light, later = (_least(mass[None], mass_sd[None], time, stride)[0] for stride in (1, LATER))
+    track = _least(position, sd, time)
+    borne_out = np.fmax(light, 1.0)
+    rough = (track > BORNE_OUT * borne_out).any(axis=0)
+    track = track * _lasting(light, later)
+    factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
+    telling = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
+    return Scatter(_with_silent(factor, telling | rough, telling), track, light, rough)
+
+
+def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
+    """The least of `_over_sd` by all orders."""
+    return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in ORDERS]))
+
+
+def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
+    """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
+    starts = _spread(_unbroken(time, order * stride), max(FEWEST, LOOKED_AT // max(values.shape[2], 1)))
+    change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
+    for i in range(order + 1):
+        at, weight = starts + i * stride, (-1) ** i * comb(order, i)
+        change += weight * values[:, at]
+        variance += (weight * sd[:, at]) ** 2
+    share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
+    told = np.isfinite(share)
+    count = told.sum(axis=1)
+    square = _median(share, count) / 0.6745**2
+    share[~told] = 0
+    square = np.minimum(share, LONG_TAIL**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
+    return np.where(count >= FEWEST, np.sqrt(square), np.nan)
+
+
+def _lasting(light: Array, later: Array) -> float:
+    """By how much errors of samples LATER apart differ more than those of neighbours: codecs carry errors along.
+
+    Of all targets together; their light shows it without any motion.
+    """
+    ratio = later / np.where(light > 0, light, np.nan)
+    known = ratio[np.isfinite(ratio)]
+    return max(1.0, float(np.median(known))) if known.size else 1.0
+
+
+def _unbroken(time: Array, span: int) -> Ints:
+    """First samples of all stretches of span + 1 samples that follow each other in step."""
+    step = np.diff(time)
+    if step.size < span:
+        return np.zeros(0, np.intp)
+    odd = np.concatenate([[0], np.cumsum(np.abs(step - np.median(step)) > 0.25 * np.median(step))])
+    return np.flatnonzero(odd[span:] == odd[: odd.size - span])
+
+
+def _spread(starts: Ints, most: int) -> Ints:
+    """At most so many of them, all over the recording, in step with no group of pictures."""
+    if starts.size <= most:
+        return starts
+    golden = np.modf(np.arange(1, most + 1) * 0.6180339887)[0]
+    return np.unique(starts[(golden * starts.size).astype(np.intp)])
+
+
+def _median(values: Array, count: Ints) -> Array:
+    """Medians over the second axis, NaN left out; count (c, n) of the others."""
+    ordered = np.sort(values, axis=1)  # NaN come last
+    if not ordered.shape[1]:
+        return np.full(count.shape, np.nan)
+    return np.asarray(np.take_along_axis(ordered, np.maximum(count[:, None] - 1, 0) // 2, axis=1)[:, 0])
+
+
+def _mass_sd(sd_x: Array, mass: Array, pixels: Array, lines: int) -> Array:
+    """Grey levels, what the noise that makes sd_x does to the mass of an elliptical target.
+
+    sd_x = noise sqrt(sum x^2) / mass, and sum x^2 = lines A^2 / (4 pi) over an area of A pixels that is a circle in
+    the frame buffer. What the background's plane adds to both is nearly the same.
+    """
+    area = np.pi * (np.sqrt(lines * pixels / np.pi) + SOFT_EDGE) ** 2 / lines
+    return np.asarray(sd_x * mass * np.sqrt(4 * np.pi / (lines * area)))
+
+
+def _moves(position: Array) -> Bools:
+    """Which targets do more than creep, (n,)."""
+    step = np.abs(np.diff(position, axis=1)).max(axis=0)
+    return np.asarray(_median(step[None], np.isfinite(step).sum(axis=0)[None])[0] > CREEPING)
+
+
+def _with_silent(factor: Array, own: Bools, telling: Bools) -> Array:
+    """The factors (2, n), those that are not a target's own grown to what others of the recording show.
+
+    Where a codec copies a block from picture to picture its error stays: no difference shows it at rest.
+    """
+    if not telling.any() or own.all():
+        return factor
+    usual = np.median(factor[:, telling], axis=1, keepdims=True)
+    return np.where(own, factor, np.maximum(factor, AT_REST * usual))

@@ -1,0 +1,70 @@
+"""What the sd of a centroid must hold besides noise and contrast: clipped rims, half-lit targets, scattering tracks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
+from vidtrack.tracking.measurement.window import MASS, PIXELS, SD_X, SD_Y, X, Y
+from vidtrack.tracking.reacquisition import SATURATED
+from vidtrack.tracking.tracker import Rows
+
+CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
+"""px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
+PASSING, SUDDEN = 3, 0.15
+"""Samples before and after in which a target's mass changes by more than this share where the edge of a shadow, or of
+light, goes over it."""
+
+
+def grow_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> Scatter:
+    """Let the sd of all centroids in `rows` (changed) bear out how the tracks scatter; tells by how much.
+
+    time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
+    """
+    sd = rows.values[[SD_X, SD_Y]]
+    if (rows.flag & SATURATED).any():
+        sd = np.hypot(sd, _clipped(rows, lines, kind))
+    if (moved := _half_lit(rows, lines)).any():
+        sd = np.hypot(sd, moved)
+    seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=lines)
+    rows.values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
+    return seen
+
+
+def _clipped(rows: Rows, lines: int, kind: str) -> Array:
+    """What the rims of saturated targets add to their sd (2, samples, n), px; 0 for the others.
+
+    A pixel on the rim shows its share of the target only up to full scale, and the rim that is left is half as wide
+    or less: of the error of counting whole pixels, which goes with 1 / sqrt(radius), a seventh is left to the weighted
+    mean, half of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
+    """
+    with np.errstate(divide="ignore"):
+        of_rim = np.where(rows.flag & SATURATED, CLIPPED[kind] * rows.values[PIXELS] ** -0.25, 0.0)
+    return np.stack([of_rim, lines * of_rim])
+
+
+def _half_lit(rows: Rows, lines: int) -> Array:
+    """What an edge of light or shadow that goes over a target adds to its sd (samples, n), px; 0 where none does.
+
+    Some samples before or after, its mass is another. A shadow that takes a share from one half of a disc moves the
+    centroid by up to a quarter of the radius times that share.
+    """
+    mass, moved = rows.values[MASS], np.zeros(rows.flag.shape)
+    if not len(mass):
+        return moved
+    with np.errstate(invalid="ignore"):
+        some = np.flatnonzero(1 - np.fmin.reduce(mass) / np.fmax.reduce(mass) > SUDDEN)
+    if not some.size:
+        return moved
+    mass = mass[:, some]
+    most, least = mass.copy(), mass.copy()
+    for shift in range(1, PASSING + 1):
+        for to, of in ((slice(shift, None), slice(None, -shift)), (slice(None, -shift), slice(shift, None))):
+            np.fmax(most[to], mass[of], out=most[to])
+            np.fmin(least[to], mass[of], out=least[to])
+    change = np.nan_to_num(1 - least / most)
+    usual = np.nanmedian(np.where(np.isfinite(mass), change, np.nan), axis=0)
+    change[change <= np.maximum(SUDDEN, 5 * usual)] = 0
+    moved[:, some] = np.nan_to_num(0.25 * change * np.sqrt(lines * rows.values[PIXELS][:, some] / np.pi))
+    return moved

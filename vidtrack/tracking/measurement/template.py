@@ -1,0 +1,320 @@
+"""The quickest measurement: one matrix product for all targets that stand alone where they are expected.
+
+With a mask that is centred on the target's pixel and a plane fitted to the ring about it, the background-subtracted
+mass and first moments are linear in the pixels: the same weights for every target of one size. So the windows of
+all targets, one a row, times a matrix of a few columns is the measurement. What is not plainly alone in its window,
+at the size it had, is reported as not clear and is left to `look`.
+
+    mass = sum_disc(I) - n b0      m_x = sum_disc(x I) - sum_disc(x^2) b1      x = centre + m_x / mass
+    b0 + b1 x + b2 y: the least-squares plane of the ring, itself linear in I
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.measurement.moments import FULL_SCALE, QUANTISATION_SD
+from vidtrack.tracking.measurement.window import GRAIN, LIKE, PULL, VALUES, Seen
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+
+Float32 = NDArray[np.float32]
+
+SPARE = 0.25
+"""px of the soft edge, as `look` grows it, that hold no light but only noise."""
+RECENTRE = 2
+"""Times that a window is moved onto its target, before the target counts as not there."""
+RING = 3
+"""px about the mask, for the background."""
+NEAR_CENTRE = 0.6
+"""px from the middle of its window's middle pixel up to which a target is well inside its mask."""
+OFF_CENTRE = 0.9
+"""px: a target further from the middle of its window's middle pixel is not where the mask is."""
+UNEVEN = 8.0
+"""Sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in a thousand of
+compressed video did; what is taken for a neighbour wrongly costs a look, but no accuracy."""
+STRAY = 2.0**20
+"""A pixel outside of the mask counts as many as no target has."""
+CHUNK = 100_000
+"""Pixels made floats at once, about: more no longer fit the processor's caches."""
+
+
+class Weights(NamedTuple):
+    """Windows (m, height * width) times `linear` (.., 8) are mass, m_x, m_y, the background, and how the ring differs
+    from a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1.
+
+    pull           px by which one grey level of those may have moved the target, times its mass
+    inside            weights of what is counted: 1 within the mask, STRAY without
+    x_noise, y_noise  sd of m_x, m_y for a noise of 1
+    ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
+    """
+
+    width: int
+    height: int
+    linear: Float32
+    pull: float
+    inside: Float32
+    x_noise: float
+    y_noise: float
+    ring: Ints
+    across: Float32
+
+
+@lru_cache(maxsize=256)
+def weights(twice_a: int, twice_b: int) -> Weights:
+    """Weights of an elliptical mask of half axes twice_a / 2 and twice_b / 2 px."""
+    a, b = twice_a / 2, twice_b / 2
+    half_w, half_h = int(np.ceil(a)) + RING, int(np.ceil(b)) + RING
+    y, x = np.mgrid[-half_h : half_h + 1, -half_w : half_w + 1].reshape(2, -1).astype(float)
+    disc = ((x / a) ** 2 + (y / b) ** 2 <= 1).astype(float)
+    ring = ((x / (a + 1)) ** 2 + (y / (b + 1)) ** 2 > 1).astype(float)
+    plane = np.linalg.pinv((np.stack([np.ones_like(x), x, y]) * ring).T)  # (3, pixels)
+    mass = disc - disc.sum() * plane[0]
+    m_x = disc * x - (disc * x * x).sum() * plane[1]
+    m_y = disc * y - (disc * y * y).sum() * plane[2]
+    uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
+    linear = np.stack([mass, m_x, m_y, plane[0], *uneven], axis=1).astype(np.float32)
+    pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
+    inside = (disc + STRAY * (1 - disc)).astype(np.float32)
+    noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
+    columns = np.flatnonzero(ring)
+    across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
+    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across.astype(np.float32))
+
+
+def _harmonics(x: Array, y: Array, ring: Array, plane: Array, powers: Array) -> Array:
+    """Weights (4, pixels) of length 1 for cos 2t, sin 2t, cos 3t and sin 3t over the ring, blind to any plane.
+
+    x, y (pixels,) in half axes; ring: 1 on it; plane and powers (3, pixels) such that plane @ I are the coefficients
+    of the powers. The outer pixels weigh more: a neighbour comes in from there
+    """
+    around = ((x + 1j * y) / np.hypot(x, y).clip(1e-9)) ** np.array([[2], [3]]) * ring * (np.hypot(x, y) - 1)
+    bare = np.concatenate([around.real, around.imag])
+    blind = bare - (bare @ powers.T) @ plane
+    return np.asarray(blind / np.linalg.norm(blind, axis=1, keepdims=True))
+
+
+class Known(NamedTuple):
+    """What is known of n targets since they were last seen.
+
+    size       (n, 2) width px and height in rows of the sample; soft (n,) px of soft edge
+    unrest     (n,) grey levels, what the background is used to leave after its plane
+    pixels     (n,) above the threshold (n,), grey levels on pictures turned bright
+    """
+
+    size: Array
+    soft: Array
+    unrest: Array
+    pixels: Array
+    threshold: Array
+
+
+def glance(
+    samples: Sequence[Sample], predicted: Array, known: Known, detection: Detection, careful: bool = True
+) -> Seen:
+    """Measure n targets in k samples of one kind (frames or fields), predicted (k, n, 2) px.
+
+    careful  whether the unrest of the background is measured, or taken as known
+    """
+    k, n = predicted.shape[:2]
+    half = known.size.max(axis=0) / 2 + known.soft.max() - SPARE
+    w = weights(*np.rint(2 * half).astype(int).tolist())
+    rows, columns = samples[0].luma.shape
+    if w.width > columns or w.height > rows:
+        return Seen(np.full((VALUES, k, n), np.nan), np.zeros((k, n), bool), np.zeros((k, n), bool))
+    bright, moments, centre, whole = _centred(samples, predicted, w, detection)
+    count = _counted(bright, known.threshold, w, detection).reshape(k, n)
+    noise = _noise(bright, w, detection, n) if careful else known.unrest
+    saturated = _at_full_scale(bright, count, w, detection)
+    mass, m_x, m_y, background, uneven = moments.reshape(5, k, n)
+    mass = np.where(mass > 0, mass, np.nan)
+    off = np.stack([m_x / mass, m_y / mass])
+    unlike = np.exp(LIKE + GRAIN / known.pixels)
+    least = np.maximum(known.pixels / unlike, detection.min_pixels)
+    clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, STRAY))
+    clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
+    quiet = np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    clear &= noise <= 2 * quiet
+    clear &= uneven <= np.maximum(UNEVEN * quiet, mass * (PULL / w.pull)) ** 2
+    if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
+        clear &= ~doubled
+    values = np.empty((VALUES, k, n))
+    np.add(centre.reshape(2, k, n), off, out=values[:2])
+    np.divide(noise * w.x_noise, mass, out=values[2])
+    np.divide(noise * w.y_noise, mass, out=values[3])
+    if samples[0].lines == 2:
+        values[1] *= 2
+        values[1] += np.array([[sample.parity] for sample in samples])
+        values[3] *= 2
+    count = np.maximum(count, 1)
+    scaled = np.sqrt(count / known.pixels)
+    values[4], values[5], values[7] = count, mass, background
+    np.divide(mass, count, out=values[6])
+    np.multiply(known.size.T[:, None], scaled, out=values[8:10])
+    values[10], values[11] = known.soft, known.unrest
+    values[12] = _lit(bright, known.threshold, detection) / count[0] - background[0]
+    return Seen(values, clear, saturated)
+
+
+def _centred(
+    samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
+) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
+    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (5, k n); their middle pixels
+    (2, k n), column and row of the sample; and whether their masks lie within the picture (k n).
+    """
+    k, n = predicted.shape[:2]
+    rows, columns = samples[0].luma.shape
+    reach = np.array([[w.width // 2], [w.height // 2]])
+    low, high = reach - RING, np.array([[columns], [rows]]) - 1 - reach + RING  # middles whose mask is in the picture
+    at = predicted.reshape(k * n, 2).T
+    if samples[0].lines == 2:
+        parity = np.repeat([sample.parity for sample in samples], n)
+        at = np.stack([at[0], (at[1] - parity) / 2])
+    wanted = np.rint(at).astype(np.intp)
+    centre = np.minimum(np.maximum(wanted, low), high)
+    whole = (wanted == centre).all(axis=0)
+    pictures = [sample.luma for sample in samples]
+    views = [_views(picture, w) for picture in pictures]
+    each = list(range(0, k * n + 1, n))
+    bright = _windows(pictures, views, each, centre - reach, w, detection)
+    moments = _moments(bright, w, detection)
+    missed = np.arange(k * n)
+    for _ in range(RECENTRE):
+        here = moments if missed.size == k * n else moments[:, missed]
+        off = here[1:3] / np.maximum(here[0], 1e-3)
+        far = np.abs(off)
+        moving = ((far > NEAR_CENTRE) & (far <= reach)).any(axis=0)
+        if not moving.any():
+            break
+        missed, off = missed[moving], off[:, moving]
+        wanted = centre[:, missed] + np.rint(np.minimum(np.maximum(off, -reach), reach)).astype(np.intp)
+        moved = np.minimum(np.maximum(wanted, low), high)
+        whole[missed] &= (wanted == moved).all(axis=0)
+        centre[:, missed] = moved
+        first = np.searchsorted(missed, each).tolist()
+        again = _windows(pictures, views, first, moved - reach, w, detection)
+        bright[missed] = again
+        moments[:, missed] = _moments(again, w, detection)
+    return bright, moments, centre, whole
+
+
+def _views(luma: NDArray[Any], w: Weights) -> NDArray[Any]:
+    """Every window of the picture, (rows - height + 1, columns - width + 1, height), as a view: a row of one is one
+    element of a void type, which is quicker to copy, or where pixels are not side by side a last axis more.
+    """
+    rows, columns = luma.shape
+    down, across = luma.strides
+    shape = (rows - w.height + 1, columns - w.width + 1, w.height, w.width)
+    views = np.lib.stride_tricks.as_strided(luma, shape, (down, across, down, across), writeable=False)
+    return views.view(f"V{w.width * across}")[..., 0] if across == luma.itemsize else views
+
+
+def _windows(
+    pictures: Sequence[NDArray[Any]],
+    views: Sequence[NDArray[Any]],
+    first: Sequence[int],
+    corner: Ints,
+    w: Weights,
+    detection: Detection,
+) -> NDArray[Any]:
+    """Windows (m, height * width), turned bright: those from first[j] to first[j + 1] are cut from picture j.
+
+    corner  (2, m) column and row of their first pixels. Beyond the picture's edge, where a ring may reach, its
+            outermost pixels are repeated
+    """
+    rows, columns = pictures[0].shape
+    inside = np.minimum(np.maximum(corner, 0), [[columns - w.width], [rows - w.height]])
+    column, row = inside
+    beyond = (inside != corner).any(axis=0)
+    outside = bool(beyond.any())
+    cut = np.empty((corner.shape[1], w.height * w.width), pictures[0].dtype)
+    for picture, view, a, b in zip(pictures, views, first[:-1], first[1:], strict=True):
+        if a == b:
+            continue
+        cut[a:b] = view[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
+        if outside and (some := a + np.flatnonzero(beyond[a:b])).size:
+            x, y = corner[:, some]
+            down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)
+            across = np.minimum(np.maximum(x[:, None] + np.arange(w.width), 0), columns - 1)
+            cut[some] = picture[down[:, :, None], across[:, None]].reshape(some.size, -1)
+    return detection.bright(cut)
+
+
+def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
+    """Mass, m_x, m_y and background of windows, grey levels and px, and the sum of the harmonics squared, (5, m)."""
+    found = np.empty((len(bright), w.linear.shape[1]), np.float32)
+    for some in _chunks(bright):
+        np.matmul(bright[some].astype(np.float32), w.linear, out=found[some])
+    moments = np.empty((5, len(bright)))
+    np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
+    np.einsum("mu,mu->m", found[:, 4:], found[:, 4:], out=moments[4])
+    moments[4] *= detection.scale * detection.scale
+    return moments
+
+
+def _chunks(bright: NDArray[Any]) -> list[slice]:
+    m, pixels = bright.shape
+    each = max(1, CHUNK // pixels)
+    return [slice(a, a + each) for a in range(0, m, each)]
+
+
+def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Array:
+    """Pixels of k n windows above the thresholds (n,) within the mask, and STRAY for each without, (k n,)."""
+    level = np.resize(_stored(threshold, bright, detection), len(bright))[:, None]
+    count = np.empty(len(bright), np.float32)
+    for some in _chunks(bright):
+        np.matmul((bright[some] > level[some]).astype(np.float32), w.inside, out=count[some])
+    return count.astype(float)
+
+
+def _stored(threshold: Array, bright: NDArray[Any], detection: Detection) -> NDArray[Any]:
+    """Thresholds (n,), grey levels, as stored values: integers compare fastest with their own kind."""
+    level = threshold / detection.scale
+    if bright.dtype.kind == "u":
+        level = np.minimum(np.maximum(np.floor(level), 0), np.iinfo(bright.dtype).max)
+    return np.asarray(level.astype(bright.dtype))
+
+
+def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
+    """Sum of the pixels above the thresholds (n,) in the windows of the first sample, grey levels, (n,)."""
+    first = bright[: threshold.size]
+    lit = first * (first > _stored(threshold, bright, detection)[:, None])
+    return np.asarray(lit.astype(np.float32) @ np.full(lit.shape[1], detection.scale, np.float32), float)
+
+
+def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:
+    """Whether at least a twentieth of each target (k, n) is at full scale."""
+    if not bright.size or bright.max() * detection.scale < FULL_SCALE:
+        return np.zeros(count.shape, bool)
+    within = (w.inside == 1).astype(np.float32)
+    full = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ within
+    return np.asarray(full.reshape(count.shape) * 20 >= np.maximum(count, 1))
+
+
+def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Array:
+    """(n,) grey levels, what the background plane leaves in the ring of the first sample; the rest are like it."""
+    values = bright[:n, w.ring].astype(np.float32) * np.float32(detection.scale)
+    values -= values.mean(axis=1, keepdims=True)
+    slopes = values @ w.across.T
+    squares = np.einsum("nr,nr->n", values, values) - np.einsum("nc,nc->n", slopes, slopes)
+    noise = np.sqrt(np.maximum(squares, 0) / (w.ring.size - 3))
+    return np.asarray(np.maximum(noise, QUANTISATION_SD), float)
+
+
+def _doubled(centre: Ints, k: int, n: int) -> NDArray[np.bool_] | None:
+    """Where two targets of one sample have the same middle pixel, or nearly, (k, n); None: nowhere."""
+    key = ((centre[1] // 2 << 20) + centre[0] // 2).reshape(k, n)
+    if not (np.diff(np.sort(key, axis=1), axis=1) == 0).any():
+        return None
+    order = np.argsort(key, axis=1, kind="stable")
+    same = np.diff(np.take_along_axis(key, order, axis=1), axis=1) == 0
+    doubled = np.zeros((k, n), bool)
+    sample, place = np.nonzero(same)
+    doubled[sample, order[sample, place]] = doubled[sample, order[sample, place + 1]] = True
+    return doubled
