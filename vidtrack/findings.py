@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, NamedTuple, get_args
 
 Level = Literal["note", "doubtful", "bad", "failed"]
-"""note: worth knowing, nothing is wrong; doubtful: some numbers may be wrong or worse than their sigma says; bad: do not
-use these numbers; failed: there are none."""
+"""note: worth knowing, nothing is wrong; doubtful: some numbers may be wrong, or worse than their sigma says; bad: do
+not use these numbers; failed: there are none."""
 
 LEVELS: tuple[Level, ...] = get_args(Level)
 
