@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "vidtrack"
-ROOMS = ("geometry", "calibration", "labelling", "tracking", "location", "timing", "motion", "shore")
+ROOMS = ("analysis", "geometry", "calibration", "labelling", "tracking", "location", "timing", "motion", "shore")
 FLOOR = sorted(p for room in ROOMS for p in (PACKAGE / room).rglob("*.py") if p.name != "__init__.py")
 NOT_DOWNSTAIRS = {"pandas", "matplotlib", "pathlib", "logging", "os", "pyarrow", "av", "yaml", "pydantic", "snakemake"}
 

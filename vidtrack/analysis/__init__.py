@@ -1,0 +1,1 @@
+"""What a wave laboratory quotes of motions and waves: decay, harmonics, spectra, response."""
