@@ -8,6 +8,7 @@ from tests.shore.rendered_beach import ENDS, shore, video
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import write_camera
+from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet, read_units
 from vidtrack.files.timestack_file import read_timestacks
 from vidtrack.jobs import waterline as job
@@ -72,10 +73,19 @@ def test_an_unseen_transect_is_refused_by_name():
         follow({"west": {"from": [-50, 0, 0], "to": [-40, 0, 1]}})
 
 
-def test_a_transect_without_water_is_told():
-    record = follow({"dry": {"from": [8.2, 0, 0.82], "to": [11, 0, 1.1]}}).record
-    assert any("does not move" in w for w in record["warnings"])
-    assert not any("does not move" in w for w in follow().record["warnings"])
+def test_a_transect_without_water_is_a_finding():
+    found = follow({"dry": {"from": [8.2, 0, 0.82], "to": [11, 0, 1.1]}}).findings
+    assert ("bad", "waterline-still") in [(f.level, f.code) for f in found]
+    assert "transect dry" in found[0].text
+    assert follow().findings == ()
+
+
+def test_water_that_passes_the_end_of_a_transect_is_a_finding_with_its_share():
+    found = follow({"short": {"from": [0.5, 0, 0.05], "to": [5.0, 0, 0.5]}}).findings
+    (end,) = [f for f in found if f.code == "waterline-end"]
+    assert end.level == "doubtful"
+    beyond = (BEACH.edge > 5.0).mean()
+    assert float(end.text.split()[-5]) == pytest.approx(100 * beyond, abs=3)
 
 
 def test_four_frames_are_too_few():
@@ -99,9 +109,13 @@ def test_the_job_reads_the_video_and_writes_run_up_and_timestacks(tmp_path):
     settings["transects"] = {"middle": {**ENDS, "step": None, "profile": "profile.csv"}}
     inputs = {"video": str(clip), "camera": str(tmp_path / "camera.json"), "profiles": str(tmp_path / "profile.csv")}
     outputs = {"waterline": str(tmp_path / "w.parquet"), "timestack": str(tmp_path / "w.npz")}
+    outputs["record"] = str(tmp_path / "w.json")
     job.run(Job(settings, inputs, outputs))
     table = read_parquet(outputs["waterline"])
     assert np.sqrt(((table["x"] - BEACH.edge) ** 2).mean()) < 0.06
     assert table["time_s"].iloc[0] == 36000
     assert read_units(outputs["waterline"])["sigma_s"] == "m"
     assert read_timestacks(outputs["timestack"])["middle"]["grey"].shape[0] == 60
+    record = read_json(outputs["record"])
+    assert record["transects"]["middle"]["highest_z"] == pytest.approx(table["z"].max())
+    assert record["findings"] == []

@@ -1,4 +1,4 @@
-"""Job waterline: a video and its calibrated camera -> waterline.parquet and the timestacks, waterline.npz."""
+"""Job waterline: a video and its calibrated camera -> waterline.parquet, .json and the timestacks, waterline.npz."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.csv_checked import Columns, checked_csv
+from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
+from vidtrack.findings import as_records
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.video.reader import open_video
@@ -21,7 +23,8 @@ PROFILE = Columns(numbers=("x", "y", "z"))
 
 
 def run(job: Job) -> None:
-    """inputs: video, camera, profiles (in the order of the transects that name one). outputs: waterline, timestack.
+    """inputs: video, camera, profiles (in the order of the transects that name one). outputs: waterline, timestack,
+    record.
 
     settings: run, camera, units, transects, start_timecode, clock.
     """
@@ -42,8 +45,10 @@ def run(job: Job) -> None:
                 clock=order["clock"] if isinstance(order.get("clock"), dict) else None,
                 where=where,
             )
-    provenance = {**job.provenance, "waterline": done.record}
-    write_parquet(job.outputs["waterline"], done.runup, units=order["units"], provenance=provenance, columns=COLUMNS)
+    units = order["units"]
+    write_parquet(job.outputs["waterline"], done.runup, units=units, provenance=job.provenance, columns=COLUMNS)
+    record = {"run": order["run"], "camera": order["camera"], "units": units, **done.record}
+    write_json(job.outputs["record"], {**record, "findings": as_records(done.findings)}, job.provenance)
     write_timestacks(job.outputs["timestack"], {name: stack._asdict() for name, stack in done.timestacks.items()})
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
@@ -34,6 +35,9 @@ COLUMNS = {
 STILL_PX = 0.5
 """ASSUME: an edge that strays by less than this (one sd) in the picture is no waterline."""
 
+SELDOM = 0.05
+"""Share of frames below which a flag of the waterline stays a flag and makes no finding."""
+
 
 class Timestack(NamedTuple):
     """What one transect showed: grey (T, n) as stored, at times time_s (T,), places s (n,), p (n, 3), b (n, 2)."""
@@ -46,11 +50,12 @@ class Timestack(NamedTuple):
 
 
 class Waterlines(NamedTuple):
-    """runup: a row for each frame and transect; timestacks by transect; record: run-up statistics and warnings."""
+    """runup: a row for each frame and transect; timestacks by transect; record: run-up statistics by transect."""
 
     runup: pd.DataFrame
     timestacks: dict[str, Timestack]
     record: dict[str, Any]
+    findings: tuple[Finding, ...]
 
 
 def waterline(
@@ -89,15 +94,15 @@ def waterline(
     time_s, labels = base.seconds(np.array(stamps)), base.labels(np.array(stamps))
     if clock is not None:
         time_s = Clock(**clock).corrected(time_s)
-    tables, timestacks, told, warnings = [], {}, {}, []
+    tables, timestacks, statistics, findings = [], {}, {}, []
     for name, line in lines.items():
         grey = np.stack(stacks[name])
         timestacks[name] = Timestack(_stored(grey, info.bits), time_s, line.s, line.p, line.b)
         table = _one(grey, np.array(good), line, _calibration_sd(camera, line, uncertainty), f"{where}.{name}")
         tables.append(table.assign(time_s=time_s, timecode=labels, transect=name)[list(COLUMNS)])
-        told[name] = _statistics(tables[-1])
-        warnings += _warnings(name, tables[-1])
-    return Waterlines(pd.concat(tables, ignore_index=True), timestacks, {"transects": told, "warnings": warnings})
+        statistics[name] = _statistics(tables[-1])
+        findings += _findings(name, tables[-1])
+    return Waterlines(pd.concat(tables, ignore_index=True), timestacks, {"transects": statistics}, tuple(findings))
 
 
 def _lines(
@@ -160,12 +165,21 @@ def _statistics(table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _warnings(name: str, table: pd.DataFrame) -> list[str]:
-    warnings = []
+def _findings(name: str, table: pd.DataFrame) -> list[Finding]:
+    found = []
     if np.hypot(table["Xf"].std(), table["Yf"].std()) < STILL_PX:
-        warnings.append(f"transect {name}: its edge does not move; is there water on it?")
-    for flag, meaning in (("faint", "wet and dry look alike at the edge"), ("end", "the water reaches its end")):
-        share = table["flag"].str.contains(flag).mean()
-        if share > 0.05:
-            warnings.append(f"transect {name}: {meaning} in {100 * share:.0f} % of the frames")
-    return warnings
+        text = f"transect {name}: the edge that was found moves by less than {STILL_PX} px: it is no waterline"
+        found.append(Finding("bad", "waterline-still", text, "Move the transect to where the water runs up."))
+    for flag, meaning, cure in (
+        ("faint", "wet and dry look alike at the edge", "Light the beach from the side, or move the transect."),
+        (
+            "end",
+            "the water's edge lies at an end of it, so the water reaches farther",
+            "Make the transect longer at that end.",
+        ),
+    ):
+        share = float(table["flag"].str.contains(flag).mean())
+        if share > SELDOM:
+            text = f"transect {name}: {meaning} in {100 * share:.0f} % of the frames"
+            found.append(Finding("doubtful", f"waterline-{flag}", text, cure))
+    return found

@@ -131,6 +131,7 @@ rule kinematics:
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
     output:
         kinematics=f"{RESULTS}/runs/{{run}}/kinematics.parquet",
+        record=f"{RESULTS}/runs/{{run}}/kinematics.json",
     log:
         f"{RESULTS}/logs/kinematics/{{run}}.log",
     message:
@@ -138,6 +139,7 @@ rule kinematics:
     shell:
         "python -m vidtrack kinematics --settings {input.order:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --output kinematics {output.kinematics:q}"
+        " --output record {output.record:q}"
 
 
 if BODIED:
@@ -184,6 +186,7 @@ if WATERLINES:
         output:
             waterline=f"{RESULTS}/runs/{{run}}/waterline.parquet",
             timestack=f"{RESULTS}/runs/{{run}}/waterline.npz",
+            record=f"{RESULTS}/runs/{{run}}/waterline.json",
         log:
             f"{RESULTS}/logs/waterline/{{run}}.log",
         message:
@@ -192,3 +195,4 @@ if WATERLINES:
             "python -m vidtrack waterline --settings {input.order:q} --log {log:q}"
             " --input video {input.video:q} --input profiles {input.profiles:q} --input camera {input.camera:q}"
             " --output waterline {output.waterline:q} --output timestack {output.timestack:q}"
+            " --output record {output.record:q}"
