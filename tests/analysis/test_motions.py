@@ -1,0 +1,95 @@
+"""Motions at named points, against a body that is turned and shifted on paper."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from vidtrack.analysis.motions import basin_axes, mean_rotation, motions_at, statistics, watch_circle
+
+N = 200
+T = np.arange(N) / 20
+
+
+def swaying(roll_deg=0.0, pitch_deg=0.0, yaw_deg=0.0, heave=0.0):
+    """A body whose axes lie askew in the world and which turns about the world's axes."""
+    swing = np.sin(2 * np.pi * T)
+    turn = Rotation.from_euler("ZYX", np.outer(swing, [yaw_deg, pitch_deg, roll_deg]), degrees=True).as_matrix()
+    askew = Rotation.from_euler("ZYX", [30, 5, -3], degrees=True).as_matrix()
+    origin = np.array([4.0, 5.0, 6.0]) + np.outer(heave * swing, [0, 0, 1])
+    return origin, turn @ askew, swing
+
+
+def test_angles_and_heave_come_out_as_put_in_whatever_the_body_s_own_axes():
+    origin, R, swing = swaying(pitch_deg=4.0, heave=2.0)
+    found = motions_at(origin, R, np.zeros((N, 6, 6)), [0, 0, 0], basin_axes("+x", "+z"))
+    assert found.motion[:, 4] == pytest.approx(4.0 * swing, abs=1e-6)
+    assert found.motion[:, 2] == pytest.approx(2.0 * swing, abs=1e-9)
+    assert np.abs(found.motion[:, [0, 1, 3, 5]]).max() < 0.01
+
+
+def test_waves_along_minus_y_turn_a_pitch_about_y_into_a_roll():
+    origin, R, swing = swaying(pitch_deg=4.0)
+    found = motions_at(origin, R, np.zeros((N, 6, 6)), [0, 0, 0], basin_axes("-y", "+z"))
+    assert found.motion[:, 3] == pytest.approx(-4.0 * swing, abs=1e-6)
+    assert np.abs(found.motion[:, 4]).max() < 1e-6
+
+
+def test_up_may_point_along_minus_z():
+    assert basin_axes("+x", "-z") == pytest.approx(np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]]))
+    with pytest.raises(ValueError, match="on one line"):
+        basin_axes("+x", "-x")
+
+
+def test_a_point_on_an_arm_moves_by_the_arm_times_the_turn():
+    origin, R, swing = swaying(pitch_deg=1.0)
+    R = R @ np.linalg.inv(R[0])  # body axes along the world's
+    found = motions_at(origin, R, np.zeros((N, 6, 6)), [10, 0, 0], basin_axes("+x", "+z"))
+    assert found.motion[:, 2] == pytest.approx(-10 * np.sin(np.radians(swing)), abs=1e-9)
+
+
+def test_the_lever_arm_is_in_the_sigma():
+    rng = np.random.default_rng(1)
+    R = Rotation.from_rotvec(rng.normal(0, 1e-3, (N, 3))).as_matrix()
+    covariance = np.zeros((N, 6, 6))
+    covariance[:, [0, 1, 2], [0, 1, 2]] = 1e-6
+    found = motions_at(np.zeros((N, 3)), R, covariance, [30, 0, 0], basin_axes("+x", "+z"))
+    assert found.sigma[:, 1] == pytest.approx(0.03, rel=1e-3)
+    assert np.std(found.motion[:, 1]) == pytest.approx(0.03, rel=0.15)
+    assert np.std(found.motion[:, 4]) == pytest.approx(float(np.mean(found.sigma[:, 4])), rel=0.15)
+
+
+def test_an_unknown_pose_stays_unknown():
+    origin, R, _ = swaying(heave=2.0)
+    R[10] = np.nan
+    origin[10] = np.nan
+    found = motions_at(origin, R, np.zeros((N, 6, 6)), [0, 0, 0], basin_axes("+x", "+z"))
+    assert np.isnan(found.motion[10]).all()
+    assert np.isfinite(np.delete(found.motion, 10, axis=0)).all()
+
+
+def test_the_mean_of_opposite_small_turns_is_no_turn():
+    R = Rotation.from_rotvec([[0.1, 0, 0], [-0.1, 0, 0]]).as_matrix()
+    assert mean_rotation(R) == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_the_interval_of_a_mean_counts_how_long_a_record_lasts():
+    rng = np.random.default_rng(2)
+    inside = 0
+    for _ in range(100):
+        noise = np.convolve(rng.normal(0, 1, 2049), np.ones(50) / 50, "valid")
+        mean = statistics(noise).mean
+        inside += abs(mean.value) < mean.half_width
+    assert 85 <= inside <= 99
+
+
+def test_a_drift_is_the_change_of_the_mean():
+    found = statistics(np.linspace(0, 1, 400) + np.random.default_rng(0).normal(0, 0.01, 400))
+    assert found.drift.value == pytest.approx(0.75, abs=0.01)
+    assert statistics([1.0, 2.0]).n == 2
+    assert np.isnan(statistics([1.0, 2.0]).sd)
+
+
+def test_the_watch_circle_holds_the_farthest_excursion():
+    radius, hull = watch_circle(np.array([[0, 0, 9.0], [3, 4, 9], [1, -1, 9], [0.5, 0.5, 9], [np.nan, 0, 0]]))
+    assert radius == pytest.approx(5)
+    assert len(hull) == 3

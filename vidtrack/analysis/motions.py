@@ -1,0 +1,158 @@
+"""Motions of a floating body as a wave laboratory names them: surge, sway, heave, roll, pitch, yaw at a named point.
+
+A basin's axes are named, never assumed: surge lies along `waves`, heave along `up`, sway completes the right-handed set
+(sway = heave x surge). Angles are those of the turn away from the body's attitude at rest, about these axes, yaw first,
+then pitch, then roll (intrinsic z-y'-x''). The motion of a point that the body carries is
+
+    p(t) = origin(t) + R(t) a
+
+and a small error of the attitude moves it by the lever arm: its covariance is J C J^T with J = [-(R a)x, 1].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vidtrack.analysis.interval import Estimate, t_factor
+from vidtrack.arrays import Array
+from vidtrack.motion.rigid import angles_by_turn, roll_pitch_yaw, unwrapped
+
+DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+AXES = {
+    sign + name: (1.0 if sign == "+" else -1.0) * axis
+    for name, axis in zip("xyz", np.eye(3), strict=True)
+    for sign in "+-"
+}
+"""Directions by name: +x, -x, ..., -z in the world of the survey."""
+
+
+class Motions(NamedTuple):
+    """Six degrees of freedom of one point of a body, about its place and attitude at rest.
+
+    motion   (n, 6)  surge, sway, heave in world units; roll, pitch, yaw in degrees
+    sigma    (n, 6)  their standard deviations
+    rest     (3,)    world units, the point's place at rest, in world axes
+    """
+
+    motion: Array
+    sigma: Array
+    rest: Array
+
+
+class Statistics(NamedTuple):
+    """Of one degree of freedom, over the measured samples: units as given.
+
+    mean has the interval of a correlated record; sd, min, max are of the samples; drift is the change of the mean from
+    the first to the last quarter of the record, with its interval.
+    """
+
+    mean: Estimate
+    sd: float
+    least: float
+    most: float
+    drift: Estimate
+    n: int
+
+
+def basin_axes(waves: str, up: str) -> Array:
+    """Rows (3, 3): the world directions of surge, sway and heave.
+
+    waves, up   one of +x, -x, +y, -y, +z, -z
+    Raises ValueError where the two are not perpendicular.
+    """
+    surge, heave = AXES[waves], AXES[up]
+    if surge @ heave != 0:
+        raise ValueError(f"waves {waves} and up {up} lie on one line")
+    return np.stack([surge, np.cross(heave, surge), heave])
+
+
+def motions_at(
+    origin: ArrayLike,
+    R: ArrayLike,
+    covariance: ArrayLike,
+    point: ArrayLike,
+    axes: Array,
+    *,
+    at_rest: ArrayLike | None = None,
+) -> Motions:
+    """The motions of a point of the body.
+
+    origin      (n, 3)     world units; R (n, 3, 3) body to world; NaN where the pose is unknown
+    covariance  (n, 6, 6)  of small turns about the world axes (rad) and of the origin
+    point       (3,)       in the body's axes, world units
+    axes        (3, 3)     see `basin_axes`
+    at_rest     (n,)       samples in which the body was at rest; default: the mean over all of them
+    """
+    o, r, c = np.asarray(origin, float), np.asarray(R, float), np.asarray(covariance, float)
+    arm = r @ np.asarray(point, float)
+    known = np.isfinite(o).all(-1) & np.isfinite(r).all((-1, -2))
+    rest = known if at_rest is None else known & np.asarray(at_rest, bool)
+    if not rest.any():
+        raise ValueError("the body's pose is known in no sample at rest")
+    place = o + arm
+    rest_place = place[rest].mean(axis=0)
+    relative = axes @ r @ mean_rotation(r[rest]).T @ axes.T
+    angles = roll_pitch_yaw(relative)
+    J = np.zeros((len(o), 3, 6))
+    x, y, z = arm[:, 0], arm[:, 1], arm[:, 2]
+    J[:, 0, 1], J[:, 0, 2] = z, -y
+    J[:, 1, 0], J[:, 1, 2] = -z, x
+    J[:, 2, 0], J[:, 2, 1] = y, -x
+    J[:, [0, 1, 2], [3, 4, 5]] = 1
+    J = axes @ J
+    turn = angles_by_turn(angles) @ axes
+    shift_variance = np.einsum("nij,njk,nik->ni", J, c, J)
+    turn_variance = np.einsum("nij,njk,nik->ni", turn, c[:, :3, :3], turn)
+    motion = np.concatenate([(place - rest_place) @ axes.T, np.degrees(unwrapped(angles))], axis=1)
+    sigma = np.concatenate([np.sqrt(shift_variance), np.degrees(np.sqrt(turn_variance))], axis=1)
+    return Motions(motion, sigma, rest_place)
+
+
+def mean_rotation(R: Array) -> Array:
+    """The rotation (3, 3) nearest to rotations (n, 3, 3) in the least-squares sense."""
+    U, _, Vt = np.linalg.svd(R.mean(axis=0))
+    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+
+
+def statistics(x: ArrayLike) -> Statistics:
+    """Mean, scatter, extremes and drift of a record (n,); NaN is left out."""
+    values = np.asarray(x, float)
+    values = values[np.isfinite(values)]
+    if values.size < 8:
+        nothing = Estimate(float("nan"), float("nan"))
+        return Statistics(nothing, float("nan"), float("nan"), float("nan"), nothing, int(values.size))
+    quarter = values.size // 4
+    first, last = _mean(values[:quarter]), _mean(values[-quarter:])
+    drift = Estimate(last.value - first.value, float(np.hypot(first.half_width, last.half_width)))
+    return Statistics(
+        _mean(values), float(values.std(ddof=1)), float(values.min()), float(values.max()), drift, int(values.size)
+    )
+
+
+def _mean(values: Array) -> Estimate:
+    """The mean, with an interval that counts how long the record stays on one side of it."""
+    n = values.size
+    own = values - values.mean()
+    size = 1 << (2 * n - 1).bit_length()
+    correlation = np.fft.irfft(np.abs(np.fft.rfft(own, size)) ** 2, size)[:n] / max(own @ own, 1e-300)
+    pairs = correlation[1 : 2 * ((n - 1) // 2) + 1].reshape(-1, 2).sum(axis=1)
+    negative = np.flatnonzero(pairs <= 0)  # Geyer (1992): the sum over pairs of lags ends where it turns negative
+    lasting = 1 + 2 * float(pairs[: negative[0] if negative.size else len(pairs)].sum())
+    independent = max(2.0, n / max(1.0, lasting))
+    sd = float(np.sqrt(own @ own / max(1, n - 1)))
+    return Estimate(float(values.mean()), t_factor(independent - 1) * sd / float(np.sqrt(independent)))
+
+
+def watch_circle(motion: ArrayLike) -> tuple[float, Array]:
+    """The largest horizontal distance from rest, and the convex hull (k, 2), of surge and sway (n, >= 2)."""
+    from scipy.spatial import ConvexHull
+
+    plane = np.asarray(motion, float)[:, :2]
+    plane = plane[np.isfinite(plane).all(-1)]
+    if len(plane) < 3 or np.linalg.matrix_rank(plane - plane.mean(axis=0)) < 2:
+        return float(np.hypot(*plane.T).max(initial=0.0)), plane[:0]
+    return float(np.hypot(*plane.T).max()), plane[ConvexHull(plane).vertices]
