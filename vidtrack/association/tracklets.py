@@ -1,0 +1,136 @@
+"""Tracklets: stretches of one camera's samples in which the identity of what is followed is certain.
+
+The track stage writes them, a row a sample, to results/runs/<run>/tracklets/<camera>.parquet. A tracklet ends where
+certainty ends and another one begins afterwards; which of them show one target is decided over all cameras together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools, Ints
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+COLUMNS = (
+    "tracklet",  # its number, from 0, unique in a camera's table; -1: a detection that belongs to no tracklet
+    "frame",  # as in the centroid table, as are field, time_s, Xf, Yf, sd_x, sd_y, pixels and flag
+    "field",
+    "time_s",
+    "Xf",
+    "Yf",
+    "sd_x",
+    "sd_y",
+    "pixels",
+    "brightness",  # mean grey level of its pixels over the background, NaN where it is not known
+    "flag",
+    "began",  # why the tracklet begins with its first row, one of BEGAN; the same in all its rows, as are ended and met
+    "ended",  # why it ends with its last row, one of ENDED
+    "met",  # numbers of the tracklets that took part in the meeting that ended it, with spaces between; else empty
+)
+"""Columns of a table of tracklets, one row a sample in which the target was measured, by tracklet and then by time."""
+
+BEGAN = ("first", "found", "meeting", "lost", "jump", "looks")
+"""first: with the recording; found: at any time later; meeting: it comes out of one; lost: seen again after a gap;
+jump, looks: the one before ended so, one sample earlier."""
+
+ENDED = ("last", "lost", "edge", "meeting", "jump", "looks")
+"""last: with the recording; lost: not seen any more; edge: it left the picture; meeting: it touches another target;
+jump: the next position is not where it can be; looks: size or brightness change as no single target's do."""
+
+LONGEST_GAP = 2
+"""Samples in a row that may be missing inside a tracklet that is made from a centroid table."""
+
+
+class Tracklets(NamedTuple):
+    """The n tracklets of one camera; tracklet k holds rows start[k] to start[k + 1] of the N measured samples."""
+
+    start: Ints  # (n + 1,)
+    sample: Ints  # (N,) index of the moment, rising within a tracklet
+    b: Array  # (N, 2) px
+    sd: Array  # (N, 2) px
+
+    @property
+    def n(self) -> int:
+        """How many tracklets there are."""
+        return len(self.start) - 1
+
+    @property
+    def owner(self) -> Ints:
+        """(N,) the tracklet of each row."""
+        return np.repeat(np.arange(self.n), np.diff(self.start))
+
+    @property
+    def first(self) -> Ints:
+        """(n,) index of the first moment of each tracklet."""
+        return self.sample[self.start[:-1]]
+
+    @property
+    def last(self) -> Ints:
+        """(n,) index of the last moment of each tracklet."""
+        return self.sample[self.start[1:] - 1]
+
+
+def tracklets_of(owner: Sequence[int] | Ints, sample: Ints, b: Array, sd: Array) -> Tracklets:
+    """Tracklets from rows in any order; `owner` (N,) numbers them from 0 without a gap, -1: a row of none."""
+    who = np.asarray(owner, np.intp)
+    order = np.lexsort((sample, who))
+    order = order[who[order] >= 0]
+    counts = np.bincount(who[order]) if order.size else np.zeros(0, np.intp)
+    start = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
+    return Tracklets(start, np.asarray(sample, np.intp)[order], b[order], sd[order])
+
+
+def split_tracks(b: Array, sd: Array, broken: Bools | None = None) -> tuple[Tracklets, Ints]:
+    """Tracklets of tracks b (n, M, 2) px, NaN where lost; and the track (n_tracklets,) that each is a part of.
+
+    sd       (n, M, 2) px
+    broken   (n, M) samples at which a track may have changed over to another target: a tracklet begins there
+    A track is also broken where more than LONGEST_GAP samples in a row are missing.
+    """
+    track, sample = np.nonzero(np.isfinite(b).all(-1))
+    if not track.size:
+        return Tracklets(np.zeros(1, np.intp), sample, np.zeros((0, 2)), np.zeros((0, 2))), track
+    new = np.ones(track.size, bool)
+    new[1:] = (np.diff(track) != 0) | (np.diff(sample) > LONGEST_GAP + 1)
+    if broken is not None:
+        # a change anywhere since the track's last measured sample breaks it there
+        changes = np.cumsum(broken, axis=1)[track, sample]
+        new[1:] |= (np.diff(changes) != 0) & (np.diff(track) == 0)
+    start = np.append(np.flatnonzero(new), track.size).astype(np.intp)
+    return Tracklets(start, sample, b[track, sample], sd[track, sample]), track[start[:-1]]
+
+
+def tracklet_table(centroids: DataFrame) -> DataFrame:
+    """A table of tracklets, COLUMNS, from a centroid table, for recordings that were followed target by target.
+
+    A tracklet ends before a sample that is flagged lost or merged and at gaps; one that follows a flag `recovered`
+    begins anew. Nothing is known of the meetings' other members.
+    """
+    import pandas as pd
+
+    table = centroids.sort_values(["target", "time_s"], kind="stable").reset_index(drop=True)
+    flag = table["flag"].fillna("").astype(str)
+    merged = flag.str.contains("merged").to_numpy(bool)
+    again = flag.str.contains("recovered").to_numpy(bool)
+    seen = np.isfinite(table[["Xf", "Yf"]].to_numpy(float)).all(-1) & ~merged
+    code = pd.factorize(table["target"].astype(str))[0]
+    moment = np.unique(table["time_s"], return_inverse=True)[1].astype(np.intp)
+    rows = np.flatnonzero(seen)
+    other, gap = np.diff(code[rows], prepend=-1) != 0, np.diff(moment[rows], prepend=-1)
+    met = ~other & (np.diff(np.cumsum(merged)[rows], prepend=0) > 0)
+    starts = np.flatnonzero(other | met | (gap > LONGEST_GAP + 1) | (again[rows] & (gap > 1)))
+    ends = np.append(starts[1:], rows.size)[: starts.size] - 1
+    number = np.repeat(np.arange(starts.size), ends - starts + 1)
+    began = np.where(met[starts], "meeting", np.where(other[starts], "found", "lost")).astype(object)
+    began[moment[rows[starts]] == 0] = "first"
+    ended = np.where(np.append(met[starts[1:]], False)[: starts.size], "meeting", "lost").astype(object)
+    ended[moment[rows[ends]] == moment.max(initial=0)] = "last"
+    out = table.iloc[rows].reset_index(drop=True)
+    told = {"tracklet": number, "flag": flag.to_numpy(object)[rows], "began": began[number], "ended": ended[number]}
+    brightness = out["contrast"] if "contrast" in out else np.full(len(out), np.nan)
+    return out.assign(**told, met="", brightness=brightness)[list(COLUMNS)]
