@@ -71,6 +71,7 @@ run_tests() { # a file of tests stays on one worker, with what it has set up
     ruff check .
     ruff format --check --quiet .
     mypy
+    lint-imports
     snakefmt --check Snakefile workflow
     python -m pytest --dist loadfile "$@"
 }

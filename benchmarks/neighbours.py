@@ -23,7 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.discs import disc
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.tracker import Starts, Tracker
+from vidtrack.tracking.state import Starts
+from vidtrack.tracking.tracker import Tracker
 
 NOISE, LEVEL, BLUR = 3.0, 30.0, 0.5
 STEP = 0.2

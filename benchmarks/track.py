@@ -242,8 +242,9 @@ def accuracy(pictures: int) -> None:
     """Errors of every kernel on balls drawn by exact area at random places, px."""
     sys.path.insert(0, str(Path(__file__).parents[1]))
     from tests.discs import windows
-    from vidtrack.tracking.measurement.moments import Windows, components, measure
-    from vidtrack.tracking.measurement.template import Known, glance
+    from vidtrack.tracking.measurement.centroid import measure
+    from vidtrack.tracking.measurement.components import Windows, components
+    from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.sample import Sample
     from vidtrack.tracking.settings import Detection
 
@@ -268,9 +269,9 @@ def accuracy(pictures: int) -> None:
             known = Known(np.tile(size.mean(axis=0), (pictures, 1)), np.full(pictures, np.nanmean(looks.soft)),
                           np.full(pictures, noise), looks.pixels.astype(float), np.full(pictures, 130.0))  # fmt: skip
             offset = np.stack([np.arange(pictures) * side, zero], axis=1)
-            seen = glance([Sample(row, 0.0)], (truth + offset)[None], known, Detection(noise=noise))
+            seen = apply_template([Sample(row, 0.0)], (truth + offset)[None], known, Detection(noise=noise))
             places = {kind: np.stack([c.x, c.y], axis=1) for kind, c in results.items()}
-            places["glance"] = np.where(seen.clear[0, :, None], seen.values[:2, 0].T - offset, np.nan)
+            places["template"] = np.where(seen.clear[0, :, None], seen.values[:2, 0].T - offset, np.nan)
             for kind, place in places.items():
                 error = place - truth
                 rms, bias = np.sqrt(np.nanmean(error**2, axis=0)), np.nanmean(error, axis=0)
@@ -340,8 +341,8 @@ def _exact_pictures(truth: np.ndarray, radius: np.ndarray, contrast: float, nois
 
 def peers(rounds: int) -> None:
     """Centroid time alone on the same pictures, taking turns; errors over the same balls."""
-    from vidtrack.tracking.measurement.template import Known, glance
-    from vidtrack.tracking.measurement.window import look
+    from vidtrack.tracking.measurement.template import Known, apply_template
+    from vidtrack.tracking.measurement.window import segment_windows
     from vidtrack.tracking.sample import Sample
     from vidtrack.tracking.settings import Detection
 
@@ -359,8 +360,8 @@ def peers(rounds: int) -> None:
             detection = Detection(noise=4.0)
             settings = {"size": wide, "pixels": np.full(n, 50.0), "threshold": level, "detection": detection}
             methods: dict[str, partial] = {
-                "vidtrack, moving boxes, as the stage does": partial(glance, samples, expected, known, detection),
-                "vidtrack, moving boxes, a look": partial(look, samples, expected, **settings),
+                "vidtrack, template, as the stage does": partial(apply_template, samples, expected, known, detection),
+                "vidtrack, segmented windows": partial(segment_windows, samples, expected, **settings),
                 "vidtrack, whole picture": partial(_each, partial(find_blobs, threshold=120, noise=4.0), pictures),
                 "cv2.SimpleBlobDetector": partial(_each, _simple, pictures),
                 "skimage regionprops": partial(_each, _regions, pictures),
@@ -372,7 +373,7 @@ def peers(rounds: int) -> None:
                 for name, method in methods.items():
                     seconds_, result[name] = seconds(method)
                     took[name].append(seconds_)
-            mine = statistics.median(took["vidtrack, moving boxes, as the stage does"][1:])
+            mine = statistics.median(took["vidtrack, template, as the stage does"][1:])
             for name, found in result.items():
                 middle = statistics.median(took[name][1:])
                 error = _errors(found, truth)

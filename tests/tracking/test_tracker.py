@@ -7,10 +7,10 @@ import pytest
 from tests.discs import picture
 from vidtrack.tracking.detection.blobs import no_blobs
 from vidtrack.tracking.initialisation import clutter_besides, find_targets
-from vidtrack.tracking.reacquisition import CORRUPT, EDGE, FLAGS, LOST, MERGED, PREDICTED, RECOVERED
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.tracker import Starts, Tracker, present
+from vidtrack.tracking.state import CORRUPT, EDGE, FLAGS, LOST, MERGED, PREDICTED, RECOVERED, Starts, present
+from vidtrack.tracking.tracker import Tracker
 
 SHAPE = (200, 300)
 DETECTION = Detection(noise=2.0)
@@ -80,7 +80,7 @@ def test_long_tracks_keep_the_accuracy_of_the_centroids(radius, least, most):
     assert (rms > least).all()
     assert (rms < most).all()
     assert np.nanmax(np.abs(error)) < 6 * most
-    assert (tracker.looks[5] > 1).all()
+    assert (tracker.state.appearance.soft > 1).all()
 
 
 def test_the_box_is_about_the_target():
@@ -297,5 +297,5 @@ def test_the_first_look_corrects_a_size_that_motion_alone_has_told():
         size=np.array([[9.0, 5.0]]),
     )
     rows, tracker = followed(samples_of(path), rough)
-    assert tracker.looks[4, 0] == pytest.approx(9, abs=1.1)
+    assert tracker.state.appearance.size[1, 0] == pytest.approx(9, abs=1.1)
     assert np.nanmax(np.abs(positions(rows) - path)) < 0.05

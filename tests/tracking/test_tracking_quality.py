@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.reacquisition import FLAGS, LOST, MERGED, PREDICTED
+from vidtrack.tracking.state import FLAGS, LOST, MERGED, PREDICTED
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
 
 

@@ -1,34 +1,34 @@
-"""Targets found without being told: from their motion, or else from their brightness.
+"""Track initialisation: targets found from their motion, or else from their brightness, or in given start boxes.
 
-The first samples of a recording are searched for blobs; blobs that follow each other smoothly make a trail. Trails
-that move are targets before things that stand still; among them the long, bright, compact ones come first. What
+The first samples of a recording are searched for candidates; candidates that follow each other smoothly make a trail.
+Trails that move are targets before things that stand still; among them the long, bright, compact ones come first. What
 stands still and was not chosen is clutter, which the tracker then never takes for a target. The names go from top
 to bottom, then left to right, of where the trails begin: the same every time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.arrays import Array, Ints, Picture
-from vidtrack.tracking.association.assignment import mutual_best
-from vidtrack.tracking.detection.blobs import Blobs, above, above_local_background, no_blobs, rough_blobs
-from vidtrack.tracking.detection.candidates import contrast_of
+from vidtrack.arrays import Array, Picture
+from vidtrack.tracking.detection.blobs import (
+    Blobs,
+    above,
+    above_local_background,
+    in_frame_buffer,
+    no_blobs,
+    rough_blobs,
+)
 from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS
-from vidtrack.tracking.sample import Sample, in_frame_buffer
+from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.trails import SHORTEST, Trail, as_trail, best_together, compactness, link, merit, moves
 
-LEAP = 0.15
-"""# ASSUME: share of the picture's diagonal that a target moves between samples, at most."""
-SHORTEST = 3
-"""Samples that a moving trail must have: fewer could be chance."""
-STIR = 1.5
-"""px that a trail must move in all to count as moving."""
 FIRST = 5
 """Samples in which motion is sought at a time."""
 ENOUGH = 0.9
@@ -37,17 +37,6 @@ COMPACT = 0.45
 """Of 1 for a disc: what is less compact is taken for a target only where it plainly moves."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
-
-
-class Trail(NamedTuple):
-    """Blobs of one thing: sample numbers (m,), positions (m, 2) px, pixels, contrast (m,), sizes (m, 2), fill (m,)."""
-
-    sample: Ints
-    position: Array
-    pixels: Array
-    contrast: Array
-    size: Array
-    fill: Array
 
 
 class Opening(NamedTuple):
@@ -72,48 +61,28 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
         backgrounds = background_of(samples, detection)
         for first in range(0, len(samples) - SHORTEST + 1, FIRST):
             moving = find_movers(samples[first : first + FIRST + 1], backgrounds, detection, n)
-            here = [trail._replace(sample=trail.sample + first) for trail in _together(moving, n, FIRST + 1)]
+            here = [trail._replace(sample=trail.sample + first) for trail in best_together(moving, n, FIRST + 1)]
             trails = here if len(here) > len(trails) else trails
             if len(trails) >= ENOUGH * n:
                 break
-    there = _standing(still, trails)
-    standing = _lasting(there, samples, detection)
-    if len(trails) < n and standing.Xf.size < there.Xf.size:
+    there = _still_besides(still, trails)
+    still = _lasting(there, samples, detection)
+    if len(trails) < n and still.Xf.size < there.Xf.size:
         trails += _slow(samples, trails, detection)[: n - len(trails)]
-        standing = _standing(standing, trails)
+        still = _still_besides(still, trails)
     n_moving = len(trails)
-    trails += _brightest(standing, n - n_moving)
+    trails += _brightest(still, n - n_moving)
     order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
-    return Opening(order, _rest(standing, order), n_moving)
-
-
-def _together(trails: list[Trail], n: int, samples: int) -> list[Trail]:
-    """The n best that were all in view at some time pair by pair, so that pieces of one broken trail count once, and
-    that never were in one place.
-    """
-    chosen: list[Trail] = []
-    latest_begin, earliest_end = -1, 1 << 60
-    places = np.full((2, samples, len(trails)), np.nan)
-    for trail in trails:
-        first, last = int(trail.sample[0]), int(trail.sample[-1])
-        if len(chosen) == n or first > earliest_end or latest_begin > last:
-            continue
-        near = np.abs(places[:, trail.sample, : len(chosen)] - trail.position.T[:, :, None]) < trail.size.max() / 2 + 2
-        if (near[0] & near[1]).any():
-            continue
-        places[:, trail.sample, len(chosen)] = trail.position.T
-        chosen.append(trail)
-        latest_begin, earliest_end = max(latest_begin, first), min(earliest_end, last)
-    return chosen
+    return Opening(order, _rest(still, order), n_moving)
 
 
 def find_movers(
-    samples: Sequence[Sample], backgrounds: dict[int, NDArray[Any]], detection: Detection, n: int
+    samples: Sequence[Sample], backgrounds: Mapping[int, NDArray[Any]], detection: Detection, n: int
 ) -> list[Trail]:
     """Trails that move over a background known before; best first where there are more than n."""
     trails = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
-    moving = [trail for trail in trails if _moves(trail)]
-    return moving if len(moving) <= n else sorted(moving, key=_merit, reverse=True)
+    moving = [trail for trail in trails if moves(trail)]
+    return moving if len(moving) <= n else sorted(moving, key=merit, reverse=True)
 
 
 def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detection) -> list[Trail]:
@@ -125,28 +94,28 @@ def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detecti
     others = [
         trail
         for trail in trails
-        if _moves(trail)
-        and _compact(trail) > COMPACT
+        if moves(trail)
+        and compactness(trail) > COMPACT
         and not any(
             (np.hypot(*(places[j] - at).T) < 3).any() for j, at in zip(trail.sample, trail.position, strict=True)
         )
     ]
-    seen = {j for j, place in enumerate(places) if len(place)}  # of any other sample nobody knows whose blob it is
+    seen = {j for j, place in enumerate(places) if len(place)}  # in any other sample it is not known whose blob it is
     others = [trail for trail in others if not seen or seen & set(trail.sample.tolist())]
-    return _together(sorted(others, key=_merit, reverse=True), len(others), len(samples))
+    return best_together(sorted(others, key=merit, reverse=True), len(others), len(samples))
 
 
-def _lasting(standing: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:
+def _lasting(still: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:
     """Those of the blobs that are still there in the last sample of the same kind."""
-    if not standing.Xf.size:
-        return standing
+    if not still.Xf.size:
+        return still
     last = next(sample for sample in reversed(samples) if sample.parity == samples[0].parity)
     late = _blobs_above(last, last.luma, detection, None)
-    if not standing.Xf.size or not late.Xf.size:
-        return standing if last is samples[0] else no_blobs()
-    near = np.hypot(standing.Xf[:, None] - late.Xf, standing.Yf[:, None] - late.Yf) < 1.5
-    alike = np.abs(np.log(standing.pixels[:, None] / late.pixels)) < 0.4
-    return Blobs._make(column[(near & alike).any(axis=1)] for column in standing)
+    if not still.Xf.size or not late.Xf.size:
+        return still if last is samples[0] else no_blobs()
+    near = np.hypot(still.Xf[:, None] - late.Xf, still.Yf[:, None] - late.Yf) < 1.5
+    alike = np.abs(np.log(still.pixels[:, None] / late.pixels)) < 0.4
+    return Blobs._make(column[(near & alike).any(axis=1)] for column in still)
 
 
 def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detection: Detection) -> Blobs:
@@ -176,90 +145,6 @@ def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, 
     return pictures
 
 
-def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
-    """Blobs of consecutive samples joined to trails: nearest to where the trail heads, alike in size and contrast."""
-    rows, columns = samples[0].luma.shape
-    leap = LEAP * float(np.hypot(rows * samples[0].lines, columns))
-    trails: list[list[tuple[int, int]]] = []
-    alive: list[int] = []
-    ends = np.zeros((0, 8))  # x, y, log pixels, log contrast and time of the last blob; x, y and time of the one before
-    for j, blobs in enumerate(found):
-        looks = np.stack([blobs.Xf, blobs.Yf, np.log(blobs.pixels), np.log(contrast_of(blobs))], axis=1)
-        chosen = mutual_best(_link_costs(ends, looks, samples[j].time, leap))
-        goes_on = np.flatnonzero(chosen >= 0)
-        for row in goes_on.tolist():
-            trails[alive[row]].append((j, int(chosen[row])))
-        new = np.setdiff1d(np.arange(len(looks)), chosen)
-        waits = np.flatnonzero((chosen < 0) & (ends[:, 4] >= samples[j - 1].time if j else False))
-        now = np.full((len(looks), 1), samples[j].time)
-        joined = np.hstack([looks[chosen[goes_on]], now[: goes_on.size], ends[goes_on][:, [0, 1, 4]]])
-        begun = np.hstack([looks[new], now[: new.size], np.full((new.size, 3), np.nan)])
-        alive = [alive[row] for row in (*goes_on, *waits)] + list(range(len(trails), len(trails) + new.size))
-        ends = np.concatenate([joined, ends[waits], begun])
-        trails += [[(j, b)] for b in new.tolist()]
-    return _trails([trail for trail in trails if len(trail) > 1], found)
-
-
-def _link_costs(ends: Array, looks: Array, time: float, leap: float) -> Array:
-    """Cost of every blob (looks) as the next of every trail (ends), (n, m); inf where it cannot be."""
-    wait = time - ends[:, 4]
-    velocity = (ends[:, :2] - ends[:, 5:7]) / (ends[:, 4] - ends[:, 7])[:, None]
-    known = np.isfinite(velocity[:, 0])
-    velocity = np.where(known[:, None], velocity, 0.0)
-    gate = np.where(known, np.minimum(leap, 10 + 0.6 * np.hypot(*velocity.T)), leap) * wait
-    expected = ends[:, :2] + velocity * wait[:, None]
-    off = np.hypot(looks[:, 0] - expected[:, :1], looks[:, 1] - expected[:, 1:]) / gate[:, None]
-    size, light = (np.abs(looks[:, i] - ends[:, i : i + 1]) for i in (2, 3))
-    cost: Array = np.where((off < 1) & (size < 0.7) & (light < 0.5), off + size + light, np.inf)
-    return cost
-
-
-def _trails(linked: list[list[tuple[int, int]]], found: Sequence[Blobs]) -> list[Trail]:
-    """Trails of the blobs (sample, blob) that were linked."""
-    if not linked:
-        return []
-    sample, blob = np.array([one for trail in linked for one in trail], np.intp).T
-    first = np.cumsum([0, *(len(blobs.Xf) for blobs in found)])
-    at = first[sample] + blob
-    whole = _as_trail(sample, Blobs._make(np.concatenate(column)[at] for column in zip(*found, strict=True)))
-    ends = np.cumsum([len(trail) for trail in linked])[:-1]
-    return [Trail._make(parts) for parts in zip(*(np.split(column, ends) for column in whole), strict=True)]
-
-
-def _as_trail(sample: Ints, b: Blobs) -> Trail:
-    size = np.stack([b.width, b.height], axis=1).astype(float)
-    return Trail(
-        sample,
-        np.stack([b.Xf, b.Yf], axis=1),
-        b.pixels.astype(float),
-        contrast_of(b),
-        size,
-        b.pixels / size.prod(axis=1),
-    )
-
-
-def _moves(trail: Trail) -> bool:
-    return len(trail.sample) >= SHORTEST and float(np.ptp(trail.position, axis=0).max()) > STIR
-
-
-def _merit(trail: Trail) -> float:
-    """Length times contrast times compactness, less for what changes its size or jerks."""
-    length = np.log1p(len(trail.sample))
-    steady = 1 / (1 + 4 * float(np.std(np.log(trail.pixels))))
-    bend = np.diff(trail.position, n=2, axis=0)
-    jerk = float(np.median(np.abs(np.diff(bend, axis=0)))) if len(bend) > 1 else 0.0
-    smooth = 1 / (1 + jerk / 3)
-    return float(length * np.median(trail.contrast) * _compact(trail) * steady * smooth)
-
-
-def _compact(trail: Trail) -> float:
-    """1 for a disc or square; falls with elongation and with holes and arms (a disc fills 0.785 of its box)."""
-    w, h = np.median(trail.size, axis=0)
-    shape = float(min(w, h) / max(w, h))
-    fill = min(1.0, float(np.median(trail.fill)) / 0.65)
-    return shape * fill * fill
-
-
 def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
     """Blobs that stand out of the background picture."""
     over = cv2.subtract(detection.bright(sample.luma), background)
@@ -286,7 +171,7 @@ def _blobs_above(sample: Sample, picture: Picture, detection: Detection, level: 
     return in_frame_buffer(Blobs._make(column[good] for column in found), sample)
 
 
-def _standing(found: Blobs, movers: list[Trail]) -> Blobs:
+def _still_besides(found: Blobs, movers: list[Trail]) -> Blobs:
     """Blobs of the first sample that no moving trail has there."""
     here = [trail.position[0] for trail in movers if trail.sample[0] == 0]
     if not here or not found.Xf.size:
@@ -296,22 +181,20 @@ def _standing(found: Blobs, movers: list[Trail]) -> Blobs:
     return Blobs._make(column[~same.any(axis=1)] for column in found)
 
 
-def _brightest(standing: Blobs, n: int) -> list[Trail]:
+def _brightest(still: Blobs, n: int) -> list[Trail]:
     """The n compact blobs of greatest contrast and size among those that stand still."""
-    if n <= 0 or not standing.Xf.size:
+    if n <= 0 or not still.Xf.size:
         return []
-    each = [
-        _as_trail(np.zeros(1, np.intp), Blobs._make(c[i : i + 1] for c in standing)) for i in range(len(standing.Xf))
-    ]
-    compact = [trail for trail in each if _compact(trail) > COMPACT]
-    return sorted(compact, key=lambda t: float(t.contrast[0] * np.sqrt(t.pixels[0])) * _compact(t), reverse=True)[:n]
+    each = [as_trail(np.zeros(1, np.intp), Blobs._make(c[i : i + 1] for c in still)) for i in range(len(still.Xf))]
+    compact = [trail for trail in each if compactness(trail) > COMPACT]
+    return sorted(compact, key=lambda t: float(t.contrast[0] * np.sqrt(t.pixels[0])) * compactness(t), reverse=True)[:n]
 
 
-def _rest(standing: Blobs, chosen: list[Trail]) -> Blobs:
+def _rest(still: Blobs, chosen: list[Trail]) -> Blobs:
     """What stands still and is not among the chosen."""
-    if not standing.Xf.size:
+    if not still.Xf.size:
         return no_blobs()
-    kept = np.ones(standing.Xf.size, bool)
+    kept = np.ones(still.Xf.size, bool)
     for trail in chosen:
-        kept &= np.hypot(standing.Xf - trail.position[0, 0], standing.Yf - trail.position[0, 1]) > 3
-    return Blobs._make(column[kept] for column in standing)
+        kept &= np.hypot(still.Xf - trail.position[0, 0], still.Yf - trail.position[0, 1]) > 3
+    return Blobs._make(column[kept] for column in still)

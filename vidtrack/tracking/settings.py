@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from vidtrack.arrays import Picture
-from vidtrack.tracking.measurement.moments import Kind
+
+Kind = Literal["weighted", "binary", "ellipse"]
+"""Of centroid: see `measurement.centroid.measure`."""
 
 
 @dataclass(frozen=True)

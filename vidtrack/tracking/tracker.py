@@ -1,14 +1,15 @@
 """Targets followed from sample to sample by moving box masks.
 
 Most samples are read several at a time: where each target should be in the next few is predicted, all windows are
-measured in one go (`look`), and the samples are taken up to the first in which some target is not plainly itself.
-That one is looked at again from the latest positions; what is still not plain gets a wider search (`Recovery`).
+measured at once (`measure_targets`), and the samples are accepted up to the first in which some target is not clear.
+That one is measured again from the latest positions; what is still not clear gets a wider search (`Reacquisition`).
 What is not found stays missing: a prediction moves the box, and never becomes a position.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import cv2
@@ -16,94 +17,79 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.occlusion import Meetings, recent, separate, touched
+from vidtrack.tracking.association.occlusion import cleared, recent, touched
 from vidtrack.tracking.association.prediction import predict
 from vidtrack.tracking.detection.blobs import Blobs
-from vidtrack.tracking.detection.static_clutter import Standing
-from vidtrack.tracking.detection.threshold import SIGMAS
-from vidtrack.tracking.measurement.dispatch import watch
-from vidtrack.tracking.measurement.window import (
-    BACKGROUND,
-    CONTRAST,
-    HEIGHT,
-    PIXELS,
-    PLATEAU,
-    ROOM,
-    SOFT,
-    UNREST,
-    WIDTH,
-    Seen,
-    X,
-)
-from vidtrack.tracking.reacquisition import CORRUPT, LOST, PREDICTED, SATURATED, Recovery
+from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.detection.target_threshold import target_levels
+from vidtrack.tracking.measurement.dispatch import measure_targets
+from vidtrack.tracking.measurement.window import ROOM, Seen
+from vidtrack.tracking.reacquisition import Reacquisition, Scene, Searched
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-
-HALF = 0.54
-"""Of the mean of a target's pixels, where its threshold is: half of its peak, as those on the rim are dimmer."""
-LEAST = 4.5
-"""Sigmas from the background to a target's threshold, at least."""
-REACH = 8
-"""Samples read at once, at most."""
-CACHED = 140_000
-"""Pixels measured at once, about: more no longer fit the processor's caches."""
-GLANCED = 0.3
-"""Share of a look's memory that a glance needs."""
-MEMORY = 8
-"""Last samples that a prediction rests on."""
-PATIENCE = 10
-"""Samples that a lost target is sought in every one of; then in every REACH-th."""
-CAREFUL = 4
-"""Every so many readings the unrest of the background is measured as well."""
-FOLLOW = 0.2
-"""Share by which the looks of a target (size, contrast, background) follow each new reading."""
-MEASURED = 8
-"""Values of `look` that go into the rows: X to BACKGROUND."""
+from vidtrack.tracking.state import (
+    CORRUPT,
+    LOST,
+    MEASURED,
+    PREDICTED,
+    RECOVERED,
+    SATURATED,
+    Rows,
+    Starts,
+    TargetState,
+    X,
+    Y,
+)
 
 
-_LOOKS = [row - PIXELS for row in (PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU)]
+@dataclass(frozen=True)
+class Pace:
+    """How many samples and pixels are measured at once.
 
-
-class Starts(NamedTuple):
-    """Where targets begin, (n,) or (n, 2): frame-buffer px, px a sample, grey levels.
-
-    position, velocity (px a sample), acceleration (px a sample^2)  at sample `first`; NaN: not known
-    box                 width and height of its mask
-    pixels, contrast, background, size (width and height of the target in its sample's own rows)
-                        its looks; NaN where nobody has seen it yet: it is then sought in its box
+    samples_at_once   at most
+    pixels_at_once    about: more no longer fit the processor's caches
+    template_share    share of a segmented window's memory that a template needs
+    patience          samples that a lost target is sought in every one of; then in every samples_at_once-th
+    careful_every     every so many readings the unrest of the background is measured as well
     """
 
-    position: Array
-    velocity: Array
-    acceleration: Array
-    box: Array
-    first: Ints
-    pixels: Array
-    contrast: Array
-    background: Array
-    size: Array
+    samples_at_once: int = 8
+    pixels_at_once: int = 140_000
+    template_share: float = 0.3
+    patience: int = 10
+    careful_every: int = 4
 
 
-class Rows(NamedTuple):
-    """What was measured.
+PACE = Pace()
 
-    values  (8, samples, n): rows X to BACKGROUND of `look`, NaN where nothing was measured
-    corner  (samples, n, 2) px, left and top of the box; flag (samples, n) bits of FLAGS; total_pixels (samples,)
-    """
 
-    values: Array
-    corner: Array
-    flag: NDArray[np.int64]
-    total_pixels: Array
+@dataclass(frozen=True)
+class Crops:
+    """How many pieces of pictures are kept to show the worst moments: in all, and of each target."""
+
+    in_all: int = 12
+    of_each: int = 3
+
+
+CROPS = Crops()
+
+
+class Crop(NamedTuple):
+    """A piece of a picture at a bad moment: (rows, columns) of the sample, its number, the target and the flag."""
+
+    sample: int
+    target: int
+    flag: int
+    picture: NDArray[np.uint8]
 
 
 class Tracker:
     """Follows n targets through the samples given to `follow`, in order; `rows` is what it measured.
 
-    level     grey level (of pictures turned bright) above which total_pixels counts
-    clutter   blobs that stand still and are no target (a metre stick, a lamp): they never become one
-    standing  all that stands about: no target is measured while it touches that
-    far       whether lost targets are sought in the whole picture
+    level    grey level (of pictures turned bright) above which total_pixels counts
+    clutter  blobs that stand still and are no target (a metre stick, a lamp): they never become one
+    static   all that stands about: no target is measured while it touches that
+    far      whether lost targets are sought in the whole picture
     """
 
     def __init__(
@@ -113,76 +99,53 @@ class Tracker:
         level: float,
         *,
         clutter: Blobs | None = None,
-        standing: Standing | None = None,
+        static: StaticClutter | None = None,
         far: bool = True,
     ) -> None:
-        n = len(starts.first)
-        self.detection, self.level, self.starts = detection, level, starts
-        self.clutter = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
-        self.standing = standing
-        unknown = np.full((2, n), np.nan)  # in the order of _LOOKS
-        self.looks = np.stack(
-            [starts.pixels, starts.contrast, starts.background, *starts.size.T, *unknown, starts.contrast]
-        )
-        self.missing = np.full(n, -1)  # samples since the target was seen; -1: not begun
-        self.times = np.arange(-MEMORY, 0.0)
-        self.known = np.full((MEMORY, n, 2), np.nan)
-        self.meetings = Meetings(n)
-        self.recovery = Recovery(self, far=far)
-        self.done, self.reach = 0, 1
-        self.waiting: list[Sample] = []
+        self.starts, self.state = starts, TargetState.before(starts)
+        places = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
+        self.scene = Scene(detection, level, places, static)
+        self.search = Reacquisition(self.scene, len(starts.first), far=far)
+        self.crops: list[Crop] = []
+        self._done, self._reach = 0, 1
+        self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
         self._window_pixels = 1e5
         self._marked: NDArray[Any] | None = None
-        self.blocks: list[Rows] = []
-        self._spans: list[Array] = []  # times of the blocks
+        self._blocks: list[Rows] = []
+        self._times: list[Array] = []  # of the blocks
 
     def follow(self, samples: Sequence[Sample]) -> None:
         """Go on through these samples; the last few may wait for more to come, or for `finish`."""
-        if not self.blocks and not self.waiting and samples:
-            self.times = self.times + samples[0].time
-        self.waiting += samples
+        if not self._blocks and not self._waiting and samples:
+            self.state = replace(self.state, times=self.state.times + samples[0].time)
+        self._waiting += samples
         self._totals += [self._count(sample) for sample in samples]
         at = 0
-        while len(self.waiting) - at >= REACH:
-            at += self._step(self.waiting[at : at + REACH])
-        del self.waiting[:at]
+        while len(self._waiting) - at >= PACE.samples_at_once:
+            at += self._step(self._waiting[at : at + PACE.samples_at_once])
+        del self._waiting[:at]
 
     def finish(self) -> None:
         """Go through the samples that still wait."""
-        while self.waiting:
-            del self.waiting[: self._step(self.waiting[:REACH])]
+        while self._waiting:
+            del self._waiting[: self._step(self._waiting[: PACE.samples_at_once])]
 
     def rows(self) -> Rows:
         """Everything measured so far."""
-        n = len(self.missing)
-        if not self.blocks:
+        n = len(self.state.missing)
+        if not self._blocks:
             return Rows(np.zeros((MEASURED, 0, n)), np.zeros((0, n, 2)), np.zeros((0, n), np.int64), np.zeros(0))
-        values = np.concatenate([block.values for block in self.blocks], axis=1)
-        return Rows._make([values, *(np.concatenate(column) for column in list(zip(*self.blocks, strict=True))[1:])])
-
-    def last_positions(self, k: int) -> Array:
-        """Positions (k, n, 2) px in the last k samples, at most as many as the memory holds."""
-        return self.known[-k:]
+        values = np.concatenate([block.values for block in self._blocks], axis=1)
+        return Rows._make([values, *(np.concatenate(column) for column in list(zip(*self._blocks, strict=True))[1:])])
 
     def begin(self, target: int, positions: Array, times: Array, looks: Sequence[float]) -> None:
-        """Begin a target that nobody had seen before, from where it was at `times` (m,): positions (m, 2) px.
-
-        looks  pixels, contrast, background, width, height
-        """
-        self.looks[:, target] = [*looks, np.nan, np.nan, looks[1]]
-        for time, where in zip(times, positions, strict=True):
-            self.known[np.abs(self.times - time) < 1e-6, target] = where
-        self.missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
+        """Begin a target that had not been seen before, as `TargetState.begun`."""
+        self.state = self.state.begun(target, positions, times, looks)
 
     def levels(self, who: Ints) -> Array:
         """Thresholds, grey levels of pictures turned bright: half-way up each target, or the user's."""
-        if self.detection.level is not None:
-            return np.full(who.size, self.detection.level)
-        background, plateau = self.looks[[2, 7]][:, who]
-        level = background + np.maximum(HALF * plateau, LEAST * self.detection.noise)
-        # a dim target falls to pieces at the level for lone pixels; enough side by side are no chance at a lower one
-        return np.where(np.isfinite(level), level, self.level - (SIGMAS - LEAST) * self.detection.noise)
+        return target_levels(self.state.appearance.of(who), self.scene.detection, self.scene.level)
 
     def _step(self, samples: Sequence[Sample]) -> int:
         """Take in one or more of the samples; returns how many."""
@@ -194,109 +157,128 @@ class Tracker:
             return 1
         times = np.array([sample.time for sample in samples[:k]])
         predicted = self._predicted(times)
-        sharp = np.flatnonzero(self.missing == 0)
+        clear_in_last = np.flatnonzero(self.state.missing == 0)
         clear, taken = np.zeros((k, 0), bool), k
         block = self._blank(samples[:k], predicted)
-        if sharp.size:
-            seen = watch(
-                samples[:k],
-                predicted[:, sharp],
-                looks=self.looks[:, sharp],
-                threshold=self.levels(sharp),
-                detection=self.detection,
-                careful=len(self.blocks) % CAREFUL == 0,
-            )
-            clear = self._not_clutter(seen)
-            if self.standing is not None:
-                clear = clear & ~self.standing.touched(samples[:k], *seen.values[:2], *self.looks[3:5, sharp])
-            if self.missing.size > 1:
-                self._separate(clear, sharp, seen, predicted, samples[0].lines)
+        if clear_in_last.size:
+            seen, clear = self._measured(samples[:k], predicted, clear_in_last)
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
-            self._take(block, sharp, seen, clear, taken)
-            width, height, soft = self.looks[3:6, sharp] + 2 * ROOM
-            glanced = np.isfinite(soft) if self.detection.centroid == "weighted" else np.zeros(sharp.size, bool)
-            self._window_pixels = float((width * height * np.where(glanced, GLANCED, 1.0)).sum())
-        self._remember(block, times, taken)
-        blurred = sharp[~clear[taken - 1]]
-        self.missing[self.missing > 0] += taken
-        self.missing[blurred] = 1
-        if blurred.size and self.missing.size > 1:
-            self._meet(blurred, predicted[taken - 1], samples[taken - 1])
-        due = (self.missing > 0) & ((self.missing <= PATIENCE) | (self.missing % REACH == 0) | self.meetings.met)
-        if due.any():
-            self.recovery.seek(samples[taken - 1], np.flatnonzero(due), predicted[taken - 1], block, taken - 1)
-        self.reach = min(REACH, self.reach + 1) if taken == k and not blurred.size else taken
+            block = self._accept(block, clear_in_last, seen, clear, taken)
+            self._window_pixels = self._pixels_of(clear_in_last)
+        fresh = block.values[:2, :taken].transpose(1, 2, 0)
+        lost_now = clear_in_last[~clear[taken - 1]]
+        self.state = self.state.remembering(times[:taken], fresh, self.starts.position).missed(lost_now, taken)
+        expected = predicted[taken - 1]
+        if lost_now.size and self.state.missing.size > 1:
+            expected = self._with_occlusions(lost_now, expected, samples[taken - 1])
+        missing = self.state.missing
+        often = (missing <= PACE.patience) | (missing % PACE.samples_at_once == 0) | self.search.occlusions.met
+        if (due := np.flatnonzero((missing > 0) & often)).size:
+            self._seek(block, samples[taken - 1], due, expected, taken - 1)
+        self._reach = min(PACE.samples_at_once, self._reach + 1) if taken == k and not lost_now.size else taken
         block.total_pixels[:taken] = self._totals[:taken]
         del self._totals[:taken]
-        self.blocks.append(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]))
-        self._spans.append(times[:taken])
-        self.done += taken
+        self._blocks.append(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]))
+        self._times.append(times[:taken])
+        self._done += taken
         return taken
 
     def _start(self, time: float) -> None:
-        """Begin the targets whose first sample this is, as if they had been seen on their way there."""
-        who = np.flatnonzero((self.missing < 0) & (self.starts.first <= self.done))
-        if not who.size:
-            return
-        position = self.starts.position[who]
-        v, a = np.nan_to_num(self.starts.velocity[who]), np.nan_to_num(self.starts.acceleration[who])
-        t = self.times[-3:, None, None] - time
-        moving = np.isfinite(self.starts.velocity[who, 0])
-        self.known[-3:, who[moving]] = (position + t * v + t * t * a / 2)[:, moving]
-        self.known[-1, who[~moving]] = position[~moving]
-        self.missing[who] = np.where(np.isfinite(self.looks[0, who]), 0, 1)
+        """Begin the targets whose first sample this is."""
+        who = np.flatnonzero((self.state.missing < 0) & (self.starts.first <= self._done))
+        if who.size:
+            self.state = self.state.started(who, self.starts, time)
 
     def _how_many(self) -> int:
         """As many samples as went well lately, but not past one in which something is to be sought or begun."""
-        k = max(1, min(self.reach, int(CACHED / max(self._window_pixels, 1.0))))
-        lost = self.missing[self.missing > 0]
+        missing, every = self.state.missing, PACE.samples_at_once
+        k = max(1, min(self._reach, int(PACE.pixels_at_once / max(self._window_pixels, 1.0))))
+        lost = missing[missing > 0]
         if lost.size:
-            k = 1 if self.meetings.met.any() else min(k, int(np.where(lost < PATIENCE, 1, REACH - lost % REACH).min()))
-        later = self.starts.first[(self.missing < 0)] - self.done
+            due = np.where(lost < PACE.patience, 1, every - lost % every)
+            k = 1 if self.search.occlusions.met.any() else min(k, int(due.min()))
+        later = self.starts.first[missing < 0] - self._done
         return max(1, min(k, int(later.min()) if later.size else k))
 
     def _predicted(self, times: Array) -> Array:
-        where = predict(self.times, self.known, times)
+        where = predict(self.state.times, self.state.positions, times)
         where = np.where(np.isfinite(where), where, self.starts.position)
-        if self.meetings.met.any():
-            who = np.flatnonzero(self.meetings.met)
-            where[:, who] = self.meetings.at(who, times)
+        if (who := np.flatnonzero(self.search.occlusions.met)).size:
+            where[:, who] = self.search.occlusions.at(who, times)
         return where
 
-    def sizes(self, who: Ints, lines: int) -> Array:
-        """Width and height (len(who), 2), frame-buffer px."""
-        return np.asarray(self.looks[3:5, who].T * (1, lines))
+    def _measured(self, samples: Sequence[Sample], predicted: Array, who: Ints) -> tuple[Seen, Bools]:
+        """What targets show where they are predicted (k, n, 2), and where they are clear (k, m): whole, alone, and
+        none of what stands still.
+        """
+        appearance = self.state.appearance.of(who)
+        seen = measure_targets(
+            samples,
+            predicted[:, who],
+            appearance=appearance,
+            threshold=self.levels(who),
+            detection=self.scene.detection,
+            careful=len(self._blocks) % PACE.careful_every == 0,
+        )
+        clear, at = seen.clear, seen.values[[X, Y]]
+        if self.scene.clutter.size:
+            near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5
+            clear = clear & ~near.all(axis=0).any(axis=-1)
+        if self.scene.static is not None:
+            clear = clear & ~self.scene.static.touched(samples, *at, *appearance.size)
+        if self.state.missing.size > 1:
+            met = np.flatnonzero(self.search.occlusions.met)
+            every = np.concatenate([who, met])
+            clear = np.concatenate([clear, np.zeros((len(clear), met.size), bool)], axis=1)
+            where = predicted[:, every]
+            where[:, : who.size] = np.where(clear[:, : who.size, None], at.transpose(1, 2, 0), where[:, : who.size])
+            clear = cleared(clear, where, self.state.sizes(samples[0].lines, every))[:, : who.size]
+        return seen, clear
 
-    def _separate(self, clear: Bools, sharp: Ints, seen: Seen, predicted: Array, lines: int) -> None:
-        """Targets of which one may hide the other are not clear: `clear` (k, sharp) is changed."""
-        met = np.flatnonzero(self.meetings.met)
-        who = np.concatenate([sharp, met])
-        whole = np.concatenate([clear, np.zeros((len(clear), met.size), bool)], axis=1)
-        where = predicted[:, who]
-        where[:, : sharp.size] = np.where(clear[..., None], seen.values[:2].transpose(1, 2, 0), where[:, : sharp.size])
-        separate(whole, where, self.sizes(who, lines))
-        clear[:] = whole[:, : sharp.size]
+    def _pixels_of(self, who: Ints) -> float:
+        """Pixels of the windows that the targets take, those of templates at their share."""
+        appearance = self.state.appearance.of(who)
+        width, height = appearance.size + 2 * ROOM
+        by_template = np.isfinite(appearance.soft) & (self.scene.detection.centroid == "weighted")
+        return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 
-    def _meet(self, blurred: Ints, predicted: Array, sample: Sample) -> None:
-        """Those of the targets lost just now that touch another one that is lost have met it."""
-        lost = np.flatnonzero((self.missing > 0) & ((self.missing <= PATIENCE) | self.meetings.met))
-        size = self.sizes(lost, sample.lines)
-        together = lost[touched(predicted[lost], size)]
-        if not np.isin(blurred, together).any():
-            return
-        times, positions = recent(self._spans, [block.values[:2] for block in self.blocks])
-        if times.size:
-            self.meetings.begin(together, times, positions, self.sizes(np.arange(self.missing.size), sample.lines) / 2)
-            met = together[self.meetings.met[together]]
-            predicted[met] = self.meetings.at(met, np.array([sample.time]))[0]
+    def _with_occlusions(self, lost_now: Ints, predicted: Array, sample: Sample) -> Array:
+        """Predictions (n, 2), those of targets lost just now that touch another lost one by their courses: they have
+        met it.
+        """
+        missing, occlusions = self.state.missing, self.search.occlusions
+        lost = np.flatnonzero((missing > 0) & ((missing <= PACE.patience) | occlusions.met))
+        together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
+        if not np.isin(lost_now, together).any():
+            return predicted
+        times, positions = recent(self._times, [block.values[:2] for block in self._blocks])
+        if not times.size:
+            return predicted
+        occlusions.begin(together, times, positions, self.state.sizes(sample.lines) / 2)
+        met = together[occlusions.met[together]]
+        where = predicted.copy()
+        where[met] = occlusions.at(met, np.array([sample.time]))[0]
+        return where
+
+    def _seek(self, block: Rows, sample: Sample, who: Ints, predicted: Array, j: int) -> None:
+        """Seek targets in a sample that is row j of the block, which takes what is found."""
+        before = self.state.missing
+        now = self.search.seek(Searched(self.state, block.values[:, j], block.flag[j]), sample, who, predicted)
+        self.state = now.state
+        found = who[np.isfinite(now.values[X, who])]
+        block.values[:, j], block.flag[j] = now.values, now.flag
+        block.corner[j, found] = now.values[[X, Y]][:, found].T - self.state.box[found] / 2
+        telling = (now.flag[who] & RECOVERED > 0) | (~np.isfinite(now.values[X, who]) & (before[who] == 1))
+        for i in who[telling].tolist():
+            self._crop(sample, i, block, j)
 
     def _blank(self, samples: Sequence[Sample], predicted: Array) -> Rows:
         """Rows in which every target is lost, its box where it is expected."""
         k, n = predicted.shape[:2]
         flag = np.full((k, n), LOST | PREDICTED, np.int64)
-        corner = predicted - self.starts.box / 2
-        unborn = self.missing < 0
+        corner = predicted - self.state.box / 2
+        unborn = self.state.missing < 0
         if unborn.any():
             flag[:, unborn] = LOST
             corner[:, unborn] = np.nan
@@ -305,74 +287,55 @@ class Tracker:
     def _count(self, sample: Sample) -> int:
         """Pixels of a whole sample on the targets' side of the threshold.
 
-        Done as a sample comes: whoever cuts windows from it soon finds it in the processor's caches.
+        Done as a sample comes: its windows are then cut from the processor's caches.
         """
-        level, kind = self.level / self.detection.scale, cv2.THRESH_BINARY
-        if self.detection.dark:  # BINARY_INV keeps what is not above: a dark pixel lies below the level
-            level, kind = float(np.ceil(self.detection.full - level)) - 1, cv2.THRESH_BINARY_INV
+        detection = self.scene.detection
+        level, kind = self.scene.level / detection.scale, cv2.THRESH_BINARY
+        if detection.dark:  # BINARY_INV keeps what is not above: a dark pixel lies below the level
+            level, kind = float(np.ceil(detection.full - level)) - 1, cv2.THRESH_BINARY_INV
         luma = sample.luma
         if self._marked is None or self._marked.shape != luma.shape or self._marked.dtype != luma.dtype:
             self._marked = np.empty(luma.shape, luma.dtype)
         cv2.threshold(luma, level, 1, kind, dst=self._marked)
         return cv2.countNonZero(self._marked)
 
-    def _not_clutter(self, seen: Seen) -> Bools:
-        """Clear, and not one of the things that stood still from the beginning."""
-        if not self.clutter.size:
-            return seen.clear
-        near = np.abs(seen.values[:2, ..., None] - self.clutter[:, None, None]) < 1.5
-        return np.asarray(seen.clear & ~near.all(axis=0).any(axis=-1))
-
-    def _take(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> None:
-        """Write what was plainly seen in the first `taken` samples, and let the looks follow light and distance."""
-        good, every = clear[:taken], slice(None) if who.size == len(self.missing) else who
-        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.starts.box[every] / 2
-        looks = seen.values[PIXELS:, :taken]
+    def _accept(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> Rows:
+        """The block with what was clear in the first `taken` samples; the appearance follows light and distance."""
+        good, every = clear[:taken], slice(None) if who.size == len(self.state.missing) else who
+        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.state.box[every] / 2
         if good.all():
             block.values[:, :taken, every] = seen.values[:MEASURED, :taken]
             block.flag[:taken, every] = seen.saturated[:taken] * SATURATED
             block.corner[:taken, every] = about
-            count: Any = taken
         else:
             block.values[:, :taken, every] = np.where(good, seen.values[:MEASURED, :taken], np.nan)
             block.flag[:taken, every] = np.where(good, seen.saturated[:taken] * SATURATED, LOST | PREDICTED)
             block.corner[:taken, every] = np.where(good[..., None], about, block.corner[:taken, every])
-            count = good.sum(axis=0)
-            looks = np.where(good, looks, 0)
-        mean = looks.sum(axis=1)[_LOOKS] / np.where(count, count, np.nan)
-        old = self.looks[:, every]
-        # what motion alone has shown of a target is rough: its first look counts whole
-        old = np.where((np.isfinite(old) & np.isfinite(old[5])) | (count == 0), old, mean)
-        self.looks[:, every] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
-
-    def _remember(self, block: Rows, times: Array, taken: int) -> None:
-        fresh = block.values[:2, :taken].transpose(1, 2, 0)
-        kept = np.concatenate([self.known, fresh])[-MEMORY:]
-        self.times = np.concatenate([self.times, times[:taken]])[-MEMORY:]
-        gone = np.isnan(kept[..., 0]).all(axis=0) & (self.missing >= 0)
-        if gone.any():  # the last position stays, so that the box does
-            kept[0, gone] = self._last_known(gone)
-        self.known = kept
-
-    def _last_known(self, gone: Bools) -> Array:
-        known = self.known[:, gone]
-        seen = np.isfinite(known[..., 0])
-        newest = MEMORY - 1 - np.argmax(seen[::-1], axis=0)
-        last: Array = known[newest, np.arange(known.shape[1])]
-        return np.where(np.isfinite(last), last, self.starts.position[gone])
+        appearance = self.state.appearance.following(seen.values[:, :taken], good, every)
+        self.state = replace(self.state, appearance=appearance)
+        return block
 
     def _pass_over(self, sample: Sample) -> None:
         """A damaged picture: whatever it shows is no measurement."""
         times = np.array([sample.time])
         block = self._blank([sample], self._predicted(times))
         block.flag[:] = CORRUPT | PREDICTED
-        self._remember(block, times, 1)
+        self.state = self.state.remembering(times, block.values[:2].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)
-        self.blocks.append(block)
-        self._spans.append(times)
-        self.done += 1
+        self._blocks.append(block)
+        self._times.append(times)
+        self._done += 1
 
-
-def present(rows: Rows) -> Bools:
-    """Where a target was measured, (samples, n)."""
-    return np.asarray(np.isfinite(rows.values[X]))
+    def _crop(self, sample: Sample, target: int, block: Rows, j: int) -> None:
+        """Keep what the box shows at a bad moment."""
+        rows, columns = sample.luma.shape
+        if len(self.crops) >= CROPS.in_all or sum(crop.target == target for crop in self.crops) >= CROPS.of_each:
+            return
+        if not np.isfinite(block.corner[j, target]).all():
+            return
+        wide, high = int(self.state.box[target, 0]), int(np.ceil(self.state.box[target, 1] / sample.lines))
+        left = int(np.clip(block.corner[j, target, 0], 0, max(columns - wide, 0)))
+        top = int(np.clip(sample.row(block.corner[j, target, 1]), 0, max(rows - high, 0)))
+        piece = sample.luma[top : top + high, left : left + wide] * self.scene.detection.scale
+        flag = int(block.flag[j, target])
+        self.crops.append(Crop(self._done + j, target, flag, np.clip(np.rint(piece), 0, 255).astype(np.uint8)))

@@ -5,11 +5,10 @@ import pytest
 
 from tests.discs import disc
 from tests.tracking.test_tracker import followed, positions, starts_at
-from vidtrack.tracking.association.occlusion import INSIDE, TOUCHING, Meetings, groups, separate, touched
-from vidtrack.tracking.reacquisition import MERGED
+from vidtrack.tracking.association.occlusion import OCCLUSION, Occlusions, cleared, groups, touched
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.tracker import present
+from vidtrack.tracking.state import MERGED, present
 
 SHAPE = (120, 200)
 
@@ -63,25 +62,25 @@ def test_a_course_leaves_out_what_was_seen_too_close_to_another():
     true = np.stack([np.stack([40 + 2 * t, 0 * t + 60], -1), np.stack([83 + 0 * t, 0 * t + 60], -1)], axis=1)
     seen = true.copy()
     seen[-3:, 0, 0] += 2.0
-    meetings = Meetings(2)
-    meetings.begin(np.array([0, 1]), t, seen, np.full((2, 2), 4.0))
-    ahead = meetings.at(np.array([0, 1]), np.array([20.0, 29.0]))
+    occlusions = Occlusions(2)
+    occlusions.begin(np.array([0, 1]), t, seen, np.full((2, 2), 4.0))
+    ahead = occlusions.at(np.array([0, 1]), np.array([20.0, 29.0]))
     assert ahead[:, 0] == pytest.approx(np.array([[80, 60], [98, 60]]), abs=0.05)
     assert ahead[:, 1] == pytest.approx(np.array([[83, 60], [83, 60]]), abs=0.05)
-    assert meetings.velocity(np.array([0]), 29.0)[0] == pytest.approx([2, 0], abs=0.01)
+    assert occlusions.velocity(np.array([0]), 29.0)[0] == pytest.approx([2, 0], abs=0.01)
 
 
 def test_neither_of_two_that_touch_is_clear_unless_both_are():
     size = np.full((4, 2), 8.0)
     position = np.array([[[20.0, 20], [29, 20], [60, 60], [100, 20]]])
     clear = np.array([[True, False, False, True]])
-    separate(clear, position, size)
+    clear = cleared(clear, position, size)
     assert clear.tolist() == [[False, False, False, True]]
     clear = np.ones((1, 4), bool)
-    separate(clear, position, size)
+    clear = cleared(clear, position, size)
     assert clear.all()
     position[0, 1] = [22, 21]  # two centroids of one blob
-    separate(clear, position, size)
+    clear = cleared(clear, position, size)
     assert clear.tolist() == [[False, False, True, True]]
     assert touched(position[0], size).tolist() == [True, True, False, False]
     assert [g.tolist() for g in groups(position[0], size, 4.0)] == [[0, 1], [2], [3]]
@@ -100,9 +99,12 @@ def test_the_sweep_finds_the_same_as_asking_everybody_about_everybody():
             apart = np.abs(position[s, :, None] - position[s])
             both = (size[:, None] + size) / 2
             others = ~np.eye(n, dtype=bool)
-            touching, one = ((apart < reach).all(axis=-1) & others for reach in (both + TOUCHING, INSIDE * both))
+            touching, one = (
+                (apart < reach).all(axis=-1) & others
+                for reach in (both + OCCLUSION.touching_px, OCCLUSION.inside * both)
+            )
             expected[s] &= ~((touching & ~clear[s]).any(axis=1) | one.any(axis=1))
         touched_any += (expected != clear).any()
-        separate(clear, position, size)
+        clear = cleared(clear, position, size)
         assert np.array_equal(clear, expected)
     assert touched_any > 200

@@ -9,7 +9,7 @@ import pytest
 from tests.discs import picture
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.detection.static_clutter import Standing, standing_things, start_places
+from vidtrack.tracking.detection.static_clutter import StaticClutter, start_places, static_clutter
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
@@ -92,7 +92,7 @@ def samples(ground, parity=0, lines=1):
 def standing(ground, own=(), **kind):
     shown = samples(ground, **kind)
     parity = shown[0].parity
-    return standing_things(shown, {parity: shown[0].luma}, DETECTION, np.reshape(np.asarray(own, float), (-1, 4)))
+    return static_clutter(shown, {parity: shown[0].luma}, DETECTION, np.reshape(np.asarray(own, float), (-1, 4)))
 
 
 def test_boxes_that_reach_a_thing_touch_it():
@@ -123,7 +123,7 @@ def test_nothing_stands_about_in_an_even_picture_and_scenery_is_no_thing():
     scenery = np.full((60, 80), 40.0)
     scenery[::4] = scenery[1::4] = 160
     assert standing(scenery) is None
-    assert isinstance(standing(np.where(np.arange(80) < 10, 200.0, 40.0) + np.zeros((60, 1))), Standing)
+    assert isinstance(standing(np.where(np.arange(80) < 10, 200.0, 40.0) + np.zeros((60, 1))), StaticClutter)
 
 
 def test_what_lies_wholly_in_a_target_s_own_place_is_the_target():

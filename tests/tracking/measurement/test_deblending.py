@@ -6,9 +6,11 @@ import pytest
 
 from tests.discs import disc
 from tests.tracking.measurement.test_template import DETECTION, known
+from vidtrack.tracking.measurement.background import Sums
+from vidtrack.tracking.measurement.centroid import measure
+from vidtrack.tracking.measurement.components import Windows, components
 from vidtrack.tracking.measurement.deblending import crowded, measure_beside, strangers
-from vidtrack.tracking.measurement.moments import Sums, Windows, components, measure
-from vidtrack.tracking.measurement.template import glance
+from vidtrack.tracking.measurement.template import apply_template
 from vidtrack.tracking.sample import Sample
 
 NOISE, LEVEL = 3.0, 30.0
@@ -81,13 +83,15 @@ def test_a_glance_sees_that_something_dim_is_in_its_ring(gap):
     stack, truth, _ = beside(30, 4.0, gap, other=3.0, other_contrast=60.0, rope=True)
     for k in range(30):
         sample = Sample(np.ascontiguousarray(stack[:, k]), 0.0)
-        assert not glance([sample], truth[None, k : k + 1], known(1), DETECTION, careful=False).clear.any()
+        assert not apply_template([sample], truth[None, k : k + 1], known(1), DETECTION, careful=False).clear.any()
 
 
 def test_a_glance_is_content_with_noise_alone():
     stack, truth, _ = beside(300, 4.0, 30.0)
     clear = [
-        glance([Sample(np.ascontiguousarray(stack[:, k]), 0.0)], truth[None, k : k + 1], known(1), DETECTION).clear
+        apply_template(
+            [Sample(np.ascontiguousarray(stack[:, k]), 0.0)], truth[None, k : k + 1], known(1), DETECTION
+        ).clear
         for k in range(300)
     ]
     assert np.mean(clear) == 1

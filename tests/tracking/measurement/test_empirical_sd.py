@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tests.discs import windows
+from vidtrack.tracking.measurement.centroid import measure
+from vidtrack.tracking.measurement.components import Windows, components
 from vidtrack.tracking.measurement.empirical_sd import AT_REST, BORNE_OUT, scatter
-from vidtrack.tracking.measurement.moments import Windows, components, measure
 
 SD, MASS, PIXELS = 0.01, 9000.0, 50.0
 MASS_SD = SD * MASS * np.sqrt(4 * np.pi / (np.pi * (np.sqrt(PIXELS / np.pi) + 1.25) ** 2))

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.sd_scaling import CLIPPED, grow_sd
-from vidtrack.tracking.measurement.window import MASS, PIXELS, SD_X, SD_Y, X, Y
-from vidtrack.tracking.reacquisition import SATURATED
-from vidtrack.tracking.tracker import MEASURED, Rows
+from vidtrack.tracking.measurement.sd_scaling import CLIPPED, with_grown_sd
+from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 SD, PIXEL_COUNT, LIGHT = 0.01, 50.0, 9000.0
 
@@ -24,7 +22,7 @@ def rows(k=200, n=3):
 
 
 def grown(of, lines=1, kind="weighted"):
-    grow_sd(of, np.arange(len(of.flag), dtype=float), lines=lines, kind=kind)
+    of, _ = with_grown_sd(of, np.arange(len(of.flag), dtype=float), lines=lines, kind=kind)
     return of.values[[SD_X, SD_Y]]
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.measurement.template import Known, glance, weights
-from vidtrack.tracking.measurement.window import look
+from vidtrack.tracking.measurement.template import Known, apply_template, weights
+from vidtrack.tracking.measurement.window import segment_windows
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
@@ -29,7 +29,9 @@ def test_a_ball_of_radius_4_is_placed_to_a_hundredth_of_a_pixel_without_bias():
     errors = []
     for seed in range(20):
         image, place, rng = field(seed)
-        seen = glance([Sample(image, 0.0)], (place + rng.normal(0, 1, place.shape))[None], known(len(place)), DETECTION)
+        seen = apply_template(
+            [Sample(image, 0.0)], (place + rng.normal(0, 1, place.shape))[None], known(len(place)), DETECTION
+        )
         assert seen.clear.all()
         errors.append(seen.values[:2, 0].T - place)
     error = np.concatenate(errors)
@@ -40,11 +42,11 @@ def test_a_ball_of_radius_4_is_placed_to_a_hundredth_of_a_pixel_without_bias():
     assert seen.values[2].mean() == pytest.approx(rms[0], rel=0.15)
 
 
-def test_a_glance_and_a_look_agree():
+def test_template_and_segmentation_agree():
     image, place, _ = field(1)
-    a = glance([Sample(image, 0.0)], place[None], known(len(place)), DETECTION)
+    a = apply_template([Sample(image, 0.0)], place[None], known(len(place)), DETECTION)
     settings = {"size": np.full((60, 2), 9.0), "pixels": np.full(60, 50.0), "threshold": np.full(60, 130.0)}
-    b = look([Sample(image, 0.0)], place[None], **settings, detection=DETECTION)
+    b = segment_windows([Sample(image, 0.0)], place[None], **settings, detection=DETECTION)
     assert a.clear.all()
     assert b.clear.all()
     assert np.abs(a.values[:2] - b.values[:2]).max() < 0.03
@@ -65,19 +67,19 @@ def test_what_is_not_alone_or_not_itself_is_not_clear():
     targets = [(40.0, 40.0, 4.0), (50.0, 40.0, 4.0), (100.0, 40.0, 6.5), (150.0, 40.0, 4.0), (200.0, 2.0, 4.0)]
     image = picture((80, 250), targets, noise=2, rng=np.random.default_rng(0))
     place = np.array([t[:2] for t in targets])
-    seen = glance([Sample(image, 0.0)], place[None], known(5), DETECTION)
+    seen = apply_template([Sample(image, 0.0)], place[None], known(5), DETECTION)
     assert seen.clear[0].tolist() == [False, False, False, True, False]
 
 
 def test_two_targets_that_claim_one_ball_are_both_not_clear():
     image = picture((80, 120), [(40.0, 40.0, 4.0)], noise=2, rng=np.random.default_rng(0))
-    seen = glance([Sample(image, 0.0)], np.array([[[40.0, 40.0], [42.0, 41.0]]]), known(2), DETECTION)
+    seen = apply_template([Sample(image, 0.0)], np.array([[[40.0, 40.0], [42.0, 41.0]]]), known(2), DETECTION)
     assert not seen.clear.any()
 
 
 def test_near_the_edge_the_ring_may_reach_beyond_it():
     image = picture((80, 120), [(8.3, 40.2, 4.0), (60.1, 71.6, 4.0)], noise=2, rng=np.random.default_rng(0))
-    seen = glance([Sample(image, 0.0)], np.array([[[8.0, 40.0], [60.0, 72.0]]]), known(2), DETECTION)
+    seen = apply_template([Sample(image, 0.0)], np.array([[[8.0, 40.0], [60.0, 72.0]]]), known(2), DETECTION)
     assert seen.clear.all()
     assert seen.values[:2, 0].T == pytest.approx(np.array([[8.3, 40.2], [60.1, 71.6]]), abs=0.04)
 
@@ -86,7 +88,7 @@ def test_fields_speak_the_frame_buffers_coordinates():
     image = picture((200, 200), [(60.3, 80.7, 6.0)], noise=1, rng=np.random.default_rng(0))
     samples = [Sample(image[p::2], float(p), p, 2) for p in (0, 1)]
     place = np.broadcast_to([[60.0, 81.0]], (2, 1, 2))
-    seen = glance(samples, place, known(1, (13.0, 7.0), 57.0)._replace(threshold=np.array([130.0])), DETECTION)
+    seen = apply_template(samples, place, known(1, (13.0, 7.0), 57.0)._replace(threshold=np.array([130.0])), DETECTION)
     assert seen.clear.all()
     assert seen.values[0, :, 0] == pytest.approx(60.3, abs=0.02)
     assert seen.values[1, :, 0] == pytest.approx(80.7, abs=0.1)
@@ -95,18 +97,20 @@ def test_fields_speak_the_frame_buffers_coordinates():
 def test_ten_bits_and_dark_targets_are_measured_alike():
     image, place, _ = field(3, noise=0)
     deep = np.rint(image.astype(float) * 1023 / 255).astype(np.uint16)
-    a = glance([Sample(image, 0.0)], place[None], known(60), DETECTION)
+    a = apply_template([Sample(image, 0.0)], place[None], known(60), DETECTION)
     ten = Detection(scale=255 / 1023, full=1023.0, noise=3.0)
     dark = Detection(dark=True, noise=3.0)
-    for other in (glance([Sample(deep, 0.0)], place[None], known(60), ten),
-                  glance([Sample(255 - image, 0.0)], place[None], known(60), dark)):  # fmt: skip
+    for other in (apply_template([Sample(deep, 0.0)], place[None], known(60), ten),
+                  apply_template([Sample(255 - image, 0.0)], place[None], known(60), dark)):  # fmt: skip
         assert other.values[:2] == pytest.approx(a.values[:2], abs=2e-3)
 
 
 def test_pixels_that_do_not_lie_side_by_side_are_read_alike():
     image, place, _ = field(4)
     packed = np.repeat(image, 2, axis=1)[:, ::2]
-    a, b = (glance([Sample(p, 0.0)] * 3, np.stack([place] * 3) + 0.8, known(60), DETECTION) for p in (image, packed))
+    a, b = (
+        apply_template([Sample(p, 0.0)] * 3, np.stack([place] * 3) + 0.8, known(60), DETECTION) for p in (image, packed)
+    )
     assert a.clear.all()
     assert (a.values == b.values).all()
 
@@ -114,7 +118,7 @@ def test_pixels_that_do_not_lie_side_by_side_are_read_alike():
 def test_a_ring_beyond_the_edge_sees_the_edges_pixels_again():
     image = picture((80, 120), [(8.3, 40.2, 4.0), (60.1, 71.6, 4.0)], noise=2, rng=np.random.default_rng(0))
     place = np.array([[[8.0, 40.0], [60.0, 72.0]]])
-    inner = glance([Sample(np.pad(image, 9, mode="edge"), 0.0)], place + 9, known(2), DETECTION)
-    outer = glance([Sample(image, 0.0)], place, known(2), DETECTION)
+    inner = apply_template([Sample(np.pad(image, 9, mode="edge"), 0.0)], place + 9, known(2), DETECTION)
+    outer = apply_template([Sample(image, 0.0)], place, known(2), DETECTION)
     assert outer.values[:2] + 9 == pytest.approx(inner.values[:2], abs=1e-5)
     assert outer.values[4:8] == pytest.approx(inner.values[4:8], rel=1e-5)

@@ -1,4 +1,4 @@
-"""Targets that meet: while they hide each other nobody is measured, and afterwards everybody is who he was.
+"""Occlusion: while targets hide each other none of them is measured; afterwards their courses tell which is which.
 
 What two targets that touch show is one blob, or one target and a part of the other. So from the moment in which
 either is not plainly itself neither is measured, and each is expected where its own course takes it: a smooth curve
@@ -9,31 +9,46 @@ They are measured again once there are as many separate blobs as targets, given 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 
-TOUCHING = 2.0
-"""px between the boxes of two targets below which they may be one blob."""
-BLURRED = 3.0
-"""px between two targets below which the one's soft edge is in the other's centroid: no ground for a course."""
-INSIDE = 0.5
-"""Of a target's size: two centroids nearer than this to each other are of one and the same blob."""
-REMEMBERED = 24
-"""Samples that a course rests on, at most."""
-NOISE_PX, SPEED_PX, ACCELERATION_PX = 0.1, 30.0, 0.5
-"""# ASSUME: px and samples, how well positions fit a course, and what is usual among targets."""
-FADING = 0.93
-"""Weight of a position for each sample of its age."""
-BENDING = 8.0
-"""Samples for which an acceleration is believed to last."""
-PATIENCE = 40
-"""Samples without a blob that could be several targets, after which one of them is taken to have gone."""
+
+@dataclass(frozen=True)
+class Occlusion:
+    """When targets count as hiding each other, and how their courses are continued.
+
+    touching_px        between the boxes of two targets, below which they may be one blob
+    blurred_px         between two targets, below which the one's soft edge is in the other's centroid: such positions
+                       are left out of a course
+    inside             of a target's size: two centroids nearer than this to each other are of one and the same blob
+    remembered         samples that a course rests on, at most
+    noise_px, speed_px, acceleration_px  (a sample, a sample^2) # ASSUME: how well positions fit a course, and what is
+                       usual among targets
+    fading             weight of a position for each sample of its age
+    bending            samples for which an acceleration is taken to last
+    patience           samples without a blob that could be several targets, after which one of them counts as gone
+    """
+
+    touching_px: float = 2.0
+    blurred_px: float = 3.0
+    inside: float = 0.5
+    remembered: int = 24
+    noise_px: float = 0.1
+    speed_px: float = 30.0
+    acceleration_px: float = 0.5
+    fading: float = 0.93
+    bending: float = 8.0
+    patience: int = 40
 
 
-class Meetings:
-    """Which of n targets are in a meeting, and the course of each: where, how fast and how bent when it began."""
+OCCLUSION = Occlusion()
+
+
+class Occlusions:
+    """Which of n targets hide each other, and the course of each: position, velocity and acceleration when it began."""
 
     def __init__(self, n: int) -> None:
         self.met = np.zeros(n, bool)
@@ -42,13 +57,13 @@ class Meetings:
         self._begun = np.zeros(n)
 
     def begin(self, who: Ints, times: Array, positions: Array, half: Array) -> None:
-        """Targets `who` meet after the samples at `times` (m,), positions (m, n, 2) px; half (n, 2) of their sizes."""
+        """Targets `who` touch after the samples at `times` (m,), positions (m, n, 2) px; half (n, 2) of their sizes."""
         new = who[~self.met[who]]
         for i in new.tolist():
             apart = (np.abs(positions - positions[:, i : i + 1]) - half - half[i]).max(axis=-1)
             apart[:, i] = np.inf
             known = np.isfinite(positions[:, i, 0])
-            clean = known & ~(apart < BLURRED).any(axis=1)
+            clean = known & ~(apart < OCCLUSION.blurred_px).any(axis=1)
             use = clean if clean.sum() >= 3 else known
             if not use.any():
                 continue
@@ -58,13 +73,13 @@ class Meetings:
             self.waited[i] = 0
 
     def end(self, who: Ints) -> None:
-        """These targets go their own ways."""
+        """These targets are apart again."""
         self.met[who] = False
 
     def at(self, who: Ints, times: Array) -> Array:
         """Where the courses of targets are at times (k,), (k, len(who), 2) px."""
         t = times[:, None, None] - self._begun[who][:, None]
-        bent = np.minimum(t, BENDING)
+        bent = np.minimum(t, OCCLUSION.bending)
         p, v, a = self._course[:, who]
         where: Array = p + v * t + a * bent * (t - bent / 2)
         return where
@@ -72,8 +87,13 @@ class Meetings:
     def velocity(self, who: Ints, time: float) -> Array:
         """Velocities (len(who), 2), px a sample."""
         _, v, a = self._course[:, who]
-        lasting = np.minimum(time - self._begun[who], BENDING)
+        lasting = np.minimum(time - self._begun[who], OCCLUSION.bending)
         return np.asarray(v + a * lasting[:, None])
+
+    def wait(self, who: Ints, most: int) -> None:
+        """One more sample in which nothing shows these targets; after `most` they are no longer waited for."""
+        self.waited[who] += 1
+        self.end(who[self.waited[who] > most])
 
     def shift(self, who: Ints, by: Array) -> None:
         """Move the courses of targets that are seen as one blob by (2,) px."""
@@ -83,35 +103,40 @@ class Meetings:
 def _course(back: Array, positions: Array) -> Array:
     """Position, velocity and acceleration (3, 2) at time 0 of a parabola through positions (m, 2) at times `back`."""
     A = np.stack([np.ones_like(back), back, back * back / 2], axis=1)
-    weight = FADING**-back
-    ridge = np.diag([1e-9, (NOISE_PX / SPEED_PX) ** 2, (NOISE_PX / ACCELERATION_PX) ** 2])
+    weight = OCCLUSION.fading**-back
+    noise, speed, acceleration = OCCLUSION.noise_px, OCCLUSION.speed_px, OCCLUSION.acceleration_px
+    ridge = np.diag([1e-9, (noise / speed) ** 2, (noise / acceleration) ** 2])
     return np.asarray(np.linalg.solve((A.T * weight) @ A + ridge, (A.T * weight) @ positions), float)
 
 
-def separate(clear: Bools, position: Array, size: Array) -> None:
-    """Where two targets touch, neither is clear unless both are; and never where both centroids are of one blob.
+def cleared(clear: Bools, position: Array, size: Array) -> Bools:
+    """Which targets (k, n) are clear also of each other: where two touch, neither is unless both are; and neither where
+    both centroids are of one blob.
 
-    clear (k, n) is changed; position (k, n, 2) px: measured where clear, else expected; size (n, 2) px
+    clear (k, n); position (k, n, 2) px: measured where clear, else expected; size (n, 2) px
     """
     one, other = _close(position, size)
     if not one.size:
-        return
+        return clear
     apart = np.abs(position[:, one] - position[:, other])
     both = (size[one] + size[other]) / 2
-    touching, same = (np.asarray((apart < reach).all(axis=-1)) for reach in (both + TOUCHING, INSIDE * both))
-    before = clear.copy()
+    touching, same = (
+        np.asarray((apart < reach).all(axis=-1)) for reach in (both + OCCLUSION.touching_px, OCCLUSION.inside * both)
+    )
+    before, clear = clear, clear.copy()
     for pair in np.flatnonzero(touching.any(axis=0)):
         i, j = one[pair], other[pair]
         clear[:, i] &= ~(touching[:, pair] & ~before[:, j] | same[:, pair])
         clear[:, j] &= ~(touching[:, pair] & ~before[:, i] | same[:, pair])
+    return clear
 
 
 def _close(position: Array, size: Array) -> tuple[Ints, Ints]:
-    """Pairs of targets whose boxes, grown by TOUCHING between them, meet where they have been in k samples.
+    """Pairs of targets whose boxes, grown by OCCLUSION.touching_px between them, meet in any of k samples.
 
     A sweep from left to right: of all targets, only those that overlap across are compared down the picture.
     """
-    margin = (size + TOUCHING) / 2
+    margin = (size + OCCLUSION.touching_px) / 2
     low, high = position.min(axis=0) - margin, position.max(axis=0) + margin
     order = np.argsort(low[:, 0], kind="stable")
     low, high = low[order], high[order]
@@ -124,11 +149,12 @@ def _close(position: Array, size: Array) -> tuple[Ints, Ints]:
 
 
 def _touching(position: Array, size: Array) -> tuple[Bools, Bools]:
-    """Pairs (n, n) whose boxes touch, and pairs whose middles lie in each other; nobody is a pair with himself."""
+    """Pairs (n, n) whose boxes touch, and pairs whose middles lie in each other; no target is a pair with itself."""
     apart = np.abs(position[:, None] - position)
     both = (size[:, None] + size) / 2
     others = ~np.eye(len(position), dtype=bool)
-    return (apart < both + TOUCHING).all(axis=-1) & others, (apart < INSIDE * both).all(axis=-1) & others
+    touching, same = ((apart < reach).all(axis=-1) for reach in (both + OCCLUSION.touching_px, OCCLUSION.inside * both))
+    return touching & others, same & others
 
 
 def touched(position: Array, size: Array) -> Bools:
@@ -150,12 +176,12 @@ def groups(position: Array, size: Array, slack: float) -> list[Ints]:
 
 
 def recent(times: Sequence[Array], positions: Sequence[Array]) -> tuple[Array, Array]:
-    """The last REMEMBERED samples of pieces of a recording: times (k,) and positions (2, k, n) each."""
+    """The last OCCLUSION.remembered samples of pieces of a recording: times (k,) and positions (2, k, n) each."""
     t, p, count = [], [], 0
     for time, piece in zip(reversed(times), reversed(positions), strict=True):
         t.append(time)
         p.append(piece.transpose(1, 2, 0))
         count += time.size
-        if count >= REMEMBERED:
+        if count >= OCCLUSION.remembered:
             break
-    return np.concatenate(t[::-1])[-REMEMBERED:], np.concatenate(p[::-1])[-REMEMBERED:]
+    return np.concatenate(t[::-1])[-OCCLUSION.remembered :], np.concatenate(p[::-1])[-OCCLUSION.remembered :]

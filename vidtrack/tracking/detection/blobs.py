@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
 from vidtrack.tracking.detection.threshold import automatic, background_level, grey_scale, noise_sd
-from vidtrack.tracking.measurement import moments as kernels
+from vidtrack.tracking.measurement.centroid import measure
+from vidtrack.tracking.measurement.components import Windows, components_of, cut
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Kind
 
 MARGIN = 6
 """px about a blob: three for its soft edge, three for the background."""
@@ -52,7 +55,7 @@ def find_blobs(
     threshold: float | Literal["auto"] = "auto",
     polarity: Literal["bright", "dark"] = "bright",
     min_pixels: int = 4,
-    centroid: kernels.Kind = "weighted",
+    centroid: Kind = "weighted",
     bits: int | None = None,
     noise: float | None = None,
 ) -> Blobs:
@@ -132,7 +135,7 @@ def measure_mask(
     scale: float,
     noise: float,
     min_pixels: int,
-    centroid: kernels.Kind,
+    centroid: Kind,
     known: Array | None = None,
 ) -> Blobs:
     """Measure every connected patch of a mask on the picture (targets bright), but those at known places (2, m) px."""
@@ -152,10 +155,10 @@ def measure_mask(
     ]
     if not parts:
         return no_blobs()
-    joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    keep = np.flatnonzero((joined[2] >= min_pixels) & np.isfinite(joined[0]) & np.isfinite(joined[1]))
-    order = keep[np.lexsort((joined[0][keep], joined[1][keep]))]
-    return Blobs._make(column[order] for column in joined)
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    keep = np.flatnonzero((columns[2] >= min_pixels) & np.isfinite(columns[0]) & np.isfinite(columns[1]))
+    order = keep[np.lexsort((columns[0][keep], columns[1][keep]))]
+    return Blobs._make(column[order] for column in columns)
 
 
 def no_blobs() -> Blobs:
@@ -178,18 +181,18 @@ def _measure_boxes(
     *,
     scale: float,
     noise: float,
-    centroid: kernels.Kind,
+    centroid: Kind,
 ) -> Blobs:
     """Measure patches that fit windows of one size; boxes (n, 6): left, top, width, height, a pixel's x and y."""
     rows, columns = image.shape
     width, height = min(side, columns), min(side, rows)
     left = np.clip(boxes[:, 0] + boxes[:, 2] // 2 - width // 2, 0, columns - width)
     top = np.clip(boxes[:, 1] + boxes[:, 3] // 2 - height // 2, 0, rows - height)
-    windows = kernels.Windows(kernels.cut(image, left, top, width, height), left, top, scale)
-    found = kernels.components_of(kernels.cut(mask, left, top, width, height), windows)
+    windows = Windows(cut(image, left, top, width, height), left, top, scale)
+    found = components_of(cut(mask, left, top, width, height), windows)
     each = np.arange(len(boxes))
     chosen = found.labels[boxes[:, 5] - top, each, boxes[:, 4] - left].astype(np.intp) - 1
-    c = kernels.measure(windows, found, chosen, noise=noise, kind=centroid)
+    c = measure(windows, found, chosen, noise=noise, kind=centroid)
     box_left, box_top = boxes[:, 0], boxes[:, 1]
     box_width, box_height = boxes[:, 2], boxes[:, 3]
     edge = (box_left == 0) | (box_top == 0) | (box_left + box_width == columns) | (box_top + box_height == rows)
@@ -222,3 +225,26 @@ def rough_blobs(image: Picture, mask: NDArray[np.uint8], *, scale: float, min_pi
     order = np.lexsort((x, y))
     found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, left, top, width, height, edge, edge & False)
     return Blobs._make(column[order] for column in found)
+
+
+def in_frame_buffer(blobs: Blobs, sample: Sample, left: int = 0, top: int = 0) -> Blobs:
+    """Blobs of a piece of a sample, whose first pixel is (left, top), in coordinates of the frame buffer.
+
+    Boxes keep the sample's own rows as height, so that sizes compare between samples of one kind; pixels likewise.
+    """
+    return blobs._replace(
+        Xf=blobs.Xf + left,
+        Yf=(blobs.Yf + top) * sample.lines + sample.parity,
+        sd_y=blobs.sd_y * sample.lines,
+        left=blobs.left + left,
+        top=(blobs.top + top) * sample.lines + sample.parity,
+    )
+
+
+def joined(parts: list[Blobs]) -> Blobs:
+    """Blobs of several pieces, each blob once: pieces may overlap. At least one part."""
+    whole = Blobs._make(np.concatenate(column) for column in zip(*parts, strict=True))
+    if len(parts) == 1:
+        return whole
+    _, first = np.unique(np.stack([whole.left, whole.top, whole.pixels]), axis=1, return_index=True)
+    return Blobs._make(column[np.sort(first)] for column in whole)

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.detection.blobs import Blobs, above, above_local_background, measure_mask, no_blobs
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.detection.blobs import (
+    Blobs,
+    above,
+    above_local_background,
+    in_frame_buffer,
+    joined,
+    measure_mask,
+    no_blobs,
+)
+from vidtrack.tracking.measurement.background import STANDS_OUT
 from vidtrack.tracking.measurement.window import GRAIN
-from vidtrack.tracking.sample import Sample, in_frame_buffer, joined
+from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
 LIKE = 0.9
 """|log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4 and 2.5."""
+UNREACHABLE = 1e3
+"""A grey level that no pixel reaches."""
 
 
 def blobs_of(sample: Sample, detection: Detection, level: float | None, known: Array | None = None) -> Blobs:
@@ -90,3 +101,42 @@ def within(blobs: Blobs, position: Array, lines: int, slack: float = 2.0) -> Boo
     x, y = position[:, :1], position[:, 1:]
     inside: Bools = (x > blobs.left - slack) & (x < blobs.left + blobs.width + slack)
     return inside & (y > blobs.top - slack) & (y < blobs.top + blobs.height * lines + slack)
+
+
+def levels_beside(sample: Sample, blobs: Blobs, which: Ints, detection: Detection) -> Array:
+    """Grey levels beside and on some blobs, (2, n).
+
+    Beside: the lower quarter of the pixels in a box three times as large; on: the mean of the brightest in their own
+    boxes, as many as they have pixels.
+    """
+    levels = np.empty((2, which.size))
+    rows, columns = sample.luma.shape
+    top = np.rint(sample.row(blobs.top.astype(float))).astype(int)
+    for i, b in enumerate(which):
+        w, h, x, y = int(blobs.width[b]), int(blobs.height[b]), int(blobs.left[b]), int(top[b])
+        piece = sample.luma[max(0, y - h) : min(rows, y + 2 * h), max(0, x - w) : min(columns, x + 2 * w)]
+        rank = piece.size // 4
+        levels[0, i] = np.partition(detection.bright(piece).ravel(), rank)[rank]
+        own = detection.bright(sample.luma[y : y + h, x : x + w]).ravel()
+        levels[1, i] = np.sort(own)[-int(blobs.pixels[b]) :].mean(dtype=float)
+    return levels * detection.scale
+
+
+def levels_in_boxes(sample: Sample, boxes: Array, pixels: Array, detection: Detection) -> Array:
+    """Half-way, grey levels (n,), from what is usual in boxes (n, 4: left, top, width, height, px) to as many of their
+    brightest pixels as each target has; out of reach where nothing stands out of the noise.
+    """
+    levels = np.full(len(boxes), UNREACHABLE)
+    rows, columns = sample.luma.shape
+    for i, (x, y, w, h) in enumerate(boxes):
+        left, right = (int(np.clip(v, 0, columns)) for v in (x, x + w))
+        top, bottom = (int(np.clip(v, 0, rows)) for v in sample.row(np.array([y, y + h])))
+        light = np.sort(detection.bright(sample.luma[top:bottom, left:right]), axis=None)
+        n = int(pixels[i])
+        if light.size < 4 * n:
+            continue
+        base, on = float(np.median(light)), float(light[-n:].mean())
+        half = (on - base) / 2 * detection.scale
+        if half > STANDS_OUT * detection.noise:
+            levels[i] = base * detection.scale + half
+    return levels

@@ -1,7 +1,7 @@
-"""What stands about in the picture, as bright as a target: a metre stick, a rope, a lamp, a reflection.
+"""Static clutter: what stands in the picture, as bright as a target: a metre stick, a rope, a lamp, a reflection.
 
 Where a target is in front of such a thing or beside it, both make one blob: its centroid is not the target's, and
-pieces of the thing look like targets. So a blob that touches one is nobody's until it is seen apart.
+pieces of the thing look like targets. So a blob that touches one is no target until it is seen apart.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ CROWDED = 0.25
 
 
 @dataclass(frozen=True)
-class Standing:
-    """How many pixels of things that stand about lie above and left of each corner; `sums` by parity of the field."""
+class StaticClutter:
+    """Summed-area tables (integral images) of the mask of static clutter; `sums` by parity of the field."""
 
     sums: Mapping[int, NDArray[np.int32]]
 
@@ -68,9 +68,9 @@ def _any_within(sums: NDArray[np.int32], edges: Array) -> Bools:
     return hit
 
 
-def standing_things(
+def static_clutter(
     samples: Sequence[Sample], backgrounds: Mapping[int, NDArray[Any]], detection: Detection, own: Array
-) -> Standing | None:
+) -> StaticClutter | None:
     """What stands about while the targets are elsewhere; None where nothing does, or the whole scene is as bright.
 
     samples      the opening of the recording; backgrounds of it, turned bright, as `background_of` makes them
@@ -85,7 +85,7 @@ def standing_things(
         mask = _without(_bright_things(background, detection), _first_things(first, detection), boxes)
         if mask.any() and mask.mean() < CROWDED:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
-    return Standing(sums) if sums else None
+    return StaticClutter(sums) if sums else None
 
 
 def start_places(sample: Sample, boxes: Array, detection: Detection) -> Array:

@@ -17,25 +17,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
-from vidtrack.tracking.measurement.moments import (
+from vidtrack.tracking.measurement.background import (
     EVERY_OTHER,
-    FULL_SCALE,
     QUANTISATION_SD,
-    SEPARATOR,
+    STANDS_OUT,
     Plane,
     Sums,
     on_grid,
     plane_under,
-    soft_edge,
-    weighted,
 )
+from vidtrack.tracking.measurement.components import FULL_SCALE, SEPARATOR
+from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
+from vidtrack.tracking.measurement.moments import soft_edge, weighted
 
 Bytes = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
 
-STANDS_OUT = 4.5
-"""Sigmas above the background from which a pixel shows something."""
 HALO = 0.5
 """Share of a target's surroundings above which what is bright there is its own blur."""
 _SQUARE2 = np.ones((2, 2), np.uint8)

@@ -1,77 +1,80 @@
-"""A glance at all targets, and a look at those that a glance does not tell in the first of the samples."""
+"""Measure each target with the linear template; where the template is not valid, segment its window instead."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.measurement.template import Known, glance
-from vidtrack.tracking.measurement.window import VALUES, Seen, look
+from vidtrack.tracking.measurement.template import Known, apply_template
+from vidtrack.tracking.measurement.window import Seen, segment_windows
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import VALUES, Appearance
 
 ALIKE_PX = 2.0
 """Targets whose half axes differ by less than this share a mask."""
 
 
-def watch(
+def measure_targets(
     samples: Sequence[Sample],
     predicted: Array,
     *,
-    looks: Array,
+    appearance: Appearance,
     threshold: Array,
     detection: Detection,
     careful: bool = True,
 ) -> Seen:
     """Measure n targets in k samples of one kind (frames or fields).
 
-    predicted  (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
-    looks      (8, n) pixels, contrast, background, width, height (rows of the sample), soft edge, unrest and plateau
-               when last seen; where the soft edge is not known (NaN) there is a look at once
-    careful    whether a glance measures the unrest of the background, or takes it as it was
-    What is unclear in a later sample may only be mispredicted: the caller watches again from there.
+    predicted   (k, n, 2) px where each should be; threshold (n,) grey levels on pictures turned bright
+    appearance  of the targets when last seen; where the soft edge is not known (NaN) windows are segmented
+    careful     whether a template measures the unrest of the background, or takes it as it was
+    What is unclear in a later sample may only be mispredicted: the caller measures again from there.
     """
-    size, soft = looks[3:5].T, looks[5]
+    size, soft = appearance.size.T, appearance.soft
     kinds = _kinds(size, soft) if detection.centroid == "weighted" else np.full(soft.size, -1)
     if kinds.min() == kinds.max():
-        return _watch_kind(samples, predicted, int(kinds[0]), looks, threshold, detection, careful)
-    k, n = predicted.shape[:2]
-    seen = Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
+        return _measure_kind(samples, predicted, int(kinds[0]), appearance, threshold, detection, careful)
+    parts = []
     for kind in np.unique(kinds):
         some = np.flatnonzero(kinds == kind)
-        part = _watch_kind(samples, predicted[:, some], int(kind), looks[:, some], threshold[some], detection, careful)
-        _fill(seen, some, part)
-    return seen
+        of, level = appearance.of(some), threshold[some]
+        parts.append((some, _measure_kind(samples, predicted[:, some], int(kind), of, level, detection, careful)))
+    k, n = predicted.shape[:2]
+    return _joined(Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool)), parts)
 
 
-def _watch_kind(
+def _measure_kind(
     samples: Sequence[Sample],
     predicted: Array,
     kind: int,
-    looks: Array,
+    appearance: Appearance,
     threshold: Array,
     detection: Detection,
     careful: bool,
 ) -> Seen:
-    pixels, size, soft, unrest = looks[0], looks[3:5].T, looks[5], looks[6]
+    size, pixels = appearance.size.T, appearance.pixels
     if kind < 0:
-        return look(samples, predicted, size=size, pixels=pixels, threshold=threshold, detection=detection)
-    seen = glance(samples, predicted, Known(size, soft, unrest, pixels, threshold), detection, careful)
+        return segment_windows(samples, predicted, size=size, pixels=pixels, threshold=threshold, detection=detection)
+    known = Known(size, appearance.soft, appearance.unrest, pixels, threshold)
+    seen = apply_template(samples, predicted, known, detection, careful)
     unclear = np.flatnonzero(~seen.clear[0])
-    if unclear.size:
-        settings = {"size": size[unclear], "pixels": pixels[unclear], "threshold": threshold[unclear]}
-        _fill(seen, unclear, look(samples, predicted[:, unclear], **settings, detection=detection))
-    return seen
+    if not unclear.size:
+        return seen
+    settings = {"size": size[unclear], "pixels": pixels[unclear], "threshold": threshold[unclear]}
+    segmented = segment_windows(samples, predicted[:, unclear], **settings, detection=detection)
+    return _joined(seen, [(unclear, segmented)])
 
 
-def _fill(seen: Seen, some: Ints, part: Seen) -> None:
-    """Put some of the targets in."""
-    whole: Any
-    for whole, piece in zip(seen, part, strict=True):
-        whole[..., some] = piece
+def _joined(whole: Seen, parts: Sequence[tuple[Ints, Seen]]) -> Seen:
+    """The whole with some of its targets replaced by parts."""
+    new = Seen._make(values.copy() for values in whole)
+    for some, part in parts:
+        for values, piece in zip(new, part, strict=True):
+            values[..., some] = piece
+    return new
 
 
 def _kinds(size: Array, soft: Array) -> Ints:

@@ -6,9 +6,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
-from vidtrack.tracking.measurement.window import MASS, PIXELS, SD_X, SD_Y, X, Y
-from vidtrack.tracking.reacquisition import SATURATED
-from vidtrack.tracking.tracker import Rows
+from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
 """px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
@@ -17,8 +15,8 @@ PASSING, SUDDEN = 3, 0.15
 light, goes over it."""
 
 
-def grow_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> Scatter:
-    """Let the sd of all centroids in `rows` (changed) bear out how the tracks scatter; tells by how much.
+def with_grown_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> tuple[Rows, Scatter]:
+    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     """
@@ -28,8 +26,9 @@ def grow_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> Scatter:
     if (moved := _half_lit(rows, lines)).any():
         sd = np.hypot(sd, moved)
     seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=lines)
-    rows.values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
-    return seen
+    values = rows.values.copy()
+    values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
+    return rows._replace(values=values), seen
 
 
 def _clipped(rows: Rows, lines: int, kind: str) -> Array:

@@ -3,7 +3,7 @@
 With a mask that is centred on the target's pixel and a plane fitted to the ring about it, the background-subtracted
 mass and first moments are linear in the pixels: the same weights for every target of one size. So the windows of
 all targets, one a row, times a matrix of a few columns is the measurement. What is not plainly alone in its window,
-at the size it had, is reported as not clear and is left to `look`.
+at the size it had, is reported as not clear and its window is segmented.
 
     mass = sum_disc(I) - n b0      m_x = sum_disc(x I) - sum_disc(x^2) b1      x = centre + m_x / mass
     b0 + b1 x + b2 y: the least-squares plane of the ring, itself linear in I
@@ -19,15 +19,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.measurement.moments import FULL_SCALE, QUANTISATION_SD
-from vidtrack.tracking.measurement.window import GRAIN, LIKE, PULL, VALUES, Seen
+from vidtrack.tracking.measurement.background import QUANTISATION_SD
+from vidtrack.tracking.measurement.components import FULL_SCALE
+from vidtrack.tracking.measurement.window import GRAIN, LIKE, PULL, Seen
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import (
+    BACKGROUND,
+    CONTRAST,
+    HEIGHT,
+    MASS,
+    PIXELS,
+    PLATEAU,
+    SD_X,
+    SD_Y,
+    SOFT,
+    UNREST,
+    VALUES,
+    WIDTH,
+    X,
+    Y,
+)
 
 Float32 = NDArray[np.float32]
 
 SPARE = 0.25
-"""px of the soft edge, as `look` grows it, that hold no light but only noise."""
+"""px of the soft edge, as segmentation grows it, that hold no light but only noise."""
 RECENTRE = 2
 """Times that a window is moved onto its target, before the target counts as not there."""
 RING = 3
@@ -38,7 +55,7 @@ OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
 UNEVEN = 8.0
 """Sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in a thousand of
-compressed video did; what is taken for a neighbour wrongly costs a look, but no accuracy."""
+compressed video did; what is taken for a neighbour wrongly costs a segmentation, but no accuracy."""
 STRAY = 2.0**20
 """A pixel outside of the mask counts as many as no target has."""
 CHUNK = 100_000
@@ -115,7 +132,7 @@ class Known(NamedTuple):
     threshold: Array
 
 
-def glance(
+def apply_template(
     samples: Sequence[Sample], predicted: Array, known: Known, detection: Detection, careful: bool = True
 ) -> Seen:
     """Measure n targets in k samples of one kind (frames or fields), predicted (k, n, 2) px.
@@ -145,20 +162,20 @@ def glance(
     if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
         clear &= ~doubled
     values = np.empty((VALUES, k, n))
-    np.add(centre.reshape(2, k, n), off, out=values[:2])
-    np.divide(noise * w.x_noise, mass, out=values[2])
-    np.divide(noise * w.y_noise, mass, out=values[3])
+    np.add(centre.reshape(2, k, n), off, out=values[X : Y + 1])
+    np.divide(noise * w.x_noise, mass, out=values[SD_X])
+    np.divide(noise * w.y_noise, mass, out=values[SD_Y])
     if samples[0].lines == 2:
-        values[1] *= 2
-        values[1] += np.array([[sample.parity] for sample in samples])
-        values[3] *= 2
+        values[Y] *= 2
+        values[Y] += np.array([[sample.parity] for sample in samples])
+        values[SD_Y] *= 2
     count = np.maximum(count, 1)
     scaled = np.sqrt(count / known.pixels)
-    values[4], values[5], values[7] = count, mass, background
-    np.divide(mass, count, out=values[6])
-    np.multiply(known.size.T[:, None], scaled, out=values[8:10])
-    values[10], values[11] = known.soft, known.unrest
-    values[12] = _lit(bright, known.threshold, detection) / count[0] - background[0]
+    values[PIXELS], values[MASS], values[BACKGROUND] = count, mass, background
+    np.divide(mass, count, out=values[CONTRAST])
+    np.multiply(known.size.T[:, None], scaled, out=values[WIDTH : HEIGHT + 1])
+    values[SOFT], values[UNREST] = known.soft, known.unrest
+    values[PLATEAU] = _lit(bright, known.threshold, detection) / count[0] - background[0]
     return Seen(values, clear, saturated)
 
 

@@ -1,7 +1,7 @@
-"""A look at where targets should be: one small window a target and sample, all measured at once.
+"""Window segmentation: one small window a target and sample where it should be, all measured at once.
 
-This is what happens in nearly every frame. The windows are as small as the targets allow; a target that is not
-plainly itself in its window is reported as not clear, and a wider search (`seek`) decides.
+The windows are as small as the targets allow; a target that is not
+plainly itself in its window is reported as not clear, and a wider search decides.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.measurement.moments import Components, Windows, components, cut, measure
+from vidtrack.tracking.measurement.centroid import measure
+from vidtrack.tracking.measurement.components import Components, Windows, components, cut
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import VALUES
 
 CLEAR = 3
 """px between a target and its window's border that its soft edge needs."""
@@ -25,14 +27,8 @@ LIKE = 0.6
 GRAIN = 3.0
 """Pixels that the count of a tiny target changes by as it moves over the grid: the tolerance grows by GRAIN/count."""
 PULL = 0.01
-"""px that the background's unrest may cost before every sample wants a look."""
+"""px that the background's unrest may cost before a window is segmented in every sample."""
 _GRAIN = 4
-
-
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(13)
-"""Rows of Seen.values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last three as in `Centroids`."""
-VALUES = PLATEAU + 1
-"""Their number."""
 
 
 class Seen(NamedTuple):
@@ -47,7 +43,7 @@ class Seen(NamedTuple):
     saturated: Bools
 
 
-def look(
+def segment_windows(
     samples: Sequence[Sample],
     predicted: Array,
     *,
@@ -56,7 +52,7 @@ def look(
     threshold: Array,
     detection: Detection,
 ) -> Seen:
-    """Look for n targets in k samples of one kind (frames or fields).
+    """Measure n targets in k samples of one kind (frames or fields).
 
     predicted  (k, n, 2) px where each should be; size (n, 2) width px and height in rows of the sample, and
     pixels     (n,) of the target when last seen; threshold (n,) grey levels on pictures turned bright
@@ -72,7 +68,7 @@ def look(
     for who in groups:
         wide, high = (np.ceil(need[who].max(axis=0) / _GRAIN) * _GRAIN).astype(int).tolist()
         width, height = min(wide, columns), min(high, rows)
-        parts.append(_look_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
+        parts.append(_measure_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
         return parts[0]
     whole = Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool))
@@ -92,7 +88,7 @@ def _sorts(need: Array) -> Ints:
     return sort
 
 
-def _look_alike(
+def _measure_alike(
     samples: Sequence[Sample],
     predicted: Array,
     width: int,
@@ -120,7 +116,7 @@ def _look_alike(
     c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid, threshold=level)
     box = np.stack([found.left, found.top, found.width, found.height])
     box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
-    # Where the background is too restless for a glance's plain plane, the next sample wants a look as well.
+    # Where the background is too restless for a template's plain plane, the next sample is segmented as well.
     soft = np.where(c.pull > PULL, np.nan, c.soft)
     values = np.stack(
         [

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.discs import disc, windows
-from vidtrack.tracking.measurement.moments import Windows, components, cut, measure
+from vidtrack.tracking.measurement.centroid import measure
+from vidtrack.tracking.measurement.components import Windows, components, cut
 
 
 def measured(stack, *, threshold=130.0, kind="weighted", noise=3.0, scale=1.0, chosen=None):

@@ -1,0 +1,140 @@
+"""A recording as it is tracked: its opening, its field order, its grey levels, the samples of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vidtrack.errors import VidtrackError
+from vidtrack.timing.fields import chosen_order, order_from_pictures, split
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.detection.contrast_stretch import BITS, Stretch, stretch
+from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+
+FEW = 12
+"""Frames that a clip is opened with."""
+
+
+class DetectSettings(NamedTuple):
+    """The settings by which targets are told from the background, as `track` takes them."""
+
+    polarity: str
+    threshold: float | str
+    centroid: Any
+    min_pixels: int
+    fields: str
+    gain: Any
+    offset: Any
+
+
+class Clip:
+    """A recording as it is tracked.
+
+    opening, batches  frames that were read to begin with, and those to come; stretched where that is needed
+    order      "frame", or the field that comes first
+    detection  for its samples; level: the clip's threshold, grey level of pictures turned bright
+    """
+
+    def __init__(self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings) -> None:
+        self.opening, self.batches = _more([], batches, FEW), batches
+        if not self.opening:
+            raise VidtrackError("the recording has no frame to track in. Give one that has.")
+        self._info, self._settings, self._levels = info, detect, self._wanted(info, detect)
+        self._noise = noise_sd(self.opening[0].luma, scale=255.0 / (2**info.bits - 1))
+        self._stretch()
+        self.order, self._why = _field_order(detect.fields, info, self.opening)
+        self._judge()
+
+    def read_on(self, most: int) -> None:
+        """Take more frames into the opening, `most` in all or a few more."""
+        self.opening = _more(self.opening, self.batches, most)
+        if self._levels is None:
+            self._levels = self._wanted(self._info, self._settings)
+            if self._levels is not None:
+                self._stretch()
+                self._judge()
+
+    def samples(self, frames: Sequence[Frame]) -> list[Sample]:
+        """Samples in order of time: one a frame, or its two fields."""
+        rate = float(self._info.rate)
+        if self.order == "frame":
+            return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt) for f in frames]
+        fields = ((f, field) for f in frames for field in split(f.luma, self.order))
+        return [Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt) for f, d in fields]
+
+    def told(self) -> dict[str, Any]:
+        """How it is seen, for the diagnostics."""
+        gain, offset = (self._levels.gain, self._levels.offset) if self._levels else (1.0, 0.0)
+        return {
+            "fields": self._why,
+            "noise": self.detection.noise,
+            "threshold": self.level,
+            "stretch": {"gain": gain, "offset": offset},
+        }
+
+    def _wanted(self, info: VideoInfo, detect: DetectSettings) -> Stretch | None:
+        """The stretch of grey levels that the opening needs; damaged pictures count where there are no others."""
+        whole = [frame.luma for frame in self.opening if not frame.corrupt] or [frame.luma for frame in self.opening]
+        return stretch(whole, info.bits, dark=detect.polarity == "dark", gain=detect.gain, offset=detect.offset)
+
+    def _stretch(self) -> None:
+        """Pass all frames through the stretch, if one is wanted."""
+        levels = self._levels
+        if levels is None:
+            return
+
+        def through(frames: list[Frame]) -> list[Frame]:
+            return [frame._replace(luma=levels.over(frame.luma)) for frame in frames]
+
+        self.opening, self.batches = through(self.opening), map(through, self.batches)
+        self._info, self._noise = replace(self._info, bits=BITS), self._noise * levels.gain
+
+    def _judge(self) -> None:
+        """Set detection and level by the first frame."""
+        full, detect = float(2**self._info.bits - 1), self._settings
+        level = None if detect.threshold == "auto" else float(detect.threshold)
+        dark = detect.polarity == "dark"
+        self.detection = Detection(255.0 / full, full, dark, level, self._noise, detect.centroid, detect.min_pixels)
+        self.level = _level(self.samples(self.opening[:1])[0], self.detection)
+
+
+def batches(frames: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
+    waiting = iter(frames)
+    while batch := list(islice(waiting, size)):
+        yield batch
+
+
+def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> list[Frame]:
+    """The frames with those that follow, `most` in all or a few more."""
+    frames = list(frames)
+    while len(frames) < most and (batch := next(batches, None)) is not None:
+        frames += batch
+    return frames
+
+
+def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
+    """ "frame", or the field that comes first; and why."""
+    if fields != "auto":
+        return fields, f"fields: {fields}, as set"
+    if info.is_still:
+        return "frame", "fields: a still"
+    if info.field_order == "progressive":
+        return "frame", "fields: progressive, from the flags"
+    order, why = chosen_order(info.field_order, order_from_pictures(frame.luma[:, ::4] for frame in opening[:16]))
+    return (order if order in ("top", "bottom") else "frame"), why
+
+
+def _level(sample: Sample, detection: Detection) -> float:
+    """The clip's threshold, grey level of pictures turned bright."""
+    if detection.level is not None:
+        return detection.level
+    image = detection.bright(sample.luma)
+    base = background_level(image, scale=detection.scale)
+    over = image.astype(np.float32) * np.float32(detection.scale) - np.float32(base)
+    return base + automatic(over, detection.noise)

@@ -1,0 +1,26 @@
+"""The threshold of each target: half-way between its own background and its own peak."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.tracking.detection.threshold import SIGMAS
+from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import Appearance
+
+HALF = 0.54
+"""Of the mean of a target's pixels, where its threshold is: half of its peak, as those on the rim are dimmer."""
+
+
+def target_levels(appearance: Appearance, detection: Detection, level: float) -> Array:
+    """Thresholds (n,), grey levels of pictures turned bright: half-way up each target, or the user's.
+
+    level  grey level for the whole picture. A target that has not been seen yet has a threshold below that: a dim one
+           falls to pieces at the level for lone pixels, and enough side by side are no chance at a lower one
+    """
+    if detection.level is not None:
+        return np.full(appearance.pixels.size, detection.level)
+    own = appearance.background + np.maximum(HALF * appearance.plateau, STANDS_OUT * detection.noise)
+    return np.where(np.isfinite(own), own, level - (SIGMAS - STANDS_OUT) * detection.noise)
