@@ -102,6 +102,15 @@ def test_a_fold_inside_the_picture_is_told_with_its_radius():
     assert gates.folded(CAMERA) is None
 
 
+def test_the_term_that_folds_the_lens_is_named():
+    line = gates.folded(CAMERA.with_(kappa1=1e-4, kappa2=-2e-3))
+    assert "kappa2 = -0.002" in line
+    assert "calibration.fix: [kappa2]" in line
+    line = gates.folded(CAMERA.with_(kappa1=-0.03, kappa2=1e-4))
+    assert "kappa1 = -0.03" in line
+    assert "model" not in line.split("Add points")[1]  # the model has kappa2 already
+
+
 def test_points_bunched_in_a_corner_are_told_where():
     corner = B / 4 + [300, 20]
     line = gates.bunched(corner, (512, 480))

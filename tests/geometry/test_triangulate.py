@@ -225,6 +225,15 @@ def test_a_point_behind_a_camera_is_no_fix():
     assert np.isnan(locate_points(backwards, np.array(lines)).point).all()
 
 
+def test_a_fix_at_a_cameras_own_centre_is_none_whatever_the_last_bit_says():
+    """Lines of sight that diverge send the fit to a perspective centre, a rounding error before or behind it."""
+    cameras = thesis_rig(2)
+    for share in (0.0, 1e-15, 1e-6, -1e-6):
+        near = cameras[0].position + share * cameras[0].R[2] * 100
+        lines = np.stack([[[256.0, 240.0]], project(cameras[1], near)[None]])
+        assert np.isnan(locate_points(cameras, lines).point).all()
+
+
 def test_leading_axes_are_free():
     cameras = thesis_rig(2)
     p = np.random.default_rng(6).uniform(-10, 10, (4, 5, 3))

@@ -247,8 +247,19 @@ class _Problem:
         factor = np.sqrt(np.sum(self.information[surveyed] * shift[surveyed] ** 2) / told) if told > 0.5 else np.nan
         sigma_px = np.sqrt(np.mean(sd[self.measured] ** 2)) if self.measured.any() else np.nan
         return Bundle(
-            *(state.cameras, state.x, self.free, self.pivot, known.cameras, known.points, left, sd),
-            *(float(sigma_px), float(factor), normalised, steps, converged),
+            cameras=state.cameras,
+            points=state.x,
+            free=self.free,
+            pivot=self.pivot,
+            covariance=known.cameras,
+            point_covariance=known.points,
+            residuals=left,
+            sd=sd,
+            sigma_px=float(sigma_px),
+            survey_factor=float(factor),
+            survey_shift=normalised,
+            steps=steps,
+            converged=converged,
         )
 
 

@@ -125,10 +125,16 @@ def folded(camera: Camera) -> str | None:
     share = float((r > fold).mean())
     if share == 0:
         return None
+    # at the fold 1 + 3 kappa1 r^2 + 5 kappa2 r^4 = 0: the term that is more negative there folds the model
+    term = "kappa1" if 3 * camera.kappa1 <= 5 * camera.kappa2 * fold**2 else "kappa2"
+    value = getattr(camera, term)
+    cure = "or set calibration.fix: [kappa2]"
+    if term == "kappa1":
+        cure = "or set " + ("" if camera.kappa2 else "calibration.model: auto, or ") + "calibration.fix: [kappa1]"
     return (
-        f"kappa1 = {camera.kappa1:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
-        f"optical centre: {max(100 * share, 1):.0f} % of the picture sees nothing. Add points near the corners, or set "
-        f"calibration.model: tsai2, or calibration.fix: [kappa1]."
+        f"{term} = {value:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
+        f"principal point: {max(100 * share, 1):.0f} % of the picture has no line of sight. "
+        f"Add points near the corners, {cure}."
     )
 
 
@@ -156,25 +162,10 @@ def bunched(b: ArrayLike, image_size: tuple[int, int]) -> str | None:
 
 
 def hull_area(b: Array) -> float:
-    """Area, px^2, of the convex hull of positions (n, 2): Andrew's chain and the shoelace formula."""
-    points = sorted({(float(x), float(y)) for x, y in b})
-    if len(points) < 3:
-        return 0.0
+    """Area, px^2, of the convex hull of positions (n, 2); 0 for points on one line."""
+    import cv2
 
-    def chain(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        hull: list[tuple[float, float]] = []
-        for q in ordered:
-            while len(hull) > 1 and _turn(hull[-2], hull[-1], q) <= 0:
-                hull.pop()
-            hull.append(q)
-        return hull[:-1]
-
-    x, y = np.array(chain(points) + chain(points[::-1])).T
-    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-
-
-def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    return float(cv2.contourArea(cv2.convexHull(np.ascontiguousarray(b, np.float32))))
 
 
 UNSURE_CENTRE_PX = 25.0

@@ -111,8 +111,9 @@ def refit_together(
     tolerance = np.broadcast_to(np.asarray(sigma, float), len(p))
 
     def refit(keep: Mask) -> tuple[Camera, ...]:
-        part = (cameras, p[keep], b[:, keep])
-        return cameras_only(*part, sigma=tolerance[keep], free=free, sd=spread[:, keep], priors=priors)
+        return cameras_only(
+            cameras, p[keep], b[:, keep], sigma=tolerance[keep], free=free, sd=spread[:, keep], priors=priors
+        )
 
     return refit
 

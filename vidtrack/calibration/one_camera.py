@@ -146,7 +146,9 @@ class _Judge:
         """Distances (n,) px of all points from the camera fitted to those kept."""
         p, b, sd, survey = self.points.take(keep).thinned(ENOUGH_TO_JUDGE)
         fit = fit_camera(
-            *(p, b, self.nominal),
+            p,
+            b,
+            self.nominal,
             model=self.model,
             fixed=self.fixed,
             sd=sd,
@@ -191,9 +193,7 @@ def _by_closed_form(points: Points, task: Task) -> Answer:
     nominal, held, edge = task.nominal, task.held, False
     try:
         if task.refine == "centre":
-            x, y, edge = best_centre(
-                *(p, b), Cx=nominal.Cx, Cy=nominal.Cy, dx=nominal.dx, dy=nominal.dy, coplanar=points.coplanar, held=held
-            )
+            x, y, edge = best_centre(p, b, **nominal.optics, coplanar=points.coplanar, held=held)
             nominal = nominal._replace(Cx=x, Cy=y)
         solution = tsai_solution(p, b, nominal, held, coplanar=points.coplanar)
         camera = camera_from_closed_form(solution, nominal.image_size)
@@ -229,7 +229,9 @@ def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> 
     p, b, sd, survey = points
     free = free_parameters(model, tuple(task.fixed))
     return fit_camera(
-        *(p, b, task.nominal),
+        p,
+        b,
+        task.nominal,
         model=model,
         fixed=task.fixed,
         priors={name: prior for name, prior in task.priors.items() if name in free},

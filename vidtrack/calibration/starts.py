@@ -34,6 +34,11 @@ class Nominal(NamedTuple):
     dy: float
     image_size: tuple[int, int]  # px
 
+    @property
+    def optics(self) -> dict[str, float]:
+        """Cx, Cy, dx and dy, as the closed form takes them."""
+        return {"Cx": self.Cx, "Cy": self.Cy, "dx": self.dx, "dy": self.dy}
+
 
 def tsai_solution(
     p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False

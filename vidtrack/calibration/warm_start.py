@@ -92,7 +92,9 @@ class WarmStart:
     def _from_scratch(self, keep: Mask) -> Camera:
         """Gauss-Newton went astray: let the careful fit find the way."""
         return refine(
-            *(self.camera, self.p[keep], self.b[keep]),
+            self.camera,
+            self.p[keep],
+            self.b[keep],
             free=self.free,
             sd=self.sd,
             survey=self.survey[keep] if self.survey.any() else None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,10 @@ from vidtrack.geometry.symmetric import add_product
 
 BLOCK = 8192
 """Points a block: what one needs stays in the second-level cache."""
+
+LEAST_DEPTH = 1e-3
+"""ASSUME: share of the base line by which a point must lie in front of a camera. Lines of sight that diverge send the
+fit to a camera's own centre, where the depth is 0 but for rounding."""
 
 
 class Solution:
@@ -100,14 +105,14 @@ class Task(NamedTuple):
             out.noise[:] = Q if self.steps else carried_noise(sights, gains)
             if self.known:
                 out.common[:] = self.known.carried(sights, p, gains, origin)
-            good = self._held_against(sights, p, out)
+            good = self._held_against(sights, p, out, LEAST_DEPTH * _base_line(self.cameras))
         out.point[:] = np.where(good, p + origin[:, None], np.nan)
         if self.slips is not None:
             for gain, slip in zip(gains, self.slips[:, part], strict=True):
                 moved = gain[0] * slip[:, 0] + gain[1] * slip[:, 1]
                 add_product(out.common, moved, moved)
 
-    def _held_against(self, sights: Sequence[Sight], p: Array, out: Solution) -> Mask:
+    def _held_against(self, sights: Sequence[Sight], p: Array, out: Solution, least_depth: float) -> Mask:
         """How far off the points p (3, n) are in each picture, into `out`; whether (n,) each is a fix."""
         n = np.zeros(p.shape[1])
         off2, behind = np.zeros_like(n), np.zeros(n.size, bool)
@@ -117,10 +122,15 @@ class Task(NamedTuple):
             view = look_back(s, p)
             n += s.on
             off2 += s.on * view.off2
-            behind |= s.used & (view.depth <= 0)
+            behind |= s.used & ~(view.depth > least_depth)
             x, y = view.error
             out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
             error[:] = np.where(s.seen, view.error, np.nan)
             lines.append(view.line)
         np.sqrt(off2 / n, out=out.miss)
         return np.asarray((n >= 2) & ~behind & (largest_sine(lines) >= self.min_sine))
+
+
+def _base_line(cameras: Sequence[Camera]) -> float:
+    """The largest distance between two perspective centres, world units."""
+    return max(float(np.linalg.norm(a.position - b.position)) for a, b in combinations(cameras, 2))

@@ -10,7 +10,7 @@ Pixels are square units here: dx = dy = 1, f in px, Sx the ratio of the pixels' 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -87,11 +87,21 @@ def poses(
     starts = [adjust(camera, p, b, sd, iterations=4) for camera in starting_poses(p, b, image_size, f_starts)]
     found: list[Pose] = []
     going_on, iterations = (8, 25) if len(p) < 8 else (2, 8)  # many points leave little to choose, and lead there fast
-    for start in sorted((pose for pose in starts if pose), key=lambda pose: pose.cost)[:going_on]:
+    for start in _different(pose for pose in starts if pose)[:going_on]:
         pose = adjust(start.camera, p, b, sd, iterations=iterations)
-        if pose is not None and not any(_alike(pose, other) for other in found):
+        if pose is not None:
             found.append(pose)
-    return sorted(found, key=lambda pose: pose.cost)
+    return _different(found)
+
+
+def _different(found: Iterable[Pose]) -> list[Pose]:
+    """Poses, best first, without those like a better one: copies, alike in cost to the last digits, would crowd out
+    others."""
+    kept: list[Pose] = []
+    for pose in sorted(found, key=lambda pose: pose.cost):
+        if not any(_alike(pose, other) for other in kept):
+            kept.append(pose)
+    return kept
 
 
 def adjust(

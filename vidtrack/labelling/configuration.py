@@ -16,14 +16,17 @@ from itertools import product
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import one_to_one
 from vidtrack.geometry.pose import RICH, adjust, poses
-from vidtrack.labelling.label import Index, Labels, Picks, View, best_labels, complete, grow
+from vidtrack.labelling.label import Index, Labels, Picks, View, best_labels, complete, grow, spacing
 from vidtrack.labelling.seeds import label_from_picks, on_one_line
 
 TURNS = 8000
 """Attitudes to try; neighbours are about 13 degrees apart."""
 CANDIDATES = 24
 """Turns that are refined."""
+STARTS = 8
+"""Different affine starts from which labels are grown."""
 FLAT = 0.03
 """Third over first spread below which points count as coplanar here: their depth would only be noise."""
 SCORED = 200
@@ -188,7 +191,21 @@ def _affine_starts(points: Array, views: Sequence[View]) -> list[tuple[float, Ar
         if len(chosen) == CANDIDATES:
             break
     refined = [_refined(kept.mean(0) + (x @ turns[i].T) @ spread.T, x, views) for i in chosen]
-    return sorted(refined, key=lambda pair: pair[0])[:8]
+    return _different(sorted(refined, key=lambda pair: pair[0]), views)[:STARTS]
+
+
+def _different(ordered: Sequence[tuple[float, Array]], views: Sequence[View]) -> list[tuple[float, Array]]:
+    """The starts without those that put the points where a cheaper one does, to a quarter of the blobs' spacing.
+
+    Several turns refine to one start, and a symmetric layout has starts of equal cost but for rounding: copies would
+    crowd out the right one by the last bit.
+    """
+    kept: list[tuple[float, Array]] = []
+    near = 0.25 * spacing(views)
+    for cost, at in ordered:
+        if all(np.median(np.linalg.norm(at - other, axis=-1)) > near for _, other in kept):
+            kept.append((cost, at))
+    return kept
 
 
 def _refined(at: Array, x: Array, views: Sequence[View]) -> tuple[float, Array]:
@@ -210,15 +227,13 @@ def _refined(at: Array, x: Array, views: Sequence[View]) -> tuple[float, Array]:
 
 def _assigned(at: Array, views: Sequence[View]) -> tuple[Index, Array]:
     """Rows of `at` that get a blob, one to one within each view, and the blobs' px."""
-    from scipy.optimize import linear_sum_assignment
-
     rows, xy, start = [], [], 0
     for view in views:
         own = at[start : start + len(view.points)]
-        d = np.linalg.norm(own[:, None] - view.blobs[None], axis=-1)
-        row, column = linear_sum_assignment(d)
+        column = one_to_one(np.linalg.norm(own[:, None] - view.blobs[None], axis=-1))
+        row = np.flatnonzero(column >= 0)
         rows.append(row + start)
-        xy.append(view.blobs[column])
+        xy.append(view.blobs[column[row]])
         start += len(view.points)
     return np.concatenate(rows), np.concatenate(xy)
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import one_to_one_within
 from vidtrack.geometry.pose import RICH, adjust, predicted
-from vidtrack.labelling.label import GATE, Index, Labels, one_to_one, scatter_of, spacing
+from vidtrack.labelling.label import GATE, Index, Labels, scatter_of, spacing
 
 ENOUGH = 12
 """Balls that the other clips must show before they can say where one clip's ought to be."""
@@ -30,12 +31,12 @@ def shifted(labels: Labels, i: int) -> Shift | None:
     seen = np.isfinite(at).all(-1).sum()
     if seen < 4 or (labels.blob[i] >= 0).sum() > 0.5 * seen or not len(view.blobs):
         return None
-    rough = one_to_one(_gaps(at, view.blobs), 0.45 * spacing([view]))
+    rough = one_to_one_within(_gaps(at, view.blobs), 0.45 * spacing([view]))
     has = rough >= 0
     if has.sum() < 4:
         return None
     offset = np.median((view.blobs[rough] - at)[has], axis=0)
-    blob = one_to_one(_gaps(at + offset, view.blobs), 2 * GATE * labels.sd)
+    blob = one_to_one_within(_gaps(at + offset, view.blobs), 2 * GATE * labels.sd)
     return Shift(blob, offset) if (blob >= 0).sum() > 0.7 * seen else None
 
 

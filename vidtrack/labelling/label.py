@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import one_to_one_within
 from vidtrack.geometry.pose import PLAIN, RICH, Pose, adjust, predicted
 
 Index = NDArray[np.intp]
@@ -196,7 +197,7 @@ def _assigned(pose: Pose, points: Array, views: Sequence[View], sd: float) -> La
     blobs, projected, merged, nearest = [], [], [], []
     for view in views:
         at = predicted(pose, points[view.points])[0]
-        blob = one_to_one(_distances(pose, points, view, sd), GATE**2)
+        blob = one_to_one_within(_distances(pose, points, view, sd), GATE**2)
         shared = _merged(at, blob, view)
         blob[shared] = -1
         blobs.append(blob)
@@ -204,17 +205,6 @@ def _assigned(pose: Pose, points: Array, views: Sequence[View], sd: float) -> La
         merged.append(shared)
         nearest.append(_nearest(at, blob, view))
     return Labels(views, pose, blobs, projected, merged, nearest, sd)
-
-
-def one_to_one(cost: Array, most: float) -> Index:
-    """The blob (k,) of each point for the least total cost (k, n), -1 where it would cost more than `most`."""
-    from scipy.optimize import linear_sum_assignment
-
-    row, column = linear_sum_assignment(np.minimum(cost, 2 * most))
-    blob = np.full(len(cost), -1, np.intp)
-    good = cost[row, column] < most
-    blob[row[good]] = column[good]
-    return blob
 
 
 def _merged(at: Array, blob: Index, view: View) -> NDArray[np.bool_]:

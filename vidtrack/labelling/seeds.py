@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import one_to_one_within
 from vidtrack.geometry.pose import poses
 from vidtrack.labelling.label import SD_START, Index, Labels, Picks, View, best_labels, complete, grow
 
@@ -89,8 +90,6 @@ def _snapped(
 
     barred   pairs (pick, blob) that may not be
     """
-    from scipy.optimize import linear_sum_assignment
-
     xy, sd = picks.xy.copy(), np.full(len(picks.point), 4 * SD_START)
     chosen = np.full(len(picks.point), -1)
     for v in np.unique(picks.view[keep]):
@@ -98,10 +97,7 @@ def _snapped(
         d = np.linalg.norm(picks.xy[rows][:, None] - views[v].blobs[None], axis=-1)
         for at, i in enumerate(rows):
             d[at, [j for k, j in barred if k == i]] = np.inf
-        cost = np.minimum(d, radius) ** 2
-        row, column = linear_sum_assignment(cost)
-        for at, j in zip(row.tolist(), column.tolist(), strict=True):
-            if d[at, j] < radius:
-                i = rows[at]
+        for i, j in zip(rows, one_to_one_within(d**2, radius**2).tolist(), strict=True):
+            if j >= 0:
                 xy[i], sd[i], chosen[i] = views[v].blobs[j], SD_START, j
     return Seeds(keep, xy[keep], sd[keep], chosen)

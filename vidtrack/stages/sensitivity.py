@@ -159,7 +159,13 @@ def _calibrated(case: Case, rng: np.random.Generator) -> Sequence[Camera]:
     sd = layout.calibration_sd
     if layout.refine == "bundle" and layout.sigma > 0:
         return bundle(
-            *(layout.cameras, layout.p, b), sigma=layout.sigma, free=layout.free, sd=sd[:, None, None], scale_sd=False
+            layout.cameras,
+            layout.p,
+            b,
+            sigma=layout.sigma,
+            free=layout.free,
+            sd=sd[:, None, None],
+            scale_sd=False,
         ).cameras
     cameras = []
     for i, camera in enumerate(layout.cameras):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.assignment import one_to_one
+from vidtrack.assignment import one_to_one
 from vidtrack.tracking.association.occlusion import OCCLUSION, Occlusions, groups
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import (

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.association.assignment import mutual_best
+from vidtrack.assignment import mutual_best
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import contrast_of
 from vidtrack.tracking.sample import Sample

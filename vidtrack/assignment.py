@@ -1,4 +1,4 @@
-"""Who is who: targets and blobs joined one to one."""
+"""Rows and columns joined one to one at the least cost: targets and blobs, tags and blobs, picks and blobs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from vidtrack.arrays import Array
 
 
 def one_to_one(cost: Array) -> NDArray[np.intp]:
-    """For each target (row) the blob (column) that is its own, (n,), -1 where it gets none.
+    """For each row its column, (n,), -1 where it gets none: as many pairs as possible, at the least sum of costs.
 
-    cost  (n, m), inf where a blob cannot be the target. As many targets as possible get a blob; among all such ways
-          the one with the least sum of costs (Hungarian method).
+    cost  (n, m), inf where a pair cannot be. Among all ways that join the most pairs, the one of least cost (Hungarian
+          method).
     """
     chosen = np.full(cost.shape[0], -1, np.intp)
     allowed = np.isfinite(cost)
@@ -20,7 +20,7 @@ def one_to_one(cost: Array) -> NDArray[np.intp]:
     if rows.size == 0:
         return chosen
     best = np.argmin(cost[rows], axis=1)
-    if np.unique(best).size == rows.size:  # everybody's first choice
+    if np.unique(best).size == rows.size:  # no two rows want the same column
         chosen[rows] = best
         return chosen
     from scipy.optimize import linear_sum_assignment
@@ -29,6 +29,20 @@ def one_to_one(cost: Array) -> NDArray[np.intp]:
     picked, column = linear_sum_assignment(np.where(allowed, cost, ceiling))
     real = allowed[picked, column]
     chosen[picked[real]] = column[real]
+    return chosen
+
+
+def one_to_one_within(cost: Array, most: float) -> NDArray[np.intp]:
+    """For each row its column, (n,), -1 where it gets none: the least sum, where a row without a column costs `most`.
+
+    cost  (n, m), inf where a pair cannot be. No pair costs `most` or more.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    chosen = np.full(cost.shape[0], -1, np.intp)
+    row, column = linear_sum_assignment(np.minimum(cost, most))
+    real = cost[row, column] < most
+    chosen[row[real]] = column[real]
     return chosen
 
 
