@@ -87,6 +87,7 @@ def _told(info: VideoInfo) -> dict[str, Any]:
         "rate": float(info.rate),
         "sample_aspect": str(info.sample_aspect),
         "rotation": info.rotation,
+        "mirrored": info.mirrored,
         "codec": info.codec,
         "pix_fmt": info.pix_fmt,
         "bits": info.bits,

@@ -37,10 +37,12 @@ class Frame(NamedTuple):
 class VideoInfo:
     """What a recording says of itself.
 
-    width, height  px of the frame buffer
+    width, height  px of the frame buffer: the picture as a player shows it, its orientation obeyed, its pixels as stored
     rate           exact frames a second; of variable-rate video the mean
-    sample_aspect  width of a pixel over its height (8/9 for 720x480 tape); 1 where nothing is said
-    rotation       degrees, anticlockwise, by which a player turns the picture; the frame buffer is not turned
+    sample_aspect  width of a pixel of the frame buffer over its height (8/9 for 720x480 tape); 1 where nothing is said.
+                   Positions are in pixels as stored, never stretched by it
+    rotation       degrees, anticlockwise, by which the stored picture was turned to give the frame buffer: 0, 90, ...
+    mirrored       whether left and right were exchanged after that
     bits           levels reach from 0 to 2**bits - 1
     field_order    what the flags say: "progressive", "top" or "bottom" (the field that came first) or "unknown"
     timecodes      where a time code was found -> label of the first frame
@@ -56,6 +58,7 @@ class VideoInfo:
     rate: Fraction
     sample_aspect: Fraction = Fraction(1)
     rotation: int = 0
+    mirrored: bool = False
     codec: str = ""
     pix_fmt: str = ""
     bits: int = 8

@@ -54,6 +54,7 @@ class Watch:
         self._corrupt = array("q")
         self._refused = self._backwards = self._other_size = 0
         self._said = ""
+        self._notes: list[str] = []
         self._broken_off = ""
         self._seen = array("d")  # least, greatest, mean level and standard deviation of each picture looked at
         self._compared = array("q")  # pictures compared with the next
@@ -79,6 +80,10 @@ class Watch:
     def broken_off(self, error: Exception) -> None:
         """The container could not be read at some place."""
         self._broken_off = getattr(error, "strerror", None) or str(error)
+
+    def noted(self, what: str) -> None:
+        """Something else that a person should know of the recording."""
+        self._notes.append(what)
 
     def other_size(self) -> None:
         """A picture of another size than the first, which is left out."""
@@ -133,6 +138,7 @@ class Watch:
         cut = _missing_at_end(times, info, float(base.rate)) if ended else 0
         n, corrupt = len(times), len(self._corrupt)
         told = [
+            *self._notes,
             _count(self._refused, "packet refused by the decoder", "packets refused by the decoder") + self.reason()
             if self._refused
             else "",

@@ -31,6 +31,7 @@ from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.damage import Watch
 from vidtrack.video.embedded_timecode import code_of_dv_packet, embedded_timecodes
 from vidtrack.video.luma import bits_of, luma_reader
+from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.read_ahead import read_ahead
 
 _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
@@ -70,6 +71,7 @@ class Video:
                 raise VidtrackError(
                     f"{path}: no picture in it can be decoded. Is the file whole? {self._watch.reason()}"
                 )
+            self._turn = self._orientation(self._first[0])
             self.info = self._described(self._first[0])
         except BaseException:
             self._container.close()
@@ -112,7 +114,7 @@ class Video:
             raise ValueError("frames() reads a recording once; open it again to read it again")
         first, self._first = self._first, None
         watch, codes = self._watch, self._codes
-        width, height, name = self.info.width, self.info.height, ""
+        width, height, name = first[0].width, first[0].height, ""
         if ahead:
             size = width * height * (3 if self.info.bits == 8 else 6) // 2
             self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
@@ -126,7 +128,7 @@ class Video:
                 watch.other_size()
                 continue
             if picture.format.name != name:
-                name, read = picture.format.name, luma_reader(picture.format)
+                name, read = picture.format.name, self._turn.applied(luma_reader(picture.format))
             luma = read(picture)
             watch.picture(index, time.numerator / time.denominator, luma, corrupt)
             yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
@@ -178,21 +180,32 @@ class Video:
                 failures += 1
                 self._watch.broken_off(error)
 
+    def _orientation(self, first: Any) -> Orientation:
+        turn = orientation_of(first, self.path)
+        if turn is None:
+            self._watch.noted(f"the file asks players to turn the picture by {first.rotation} degrees: not obeyed")
+        elif turn.transposed and _flagged_order(self._stream.codec_context, first) in ("top", "bottom"):
+            self._watch.noted("interlaced pictures that stand on their side: their fields are not taken apart")
+        return turn or STORED
+
     def _described(self, first: Any) -> VideoInfo:
         stream, codec = self._stream, self._stream.codec_context
         still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
         rate = exact_rate(_stated_rate(self._container, stream))
         codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
+        aspect, turn = codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1), self._turn
+        width, height = (first.height, first.width) if turn.transposed else (first.width, first.height)
         return VideoInfo(
-            width=first.width,
-            height=first.height,
+            width=width,
+            height=height,
             rate=rate,
-            sample_aspect=codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1),
-            rotation=int(first.rotation),
+            sample_aspect=1 / aspect if turn.transposed else aspect,
+            rotation=turn.rotation,
+            mirrored=turn.mirrored,
             codec=codec.name,
             pix_fmt=first.format.name,
             bits=bits_of(first.format),
-            field_order=_flagged_order(codec, first),
+            field_order=turn.field_order(_flagged_order(codec, first), first.height),
             timecodes=codes,
             n_frames_hint=stream.frames or None,
             duration=None if still else _stated_duration(self._container, stream, rate),
