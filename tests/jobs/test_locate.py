@@ -1,6 +1,7 @@
 """The job reads tables and cameras, and writes trajectories with units and a record."""
 
 import json
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.geometry.camera import project
 from vidtrack.jobs.locate import run
 from vidtrack.simulate.rig import thesis_points, thesis_rig
+from vidtrack.timing.run_scale import code_as_record
+from vidtrack.timing.timecode import Timecode
 from vidtrack.workflow.job import Job
 
 N = 60
@@ -75,6 +78,34 @@ def test_two_cameras_tables_become_trajectories(space):
     assert record["provenance"] == {"vidtrack": "test"}
     assert record["clocks"]["cameras"]["cam2"]["source"] == "motion"
     assert record["volume"]["share_outside"] == 0
+
+
+def test_cameras_with_non_drop_code_are_put_on_the_scale_of_the_earliest_first_label(space, tmp_path):
+    """The second camera began a minute later by its label: 60.06 s in truth, of which its own reading knows 60."""
+    job, _ = space
+    rate = Fraction(30000, 1001)
+    late = 1800
+    codes = [Timecode(10 * 3600 * 30, rate), Timecode(10 * 3600 * 30 + late, rate)]
+    readings = []
+    for k, (path, code, camera) in enumerate(zip(job.inputs["centroids"], codes, thesis_rig(2), strict=True)):
+        frames = np.arange(late + N) if k == 0 else np.arange(late, late + N)
+        x = np.stack([10 * np.cos(frames / 8), np.zeros(frames.size), np.zeros(frames.size)], -1)
+        b = project(camera, x)
+        time_s = float(code.clock) + (frames - frames[0]) / float(rate)
+        table = pd.DataFrame(
+            {"time_s": time_s, "timecode": "", "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""}
+        )
+        write_parquet(path, table, units="in", provenance={})
+        readings.append(str(tmp_path / f"r{k}"))
+        write_json(readings[-1], {"time": {"code": code_as_record(code)}}, {})
+    settings = job.settings | {"clocks": {name: {"offset_s": 0.0, "rate_ppm": 0.0} for name in ("cam1", "cam2")}}
+    run(Job(settings, {**job.inputs, "readings": readings}, job.outputs, {}))
+    table = read_parquet(job.outputs["trajectories"])
+    assert len(table) == N
+    np.testing.assert_allclose(table["time_s"], 36000 + (late + np.arange(N)) * 1001 / 30000, atol=1e-6)
+    np.testing.assert_allclose(table["x"], 10 * np.cos((late + np.arange(N)) / 8), atol=1e-3)
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert record["time"]["shift_s"] == {"cam1": 0, "cam2": pytest.approx(0.06)}
 
 
 def test_a_run_of_one_camera_names_its_place_in_the_config(space):

@@ -50,9 +50,19 @@ def test_midnight_is_passed_in_every_way_of_writing():
 @pytest.mark.parametrize("drop", [False, True])
 def test_the_video_s_own_labels_tell_how_they_count(drop):
     frames = 1_079_000 + np.arange(0, 3000, 10)
-    labels = label_from_frame(frames, NTSC, drop)
-    assert counting_of(labels.tolist(), frames * 1001 / 30000) == Counting(NTSC, drop)
-    assert counting_of(labels.tolist(), frames / 30) == (None if drop else Counting(Fraction(30), False))
+    labels = label_from_frame(frames, NTSC, drop).tolist()
+    behind = 0.0 if drop else 1_079_000 * (1 / 30 - 1001 / 30000)
+    assert counting_of(labels, frames * 1001 / 30000 + behind) == (NTSC, drop, pytest.approx(behind, abs=1e-9))
+    assert counting_of(labels, frames / 30) == (None if drop else Counting(Fraction(30), False))
+
+
+def test_time_codes_of_a_reference_are_read_on_the_run_s_scale():
+    """The run began 100 s before its first located sample: by then, non-drop labels are 0.1 s behind."""
+    frames = 1_081_620 + np.arange(3000, 6000, 10)
+    time_s = 36054 + (frames - 1_081_620) * 1001 / 30000
+    counting = counting_of(label_from_frame(frames, NTSC, False).tolist(), time_s)
+    assert counting == (NTSC, False, pytest.approx(36054 - 1_081_620 * 1001 / 30000, abs=1e-6))
+    assert seconds_from_cells(["10:00:54:00", "10:02:34:00"], counting).seconds == pytest.approx([36054.0, 36154.1])
 
 
 def test_without_labels_nobody_can_count():

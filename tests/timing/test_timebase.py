@@ -115,7 +115,28 @@ def test_the_time_of_a_code_is_found_back():
     base = TimeBase(NTSC, NTSC, True, (Anchor(0.0, TEN.frame), Anchor(5.0, TEN.frame + 3000)))
     for time in (0.0, 1.5, 4.9, 5.0, 9.0):
         at = round(time * float(NTSC)) / float(NTSC)
-        assert base.time_of(float(base.seconds(at))) == pytest.approx(at, abs=0.02)
+        assert base.time_of(base.timecode(at)) == pytest.approx(at, abs=0.02)
+    with pytest.raises(ValueError, match="without time code"):
+        time_base(NTSC).time_of(TEN)
+
+
+@pytest.mark.parametrize("rate", [NTSC, Fraction(24000, 1001), Fraction(60000, 1001)])
+def test_non_drop_code_begins_as_its_label_reads_and_goes_on_in_true_seconds(rate):
+    """A logger set by the same clock has 36054.5 there; counted from midnight the label would be 36090.05 s."""
+    n = round(rate)
+    base = time_base(rate, parse(f"10:00:54:{n // 2:02d}", rate))
+    times = stamps(100 * n, rate)
+    np.testing.assert_allclose(base.seconds(times), 36054.5 + times, atol=1e-6)
+    assert base.timecode(times[50]) == parse(str(base.labels(times[50])), rate)
+    assert base.time_of(base.timecode(times[50])) == pytest.approx(times[50], abs=1e-6)
+
+
+@pytest.mark.parametrize("label", ["10:00:54;15", "10:00:54:15"])
+def test_drop_frame_and_whole_rates_are_counted_from_midnight_as_ever(label):
+    rate = NTSC if ";" in label else Fraction(25)
+    code = parse(label, rate)
+    assert code.clock == code.seconds
+    assert float(time_base(rate, code).seconds(0.0)) == pytest.approx(float(code.seconds), abs=1e-9)
 
 
 def test_an_unreadable_label_gives_way_to_the_next_and_a_gop_from_zero_is_no_code():

@@ -1,9 +1,12 @@
+import re
+from fractions import Fraction
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
-from tests.files.clips import make_clip
+from tests.files.clips import NTSC, make_clip
 from vidtrack.video.embedded_timecode import code_of_dv
 from vidtrack.video.reader import open_video
 
@@ -101,3 +104,59 @@ def test_a_label_that_nobody_set_yields_to_one_that_somebody_did(tmp_path):
         options={"gop_timecode": "01:02:03:04", "bf": "0"},
     )
     assert codes(path)[1] == "gop"
+
+
+def tmcd_counted_at(path: Path, base: Fraction, count: int) -> None:
+    """Rewrite a MOV's time code track: so many labels a second, and so many of them since midnight."""
+    data = path.read_bytes()
+    at = next(m.start() for m in re.finditer(rb"tmcd\x00{7}\x01", data)) + 20
+    scale, duration = base.as_integer_ratio()
+    entry = scale.to_bytes(4) + duration.to_bytes(4) + bytes([round(base)])
+    with av.open(str(path)) as container:
+        place = next(container.demux(container.streams.data[0])).pos
+    data = data[:at] + entry + data[at + 9 :]
+    path.write_bytes(data[:place] + count.to_bytes(4) + data[place + 4 :])
+
+
+@pytest.mark.parametrize("name", ["a.mov", "a.mp4"])
+@pytest.mark.parametrize(("rate", "base"), [(50, 25), (Fraction(60000, 1001), Fraction(30000, 1001)), (100, 50)])
+def test_code_counted_at_half_the_rate_of_the_video_is_read_by_its_own_base(tmp_path, name, rate, base):
+    rate, base = Fraction(rate), Fraction(base)
+    path = make_clip(tmp_path / name, "mjpeg", "yuvj420p", n=6, rate=rate, timecode="10:00:00:00")
+    tmcd_counted_at(path, base, 36000 * round(base) + 12)
+    with open_video(str(path)) as video:
+        time = video.info.time
+        times = np.array([float(frame.time) for frame in video.frames()])
+    assert (time.rate, time.code_rate) == (rate, base)
+    assert time.seconds(0.0) == pytest.approx(36000 + 12 / round(base), abs=1e-6)
+    assert time.labels(times)[:5].tolist() == [f"10:00:00:{n}" for n in (12, 12, 13, 13, 14)]
+
+
+def test_an_mxf_says_how_its_code_counts(tmp_path):
+    path = make_clip(tmp_path / "a.mxf", "mpeg2video", "yuv422p", n=3, rate=Fraction(25), timecode="10:00:00:12")
+    with open_video(str(path)) as video:
+        assert video.info.code_bases == {"mxf": 25}
+
+
+@pytest.mark.parametrize("lost", [0.05, 0.1, 0.3])
+def test_frames_that_were_dropped_do_not_change_how_the_code_counts(tmp_path, lost):
+    """The average rate is then 28.5 to 21 Hz: counted by that, 10:00:00:00 became 35485.7 s."""
+    rng = np.random.default_rng(5)
+    stamps = [0, *(np.flatnonzero(rng.random(200) > lost) + 1).tolist()]
+    path = make_clip(
+        tmp_path / "a.mov",
+        "libx264",
+        "yuv420p",
+        n=len(stamps),
+        size=(64, 48),
+        stamps=stamps,
+        stamp_base=1 / NTSC,
+        timecode="10:00:00;00",
+        options={"bf": "0"},
+    )
+    with open_video(str(path)) as video:
+        times = np.array([float(frame.time) for frame in video.frames()])
+        base = video.info.time.fitted(times)
+    assert base.rate == base.code_rate == NTSC
+    np.testing.assert_allclose(base.seconds(times), 36000 - 0.036 + np.array(stamps) / float(NTSC), atol=1e-6)
+    assert video.account.lost == 200 - (len(stamps) - 1) - (200 - stamps[-1])

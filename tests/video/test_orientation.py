@@ -87,9 +87,9 @@ def test_a_video_is_turned_as_its_display_matrix_says(tmp_path, turn):
     shown = np.zeros(luma.shape, np.uint8)
     for y, x in np.ndindex(*plain.shape):  # by the definition, pixel by pixel
         to_x, to_y = (y, x) if turn.transposed else (x, y)
-        shown[shown.shape[0] - 1 - to_y if turn.flip_y else to_y, shown.shape[1] - 1 - to_x if turn.flip_x else to_x] = (
-            plain[y, x]
-        )
+        shown[
+            shown.shape[0] - 1 - to_y if turn.flip_y else to_y, shown.shape[1] - 1 - to_x if turn.flip_x else to_x
+        ] = plain[y, x]
     np.testing.assert_array_equal(luma, shown)
     assert (info.width, info.height) == luma.shape[::-1]
     assert problems == ()

@@ -145,23 +145,6 @@ def test_the_flags_of_the_fields_are_read(tmp_path, flag, order):
         assert video.info.field_order == order
 
 
-def test_a_turned_picture_is_told_and_left_as_it_lies(tmp_path):
-    import av
-
-    with av.open(str(tmp_path / "r.mp4"), "w") as container:
-        stream = container.add_stream("libx264", rate=25)
-        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
-        stream.set_display_rotation(90)
-        for i in range(2):
-            frame = av.VideoFrame(160, 120, "yuv420p")
-            frame.pts, frame.time_base = i, Fraction(1, 25)
-            container.mux(stream.encode(frame))
-        container.mux(stream.encode())
-    with open_video(str(tmp_path / "r.mp4")) as video:
-        assert abs(video.info.rotation) == 90
-        assert next(iter(video.frames())).luma.shape == (120, 160)
-
-
 def test_frames_are_read_once_for_each_opening(tmp_path):
     path = make_clip(tmp_path / "a.avi", "mjpeg", "yuvj420p", n=2)
     with open_video(str(path)) as video:

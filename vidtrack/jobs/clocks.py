@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from vidtrack.files.records import write_json
+from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.stages.clocks import clocks
+from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.video.reader import open_video
 from vidtrack.video.room_sound import RATE_HZ, room_sound
 from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: videos, light (in the order of settings.cameras); output record.
+    """inputs: videos, light, readings (in the order of settings.cameras); output record.
 
     settings: run, cameras, references, sought. Sound is read only of cameras for whose clocks it is asked.
     """
     names, sought = job.settings["cameras"], job.settings["sought"]
     light = {name: read_parquet(path) for name, path in zip(names, job.paths("light"), strict=True)}
+    codes = {name: code_from_record(read_json(path)) for name, path in zip(names, job.paths("readings"), strict=True)}
+    for name, later in run_scale(codes).shift.items():  # clocks are compared on the scale that locate uses
+        light[name][["time_s", "middle_s"]] += later
     listening = [name for name in names if name in job.settings["references"] or "sound" in sought.get(name, ())]
     sounds = {}
     if any("sound" in witnesses for witnesses in sought.values()):

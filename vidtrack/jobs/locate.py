@@ -8,6 +8,8 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
+from vidtrack.findings import as_records
+from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
@@ -35,8 +37,13 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         key: job.settings[key] for key in ("targets", "clocks", "tolerance_px", "max_miss") if key in job.settings
     }
     points = [read_parquet(path) for path in job.paths("points")]
-    return locate(
-        {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)},
+    codes = {n: code_from_record(read_json(p)) for n, p in zip(names, job.paths("readings"), strict=False)}
+    scale = run_scale(codes, f"runs.{job.settings['run']}")
+    tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
+    for name, later in scale.shift.items():
+        tables[name]["time_s"] += later
+    located, record = locate(
+        tables,
         {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)},
         points=dict(zip(names, points, strict=True)) if points else None,
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
@@ -44,6 +51,9 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         where=f"runs.{job.settings['run']}",
         **options,
     )
+    record["time"] = {"scale": scale.note, "shift_s": scale.shift}
+    record["findings"] = [*record.get("findings", []), *as_records(scale.findings)]
+    return located, record
 
 
 def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:

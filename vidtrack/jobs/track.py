@@ -16,6 +16,7 @@ from vidtrack.progress import Progress
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.light import LightMeter
+from vidtrack.timing.run_scale import code_as_record
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
 from vidtrack.workflow.job import Job
@@ -52,6 +53,7 @@ def run(job: Job) -> None:
             "source": info.time.source,
             "rate": str(info.rate),
             "drop": info.time.drop,
+            "code": code_as_record(info.time.first),
             "table": [row._asdict() for row in found.table],
             "problems": found.problems,
         },

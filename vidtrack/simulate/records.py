@@ -115,13 +115,13 @@ def _truth(scenario: Scenario, run: str) -> list[list[object]]:
     """Every target at every frame's (and second field's) time code, as the true clock has it."""
     plan, recording = scenario.runs[run], scenario.recording_of(run)
     steps = 1 if recording.interlace == "none" else 2
-    first = min([plan.first_frame.get(name, 0) for name in plan.cameras or scenario.cameras])
+    first = scenario.first_frame_of(run)
     last = max([plan.first_frame.get(name, 0) for name in plan.cameras or scenario.cameras])
     n = n_frames(plan, recording) + last - first
     label = [Fraction(first) + Fraction(k, steps) for k in range(n * steps)]
     t = np.array([float(at / recording.rate) for at in label])
-    start = scenario.start_of(run).frame
-    time_s = [float((start + at) / recording.rate) for at in label]
+    begun = scenario.first_code_of(run).clock  # what the run's earliest first label shows
+    time_s = [float(begun + (at - first) / recording.rate) for at in label]
     paths = {target: position(ball.motion, t) for target, ball in plan.targets.items()}
     return [[when, target, *paths[target][k]] for k, when in enumerate(time_s) for target in paths]
 
@@ -137,7 +137,8 @@ def _reference(scenario: Scenario, run: str) -> list[list[object]]:
     ball = {**plan.targets, **plan.others}[sensor.target]
     along = np.asarray(sensor.along, float) / np.linalg.norm(sensor.along)
     value = sensor.gain * (position(ball.motion, t) @ along) + sensor.bias + sensor.error * rng.standard_normal(n)
-    start = float(scenario.start_of(run).seconds)
+    recording = scenario.recording_of(run)
+    start = float(scenario.first_code_of(run).clock - scenario.first_frame_of(run) / recording.rate)
     return [[start + when - sensor.lead_s, reading] for when, reading in zip(t, value, strict=True)]
 
 

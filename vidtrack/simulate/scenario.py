@@ -257,9 +257,18 @@ class Scenario(Plan):
         return self.runs[run].recording or self.recording
 
     def start_of(self, run: str) -> Timecode:
-        """The time code of a run's first frame."""
+        """The time code of a run's frame 0."""
         recording = self.recording_of(run)
         return parse(self.runs[run].start, recording.rate, recording.drop_frame)
+
+    def first_frame_of(self, run: str) -> int:
+        """The frame of the scene with which the earliest of a run's recordings begins."""
+        plan = self.runs[run]
+        return min([plan.first_frame.get(name, 0) for name in plan.cameras or self.cameras])
+
+    def first_code_of(self, run: str) -> Timecode:
+        """The time code of that frame, which sets the run's scale of time."""
+        return self.start_of(run) + self.first_frame_of(run)
 
     def points(self) -> tuple[list[str], np.ndarray[Any, np.dtype[np.float64]]]:
         """Tags and true places (n, 3) of the calibration balls."""

@@ -62,4 +62,4 @@ def _instant(where: str, value: Instant | None, info: VideoInfo) -> int | float 
         code = parse(value, info.time.code_rate, info.time.drop or None)
     except ValueError as error:
         raise VidtrackError(f"{where}: {error}.") from None
-    return float(info.time.time_of(float(code.seconds)))
+    return info.time.time_of(code)

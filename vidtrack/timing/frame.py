@@ -37,7 +37,7 @@ class Frame(NamedTuple):
 class VideoInfo:
     """What a recording says of itself.
 
-    width, height  px of the frame buffer: the picture as a player shows it, its orientation obeyed, its pixels as stored
+    width, height  px of the frame buffer: the picture turned as a player turns it, its pixels as stored
     rate           exact frames a second; of variable-rate video the mean
     sample_aspect  width of a pixel of the frame buffer over its height (8/9 for 720x480 tape); 1 where nothing is said.
                    Positions are in pixels as stored, never stretched by it
@@ -46,6 +46,7 @@ class VideoInfo:
     bits           levels reach from 0 to 2**bits - 1
     field_order    what the flags say: "progressive", "top" or "bottom" (the field that came first) or "unknown"
     timecodes      where a time code was found -> label of the first frame
+    code_bases     where one was found -> labels a second, where the file says how its code counts
     n_frames_hint  how many pictures the container claims; never to be relied on
     duration       s that the container claims, None where it only guesses; tells a recording that is cut off
     is_still       one picture, no time
@@ -64,6 +65,7 @@ class VideoInfo:
     bits: int = 8
     field_order: str = "unknown"
     timecodes: dict[str, str] = field(default_factory=dict)
+    code_bases: dict[str, Fraction] = field(default_factory=dict)
     n_frames_hint: int | None = None
     duration: Fraction | None = None
     is_still: bool = False

@@ -12,20 +12,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.timing.timecode import frame_from_label, nominal
+from vidtrack.timing.timecode import Timecode, frame_from_label, nominal
 
 RATES = tuple(
     Fraction(r) for r in ("30000/1001", "30", "25", "24000/1001", "24", "60000/1001", "60", "50", "100", "120", "240")
 )
 _LABEL = re.compile(r"\d{1,2}:\d{1,2}:\d{1,2}[:;.,]\d{2,3}")
 DAY = 86400.0
+FARTHEST_S = 36_000
+"""s: a located sample may lie so far behind its run's first frame. Non-drop labels fall behind by 1 ms a second."""
 
 
 class Counting(NamedTuple):
-    """How a recording's time code counts."""
+    """How a recording's time code counts.
+
+    behind  s, to be added to a count of frames from the code's midnight: what non-drop labels at 29.97 have fallen
+            behind a clock (TimeBase.behind); 0 for codes that keep up
+    """
 
     rate: Fraction
     drop: bool
+    behind: float = 0.0
 
 
 class Times(NamedTuple):
@@ -46,16 +53,20 @@ def counting_of(labels: Sequence[str], time_s: ArrayLike) -> Counting | None:
         return None
     marked = [marked[i] for i in sorted({0, len(marked) // 2, len(marked) - 1})]
     drop = any(";" in label for label, _ in marked)
-    misses = {}
+    found: list[tuple[float, Counting]] = []
     for rate in RATES:
         try:
-            frames = [int(frame_from_label(label, rate, drop)) for label, _ in marked]
+            codes = [Timecode(int(frame_from_label(label, rate, drop)), rate, drop) for label, _ in marked]
         except ValueError:
             continue
-        misses[rate] = max(abs(float(f / rate) - t) * float(rate) for f, (_, t) in zip(frames, marked, strict=True))
-    likely = [rate for rate in misses if misses[rate] < 0.75]
-    # Near midnight 30 and 29.97 differ by less than a frame; the last label is farthest and tells best.
-    return Counting(min(likely, key=misses.__getitem__), drop) if likely else None
+        later = np.array([t - float(code.seconds) for code, (_, t) in zip(codes, marked, strict=True)])
+        least = behind = float(codes[0].clock - codes[0].seconds)
+        if behind and 0 < (fitted := float(np.median(later))) - least < FARTHEST_S * 1e-3:
+            behind = fitted  # read as a clock at the run's first frame, which may lie well before these labels
+        found.append((float(np.abs(later - behind).max() * rate), Counting(rate, drop, behind)))
+    # 30 and 29.97 differ by a frame after 33 s only: the last label is farthest and tells best
+    miss, likely = min(found, key=lambda one: one[0], default=(np.inf, None))
+    return likely if miss < 0.75 else None
 
 
 def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None) -> Times:
@@ -109,7 +120,8 @@ def _each(texts: Sequence[str], seconds: object) -> Array:
 
 def _label_seconds(text: str, counting: Counting) -> float:
     hours, rest = text.split(":", 1)
-    return float(int(frame_from_label(f"{int(hours):02d}:{rest}", counting.rate, counting.drop)) / counting.rate)
+    frame = int(frame_from_label(f"{int(hours):02d}:{rest}", counting.rate, counting.drop))
+    return float(frame / counting.rate) + counting.behind
 
 
 def _iso_seconds(text: str, days: list[date]) -> float:

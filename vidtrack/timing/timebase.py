@@ -3,8 +3,9 @@
 A recording has two scales. Its time stamps (seconds after its first frame) say how its frames follow each other;
 a time code, where there is one, says what the clock on the wall of the laboratory showed. A TimeBase joins them:
 
-    base = video.info.time                     what the file itself says; files.timesource may know better
-    time_s = base.seconds(times)               times (n,) s of frames, Frame.time; seconds since midnight
+    base = video.info.time                     what the file itself says; video.time_source may know better
+    time_s = base.seconds(times)               times (n,) s of frames, Frame.time; seconds since midnight: those that
+                                               the first frame's label shows, then true elapsed ones
     time_s = base.seconds(times, fields=0.5)   the samples of the second fields, half a frame later
     label = base.labels(times)                 (n,) time code labels; "" where there is no time code
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -75,7 +77,8 @@ class TimeBase:
         which = self._which(times)
         start, speed = self._column("time")[which], self._column("speed")[which]
         origin = np.array([float((a.frame + Fraction(a.phase)) * self.rate / self.code_rate) for a in self.anchors])
-        return self._over_rate(origin[which] + speed * (self._elapsed(times - start) + np.asarray(fields, float)))
+        counted = self._over_rate(origin[which] + speed * (self._elapsed(times - start) + np.asarray(fields, float)))
+        return counted + float(self.behind)
 
     def labels(self, times: ArrayLike) -> NDArray[np.str_]:
         """Time code labels, a string array in the shape of `times`; "" where there is no code or time is NaN."""
@@ -92,17 +95,31 @@ class TimeBase:
             return None
         return Timecode(int(self._code_frames(np.asarray(time, float))), self.code_rate, self.drop)
 
-    def time_of(self, seconds: float) -> float:
-        """The time stamp, s after the first frame, at which the clock showed `seconds` since midnight.
+    @property
+    def first(self) -> Timecode | None:
+        """The time code of the first frame, None where there is none."""
+        return Timecode(self.anchors[0].frame, self.code_rate, self.drop) if self.anchors else None
 
-        The inverse of `seconds`, for `start` and `end`: with several anchors, the first stretch that holds it.
+    @property
+    def behind(self) -> Fraction:
+        """s to add to a count of frames from the code's midnight: what its labels have fallen behind a clock, negative.
+
+        Zero but for non-drop code at 29.97 and its like: see `Timecode.clock`.
         """
-        for anchor, following in zip(self.anchors, (*self.anchors[1:], None), strict=True):
+        first = self.first
+        return first.clock - first.seconds if first else Fraction(0)
+
+    def time_of(self, code: Timecode) -> float:
+        """The time stamp, s after the first frame, of the frame that bears a time code, for `start` and `end`.
+
+        With several anchors, in the first stretch that holds it.
+        """
+        for anchor, following in zip_longest(self.anchors, self.anchors[1:]):
             shown = float((anchor.frame + Fraction(anchor.phase)) / self.code_rate)
-            time = anchor.time + (seconds - shown) / anchor.speed
+            time = anchor.time + (float(code.seconds) - shown) / anchor.speed
             if following is None or time < following.time:
                 return time
-        return seconds
+        raise ValueError("a recording without time code has no frame that bears one")
 
     def fitted(self, times: ArrayLike) -> TimeBase:
         """This time base on the grid that the time stamps themselves show, once they are all known.
@@ -152,32 +169,40 @@ def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "no
     return TimeBase(rate, code.rate, code.drop, anchors, constant, source)
 
 
-def base_from_labels(labels: Mapping[str, str], rate: Fraction) -> TimeBase:
+def base_from_labels(
+    labels: Mapping[str, str], rate: Fraction, bases: Mapping[str, Fraction] | None = None
+) -> TimeBase:
     """The TimeBase by the first of several sources -> label of the first frame that can be read; none without one.
 
+    bases  source -> labels a second, where that is known
     A group header (gop) that counts from zero is no time code: encoders write it unasked.
     """
     for source, label in labels.items():
         if source == "gop" and label.startswith("00:00:00"):
             continue
         try:
-            return time_base(rate, parse(label, code_rate_of(rate)), source=source)
+            return time_base(rate, parse(label, code_rate_of(rate, (bases or {}).get(source))), source=source)
         except ValueError:
             continue
     return time_base(rate)
 
 
-def code_rate_of(rate: Fraction) -> Fraction:
+def code_rate_of(rate: Fraction, base: Fraction | None = None) -> Fraction:
     """The rate at which time code is counted on video of `rate`: the same up to 60 Hz, else the rate's 24, 25 or 30.
 
+    base  labels a second that the recording itself states, rounded or exact: the whole part or multiple of `rate` that
+          it stands for, or else itself (where lost frames have spoilt the rate)
     # ASSUME: SMPTE ST 12-1 ends at 60; high-speed recorders repeat a label (240 Hz: eight frames each).
     """
+    if base is not None:
+        part = rate / round(rate / base) if rate > base else rate * round(base / rate)
+        return part if abs(part / base - 1) < Fraction(2, 1000) else exact_rate(base)
     n = nominal(rate)
     if n <= 60:
         return rate
-    for base in (30, 25, 24):
-        if n % base == 0:
-            return rate * base / n
+    for labels in (30, 25, 24):
+        if n % labels == 0:
+            return rate * labels / n
     return rate
 
 

@@ -172,8 +172,17 @@ class Timecode:
 
     @property
     def seconds(self) -> Fraction:
-        """Exact seconds since the code's midnight."""
+        """Exact seconds since the code's midnight, when it showed 00:00:00:00 or would have."""
         return self.frame / self.rate
+
+    @property
+    def clock(self) -> Fraction:
+        """Seconds since midnight that the label shows to whoever reads it as a clock.
+
+        Non-drop labels at 29.97 run 3.6 s an hour behind a clock: somebody set them by one when the recording was made,
+        so that they show its time then, not the time since a midnight. Other codes keep up: there it is `seconds`.
+        """
+        return self.seconds if self.drop else Fraction(self.frame, nominal(self.rate))
 
 
 def parse(text: str, rate: Fraction, drop: bool | None = None) -> Timecode:

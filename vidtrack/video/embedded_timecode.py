@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any, BinaryIO
 
 _TAG_OF = {"mov,mp4,m4a,3gp,3g2,mj2": "tmcd", "mxf": "mxf", "matroska,webm": "matroska", "avi": "ismp", "dv": "dv"}
 _LABEL = re.compile(rb"\d\d:\d\d:\d\d[:;.]\d\d")
+
+_TMCD = re.compile(
+    rb"tmcd\0{6}..\0{4}.{4}(?P<scale>.{4})(?P<duration>.{4})", re.DOTALL
+)  # a sample description: the medium's own name is followed by other things
+_TIMECODE_COMPONENT = bytes.fromhex("060e2b34025301010d01010101011400")
+_MXF_HEADER = 1 << 20
 
 ZERO = ("00:00:00:00", "00:00:00;00", "00:00:00.00")
 """Labels that a counter shows which nobody set."""
@@ -33,6 +41,65 @@ def embedded_timecodes(container: Any, stream: Any, first: Any, dv_code: str | N
         # MPEG-2 counts in its group headers, H.264 and HEVC in picture timing (ST 12-1 in SEI); only the first is sure
         codes["gop" if stream.codec_context.name.startswith("mpeg") else "sei"] = of_picture
     return dict(sorted(codes.items(), key=lambda item: item[1] in ZERO))
+
+
+def code_bases(container: Any, codes: dict[str, str]) -> dict[str, Fraction]:
+    """Source -> labels a second of its time code, where the container says so (of `codes`, tmcd and mxf do).
+
+    Recorders of 50 or 60 pictures a second count 25 or 30 as often: 10:00:00:12 is then 0.48 s past ten, not 0.24 s.
+    A whole number where a container gives no more (MXF: 30 for 29.97).
+    """
+    found = {"tmcd": _base_in_mov, "mxf": _base_in_mxf}
+    bases = {}
+    for source in found.keys() & codes.keys():
+        with open(container.name.removeprefix("file:"), "rb") as file:
+            if base := found[source](file):
+                bases[source] = base
+    return bases
+
+
+def _base_in_mov(file: BinaryIO) -> Fraction | None:
+    """Time scale over frame duration of the first tmcd sample description (QuickTime File Format, Timecode Media)."""
+    for kind, size in _atoms(file):
+        if kind == b"moov":
+            for entry in _TMCD.finditer(file.read(size)):
+                scale, duration = (int.from_bytes(entry[part]) for part in ("scale", "duration"))
+                if 0 < duration <= scale <= 1000 * duration:
+                    return Fraction(scale, duration)
+    return None
+
+
+def _atoms(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
+    """Kind and size of contents of the atoms at the top of a file, which stands at each one's contents."""
+    place, end = 0, file.seek(0, 2)
+    while place + 8 <= end:
+        file.seek(place)
+        size, kind, head = int.from_bytes(file.read(4)), file.read(4), 8
+        if size == 1:
+            size, head = int.from_bytes(file.read(8)), 16
+        size = size or end - place
+        if size < head:
+            return
+        yield kind, min(size, end - place) - head
+        place += size
+
+
+def _base_in_mxf(file: BinaryIO) -> Fraction | None:
+    """The rounded timecode base of the first timecode component (SMPTE ST 377-1, B.16)."""
+    head = file.read(_MXF_HEADER)
+    at = head.find(_TIMECODE_COMPONENT)
+    if at < 0:
+        return None
+    at += 16
+    long = head[at] & 0x7F if head[at] & 0x80 else 0  # the length's own length
+    end = at + 1 + long + (int.from_bytes(head[at + 1 : at + 1 + long]) if long else head[at])
+    at += 1 + long
+    while at + 4 <= min(end, len(head)):
+        tag, size = int.from_bytes(head[at : at + 2]), int.from_bytes(head[at + 2 : at + 4])
+        if tag == 0x1502:
+            return Fraction(int.from_bytes(head[at + 4 : at + 4 + size])) or None
+        at += 4 + size
+    return None
 
 
 def _ismp_in_header(name: str) -> str | None:

@@ -29,7 +29,7 @@ from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
 from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.damage import Watch
-from vidtrack.video.embedded_timecode import code_of_dv_packet, embedded_timecodes
+from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
 from vidtrack.video.luma import bits_of, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.read_ahead import read_ahead
@@ -47,8 +47,9 @@ if get_level() is None:
     set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
 
 COMMON_RATES = {Fraction(n) for n in (24, 25, 30, 50, 60)} | {Fraction(n * 1000, 1001) for n in (24, 30, 60)}
-LOST_SHARE = 0.05
-"""Share of its frames that a recording may have lost and still be taken for one of the next common rate."""
+LOST_SHARE = 0.4
+"""Share of its frames that a recording may have lost and still be taken for one of the next common rate; one of every
+second frame (fields counted as frames) is not."""
 
 
 class Video:
@@ -193,6 +194,7 @@ class Video:
         still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
         rate = exact_rate(_stated_rate(self._container, stream))
         codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
+        bases = code_bases(self._container, codes)
         aspect, turn = codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1), self._turn
         width, height = (first.height, first.width) if turn.transposed else (first.width, first.height)
         return VideoInfo(
@@ -207,11 +209,12 @@ class Video:
             bits=bits_of(first.format),
             field_order=turn.field_order(_flagged_order(codec, first), first.height),
             timecodes=codes,
+            code_bases=bases,
             n_frames_hint=stream.frames or None,
             duration=None if still else _stated_duration(self._container, stream, rate),
             is_still=still,
             start=(first.pts or 0) * stream.time_base,
-            time=base_from_labels(codes, rate),
+            time=base_from_labels(codes, rate, bases),
         )
 
 

@@ -85,7 +85,7 @@ def find_time(path: str, info: VideoInfo, *, start_timecode: str | None = None, 
         bases["dv"], notes["dv"] = base, _jumps(base)
     for source, label in info.timecodes.items():
         try:
-            code = parse(label, code_rate_of(info.rate))
+            code = parse(label, code_rate_of(info.rate, info.code_bases.get(source)))
             bases.setdefault(source, time_base(info.rate, code, source=source))
         except ValueError as error:
             notes[source] = f"cannot be used: {error}"

@@ -81,6 +81,10 @@ if CLOCKED:
                 f"{RESULTS}/runs/{w.run}/light/{c}.parquet"
                 for c in EXPERIMENT.runs[w.run].videos
             ],
+            readings=lambda w: [
+                f"{RESULTS}/runs/{w.run}/centroids/{c}.json"
+                for c in EXPERIMENT.runs[w.run].videos
+            ],
         output:
             record=f"{RESULTS}/runs/{{run}}/clocks.json",
         log:
@@ -89,7 +93,8 @@ if CLOCKED:
             "What sound and light tell of the clocks in {wildcards.run}"
         shell:
             "python -m vidtrack clocks --settings {input.order:q} --log {log:q}"
-            " --input videos {input.videos:q} --input light {input.light:q} --output record {output.record:q}"
+            " --input videos {input.videos:q} --input light {input.light:q} --input readings {input.readings:q}"
+            " --output record {output.record:q}"
 
 
 rule locate:
