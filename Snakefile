@@ -18,8 +18,10 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import profiles
 from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.files.records import read_json
 from vidtrack.workflow.order_files import OrderBook
 from vidtrack.settings import settings_from_config
+from vidtrack.verdict.judgement import terminal_lines
 
 BEGAN = time.time()
 
@@ -64,6 +66,7 @@ include: "workflow/rules/tracking.smk"
 include: "workflow/rules/calibration.smk"
 include: "workflow/rules/location.smk"
 include: "workflow/rules/comparison.smk"
+include: "workflow/rules/verdict.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/planning.smk"
 
@@ -84,7 +87,19 @@ rule all:
         LOCATIONS,
         COMPARISONS,
         FORETOLD,
+        VERDICT,
         f"{RESULTS}/report.html",
+
+
+def print_verdict():
+    """What verdict.json says, a line for the calibration and for each run, worst first, last on the terminal."""
+    if os.path.exists(VERDICT) and os.path.getmtime(VERDICT) >= BEGAN:
+        print(*terminal_lines(read_json(VERDICT)), sep="\n", file=sys.stderr)
+        print(f"vidtrack: report: {RESULTS}/report.html", file=sys.stderr)
+
+
+onsuccess:
+    print_verdict()
 
 
 onerror:
@@ -95,3 +110,4 @@ onerror:
                 with open(log_path, encoding="utf-8") as log_file:
                     told_lines += log_file.read().splitlines()
     print(*dict.fromkeys(told_lines), sep="\n", file=sys.stderr)
+    print_verdict()

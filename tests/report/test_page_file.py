@@ -1,12 +1,18 @@
 from vidtrack.figures.style import new_figure
 from vidtrack.files.figure_files import data_uri
-from vidtrack.report.page import Figure, Page, Section, Table
+from vidtrack.report.page import Figure, Page, Reason, Section, Table, Verdict
 from vidtrack.report.page_file import write_page
 
 PAGE = Page(
     "A <demo>",
     ["two cameras"],
-    ["cam1: tags 3 & 4 swapped"],
+    Verdict(
+        "doubtful",
+        "The calibration is doubtful.",
+        [Table("Cameras", ["camera", "verdict"], [["cam1", "doubtful"]])],
+        [Reason("calibration", "Calibration", "doubtful", "cam1: tags 3 & 4 swapped.", "Name them.")],
+        [],
+    ),
     [
         Section("calibration", "Calibration", tables=[Table("by axis", ["axis", "mean"], [["x", "0.1"]])],
                 sections=[Section("camera-cam1", "cam1", figures=[Figure("overlay", "data:image/png;base64,AA==")])]),
@@ -19,9 +25,15 @@ def test_the_page_escapes_what_people_wrote_and_nests_its_sections(tmp_path):
     text = (tmp_path / "r.html").read_text()
     assert "A &lt;demo&gt;" in text
     assert "tags 3 &amp; 4 swapped" in text
-    assert text.index('id="warnings"') < text.index("<h2>Calibration</h2>") < text.index("<h3>cam1</h3>")
-    assert '<th class="words">axis</th><th>mean</th>' in text
+    assert (
+        text.index('id="verdict"')
+        < text.index("What to do: Name them.")
+        < text.index("<h2>Calibration</h2>")
+        < text.index("<h3>cam1</h3>")
+    )
+    assert '<th scope="col" class="words">axis</th><th scope="col">mean</th>' in text
     assert '<td class="words">x</td><td>0.1</td>' in text
+    assert '<td class="words doubtful">doubtful</td>' in text
     assert "<script" not in text
     assert "<link" not in text
 

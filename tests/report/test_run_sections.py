@@ -8,10 +8,13 @@ from vidtrack.report.run_sections import (
     comparison_table,
     correspondence_table,
     reading_table,
+    run_section,
+    run_up_table,
     runs_table,
+    smoothing_table,
     truth_table,
-    waterline_table,
 )
+from vidtrack.results import RunResults
 
 
 def reading(**targets):
@@ -30,14 +33,21 @@ def test_pixels_and_flags_are_those_of_all_targets():
     assert bare[-3:] == ["none", "–", "–"]
 
 
-def test_a_run_at_a_glance_counts_what_was_located_and_names_its_worst_axis():
+def test_a_line_of_the_runs_counts_what_was_located_and_names_its_worst_axis():
     table = pd.DataFrame({"x": [1.0, None, 2.0, 3.0], "sigma_x": 0.01, "sigma_y": 0.03, "sigma_z": [0.02] * 4})
-    compared = {"lag_s": 0.2, "after": {"rms": 0.05}, "truth": {"one_over": 21900.0}}
-    run = {"trajectories": table, "n_targets": 1, "duration_s": 7.8}
-    rows = runs_table({"pluck": {**run, "comparison": compared}, "bare": run, "beach": {}}, "in").rows
-    assert rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.2", "0.05", "1/21 900"]
+    table["time_s"], table["target"] = [0.0, 1.0, 2.0, 7.8], "t1"
+    compared = {"lag_s": 0.200098, "lag_sd_s": 0.0001, "after": {"rms": 0.05}, "truth": {"one_over": 21900.0}}
+    bare = RunResults(tables={"trajectories": table})
+    runs = {"pluck": RunResults(tables={"trajectories": table}, records={"comparison": compared}), "bare": bare}
+    rows = runs_table({**runs, "beach": RunResults()}, "in").rows
+    assert rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.20010", "0.05", "1/21 900"]
     assert rows[1][-3:] == ["–", "–", "–"]
     assert len(rows) == 2
+
+
+def test_a_run_that_failed_has_a_section_all_the_same():
+    section = run_section("pluck", RunResults(), "in")
+    assert (section.key, section.title, list(section.tables), list(section.lines)) == ("run-pluck", "pluck", [], [])
 
 
 def test_clocks_that_nobody_set_are_not_told():
@@ -54,7 +64,7 @@ def test_a_clock_is_told_in_milliseconds_with_who_told_it():
     own = {"offset_s": 0.0123, "offset_s_sd": 0.0002, "offset_s_95": [0.0119, 0.0127], "source": "motion"}
     own |= {"rate_ppm": -50.0, "rate_ppm_sd": 2.0, "witnesses": by}
     locate = {"clocks": {"cameras": {"cam2": own}}}
-    assert clock_table(locate).rows == [["cam2", "12.3", "0.2", "-50", "2", "motion"]]
+    assert clock_table(locate).rows == [["cam2", "12.30", "0.20", "-50.0", "2.0", "motion"]]
     (line,) = clock_lines(locate)
     assert line == (
         "12.3 ms are added to the time of cam2 (95 %: 11.90 to 12.70), told by the motion; it runs 50 ± 2 ppm fast. "
@@ -88,6 +98,14 @@ def test_the_comparison_is_told_before_and_after_and_against_the_truth():
     assert truth_table({"truth": {"n": 0}}, "in") is None
 
 
-def test_the_water_s_edge_is_told_where_it_was_found():
-    runup = pd.DataFrame({"transect": ["a"] * 4, "z": [1.0, None, 3.0, 5.0]})
-    assert waterline_table(runup, "m").rows == [["a", "4", "75 %", "3", "1", "5"]]
+def test_run_up_statistics_are_those_of_the_record():
+    own = {"located": 3, "frames": 4, "mean_z": 3.0, "sd_z": 1.5, "lowest_z": 1.0, "highest_z": 5.0, "R2_z": None}
+    table = run_up_table({"transects": {"a": {**own, "crests": 0}}}, "m")
+    assert table.rows == [["a", "4", "75 %", "3", "1.5", "1", "5", "–", "0"]]
+    assert run_up_table({}, "m") is None
+
+
+def test_the_smoothings_record_is_a_line_for_each_target_and_axis():
+    own = {"target": "t1", "axis": "x", "noise_sd": 0.0025, "noise_ratio": 0.333, "spacing_s": 0.094}
+    assert smoothing_table({"smoothing": [own]}, "in").rows == [["t1, x", "0.0025", "0.33", "0.094"]]
+    assert smoothing_table({}, "in") is None

@@ -150,3 +150,24 @@ def test_the_job_writes_both_outputs(tmp_path):
     assert read_json(outputs["record"])["provenance"] == {"vidtrack": "x"}
     assert len(read_parquet(outputs["table"])) == 128
     assert read_units(outputs["table"])["x_held_out"] == "in"
+
+
+def test_points_that_fit_better_than_their_stated_tolerance_are_a_finding():
+    cameras, points = _rig(noise=0.02, survey=1 / 32)
+    stated = [table.assign(sigma=1.0) for table in points]  # a survey stated 32 times too coarse
+    record = back_project(cameras, stated, units="in").record
+    assert [f["code"] for f in record["findings"]] == ["lens-model-too-plain"]
+    assert record["findings"][0]["cure"] == "Try calibration.model: auto."
+    assert record["warnings"] == [f"{record['findings'][0]['text']}. {record['findings'][0]['cure']}"]
+    assert back_project(cameras, points, units="in").record["findings"] == []
+
+
+def test_a_lens_too_rich_for_its_points_is_a_finding():
+    cameras, points = _rig(noise=0.5, survey=0.3)
+    few = [table.iloc[::7].reset_index(drop=True) for table in points]
+    refitted = []
+    for camera, table in zip(cameras, few, strict=True):
+        p, b = table[["x", "y", "z"]].to_numpy(), table[["Xf", "Yf"]].to_numpy()
+        refitted.append(refine(camera, p, b, free=free_parameters("tsai")).camera.with_(name=camera.name))
+    record = back_project(refitted, [table.assign(sigma=0.0) for table in few], units="in").record
+    assert "lens-model-too-rich" in [f["code"] for f in record["findings"]]

@@ -52,8 +52,9 @@ def test_the_camera_that_sagged_is_named_and_the_other_is_not():
     assert sagged["turn_in_place_deg"]["tilt_down"] == pytest.approx(0.1, abs=0.008)
     assert not steady["moved"]
     assert steady["distance"] < 5 * steady["distance_sd"]
-    assert len(record["warnings"]) == 1
-    assert record["warnings"][0].startswith("cameras.cam1: turned by 0.09")
+    (finding,) = record["findings"]
+    assert finding["code"] == "camera-moved"
+    assert finding["text"].startswith("cam1: turned by 0.09")
 
 
 def test_the_errors_by_axis_tell_what_the_movement_costs():
@@ -71,7 +72,7 @@ def test_a_zoomed_lens_is_told():
     rig = thesis_rig()
     zoomed = [rig[0].with_(f=rig[0].f * 1.06), rig[1]]
     record = _compared(_calibration(rig, rng), _calibration(zoomed, rng))
-    assert any("f changed" in line and "cam1" in line for line in record["warnings"])
+    assert any(f["code"] == "lens-changed" and "cam1: f changed" in f["text"] for f in record["findings"])
 
 
 def test_a_camera_with_too_few_later_points_is_not_judged():
@@ -80,7 +81,7 @@ def test_a_camera_with_too_few_later_points_is_not_judged():
     after[1][1]["used"] = [True] * 3 + [False] * 61
     record = _compared(before, after)
     assert record["cameras"]["cam2"]["moved"] is None
-    assert "3 points" in record["warnings"][0]
+    assert "3 points" in record["findings"][0]["text"]
 
 
 def test_the_job_writes_the_record(tmp_path):
@@ -103,4 +104,4 @@ def test_the_job_writes_the_record(tmp_path):
     job_module.run(Job(settings={"units": "in", "sigma": 0.0}, inputs=inputs, outputs={"record": out}))
     record = read_json(out)
     assert set(record["cameras"]) == {"cam1", "cam2"}
-    assert not record["warnings"]
+    assert not record["findings"]

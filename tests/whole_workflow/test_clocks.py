@@ -127,7 +127,7 @@ def test_a_clock_given_in_the_config_asks_nobody_and_decodes_nothing(still, tmp_
     config = copy.deepcopy(CONFIG)
     config["cameras"]["cam2"]["clock"] = {"offset_s": 0.012}
     configure(folder, config)
-    assert planned(folder) == {"locate": 4, "kinematics": 4, "compare": 1, "report": 1}
+    assert planned(folder) == {"locate": 4, "kinematics": 4, "compare": 1, "verdict": 1, "report": 1}
     config["cameras"]["cam2"]["clock"] = "flash"
     configure(folder, config)
-    assert planned(folder) == {"clocks": 4, "locate": 4, "kinematics": 4, "compare": 1, "report": 1}
+    assert planned(folder) == {"clocks": 4, "locate": 4, "kinematics": 4, "compare": 1, "verdict": 1, "report": 1}

@@ -15,8 +15,12 @@ CALIBRATED_ANEW = {
     "locate": 2,
     "kinematics": 2,
     "compare": 2,
+    "verdict": 1,
     "report": 1,
 }
+
+
+JUDGED_ANEW = {"verdict": 1, "report": 1}
 
 
 def changed(path, value):
@@ -37,9 +41,17 @@ def test_nothing_to_do_plans_nothing(laboratory):
     ("path", "value", "jobs"),
     [
         ("cameras.cam1.Cx", 250, CALIBRATED_ANEW),
-        ("runs.pluck.threshold", 90, {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, "report": 1}),
-        ("cameras.cam1.clock", {"offset_s": 0.1}, {"locate": 2, "kinematics": 2, "compare": 2, "report": 1}),
-        ("runs.pluck.reference", {"value": "x_in", "axis": "y"}, {"compare": 1, "report": 1}),
+        (
+            "runs.pluck.threshold",
+            90,
+            {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW},
+        ),
+        (
+            "cameras.cam1.clock",
+            {"offset_s": 0.1},
+            {"locate": 2, "kinematics": 2, "compare": 2, **JUDGED_ANEW},
+        ),
+        ("runs.pluck.reference", {"value": "x_in", "axis": "y"}, {"compare": 1, **JUDGED_ANEW}),
     ],
 )
 def test_a_setting_reruns_what_uses_it_and_what_follows(laboratory, path, value, jobs):
@@ -75,12 +87,12 @@ def test_a_moved_folder_reruns_nothing(laboratory, tmp_path):
 
 def test_a_run_dropped_into_runs_is_processed_and_nothing_else(laboratory):
     shutil.copytree(laboratory / "runs/still", laboratory / "runs/again")
-    assert planned(laboratory) == {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, "report": 1}
+    assert planned(laboratory) == {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
 
 
 def test_a_run_taken_away_leaves_the_report_to_be_written(laboratory):
     shutil.rmtree(laboratory / "runs/still")
-    assert planned(laboratory) == {"report": 1}
+    assert planned(laboratory) == {"verdict": 1, "report": 1}
 
 
 def test_an_edited_survey_recalibrates_and_decodes_no_run(laboratory):
@@ -102,7 +114,7 @@ def test_an_edited_recording_reruns_its_camera(laboratory):
 
 def test_a_lost_output_is_made_again(laboratory):
     (laboratory / "results/runs/still/kinematics.parquet").unlink()
-    assert planned(laboratory) == {"kinematics": 1, "report": 1}
+    assert planned(laboratory) == {"kinematics": 1, **JUDGED_ANEW}
 
 
 def test_results_do_not_depend_on_the_day(laboratory):
@@ -130,4 +142,4 @@ def test_editing_a_stage_reruns_it_and_what_follows_and_a_comment_reruns_nothing
     stage.write_text("# a remark\n" + stage.read_text())
     assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {}
     stage.write_text(stage.read_text() + "\nEDITED = True\n")
-    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"compare": 2, "report": 1}
+    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"compare": 2, **JUDGED_ANEW}

@@ -1,4 +1,4 @@
-"""The door of rule overlay: a camera's picture and points in, overlay_<camera>.png out."""
+"""Job overlay: a camera's picture and points -> results/calibration/overlay_<camera>.png."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Draw the overlay of the one camera that the table of points is about."""
+    """inputs: picture, points, table (backprojection.parquet). settings: camera. outputs: overlay."""
     points = read_parquet(job.path("points"))
     table = read_parquet(job.path("table"))
     camera = str(job.settings["camera"])
-    write_figure(
-        job.outputs["overlay"], overlay(read_png(job.path("picture")), points, table[table["camera"] == camera], camera)
-    )
+    drawn = overlay(read_png(job.path("picture")), points, table[table["camera"] == camera], camera)
+    write_figure(job.outputs["overlay"], drawn)

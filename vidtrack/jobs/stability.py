@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_parquet
@@ -24,6 +22,4 @@ def run(job: Job) -> None:
         sigma=job.settings["sigma"],
         units=job.settings["units"],
     )
-    for warning in record["warnings"]:
-        sys.stderr.write(f"warning: {warning}\n")
     write_json(job.outputs["record"], record, job.provenance)

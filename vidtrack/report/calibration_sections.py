@@ -1,11 +1,12 @@
-"""What the report says of the calibration: the thesis's table, the floor, each camera's parameters and doubts."""
+"""What the report says of the calibration: errors by axis, the floor, each camera's parameters, points not used."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vidtrack.report.page import Section, Table, number, one_over, pick, share
+from vidtrack.report.numbers import measured, number, one_over, pick, share
+from vidtrack.report.page import Figure, Section, Table
 
 Record = Mapping[str, Any]
 AXES = ("x", "y", "z")
@@ -29,8 +30,14 @@ def accuracy_section(back: Record, units: str) -> Section:
     return Section("accuracy", "How well points are located", lines, tables)
 
 
-def camera_section(camera: Record, points: Sequence[Mapping[str, Any]], labelling: Record, units: str) -> Section:
-    """One camera: its parameters and how well each is known, its measures, the points it lost."""
+def camera_section(
+    camera: Record,
+    points: Sequence[Mapping[str, Any]],
+    labelling: Record,
+    units: str,
+    figures: Sequence[Figure] = (),
+) -> Section:
+    """One camera: its parameters and how well each is known, the points that were not used, its pictures."""
     name = str(camera["camera"])
     lines = [
         f"Model {camera['model']}, refined {camera['refine']}, from {camera['n_points']} of {camera['n_sighted']} "
@@ -49,7 +56,7 @@ def camera_section(camera: Record, points: Sequence[Mapping[str, Any]], labellin
     if rejected := [p for p in points if not p["used"]]:
         rows = [[str(p["tag"]), number(p["Xf"], 5), number(p["Yf"], 5), str(p["reason"])] for p in rejected]
         tables.append(Table("Points that were not used", ["tag", "Xf (px)", "Yf (px)", "reason"], rows))
-    return Section(f"camera-{name}", name, lines, tables)
+    return Section(f"camera-{name}", name, lines, tables, figures)
 
 
 def _measures_table(back: Record, units: str) -> Table:
@@ -63,8 +70,8 @@ def _measures_table(back: Record, units: str) -> Table:
     measures: Record = back.get("measures") or {}
     rows = []
     for camera, own in measures.items():
-        for key, told in own.items():
-            cells = [number(told.get(k), 3) for k in ("mean", "sd", "max", "sse")]
+        for key, measure in own.items():
+            cells = [number(measure.get(k), 3) for k in ("mean", "sd", "max", "sse")]
             rows.append([camera, titles.get(key, key.replace("_", " ")), *cells])
     return Table(
         "Each camera's error by Willson's four measures; a normalised one of 1 is no larger than a pixel's own width",
@@ -77,10 +84,10 @@ def stability_section(record: Record, units: str) -> Section:
     """Whether a camera moved between the calibrations before and after the test."""
     rows = []
     for name, own in (record.get("cameras") or {}).items():
-        told = {True: "yes", False: "no"}.get(own.get("moved"), "cannot be told")
+        moved = {True: "yes", False: "no"}.get(own.get("moved"), "not known")
         cells = [number(own.get(key), 3) for key in ("distance", "distance_sd", "angle_deg", "angle_sd_deg")]
         shift = number(pick(own, "picture_shift_px", "mean"), 3)
-        rows.append([name, told, *cells, shift])
+        rows.append([name, moved, *cells, shift])
     header = ["camera", "moved", f"by ({units})", "± sd", "turned (deg)", "± sd", "in the picture (px)"]
     return Section("stability", "Before and after the test", tables=[Table("Movement of each camera", header, rows)])
 
@@ -132,7 +139,7 @@ def _parameter_table(camera: Record, units: str) -> Table:
         **{f"omega_{a}": "rad" for a in AXES},
     }
     rows = [
-        [name, number(camera.get(name), 6), number(errors.get(name), 2), unit.get(name, "")]
+        [name, *measured(camera.get(name), errors.get(name), 6), unit.get(name, "")]
         for name in ("Cx", "Cy", "f", "Sx", "kappa1", "kappa2", "p1", "p2", "skew")
         if name in camera
     ]
@@ -145,7 +152,7 @@ def _parameter_table(camera: Record, units: str) -> Table:
 def _floor_line(back: Record, units: str) -> str:
     sigma = pick(back, "floor", "sigma_px")
     if sigma is None:
-        return "The centroid noise could not be told apart, so that no floor is given."
+        return "The centroid noise cannot be estimated, so no floor is given."
     return (
         f"Perfectly known cameras would reach {number(pick(back, 'floor', 'mean_3d'), 3)} {units} with the centroid "
         f"noise of {number(sigma, 2)} px ({pick(back, 'floor', 'sigma_px_source')}); with the survey's own errors "

@@ -5,40 +5,76 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vidtrack.report.page import Table, interval, number, one_over, pick, share
+from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
+from vidtrack.report.page import Figure, Section, Table
+from vidtrack.results import RunResults
 
 Record = Mapping[str, Any]
 
 
-def runs_table(runs: Mapping[str, Record], units: str) -> Table:
-    """All runs at a glance; each is {trajectories, n_targets, duration_s, comparison where there is one}."""
+def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure] = ()) -> Section:
+    """Everything that the page says of one run."""
+    comparison, locate = own.record("comparison"), own.record("locate")
+    tables = [
+        comparison_table(comparison, units),
+        truth_table(comparison, units),
+        reading_table(own.readings) if own.readings else None,
+        run_up_table(own.record("waterline"), units),
+        clock_table(locate),
+        correspondence_table(locate, units),
+        smoothing_table(own.record("kinematics"), units),
+    ]
+    return Section(f"run-{name}", name, _lines(comparison, locate, units), [t for t in tables if t], figures)
+
+
+def _lines(comparison: Record, locate: Record, units: str) -> list[str]:
+    lines = []
+    if comparison.get("lag_s") is not None:
+        lag, _ = measured(comparison["lag_s"], comparison.get("lag_sd_s"))
+        ends = interval(comparison.get("lag_low_s"), comparison.get("lag_high_s"))
+        lines.append(
+            f"The video shows the motion {lag} s later than the reference (95 %: {ends} s). "
+            f"With the lag removed they differ by {number(pick(comparison, 'after', 'rms'), 3)} {units} rms."
+        )
+    line = comparison.get("axis") or {}
+    if line.get("skew_deg") is not None:
+        skew, sd = measured(line["skew_deg"], line.get("skew_sd_deg"))
+        lines.append(
+            f"The target moves along a line {skew} ± {sd} degrees off the {line.get('nearest')} axis: "
+            f"{number(line.get('run_out'), 3)} {units} over {number(line.get('length'), 3)} {units}."
+        )
+    miss = pick(locate, "samples", "mean_miss")
+    if miss is not None:
+        lines.append(f"Lines of sight miss the located points by {number(miss, 2)} {units} on average.")
+    return lines + clock_lines(locate)
+
+
+def runs_table(runs: Mapping[str, RunResults], units: str) -> Table:
+    """All runs that have trajectories, a line each."""
     rows = []
-    for name, run in runs.items():
-        if "trajectories" not in run:
+    for name, own in runs.items():
+        table = own.tables.get("trajectories")
+        if table is None:
             continue
-        table = run["trajectories"]
+        comparison = own.record("comparison")
         n, located = len(table), int(table["x"].notna().sum())
         sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
+        part = pick(comparison, "truth", "one_over")
         rows.append(
             [
                 name,
-                number(run.get("n_targets")),
-                number(run.get("duration_s"), 4),
+                number(int(table["target"].nunique())),
+                number(float(table["time_s"].max() - table["time_s"].min()) if n else None, 4),
                 number(n),
                 share(located / n if n else None, 4),
                 number(max(sigma) if sigma else None, 2),
-                number(pick(run, "comparison", "lag_s"), 4),
-                number(pick(run, "comparison", "after", "rms"), 3),
-                one_over(_share_of_field(run)),
+                measured(comparison.get("lag_s"), comparison.get("lag_sd_s"))[0],
+                number(pick(comparison, "after", "rms"), 3),
+                one_over(1 / part if part else None),
             ]
         )
     header = ["run", "targets", "length (s)", "samples", "located", f"mean sigma, worst axis ({units})", "lag (s)"]
     return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
-
-
-def _share_of_field(run: Record) -> float | None:
-    part = pick(run, "comparison", "truth", "one_over")
-    return 1 / part if part else None
 
 
 def reading_table(readings: Mapping[str, Record]) -> Table:
@@ -81,17 +117,12 @@ def clock_table(locate: Record) -> Table | None:
     cameras: Record = pick(locate, "clocks", "cameras") or {}
     if not any(own.get("offset_s") or own.get("rate_ppm") or own.get("source") != "config" for own in cameras.values()):
         return None
-    rows = [
-        [
-            camera,
-            number(1000 * own["offset_s"], 5),
-            number(1000 * own["offset_s_sd"] if own.get("offset_s_sd") is not None else None, 2),
-            number(own["rate_ppm"], 4),
-            number(own.get("rate_ppm_sd"), 2),
-            str(own.get("source")),
-        ]
-        for camera, own in cameras.items()
-    ]
+    rows = []
+    for camera, own in cameras.items():
+        sd = own.get("offset_s_sd")
+        offset = measured(1000 * own["offset_s"], 1000 * sd if sd is not None else None, 5)
+        rate = measured(own["rate_ppm"], own.get("rate_ppm_sd"))
+        rows.append([camera, *offset, *rate, str(own.get("source"))])
     return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows)
 
 
@@ -175,12 +206,29 @@ def truth_table(comparison: Record, units: str) -> Table | None:
     return Table(caption, ["axis", "bias", "mean error", "rms", "max"], rows)
 
 
-def waterline_table(runup: Any, units: str) -> Table:
-    """How high the water's edge came on each transect; runup: waterline.parquet."""
+def run_up_table(record: Record, units: str) -> Table | None:
+    """How high the water's edge came on each transect; record: waterline.json."""
+    transects: Record = record.get("transects") or {}
+    if not transects:
+        return None
     rows = []
-    for name, own in runup.groupby("transect", sort=False):
-        z = own["z"].dropna()
-        found = share(len(z) / len(own) if len(own) else None, 4)
-        rows.append([str(name), number(len(own)), found, *(number(float(v), 4) for v in (z.mean(), z.min(), z.max()))])
-    header = ["transect", "frames", "edge found", f"mean z ({units})", "lowest", "highest"]
-    return Table("The water's edge", header, rows)
+    for name, own in transects.items():
+        found = share(own["located"] / own["frames"] if own["frames"] else None, 4)
+        heights = (number(own[key], 4) for key in ("mean_z", "sd_z", "lowest_z", "highest_z", "R2_z"))
+        rows.append([name, number(own["frames"]), found, *heights, number(own["crests"])])
+    header = ["transect", "frames", "edge found", f"mean z ({units})", "sd", "lowest", "highest", "R2", "crests"]
+    return Table("Run-up: height z of the water's edge; R2: exceeded by 2 % of the crests", header, rows)
+
+
+def smoothing_table(record: Record, units: str) -> Table | None:
+    """How the smoothing of the kinematics found the tracks; record: kinematics.json."""
+    rows = [
+        [f"{own['target']}, {own['axis']}", *(number(own.get(k), 2) for k in ("noise_sd", "noise_ratio", "spacing_s"))]
+        for own in record.get("smoothing") or ()
+    ]
+    if not rows:
+        return None
+    header = ["target, axis", f"scatter ({units})", "over sigma", "knots every (s)"]
+    return Table(
+        "Smoothing; scatter over sigma is 1 where sigma is right, less where it holds lasting errors", header, rows
+    )

@@ -1,4 +1,4 @@
-"""The calibration held against its points: located by the cameras, and projected back into every picture."""
+"""Stage back_project: the calibration points located by the cameras, and projected back into every picture."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from vidtrack.calibration.measures import measures
 from vidtrack.calibration.normal_equations import Names, Priors
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
+from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import (
     Camera,
     camera_from_world,
@@ -26,6 +27,12 @@ from vidtrack.geometry.camera import (
     undistorted_from_camera,
 )
 from vidtrack.geometry.triangulate import Located, locate_points
+
+TOO_GOOD = 0.8
+"""Held-out error over what noise and survey allow, below which residuals are no noise: chance stays above 0.9."""
+
+TOO_RICH = 1.5
+"""Held-out error over that of the points used, above which the model fits the noise: 1.1 is usual."""
 
 
 class BackProjection(NamedTuple):
@@ -36,7 +43,7 @@ class BackProjection(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """The standard deviation of the centroids, px, and what told it."""
+    """The standard deviation of the centroids, px, and what it is estimated from."""
 
     sigma_px: float
     source: str
@@ -68,7 +75,7 @@ def back_project(
     b = shared.b_used
     located = locate_points(cameras, b) if len(cameras) > 1 else None
     names = free or [free_parameters("tsai")] * len(cameras)
-    priors = [{name: told for name, told in (prior or {}).items() if name in own} for own in names]
+    priors = [{name: known for name, known in (prior or {}).items() if name in own} for own in names]
     noise = _noise(cameras, shared, b, names, priors)
     out = held_out(shared.p, b, _refit(refine, cameras, shared, b, names, priors, noise))
     table = _table(cameras, points, shared, located, out)
@@ -80,7 +87,7 @@ def back_project(
 def _noise(cameras: Sequence[Camera], shared: SharedPoints, b: Array, free: Names, priors: Priors) -> Noise:
     """The centroid noise that the sights show when the survey's errors are taken out."""
     if len(cameras) < 2:
-        return Noise(np.nan, "one camera alone cannot tell")
+        return Noise(np.nan, "unknown: one camera alone")
     sigma = shared.sigma
     if sigma.any() and len(sigma) <= 300:  # with more points, what the calibration takes up of it is negligible
         try:
@@ -159,7 +166,7 @@ def _record(
     error = (located.point if located else np.full(shared.p.shape, np.nan)) - shared.p
     training, held = errors_by_axis(error, **lengths), errors_by_axis(out.error, **lengths)
     floor = _floor(cameras, shared, noise)
-    told = {
+    record = {
         "n_points": int(shared.used.any(0).sum()),
         **lengths,
         **training,
@@ -173,23 +180,29 @@ def _record(
             for i, camera in enumerate(cameras)
         },
     }
-    return {**told, "warnings": _warnings(told)}
+    findings = _findings(record)
+    warnings = [f"{finding.text}. {finding.cure}" for finding in findings]
+    return {**record, "findings": as_records(findings), "warnings": warnings}
 
 
-def _warnings(told: dict[str, Any]) -> list[str]:
-    """What the errors say of the calibration, and what would help."""
-    lines = []
-    if told["ratio_with_survey"] < 0.8:
-        lines.append(
-            f"points are located {1 / told['ratio_with_survey']:.1f} times better than the sights' errors would allow "
-            "if they were noise: the lens model is too plain, or sigma too large. Try calibration.model: auto."
+def _findings(record: Mapping[str, Any]) -> list[Finding]:
+    """What the errors say of the lens model, and what would help."""
+    found = []
+    ratio, held, used = record["ratio_with_survey"], record["held_out"]["mean_3d"], record["mean_3d"]
+    if ratio < TOO_GOOD:
+        text = (
+            f"calibration: points are located {1 / ratio:.1f} times better than their residuals in the pictures allow: "
+            "the residuals are not noise, the lens model is too plain or sigma is too large"
         )
-    if told["held_out"]["mean_3d"] > 1.5 * told["mean_3d"]:
-        lines.append(
-            f"held-out points are located {told['held_out']['mean_3d'] / told['mean_3d']:.1f} times worse than the "
-            "points that were used: too few points for so rich a lens model. Add points, or choose a plainer model."
+        found.append(Finding("doubtful", "lens-model-too-plain", text, "Try calibration.model: auto."))
+    if held > TOO_RICH * used:
+        text = (
+            f"calibration: points held out are located {held / used:.1f} times worse than the points that were used: "
+            "there are too few points for so rich a lens model"
         )
-    return lines
+        cure = "Add points, or set calibration.model to a plainer one."
+        found.append(Finding("doubtful", "lens-model-too-rich", text, cure))
+    return found
 
 
 def _worst(error: Array, shared: SharedPoints) -> dict[str, Any]:

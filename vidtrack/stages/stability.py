@@ -1,8 +1,8 @@
-"""The calibration from before a test held against one from after it: did a camera move, and what did it cost?"""
+"""Stage stability: the calibration before a test compared with one after it: did a camera move, at what cost?"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from vidtrack.calibration.field_of_view import diagonal_field
 from vidtrack.calibration.movement import TURNS, Movement, movement
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
+from vidtrack.findings import Finding, Level, as_records
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
 
@@ -22,6 +23,12 @@ SURE = 0.001
 
 IN_PLACE = 16.3
 """Chi-squared of 3 degrees of freedom that is exceeded once in a thousand times."""
+
+LENS_CHANGED = 4.0
+"""Standard deviations by which f must differ to have changed."""
+
+HARMLESS_PX, HARMLESS_SHARE = 0.5, 0.002
+"""px by which a movement shifts the picture, and share of f: beyond them positions are worse than their sigma says."""
 
 
 def stability(
@@ -46,20 +53,23 @@ def stability(
     would be without it).
     """
     sets = side_by_side(before_points, sigma=sigma), side_by_side(after_points, sigma=sigma)
-    told: dict[str, Any] = {}
-    warnings: list[str] = []
+    record: dict[str, Any] = {}
+    findings: list[Finding] = []
     for i, (old, new) in enumerate(zip(before, after, strict=True)):
         known = (uncertainties[0][i], uncertainties[1][i]) if uncertainties else (None, None)
         lens = _lens(old, new, known)
         try:
             moved = movement(old, _sights(sets[0], i), _sights(sets[1], i), survey=_survey(sets, i))
         except ValueError as error:
-            told[old.name] = {"moved": None, "reason": str(error), "lens": lens}
-            warnings.append(f"cameras.{old.name}: whether it moved cannot be told: {error}")
+            record[old.name] = {"moved": None, "reason": str(error), "lens": lens}
+            text = f"{old.name}: whether it moved between the two calibrations is not known: {error}"
+            cure = "Show more points to this camera in the clips before and after the test."
+            findings.append(Finding("doubtful", "movement-unknown", text, cure))
             continue
-        told[old.name] = {**_movement(moved), "lens": lens}
-        warnings += _warnings(old.name, moved, lens, units)
-    return {"units": units, "cameras": told, "located": _located(before, after, sets[1]), "warnings": warnings}
+        record[old.name] = {**_movement(moved), "lens": lens}
+        findings += _findings(old.name, moved, lens, units)
+    located = _located(before, after, sets[1])
+    return {"units": units, "cameras": record, "located": located, "findings": as_records(findings)}
 
 
 def _sights(points: SharedPoints, i: int) -> tuple[np.ndarray, np.ndarray]:
@@ -107,22 +117,22 @@ def _lens(old: Camera, new: Camera, known: tuple[Uncertainty | None, Uncertainty
     return {"f_before": old.f, "f_after": new.f, "f_change": new.f - old.f, "f_change_sd": float(np.sqrt(variance))}
 
 
-def _warnings(name: str, moved: Movement, lens: dict[str, Any], units: str) -> list[str]:
-    told = []
+def _findings(name: str, moved: Movement, lens: Mapping[str, Any], units: str) -> list[Finding]:
+    found = []
     if moved.probability < SURE:
         if moved.chi2_in_place < IN_PLACE:
             how = f"turned by {np.linalg.norm(moved.turn_in_place):.3g} degrees in its place"
         else:
             how = f"moved by {np.linalg.norm(moved.shift):.3g} {units} and {np.linalg.norm(moved.turn):.3g} degrees"
-        told.append(
-            f"cameras.{name}: {how} between the two calibrations, {moved.picture_shift.mean():.2g} px in the picture. "
-            "Use the calibration nearer to each run, and lock the mount."
-        )
-    if abs(lens["f_change"]) > 4 * lens["f_change_sd"]:
-        told.append(
-            f"cameras.{name}: f changed from {lens['f_before']:.6g} to {lens['f_after']:.6g}. Lock zoom and focus."
-        )
-    return told
+        text = f"{name}: {how} between the two calibrations, {moved.picture_shift.mean():.2g} px in the picture"
+        cure = "Use for each run the calibration nearer to it in time, and lock the mount."
+        level: Level = "bad" if moved.picture_shift.mean() > HARMLESS_PX else "doubtful"
+        found.append(Finding(level, "camera-moved", text, cure))
+    if abs(lens["f_change"]) > LENS_CHANGED * lens["f_change_sd"]:
+        text = f"{name}: f changed from {lens['f_before']:.6g} to {lens['f_after']:.6g} between the two calibrations"
+        level = "bad" if abs(lens["f_change"]) > HARMLESS_SHARE * lens["f_before"] else "doubtful"
+        found.append(Finding(level, "lens-changed", text, "Lock zoom and focus."))
+    return found
 
 
 def _located(before: Sequence[Camera], after: Sequence[Camera], points: SharedPoints) -> dict[str, Any] | None:

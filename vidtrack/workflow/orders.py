@@ -150,6 +150,20 @@ def waterline(settings: Settings, run: str, camera: str) -> Order:
     }
 
 
+def verdict(settings: Settings, experiment: Experiment) -> Order:
+    """What the config asks of each run, so that what is missing is seen to be missing."""
+    return {
+        "runs": {
+            name: {
+                "mode": _own(settings, name).mode,
+                "cameras": list(run.videos),
+                "targets": _targets(settings, run) if _own(settings, name).mode != "waterline" else None,
+            }
+            for name, run in experiment.runs.items()
+        },
+    }
+
+
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the report page tells of."""
     return {

@@ -1,0 +1,69 @@
+"""Every file under results/ goes to its place, whatever cameras and runs are called, and is read once."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vidtrack.files import results_files
+from vidtrack.files.records import write_json
+from vidtrack.files.results_files import read_results
+from vidtrack.files.tables import write_parquet
+from vidtrack.files.timestack_file import write_timestacks
+
+
+@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids"])
+def test_each_file_goes_to_its_place_by_its_path_alone(tmp_path, name):
+    root = tmp_path / "results"
+    records = [
+        f"calibration/{name}/camera.json",
+        f"calibration/{name}/labelling.json",
+        f"calibration_after/{name}/camera.json",
+        "calibration/backprojection.json",
+        "calibration_after/stability.json",
+        f"runs/{name}/centroids/{name}.json",
+        f"runs/{name}/locate.json",
+        "verdict.json",
+    ]
+    tables = [f"calibration/{name}/points.parquet", f"runs/{name}/centroids/{name}.parquet"]
+    tables.append(f"runs/{name}/trajectories.parquet")
+    for path in (*records, *tables):
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+    for path in records:
+        write_json(root / path, {"path": path}, {})
+    for path in tables:
+        write_parquet(root / path, pd.DataFrame({"x": [1.0]}), units="m", provenance={})
+    stack = {"grey": np.zeros((2, 3), np.uint8), "time_s": np.zeros(2), "s": np.zeros(3)}
+    write_timestacks(
+        root / f"runs/{name}/waterline.npz", {"a": {**stack, "p": np.zeros((3, 3)), "b": np.zeros((3, 2))}}
+    )
+    overlay = root / f"calibration/overlay_{name}.png"
+    results = read_results([str(root / p) for p in (*records, *tables, f"runs/{name}/waterline.npz", overlay)])
+
+    own, run = results.cameras[name], results.runs[name]
+    assert own.record["path"] == records[0]
+    assert own.labelling["path"] == records[1]
+    assert results.after[name].record["path"] == records[2]
+    assert results.back["path"] == records[3]
+    assert results.stability["path"] == records[4]
+    assert run.readings[name]["path"] == records[5]
+    assert run.records["locate"]["path"] == records[6]
+    assert results.verdict["path"] == records[7]
+    assert len(own.points) == len(run.centroids[name]) == len(run.tables["trajectories"]) == 1
+    assert list(run.timestacks) == ["a"]
+    assert own.overlay == str(overlay)
+
+
+def test_a_file_without_a_place_is_an_error(tmp_path):
+    write_json(tmp_path / "other.json", {}, {})
+    with pytest.raises(ValueError, match="not a file"):
+        read_results([str(tmp_path / "other.json")])
+
+
+def test_each_file_is_read_once(tmp_path, monkeypatch):
+    path = tmp_path / "runs" / "a" / "locate.json"
+    path.parent.mkdir(parents=True)
+    write_json(path, {}, {})
+    reads = []
+    monkeypatch.setitem(results_files.READERS, ".json", lambda p: reads.append(p) or {})
+    read_results([str(path)])
+    assert reads == [str(path)]

@@ -1,0 +1,56 @@
+"""The first screen says what verdict.json says, with the numbers that a reader asks for first."""
+
+import pandas as pd
+
+from vidtrack.report.verdict_section import verdict_section
+from vidtrack.results import CameraResults, Results, RunResults
+
+GOOD = {"verdict": "good", "reasons": [], "notes": []}
+
+
+def reason(level, text, cure="Do this."):
+    return {"level": level, "code": "x", "text": text, "cure": cure}
+
+
+def results():
+    table = pd.DataFrame({"x": [1.0, None, 2.0, 3.0], "sigma_x": 0.003, "sigma_y": 0.004, "sigma_z": [None] * 4})
+    run = RunResults(tables={"trajectories": table}, records={"comparison": {"lag_s": 0.2001, "lag_sd_s": 0.0001}})
+    record = {"f": 10.95027, "standard_errors": {"f": 0.0718}, "rms_px": 0.2271, "n_points": 60, "model": "tsai"}
+    bad = {"verdict": "bad", "reasons": [reason("bad", "the clock is not known")], "notes": [reason("note", "a note")]}
+    doubt = {"verdict": "doubtful", "reasons": [reason("doubtful", "cam1: tag 3 was left out")], "notes": []}
+    return Results(
+        cameras={"cam1": CameraResults(record, {"points": 64})},
+        runs={"pluck": run},
+        verdict={
+            "verdict": "bad",
+            "calibration": {**doubt, "cameras": {"cam1": doubt}},
+            "runs": {"pluck": bad, "gone": GOOD},
+        },
+    )
+
+
+def test_each_run_and_each_camera_is_a_line():
+    runs, cameras = verdict_section(results(), "in").tables
+    assert runs.rows == [
+        ["pluck", "bad", "75 %", "0.005", "0.20010", "the clock is not known"],
+        ["gone", "good", "–", "–", "–", "–"],
+    ]
+    assert cameras.rows == [
+        ["cam1", "doubtful", "60 of 64", "0.23", "10.950 ± 0.072", "tsai", "cam1: tag 3 was left out"]
+    ]
+
+
+def test_reasons_come_worst_first_with_their_cures_and_notes_apart():
+    section = verdict_section(results(), "in")
+    assert [(r.key, r.level, r.text, r.cure) for r in section.reasons] == [
+        ("run-pluck", "bad", "the clock is not known.", "Do this."),
+        ("calibration", "doubtful", "cam1: tag 3 was left out.", "Do this."),
+    ]
+    assert [note.text for note in section.notes] == ["a note."]
+    assert section.line == "The calibration is doubtful; of 2 runs 1 bad, 1 good."
+
+
+def test_a_camera_that_failed_has_a_line_without_numbers():
+    record = {"verdict": "failed", "calibration": {**GOOD, "cameras": {"cam9": GOOD}}, "runs": {}}
+    (cameras,) = verdict_section(Results(verdict=record), "in").tables
+    assert cameras.rows[0][:4] == ["cam9", "good", "–", "–"]

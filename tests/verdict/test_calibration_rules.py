@@ -1,0 +1,72 @@
+"""Where a calibration's own numbers make it doubtful or bad, and where they do not."""
+
+import math
+
+import pytest
+
+from vidtrack.verdict.calibration_rules import Fit, camera_findings, graded, whole_findings
+
+CAMERA = {"rms_px": 0.2}
+
+
+def codes(findings):
+    return [(finding.level, finding.code) for finding in findings]
+
+
+@pytest.mark.parametrize(
+    ("value", "level"), [(None, None), (math.nan, None), (1.0, None), (1.1, "doubtful"), (3.1, "bad")]
+)
+def test_a_number_is_graded_by_two_limits_and_an_unknown_one_is_not(value, level):
+    assert graded(value, (1.0, 3.0)) == level
+
+
+def test_points_that_fit_as_noise_and_survey_allow_are_no_finding():
+    assert camera_findings("cam1", CAMERA, Fit(64, 64, 1.05), {"points": 64, "found": 64}) == []
+
+
+@pytest.mark.parametrize(("misfit", "level"), [(1.7, "doubtful"), (9.0, "bad")])
+def test_residuals_beyond_noise_and_survey_are_graded(misfit, level):
+    (finding,) = camera_findings("cam1", {"rms_px": 0.4}, Fit(64, 64, misfit), {})
+    assert (finding.level, finding.code) == (level, "residuals-unexplained")
+    assert finding.text.startswith("cam1: ")
+    assert "calibration.model: auto" in finding.cure
+
+
+def test_without_a_survey_tolerance_the_residual_itself_is_judged():
+    assert codes(camera_findings("c", {"rms_px": 3.2}, Fit(9, 9, math.nan), {})) == [("bad", "residuals-large")]
+    assert camera_findings("c", {"rms_px": 0.8}, Fit(9, 9, math.nan), {}) == []
+
+
+def test_many_points_left_out_blame_the_model_not_the_points():
+    assert camera_findings("c", CAMERA, Fit(64, 60, 1.0), {}) == []
+    (finding,) = camera_findings("c", CAMERA, Fit(64, 23, 1.0), {})
+    assert (finding.level, finding.code) == ("bad", "points-left-out")
+    assert "41 of the 64" in finding.text
+
+
+def test_tags_that_were_not_found_are_counted():
+    assert codes(camera_findings("c", CAMERA, Fit(30, 30, 1.0), {"points": 64, "found": 30})) == [
+        ("doubtful", "points-not-found")
+    ]
+
+
+def back(**changes):
+    record = {"held_out": {"mean_3d": 0.054}, "floor": {"mean_3d": 0.001, "mean_3d_with_survey": 0.05}, "units": "in"}
+    return {**record, "ratio_with_survey": 1.08, "diagonal_field": 160.5, **changes}
+
+
+def test_a_calibration_as_good_as_its_survey_allows_is_no_finding():
+    assert whole_findings(back()) == []
+    assert whole_findings({}) == []
+
+
+def test_held_out_errors_beyond_the_survey_are_graded():
+    (finding,) = whole_findings(back(ratio_with_survey=2.5))
+    assert (finding.level, finding.code) == ("doubtful", "held-out-error-unexplained")
+    assert whole_findings(back(ratio_with_survey=50.0, floor={"mean_3d": 0.001, "mean_3d_with_survey": 0.001})) == []
+
+
+def test_held_out_errors_of_a_fiftieth_of_the_field_are_bad():
+    (finding,) = whole_findings(back(held_out={"mean_3d": 4.0}))
+    assert (finding.level, finding.code) == ("bad", "held-out-error-large")
+    assert "1/40 of the diagonal field" in finding.text

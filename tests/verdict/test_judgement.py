@@ -1,0 +1,56 @@
+"""One word, its reasons worst first, and what a run inherits from its calibration."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vidtrack.findings import LEVELS, Finding
+from vidtrack.verdict.judgement import WORDS, inherited, judged, terminal_lines, worst_word
+
+findings = st.lists(st.builds(Finding, st.sampled_from(LEVELS), st.sampled_from("ab"), st.sampled_from("xyz")))
+
+
+def test_nothing_found_is_good_and_a_note_changes_nothing():
+    note = Finding("note", "read", "field order was guessed")
+    assert judged([]).verdict == judged([note]).verdict == "good"
+    assert judged([note]).notes == (note,)
+
+
+@given(findings)
+def test_the_word_is_that_of_the_worst_reason_and_reasons_come_worst_first(found):
+    judgement = judged(found)
+    levels = [LEVELS.index(reason.level) for reason in judgement.reasons]
+    assert levels == sorted(levels, reverse=True)
+    assert judgement.verdict == (judgement.reasons[0].level if judgement.reasons else "good")
+    assert set(judgement.reasons) | set(judgement.notes) == set(found)
+    assert "note" not in {reason.level for reason in judgement.reasons}
+
+
+def test_the_worst_of_several_words_counts():
+    assert worst_word(["good", "failed", "doubtful"]) == "failed"
+    assert worst_word([]) == "good"
+    assert list(WORDS) == ["good", "doubtful", "bad", "failed"]
+
+
+def test_a_run_inherits_the_doubt_about_its_calibration_with_its_reason_and_cure():
+    doubt = judged([Finding("doubtful", "few-points", "cam1: 8 points", "Add points.")])
+    (finding,) = inherited("the calibration", doubt)
+    assert finding == Finding(
+        "doubtful", "calibration-doubtful", "the calibration is doubtful: cam1: 8 points", "Add points."
+    )
+    assert inherited("the calibration", judged([])) == []
+    failed = judged([Finding("failed", "x", "no camera")])
+    assert inherited("the calibration", failed)[0].level == "bad"
+
+
+def test_the_terminal_shows_a_line_for_the_calibration_and_each_run_worst_first():
+    doubt = judged([Finding("doubtful", "a", "one thing", "Do this."), Finding("doubtful", "b", "another")]).as_record()
+    bad = judged([Finding("bad", "c", "the clock is not known")]).as_record()
+    good = judged([]).as_record()
+    lines = terminal_lines({"calibration": good, "runs": {"a": good, "b": doubt, "c": bad}})
+    assert lines == [
+        "vidtrack: run c: bad: the clock is not known.",
+        "vidtrack: run b: doubtful: one thing. Do this. (1 more reason in the report)",
+        "vidtrack: calibration: good",
+        "vidtrack: run a: good",
+    ]
+    assert terminal_lines({"calibration": None, "runs": {}}) == []

@@ -1,0 +1,72 @@
+"""The files under results/ as one `Results`: each is read once, and its place says what it is.
+
+calibration/<camera>/<file>, calibration_after/<camera>/<file>    a camera's calibration
+calibration/<file>, calibration_after/<file>                      the whole calibration
+runs/<run>/<file>, runs/<run>/centroids/<camera>.<ext>            a run
+verdict.json
+.failures/...                                                     why a job failed
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from vidtrack.files.records import read_json
+from vidtrack.files.tables import read_parquet
+from vidtrack.files.timestack_file import read_timestacks
+from vidtrack.results import CameraResults, Results, RunResults
+
+READERS: dict[str, Callable[[str], Any]] = {
+    ".json": read_json,
+    ".parquet": read_parquet,
+    ".npz": read_timestacks,
+    ".png": str,
+}
+CAMERA_FILES = {
+    "camera.json": "record",
+    "labelling.json": "labelling",
+    "points.parquet": "points",
+    "search.parquet": "search",
+}
+WHOLE_FILES = {"backprojection.json": "back", "stability.json": "stability", "verdict.json": "verdict"}
+OVERLAY, FAILURES = "overlay_", ".failures"
+
+
+def read_results(paths: Iterable[str]) -> Results:
+    """What lies at these paths, in their order; ValueError for a file that has no place in `Results`."""
+    results = Results()
+    for path in paths:
+        parts = os.path.normpath(path).split(os.sep)
+        kind = os.path.splitext(path)[1]
+        content = READERS[kind](path)
+        if FAILURES in parts:
+            results.failures.append(content)
+        elif parts[-4:-3] == ["runs"] and parts[-2] == "centroids":
+            camera = os.path.splitext(parts[-1])[0]
+            own = results.runs.setdefault(parts[-3], RunResults())
+            (own.readings if kind == ".json" else own.centroids)[camera] = content
+        elif parts[-3:-2] == ["runs"]:
+            _put_in_run(results.runs.setdefault(parts[-2], RunResults()), parts[-1], content)
+        elif parts[-1] in WHOLE_FILES:
+            setattr(results, WHOLE_FILES[parts[-1]], content)
+        elif parts[-1].startswith(OVERLAY):
+            camera = os.path.splitext(parts[-1])[0].removeprefix(OVERLAY)
+            results.cameras.setdefault(camera, CameraResults()).overlay = content
+        elif parts[-1] in CAMERA_FILES:
+            cameras = results.after if parts[-3] == "calibration_after" else results.cameras
+            setattr(cameras.setdefault(parts[-2], CameraResults()), CAMERA_FILES[parts[-1]], content)
+        else:
+            raise ValueError(f"{path}: not a file of which the report knows")
+    return results
+
+
+def _put_in_run(run: RunResults, name: str, content: Any) -> None:
+    stem, kind = os.path.splitext(name)
+    if kind == ".json":
+        run.records[stem] = content
+    elif kind == ".npz":
+        run.timestacks = content
+    else:
+        run.tables[stem] = content

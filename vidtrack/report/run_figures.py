@@ -1,0 +1,85 @@
+"""Which figures a run's section shows, in their order: each only where there is something to be seen in it."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vidtrack.figures import bodies, comparison, tracking, trajectories, waterline
+from vidtrack.results import Results, RunResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+    from pandas import DataFrame
+
+Captioned = tuple[str, "Drawing"]
+
+
+def run_figures(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Captioned]:
+    """The figures of one run, each after its caption. colours: of each camera, for the whole page."""
+    own = results.runs[name]
+    if own.timestacks:
+        drawn = waterline.timestacks(own.tables["waterline"], own.timestacks, units)
+        yield "Timestack and the water's edge", drawn
+    if "trajectories" in own.tables:
+        yield from _positions(name, own, _survey(results), units)
+        yield from _motion(name, own, units)
+    if own.centroids:
+        yield from _tracks(name, own, colours)
+
+
+def _survey(results: Results) -> DataFrame | None:
+    return next((own.points for own in results.cameras.values() if own.points is not None), None)
+
+
+def _positions(name: str, own: RunResults, survey: DataFrame | None, units: str) -> Iterator[Captioned]:
+    table = own.tables["trajectories"]
+    if not table["x"].notna().any():
+        return
+    yield "Position against time; two standard deviations shaded", trajectories.against_time(table, units, name)
+    survey = survey if own.record("locate").get("mode") == "space" else None
+    caption = "From above and from the side, amid the calibration points" if survey is not None else "The paths"
+    yield caption, trajectories.views(table, units, name, survey)
+    record = own.record("comparison")
+    if record.get("lag_s") is not None and "comparison" in own.tables:
+        yield from comparison.comparisons(own.tables["comparison"], record, units)
+
+
+def _motion(name: str, own: RunResults, units: str) -> Iterator[Captioned]:
+    if "kinematics" in own.tables and own.tables["kinematics"]["vx"].notna().any():
+        caption = (
+            "Velocity and acceleration; dotted where uncertain (flag edge), as at the ends of the record and of gaps"
+        )
+        yield caption, trajectories.derivatives(own.tables["kinematics"], units, name)
+    if "bodies" in own.tables:
+        yield (
+            "Six degrees of freedom; two standard deviations shaded",
+            bodies.six_degrees(own.tables["bodies"], units, name),
+        )
+
+
+def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[Captioned]:
+    clocks = (own.record("locate").get("clocks") or {}).get("cameras") or {}
+    if any(clock.get("offsets_s") for clock in clocks.values()):
+        yield "Epipolar error against the clock offset of each camera", tracking.clock_search(clocks, colours)
+    yield (
+        "Centroids of each target in each camera's picture against time",
+        tracking.tracks(own.centroids, colours, name),
+    )
+    caption = "Pixel locking: where within a pixel centroids lie; flat is good, and a target at rest makes a peak"
+    yield caption, tracking.pixel_locking(own.readings, colours)
+    for camera, record in own.readings.items():
+        if record.get("worst"):
+            moments = [{**moment, "picture": _picture(moment["picture"])} for moment in record["worst"]]
+            yield "The samples that went worst", tracking.worst_moments(moments, camera)
+
+
+def _picture(text: str) -> Any:
+    """A picture that stands in a record as text."""
+    import cv2
+
+    data = np.frombuffer(base64.b64decode(text.rsplit(",", 1)[-1]), np.uint8)
+    return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)

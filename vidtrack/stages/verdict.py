@@ -1,0 +1,154 @@
+"""Stage verdict: whether each calibration and each run can be used, with reasons, worst first, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.findings import Finding
+from vidtrack.results import CameraResults, Results, RunResults
+from vidtrack.verdict.calibration_rules import Fit, camera_findings, whole_findings
+from vidtrack.verdict.collected import collected, placed
+from vidtrack.verdict.judgement import Judgement, inherited, judged, worst_word
+from vidtrack.verdict.run_rules import (
+    Track,
+    comparison_findings,
+    location_findings,
+    motion_findings,
+    reading_findings,
+    target_findings,
+    time_findings,
+)
+
+Record = Mapping[str, Any]
+
+CALIBRATING = ("calibration_points", "calibrate", "bundle", "bundle_after", "back_project", "overlay", "stability")
+"""Rules whose failure is the calibration's; that of any other is a run's."""
+
+
+def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """The record verdict.json.
+
+    runs   what the config asks for, by run: {mode, cameras, targets: how many or their names}
+    Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
+    nothing was calibrated), runs ({run: {verdict, reasons, notes}}). A reason is a finding: level, code, text, cure.
+    A run inherits the doubts about the calibration that it uses.
+    """
+    cameras = {
+        name: judged([*_of_camera(name, own), *_failures(results, name)]) for name, own in results.cameras.items()
+    }
+    cameras |= {name: judged(_failures(results, name)) for name in sorted(_failed_cameras(results) - set(cameras))}
+    whole = _of_whole(results)
+    judgements = {name: judged(_of_run(name, results, asked, cameras, whole)) for name, asked in runs.items()}
+    calibration = None
+    if cameras:
+        together = judged([*whole, *(f for own in cameras.values() for f in (*own.reasons, *own.notes))])
+        calibration = together.as_record() | {"cameras": {name: own.as_record() for name, own in cameras.items()}}
+    words = [own.verdict for own in judgements.values()] + ([calibration["verdict"]] if calibration else [])
+    return {
+        "verdict": worst_word(words),
+        "calibration": calibration,
+        "runs": {name: own.as_record() for name, own in judgements.items()},
+    }
+
+
+def _of_camera(name: str, own: CameraResults) -> list[Finding]:
+    found = collected(own.labelling, name) + collected(own.record, name)
+    if own.record is None or "rms_px" not in own.record:
+        return found
+    return found + camera_findings(name, own.record, _fit(own.points, own.record), own.labelling or {})
+
+
+def _of_whole(results: Results) -> list[Finding]:
+    """What was found of all cameras together, and of the calibration after the test."""
+    found = collected(results.back, "calibration") + whole_findings(results.back or {})
+    for name, own in results.after.items():
+        found += [
+            placed(finding, "after the test")
+            for finding in collected(own.labelling, name) + collected(own.record, name)
+        ]
+    return found + collected(results.stability) + _failures(results, None)
+
+
+def _failures(results: Results, camera: str | None) -> list[Finding]:
+    """Why jobs of a camera's calibration failed; of all cameras together where `camera` is None."""
+    return [
+        finding
+        for failure in results.failures
+        if failure["rule"] in CALIBRATING and (failure["parts"][-1] if len(failure["parts"]) > 1 else None) == camera
+        for finding in collected(failure)
+    ]
+
+
+def _failed_cameras(results: Results) -> set[str]:
+    return {f["parts"][-1] for f in results.failures if f["rule"] in CALIBRATING and len(f["parts"]) > 1}
+
+
+def _of_run(
+    name: str, results: Results, asked: Mapping[str, Any], cameras: Mapping[str, Judgement], whole: Sequence[Finding]
+) -> list[Finding]:
+    own = results.runs.get(name, RunResults())
+    found = [finding for camera, reading in own.readings.items() for finding in collected(reading, camera)]
+    for record in own.records.values():
+        found += collected(record)
+    for failure in results.failures:
+        if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
+            found += collected(failure)
+    locate = own.record("locate")
+    for camera, reading in own.readings.items():
+        found += reading_findings(camera, reading)
+    if asked["mode"] != "waterline" and not any(finding.level == "failed" for finding in found):
+        found += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
+    held_out = ((results.back or {}).get("held_out") or {}).get("mean_3d")
+    found += time_findings(own.readings, locate) + location_findings(locate, held_out)
+    found += motion_findings(own.record("kinematics")) + comparison_findings(own.record("comparison"))
+    if asked["mode"] != "plane":
+        used = [cameras[c] for c in asked["cameras"] if c in cameras]
+        found += inherited("the calibration", judged([*whole, *(f for camera in used for f in camera.reasons)]))
+    return found
+
+
+def _fit(points: pd.DataFrame | None, record: Record) -> Fit:
+    """How the points fit, and the residuals over what centroid noise and survey tolerance allow."""
+    if points is None or "used" not in points:
+        return Fit(0, 0, np.nan)
+    found = points[points["Xf"].notna()]
+    used = found[found["used"].astype(bool)]
+    fit = Fit(len(found), len(used), np.nan)
+    needed = {"residual_x", "residual_y", "sigma", "x", "y", "z"}
+    if not needed <= set(points) or len(used) < 8:
+        return fit
+    tolerance = used["sigma"].fillna((record.get("settings") or {}).get("sigma") or 0.0).to_numpy(float)
+    if not (tolerance > 0).all():
+        return fit
+    p = used[["x", "y", "z"]].to_numpy(float)
+    depth = p @ np.asarray(record["R"], float)[2] + record["T"][2]
+    per_unit = record["f"] / record["dy"] / depth  # px that a unit of length spans, square on
+    sd = used[["sd_x", "sd_y"]].fillna(0).to_numpy(float) if {"sd_x", "sd_y"} <= set(used) else np.zeros((len(used), 2))
+    expected = sd**2 + (tolerance * per_unit)[:, None] ** 2
+    residual = used[["residual_x", "residual_y"]].to_numpy(float)
+    freedom = max(residual.size - len((record.get("uncertainty") or {}).get("names") or ()), 1)
+    return fit._replace(misfit=float(np.sqrt((residual**2 / expected).sum() / freedom)))
+
+
+def _tracks(trajectories: pd.DataFrame | None) -> dict[str, Track]:
+    if trajectories is None or not len(trajectories):
+        return {}
+    return {str(name): _track(rows) for name, rows in trajectories.groupby("target", sort=False)}
+
+
+def _track(rows: pd.DataFrame) -> Track:
+    """How many samples, how many of them located, and the longest time (s) without a position, with its start."""
+    rows = rows.sort_values("time_s")
+    t, known = rows["time_s"].to_numpy(float), rows["x"].notna().to_numpy()
+    if not known.any():
+        return Track(len(t), 0, float(t[-1] - t[0]), float(t[0]))
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    stops = np.concatenate([[t[0] - step], t[known], [t[-1] + step]])
+    gaps = np.diff(stops) - step
+    longest = int(gaps.argmax())
+    gap = float(gaps[longest])
+    return Track(len(t), int(known.sum()), gap if gap > step / 2 else 0.0, float(stops[longest] + step))

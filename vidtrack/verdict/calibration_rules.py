@@ -1,0 +1,107 @@
+"""What a calibration's own numbers say of it, beside what its stages found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from vidtrack.findings import Finding, Level
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where a number becomes a doubt, and where it becomes bad: each a pair (doubtful, bad)."""
+
+    misfit: tuple[float, float] = (1.5, 4.0)
+    """Residuals over what centroid noise and survey tolerance allow (root of the reduced chi-squared). With 20 points
+    or more chance stays below 1.3."""
+
+    rms_px: tuple[float, float] = (1.0, 3.0)
+    """px, reprojection error where the survey states no tolerance, so that there is no expectation: centroids of balls
+    are good to a tenth of a px at worst, so the rest is the survey, the lens model or wrong points."""
+
+    left_out: tuple[float, float] = (0.1, 1 / 3)
+    """Share of the points found that do not fit. A few wrong names are usual, a tenth of all is not; beyond a third the
+    majority itself may be wrong."""
+
+    not_found: tuple[float, float] = (0.25, 0.6)
+    """Share of the listed tags that were not found in the picture: the calibrated volume is smaller than planned."""
+
+    worse_than_expected: tuple[float, float] = (2.0, 5.0)
+    """Held-out error over what centroid noise and survey tolerance allow."""
+
+    of_field: tuple[float, float] = (1 / 200, 1 / 50)
+    """Held-out error as a share of the diagonal field. The thesis, with cameras of 1995, reached 1/1350."""
+
+
+LIMITS = Limits()
+
+
+class Fit(NamedTuple):
+    """How many points were found and used, and their residuals over the expected ones, NaN where that is unknown."""
+
+    found: int
+    used: int
+    misfit: float
+
+
+def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: Mapping[str, Any]) -> list[Finding]:
+    """One camera's calibration. record: camera.json; labelling: labelling.json."""
+    out: list[Finding] = []
+    if level := graded(fit.misfit, LIMITS.misfit):
+        text = (
+            f"{name}: the calibration points miss their projections by {fit.misfit:.2g} times what centroid noise and "
+            f"survey tolerance explain ({record['rms_px']:.2g} px rms)"
+        )
+        cure = "Try calibration.model: auto; check the sigma in points.csv and the points with the largest residuals."
+        out.append(Finding(level, "residuals-unexplained", text, cure))
+    elif fit.misfit != fit.misfit and (level := graded(record.get("rms_px"), LIMITS.rms_px)):
+        text = f"{name}: the calibration points miss their projections by {record['rms_px']:.2g} px rms"
+        cure = "Try calibration.model: auto, check the survey, and give its tolerance as calibration.sigma."
+        out.append(Finding(level, "residuals-large", text, cure))
+    lost = fit.found - fit.used
+    if fit.found and (level := graded(lost / fit.found, LIMITS.left_out)):
+        text = f"{name}: {lost} of the {fit.found} calibration points found do not fit and were left out"
+        cure = "See the list of points not used: those at the rim point to the lens model, neighbours to wrong names."
+        out.append(Finding(level, "points-left-out", text, cure))
+    listed, seen = labelling.get("points"), labelling.get("found")
+    if listed and seen is not None and (level := graded(1 - seen / listed, LIMITS.not_found)):
+        text = f"{name}: only {seen} of the {listed} listed calibration points were found in the picture"
+        cure = "Correct calibration.clips.<clip>.tags to what each clip shows, or light the points."
+        out.append(Finding(level, "points-not-found", text, cure))
+    return out
+
+
+def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
+    """All cameras together. back: backprojection.json."""
+    out: list[Finding] = []
+    held, floor = back.get("held_out") or {}, back.get("floor") or {}
+    error, units = held.get("mean_3d"), back.get("units", "")
+    if error is None:
+        return out
+    surveyed = (floor.get("mean_3d_with_survey") or 0) > (floor.get("mean_3d") or 0)
+    ratio = back.get("ratio_with_survey") if surveyed else None
+    if level := graded(ratio, LIMITS.worse_than_expected):
+        text = (
+            f"calibration: points held out are located {error:.2g} {units} from their survey, {ratio:.2g} times what "
+            "centroid noise and survey tolerance explain"
+        )
+        cure = "Check the survey and the points with the largest errors, or try calibration.model: auto."
+        out.append(Finding(level, "held-out-error-unexplained", text, cure))
+    field = back.get("diagonal_field")
+    if field and (level := graded(error / field, LIMITS.of_field)):
+        text = (
+            f"calibration: points held out are located {error:.2g} {units} from their survey, "
+            f"1/{field / error:.0f} of the diagonal field"
+        )
+        cure = "Check units, tags and survey; use more points, spread in depth."
+        out.append(Finding(level, "held-out-error-large", text, cure))
+    return out
+
+
+def graded(value: float | None, limits: tuple[float, float]) -> Level | None:
+    """doubtful above the first limit, bad above the second; None below both, and where the value is not known."""
+    if value is None or not value > limits[0]:
+        return None
+    return "bad" if value > limits[1] else "doubtful"

@@ -1,0 +1,74 @@
+"""One word for a calibration or a run, with the findings that it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from vidtrack.findings import Finding, as_records, worst_first
+
+Word = Literal["good", "doubtful", "bad", "failed"]
+WORDS: tuple[Word, ...] = get_args(Word)
+"""In rising order. good: use the numbers; doubtful: some may be wrong, or worse than their sigma says; bad: do not use
+them; failed: there are none."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A word, its reasons (doubtful or worse, worst first) and the notes, which change nothing."""
+
+    verdict: Word
+    reasons: tuple[Finding, ...]
+    notes: tuple[Finding, ...]
+
+    def as_record(self) -> dict[str, Any]:
+        """As it is written to JSON."""
+        return {"verdict": self.verdict, "reasons": as_records(self.reasons), "notes": as_records(self.notes)}
+
+
+def judged(findings: Iterable[Finding]) -> Judgement:
+    """The judgement that findings amount to: the word of the worst; good where none is more than a note."""
+    ordered = worst_first(dict.fromkeys(findings))
+    reasons = tuple(finding for finding in ordered if finding.level != "note")
+    notes = tuple(finding for finding in ordered if finding.level == "note")
+    word: Word = reasons[0].level if reasons and reasons[0].level != "note" else "good"
+    return Judgement(word, reasons, notes)
+
+
+def worst_word(words: Iterable[str]) -> Word:
+    """The worst of several words; good where there is none."""
+    return WORDS[max((WORDS.index(word) for word in words if word in WORDS), default=0)]
+
+
+def inherited(what: str, judgement: Judgement) -> list[Finding]:
+    """What a doubt about a calibration means for a run that uses it: one finding, none where it is good."""
+    if judgement.verdict == "good":
+        return []
+    first = judgement.reasons[0]
+    level = "bad" if judgement.verdict == "failed" else judgement.verdict
+    text = f"{what} is {judgement.verdict}: {first.text}"
+    return [Finding(level, f"calibration-{judgement.verdict}", text, first.cure)]
+
+
+def terminal_lines(record: Mapping[str, Any]) -> list[str]:
+    """A verdict.json as lines to be read at the end of a run of the workflow: worst first, one line each."""
+    entries = [("calibration", record["calibration"])] if record.get("calibration") else []
+    entries += [(f"run {name}", own) for name, own in (record.get("runs") or {}).items()]
+    return [
+        f"vidtrack: {name}: {own['verdict']}{_because(own['reasons'])}"
+        for name, own in sorted(entries, key=lambda entry: -WORDS.index(entry[1]["verdict"]))
+    ]
+
+
+def _because(reasons: list[Mapping[str, str]]) -> str:
+    if not reasons:
+        return ""
+    first, more = reasons[0], len(reasons) - 1
+    others = f" ({more} more reason{'s' if more > 1 else ''} in the report)" if more else ""
+    return f": {sentence(first['text'])} {sentence(first.get('cure', ''))}".rstrip() + others
+
+
+def sentence(text: str) -> str:
+    """Text with a full stop at its end, where it has none."""
+    return text if not text or text.endswith((".", "?", "!")) else text + "."

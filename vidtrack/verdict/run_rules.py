@@ -1,0 +1,246 @@
+"""What a run's own numbers say of it, beside what its stages found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot
+from typing import Any, NamedTuple
+
+from vidtrack.findings import Finding
+from vidtrack.verdict.calibration_rules import graded
+
+Record = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where a number becomes a doubt, and where it becomes bad: pairs are (doubtful, bad)."""
+
+    not_located: tuple[float, float] = (0.05, 0.5)
+    """Share of a target's samples without a position. Below, spectra and extremes hardly change; above a half the run
+    is not a measurement of that target."""
+
+    gap_s: float = 1.0
+    """s, longest stretch without a position: beyond the period of most laboratory motions peaks are lost."""
+
+    disagreeing: tuple[float, float] = (0.02, 0.2)
+    """Share of samples for which the cameras do not see one point."""
+
+    sight_lines: tuple[float, float] = (5.0, 15.0)
+    """Reprojection error over the centroids' standard deviation: sigma contains the latter alone."""
+
+    sight_lines_px: tuple[float, float] = (0.2, 0.5)
+    """px, reprojection errors below which the ratio is not judged: lenses and light leave as much."""
+
+    sigma: tuple[float, float] = (6.0, 60.0)
+    """Mean sigma over what calibration and centroid noise lead to expect in the calibrated volume."""
+
+    clocks: float = 3.3
+    """Standard errors by which two estimates of one clock may differ: once in a thousand times by chance."""
+
+    scatter: tuple[float, float] = (3.0, 10.0)
+    """Scatter about the smoothed path over sigma. Real motion of high frequency makes up to 1.3."""
+
+    correlation: tuple[float, float] = (0.1, 0.5)
+    """1 minus the correlation of reference and video after the lag is removed: they record the same motion or not."""
+
+    truth: tuple[float, float] = (25.0, 100.0)
+    """Mean squared error against truth.csv over sigma squared, worst axis: 5 and 10 sigma."""
+
+    pictures_lost: tuple[float, float] = (0.05, 0.5)
+    """Share of a recording's pictures that are missing or damaged."""
+
+
+LIMITS = Limits()
+
+
+class Track(NamedTuple):
+    """How one target was located: n samples, so many of them located, the longest gap (s) and when it begins (s)."""
+
+    n: int
+    located: int
+    gap_s: float
+    gap_from_s: float
+
+
+def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | None) -> list[Finding]:
+    """Which of the targets that the config asks for were located, and how much of each."""
+    out: list[Finding] = []
+    located = [name for name, track in tracks.items() if track.located]
+    if asked is not None:
+        names = None if isinstance(asked, int) else list(asked)
+        wanted = asked if isinstance(asked, int) else len(asked)
+        missing = wanted - len(located) if names is None else len([n for n in names if n not in located])
+        if missing > 0:
+            which = "" if names is None else f" ({', '.join(n for n in names if n not in located)} never)"
+            text = f"{wanted - missing} of {wanted} targets were located{which}"
+            cure = "See in the tracks which camera lost them; give their start boxes in targets.csv, or ask for fewer."
+            out.append(Finding("bad", "targets-missing", text, cure))
+    for name in located:
+        track = tracks[name]
+        share = 1 - track.located / track.n
+        where = f"the longest gap lasts {track.gap_s:.2g} s, from {clock(track.gap_from_s)}"
+        cure = "See in the tracks which camera lost it there; a third camera helps where views are blocked."
+        if level := graded(share, LIMITS.not_located):
+            text = f"target {name}: {track.located} of {track.n} samples were located; {where}"
+            out.append(Finding(level, "samples-missing", text, cure))
+        elif track.gap_s > LIMITS.gap_s:
+            out.append(Finding("doubtful", "gap-long", f"target {name} was lost: {where}", cure))
+    return out
+
+
+def reading_findings(camera: str, reading: Record) -> list[Finding]:
+    """One camera's recording: pictures lost, targets never measured. reading: centroids/<camera>.json."""
+    out: list[Finding] = []
+    account = reading.get("reading") or {}
+    frames, gone = account.get("frames") or 0, (account.get("lost") or 0) + (account.get("corrupt") or 0)
+    if frames and (level := graded(gone / (frames + (account.get("lost") or 0)), LIMITS.pictures_lost)):
+        text = f"{camera}: {gone} pictures of the recording are missing or damaged, of {frames} that were read"
+        out.append(Finding(level, "pictures-lost", text, "Copy the recording again from the camera or tape."))
+    never = [name for name, own in (reading.get("targets") or {}).items() if own.get("measured") == 0]
+    if never:
+        text = f"{camera}: {', '.join(never)} never measured in this camera"
+        cure = f"See whether {camera} shows it; give its start box in targets.csv, or detect.threshold."
+        out.append(Finding("doubtful", "never-measured", text, cure))
+    return out
+
+
+def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Finding]:
+    """Whether the cameras of a run share one time, and whether those who tell a clock agree."""
+    out: list[Finding] = []
+    bare = [camera for camera, own in readings.items() if (own.get("time") or {}).get("source") == "none"]
+    clocks = (locate.get("clocks") or {}).get("cameras") or {}
+    unset = [c for c in bare if (clocks.get(c) or {}).get("source", "config") == "config" and not _given(clocks.get(c))]
+    if bare and len(bare) < len(readings) and unset:
+        text = f"{', '.join(unset)} carries no time code and the other cameras do: they do not share one time"
+        out.append(Finding("bad", "time-codes-mixed", text, f"Set cameras.{unset[0]}.clock: auto."))
+    elif len(readings) > 1 and len(unset) == len(readings):
+        text = "no camera carries a time code: it is taken that all recordings began at the same moment"
+        out.append(
+            Finding("doubtful", "clock-unknown", text, "Set cameras.<name>.clock: auto for all cameras but one.")
+        )
+    for camera, own in clocks.items():
+        if own.get("source") == "nobody":
+            text = f"{camera}: its clock was sought and not found"
+            cure = "Let a target move fast through both pictures, clap once, or give cameras.<name>.clock.offset_s."
+            out.append(Finding("bad", "clock-not-found", text, cure))
+        if own.get("ambiguous"):
+            text = f"{camera}: another clock offset fits the motion about as well, as with a periodic motion"
+            cure = f"Set cameras.{camera}.clock: sound or flash, or give the offset."
+            out.append(Finding("doubtful", "clock-ambiguous", text, cure))
+        out += _contradictions(camera, own.get("witnesses") or {})
+    return out
+
+
+def _given(clock: Record | None) -> bool:
+    return bool(clock and (clock.get("offset_s") or clock.get("rate_ppm")))
+
+
+def _contradictions(camera: str, estimates: Mapping[str, Record]) -> list[Finding]:
+    known = [(name, own["offset_s"], own["offset_s_sd"]) for name, own in estimates.items() if own.get("offset_s_sd")]
+    out = []
+    for i, (name, offset, sd) in enumerate(known):
+        for other, offset_2, sd_2 in known[i + 1 :]:
+            if offset is not None and offset_2 is not None and abs(offset - offset_2) > LIMITS.clocks * hypot(sd, sd_2):
+                text = (
+                    f"{camera}: {name} and {other} give clock offsets of {1000 * offset:.4g} and "
+                    f"{1000 * offset_2:.4g} ms, which exclude each other"
+                )
+                cure = f"Set cameras.{camera}.clock to the one that is right: {name} or {other}."
+                out.append(Finding("doubtful", "clocks-contradict", text, cure))
+    return out
+
+
+def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
+    """How the lines of sight meet, and how sure the positions are. held_out: world units, the calibration's error."""
+    out: list[Finding] = []
+    noise, samples, units = locate.get("noise") or {}, locate.get("samples"), locate.get("units", "")
+    if not isinstance(samples, Mapping):
+        return out
+    n = samples.get("n") or 0
+    if n and (level := graded((samples.get("disagree") or 0) / n, LIMITS.disagreeing)):
+        text = f"in {samples['disagree']} of {n} samples the cameras do not see one point"
+        cure = "Check that one name means one target in all cameras, the clocks, and whether a camera moved."
+        out.append(Finding(level, "cameras-disagree", text, cure))
+    sds, errors = noise.get("sd_px") or {}, noise.get("reprojection_rms_px") or {}
+    ratios = {c: errors[c] / sd for c, sd in sds.items() if sd and errors.get(c) is not None}
+    if ratios:
+        worst = max(ratios, key=lambda c: ratios[c])
+        level = graded(ratios[worst], LIMITS.sight_lines)
+        if level and (small := graded(errors[worst], LIMITS.sight_lines_px)):
+            text = (
+                f"{worst}: lines of sight miss the located points by {errors[worst]:.2g} px rms, "
+                f"{ratios[worst]:.2g} times the centroid noise: positions are less sure than sigma says"
+            )
+            cure = (
+                "Set cameras.<name>.clock: auto unless the cameras were locked together; check whether a camera moved."
+            )
+            out.append(Finding(level if small == "bad" else "doubtful", "sight-lines-miss", text, cure))
+    sigma, scale = samples.get("mean_sigma"), (locate.get("correspondence") or {}).get("world_per_px")
+    known = [sd for sd in sds.values() if sd]
+    if sigma and held_out and scale and known and all(s is not None for s in sigma):
+        expected = hypot(held_out, 3 * max(known) * scale)
+        if level := graded(hypot(*sigma) / expected, LIMITS.sigma):
+            text = (
+                f"positions have a mean sigma of {hypot(*sigma):.2g} {units}, {hypot(*sigma) / expected:.2g} times "
+                "what the calibration leads to expect"
+            )
+            cure = "Lines of sight nearly parallel make it, or points outside the calibrated volume: move a camera."
+            out.append(Finding(level, "sigma-large", text, cure))
+    volume = locate.get("volume") or {}
+    if (volume.get("share_outside") or 0) > 0.5:
+        text = (
+            f"{100 * volume['share_outside']:.0f} % of the positions are extrapolated: they lie up to "
+            f"{volume['farthest_outside']:.2g} {units} outside the calibration points"
+        )
+        cure = "Calibrate with points around the whole motion."
+        out.append(Finding("doubtful", "outside-volume", text, cure))
+    return out
+
+
+def motion_findings(kinematics: Record) -> list[Finding]:
+    """Whether tracks scatter as their sigma says. kinematics: kinematics.json."""
+    out = []
+    worst: dict[str, Record] = {}
+    for own in kinematics.get("smoothing") or ():
+        ratio, before = own.get("noise_ratio"), worst.get(own["target"])
+        if ratio is not None and (before is None or ratio > before["noise_ratio"]):
+            worst[own["target"]] = own
+    for target, own in worst.items():
+        if level := graded(own["noise_ratio"], LIMITS.scatter):
+            text = (
+                f"target {target}: positions scatter along {own['axis']} by {own['noise_ratio']:.2g} times their sigma"
+            )
+            cure = "See its track: short jumps are another target or a reflection; give a start box or a threshold."
+            out.append(Finding(level, "scatter-unexplained", text, cure))
+    return out
+
+
+def comparison_findings(comparison: Record) -> list[Finding]:
+    """How the run compares with its contact sensor and with truth.csv. comparison: comparison.json."""
+    out = []
+    after = comparison.get("after") or {}
+    correlation = after.get("correlation")
+    if correlation is not None and (level := graded(1 - correlation, LIMITS.correlation)):
+        text = f"reference and video correlate to {correlation:.2f} only after the lag is removed"
+        cure = "Check runs.<run>.reference: column, axis and target, and whether the reference is of this run."
+        out.append(
+            Finding("doubtful" if level == "bad" and correlation > 0 else level, "reference-differs", text, cure)
+        )
+    truth = comparison.get("truth") or {}
+    variances = {a: v for a, v in (truth.get("normalised_variance") or {}).items() if v is not None}
+    if variances:
+        axis = max(variances, key=lambda a: variances[a])
+        if level := graded(variances[axis], LIMITS.truth):
+            text = f"positions are off truth.csv by {variances[axis] ** 0.5:.2g} sigma rms along {axis}"
+            cure = "Check that truth.csv is of these targets, axes and clock; else check the calibration."
+            out.append(Finding(level, "truth-differs", text, cure))
+    return out
+
+
+def clock(time_s: float) -> str:
+    """A time as a person reads it: 10:00:54.4 for seconds since midnight, 3.20 s for those since a first frame."""
+    if not time_s >= 100:
+        return f"{time_s:.2f} s"
+    return f"{int(time_s // 3600) % 24:02d}:{int(time_s // 60 % 60):02d}:{time_s % 60:04.1f}"

@@ -1,0 +1,38 @@
+# Needs: every record that the other rules make, and what a number must be judged by: points and trajectories.
+# Makes: verdict.json: each calibration and each run good, doubtful, bad or failed, with reasons and what to do.
+
+VERDICT = f"{RESULTS}/verdict.json"
+JUDGED = [
+    f"{RESULTS}/{clip_set}/{camera}/{name}"
+    for clip_set, cameras in SETS.items()
+    for camera in cameras
+    for name in ("camera.json", "labelling.json", "points.parquet")
+]
+if CALIBRATED:
+    JUDGED.append(f"{RESULTS}/calibration/backprojection.json")
+if SETS["calibration_after"]:
+    JUDGED.append(f"{RESULTS}/calibration_after/stability.json")
+JUDGED += [path for path in CENTROIDS if path.endswith(".json")]
+JUDGED += [f"{RESULTS}/runs/{run}/clocks.json" for run in CLOCKED]
+JUDGED += [
+    f"{RESULTS}/runs/{run}/{name}"
+    for run in LOCATED
+    for name in ("locate.json", "trajectories.parquet", "kinematics.json")
+]
+JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
+JUDGED += [f"{RESULTS}/runs/{run}/waterline.json" for run in WATERLINES]
+
+
+rule verdict:
+    input:
+        order=placed("verdict", orders.verdict(SETTINGS, EXPERIMENT), []),
+        results=JUDGED,
+    output:
+        verdict=VERDICT,
+    log:
+        f"{RESULTS}/logs/verdict.log",
+    message:
+        "Judging the calibration and the runs"
+    shell:
+        "python -m vidtrack verdict --settings {input.order:q} --log {log:q} --input results {input.results:q}"
+        " --output verdict {output.verdict:q}"
