@@ -1,4 +1,5 @@
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,49 @@ def test_a_runs_own_detect_settings_win_in_either_place():
     own = settings.runs["p"]
     merged = detect_for(settings, own, own.detect)
     assert (merged["threshold"], merged["min_pixels"], merged["polarity"]) == (90.0, 9, "bright")
+
+
+def keys_of_the_schema():
+    """Each key of config.yaml with its place in the schema, however deep it stands."""
+    schema = Settings.model_json_schema(by_alias=True)
+    for name, section in [("", schema), *schema["$defs"].items()]:
+        for key, place in section.get("properties", {}).items():
+            yield f"{name}.{key}".lstrip("."), place
+
+
+def values_of(place):
+    """The words that a key may have as its value, in whichever of its forms."""
+    if isinstance(place, list):
+        return [word for entry in place for word in values_of(entry)]
+    if not isinstance(place, dict):
+        return []
+    own = [word for word in [*place.get("enum", []), place.get("const")] if isinstance(word, str)]
+    return own + [word for key in ("anyOf", "items", "oneOf") for word in values_of(place.get(key))]
+
+
+def test_every_key_has_a_description():
+    assert [name for name, place in keys_of_the_schema() if len(place.get("description", "")) < 10] == []
+
+
+def test_every_word_that_a_key_may_have_is_explained_in_its_description():
+    for name, place in keys_of_the_schema():
+        if name != "units":
+            missing = [w for w in values_of(place) if not re.search(rf"(?<!\w){w}(?!\w)", place["description"])]
+            assert missing == [], f"{name}: {missing}"
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("Camera.Cx", "px"),
+        ("Camera.sensor", "mm"),
+        ("Clock.offset_s", "s, "),
+        ("Detect.box", "px"),
+        ("Run.max_miss", "world"),
+    ],
+)
+def test_a_length_or_a_time_says_its_unit(key, unit):
+    assert dict(keys_of_the_schema())[key]["description"].startswith(unit)
 
 
 def test_the_schema_in_the_workflow_is_the_one_that_the_settings_make():

@@ -80,55 +80,73 @@ class Camera(Section):
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
         Clock(),
-        description="offset and rate; auto: estimated from all that tells it (motion, sound, a flash), or one of these",
+        description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; sound: "
+        "from the sound tracks, by one clap; flash: from a lamp that is switched; auto: from all three, weighed",
     )
+
+
+DETECT = {
+    "polarity": "bright: targets are brighter than what surrounds them; dark: darker",
+    "threshold": "grey level 0 to 255, after gain and offset, above which a pixel (dark: below which) belongs to a "
+    "target; auto: half-way between each target's surroundings and its brightest part",
+    "centroid": "weighted: pixels count by their grey level above the threshold; binary: all pixels above it "
+    "count the same (equations 4.2.1 and 4.2.2 of the thesis); ellipse: an ellipse fitted to the target's outline, "
+    "for large or saturated targets",
+    "min_pixels": "pixels above the threshold that a target has at least; fewer are noise (flag small)",
+    "box": "px, width and height of the moving box in which a target is looked for; more than its motion between two "
+    "samples, less than the distance to its neighbours",
+    "fields": "what one sample is; auto: as the file's flags and the motion say; frame: whole frames (progressive "
+    "video); top, bottom: two fields a frame, that one first (interlaced video: two samples a frame)",
+    "start": "time code (10:00:55:12) or frame number of the first sample used; null: the first frame",
+    "end": "time code or frame number of the last sample used; null: the last frame",
+    "gain": "grey levels are multiplied by it, after offset; auto: chosen for each clip, and 1 but for clips that use "
+    "few grey levels",
+    "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
+}
+"""What each detect key means, for all clips and runs and where one of them differs."""
+
+
+def _change(key: str) -> Any:
+    return Field(None, description=f"{DETECT[key]}. Null: as under detect")
 
 
 class DetectChange(Section):
-    """How targets are told from the background, where a clip or a run differs from the rest."""
+    """How targets are distinguished from the background, where a clip or a run differs from the rest."""
 
-    polarity: Literal["bright", "dark"] | None = None
-    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] | None = None
-    centroid: Literal["weighted", "binary", "ellipse"] | None = None
-    min_pixels: Annotated[int, Field(ge=1)] | None = None
-    box: tuple[Positive, Positive] | None = None
-    fields: Literal["auto", "frame", "top", "bottom"] | None = None
-    start: Instant | None = None
-    end: Instant | None = None
-    gain: Literal["auto"] | Positive | None = None
-    offset: Literal["auto"] | Level | None = None
+    polarity: Literal["bright", "dark"] | None = _change("polarity")
+    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] | None = _change("threshold")
+    centroid: Literal["weighted", "binary", "ellipse"] | None = _change("centroid")
+    min_pixels: Annotated[int, Field(ge=1)] | None = _change("min_pixels")
+    box: tuple[Positive, Positive] | None = _change("box")
+    fields: Literal["auto", "frame", "top", "bottom"] | None = _change("fields")
+    start: Instant | None = _change("start")
+    end: Instant | None = _change("end")
+    gain: Literal["auto"] | Positive | None = _change("gain")
+    offset: Literal["auto"] | Level | None = _change("offset")
 
 
 class Detect(Section):
-    """How targets are told from the background."""
+    """How targets are distinguished from the background."""
 
-    polarity: Literal["bright", "dark"] = "bright"
-    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field(
-        "auto", description="grey level 0-255, after gain and offset"
-    )
-    centroid: Literal["weighted", "binary", "ellipse"] = Field(
-        "weighted", description="binary is the thesis's equations 4.2.1 and 4.2.2"
-    )
-    min_pixels: Annotated[int, Field(ge=1)] = 4
-    box: tuple[Positive, Positive] = Field((50.0, 50.0), description="px, width and height of the moving box mask")
-    fields: Literal["auto", "frame", "top", "bottom"] = Field(
-        "auto", description="interlaced video gives two samples a frame; top, bottom: which field comes first"
-    )
-    start: Instant | None = Field(None, description="time code or frame number of the first sample used")
-    end: Instant | None = Field(None, description="time code or frame number of the last sample used")
-    gain: Literal["auto"] | Positive = Field(
-        "auto", description="grey levels are stretched by this factor; auto: only where too few are in use"
-    )
-    offset: Literal["auto"] | Level = Field(
-        "auto", description="stored level, on the scale 0-255 of the file's depth, that becomes black"
-    )
+    polarity: Literal["bright", "dark"] = Field("bright", description=DETECT["polarity"])
+    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field("auto", description=DETECT["threshold"])
+    centroid: Literal["weighted", "binary", "ellipse"] = Field("weighted", description=DETECT["centroid"])
+    min_pixels: Annotated[int, Field(ge=1)] = Field(4, description=DETECT["min_pixels"])
+    box: tuple[Positive, Positive] = Field((50.0, 50.0), description=DETECT["box"])
+    fields: Literal["auto", "frame", "top", "bottom"] = Field("auto", description=DETECT["fields"])
+    start: Instant | None = Field(None, description=DETECT["start"])
+    end: Instant | None = Field(None, description=DETECT["end"])
+    gain: Literal["auto"] | Positive = Field("auto", description=DETECT["gain"])
+    offset: Literal["auto"] | Level = Field("auto", description=DETECT["offset"])
 
 
 class Clip(DetectChange):
     """One calibration clip: the tags in view, and any detect setting that differs for it."""
 
     tags: Tags = Field(None, description="1-16, or a list; default: every tag in points.csv")
-    detect: DetectChange = DetectChange()
+    detect: DetectChange = Field(
+        DetectChange(), description="the detect settings that differ for this clip; they may also stand beside `tags`"
+    )
 
 
 ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew"]
@@ -140,9 +158,21 @@ class Calibration(Section):
     sigma: Annotated[float, Field(ge=0)] = Field(
         0.0, description="world units, survey tolerance (1 sigma) where points.csv has none"
     )
-    model: Literal["tsai", "tsai2", "brown", "affine", "auto"] = "tsai"
-    refine: Literal["linear", "centre", "full", "bundle"] = "full"
-    clips: dict[Name, Clip] = {}
+    model: Literal["tsai", "tsai2", "brown", "affine", "auto"] = Field(
+        "tsai",
+        description="the lens; tsai: f, Sx, Cx, Cy and one radial term, kappa1; tsai2: a second one, kappa2; brown: "
+        "tangential terms p1, p2 too; affine: skewed pixel axes (skew) too; auto: the plainest of them that predicts "
+        "points held out of the fit as well as a richer one",
+    )
+    refine: Literal["linear", "centre", "full", "bundle"] = Field(
+        "full",
+        description="how parameters are estimated; linear: the thesis's closed form, with Cx, Cy and sensor as given; "
+        "centre: the same, and Cx, Cy searched for the least error; full: every parameter of one camera by non-linear "
+        "least squares; bundle: all cameras and the surveyed points together, the survey tolerance as prior",
+    )
+    clips: dict[Name, Clip] = Field(
+        {}, description="clip: what it shows; every folder in calibration/ is a clip, whether or not it is named here"
+    )
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Annotated[dict[ParameterName, float | None], BeforeValidator(_fixed)] = Field(
         {}, description="parameters that are not refined: a list of names, or names with values"
@@ -155,7 +185,10 @@ class Reference(Section):
 
     time: str = Field("time_s", description="column of times: seconds, time code or ISO")
     value: str = Field(description="column of values")
-    axis: Literal["x", "y", "z", "auto"] = Field("x", description="auto: the direction in which the target moves most")
+    axis: Literal["x", "y", "z", "auto"] = Field(
+        "x",
+        description="what it measures; x, y, z: that axis of the world; auto: the direction of the target's motion",
+    )
     target: str | None = Field(None, description="default: the run's only target")
 
 
@@ -181,20 +214,24 @@ class Waterline(Section):
     """Run-up: the moving water's edge along transects."""
 
     camera: str | None = Field(None, description="default: the run's first camera")
-    transects: dict[Name, Transect]
+    transects: dict[Name, Transect] = Field(description="transect: the line up the beach that it follows")
 
 
 class Run(DetectChange):
     """One run: what moves in it, how it is located, what it is compared with."""
 
     mode: Literal["space", "plane", "waterline"] = Field(
-        "space", description="two or more cameras; one and a plane; waterline: no targets, only the water's edge"
+        "space",
+        description="space: positions from two or more cameras; plane: from one camera, in a plane of known scale or "
+        "points; waterline: no targets, only the edge of the water",
     )
     targets: Annotated[tuple[str, ...] | Annotated[int, Field(ge=1)] | None, BeforeValidator(_names)] = Field(
         None, description="how many, or a list of names; default: the names in targets.csv, else 1"
     )
-    reference: Reference | None = None
-    plane: Plane | None = None
+    reference: Reference | None = Field(
+        None, description="how reference.csv is read; default: time in its first column, x in its second"
+    )
+    plane: Plane | None = Field(None, description="mode plane: how px become positions in the plane")
     bodies: dict[Name, dict[str, Vector]] = Field(
         {}, description="body: {target: [x, y, z] in the body}; the body's origin is the point that is reported"
     )
@@ -202,8 +239,10 @@ class Run(DetectChange):
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
     tolerance_px: Positive = Field(3.0, description="px, how far from its epipolar line a match may lie")
     max_miss: Positive | None = Field(None, description="world units, the lines of sight may miss a point by no more")
-    waterline: Waterline | None = None
-    detect: DetectChange = DetectChange()
+    waterline: Waterline | None = Field(None, description="transects along which the edge of the water is followed")
+    detect: DetectChange = Field(
+        DetectChange(), description="the detect settings that differ for this run; they may also stand beside `mode`"
+    )
 
 
 class Settings(Section):
@@ -212,10 +251,16 @@ class Settings(Section):
     experiment: str = Field(".", description="the folder that holds calibration/ and runs/, and receives results/")
     title: str = Field("", description="what the report is headed with; default: the experiment folder's name")
     units: Literal["m", "cm", "mm", "in", "ft"] = Field(description="the unit of every world length, in and out")
-    cameras: Annotated[dict[Name, Camera], Field(min_length=1)]
-    detect: Detect = Detect()
-    calibration: Calibration = Calibration()
-    runs: dict[Name, Run] = {}
+    cameras: Annotated[dict[Name, Camera], Field(min_length=1)] = Field(
+        description="camera: its nominal values; named as its video files are"
+    )
+    detect: Detect = Field(
+        Detect(), description="how targets are distinguished from the background in all clips and runs"
+    )
+    calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
+    runs: dict[Name, Run] = Field(
+        {}, description="run: what differs from the defaults; every folder in runs/ is processed, named here or not"
+    )
 
 
 def settings_from_config(config: Mapping[str, Any], where: str = "config.yaml") -> Settings:
