@@ -80,8 +80,8 @@ class Camera(Section):
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
         Clock(),
-        description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; sound: "
-        "from the sound tracks, by one clap; flash: from a lamp that is switched; auto: from all three, weighed",
+        description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; "
+        "sound: from the sound tracks, by one clap; flash: from a lamp that is switched; auto: from all three, weighed",
     )
 
 
