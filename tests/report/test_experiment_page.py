@@ -45,7 +45,7 @@ def test_the_survey_is_drawn_only_where_a_run_was_located_in_space():
     points = pd.DataFrame({"tag": ["1"], "x": [0.0], "y": [0.0], "z": [0.0], "used": True, "Xf": 1.0, "Yf": 1.0})
     cameras = {"cam1": CameraResults(points=points)}
     made = page(Results(cameras=cameras, runs={"pluck": run(records={"locate": {"mode": "space"}})}), ["pluck"])
-    assert "From above and from the side, amid the calibration points" in captions(made.sections[1].sections[0])
+    assert "From above and from the side, among the calibration points" in captions(made.sections[1].sections[0])
 
 
 def test_a_page_is_made_also_of_runs_and_cameras_that_failed():

@@ -50,13 +50,13 @@ def test_a_run_that_failed_has_a_section_all_the_same():
     assert (section.key, section.title, list(section.tables), list(section.lines)) == ("run-pluck", "pluck", [], [])
 
 
-def test_clocks_that_nobody_set_are_not_told():
+def test_clocks_that_were_not_set_are_not_shown():
     still = {"offset_s": 0.0, "rate_ppm": 0.0, "source": "config"}
     assert clock_table({"clocks": {"cameras": {"cam1": still}}}) is None
     assert clock_lines({"clocks": {"cameras": {"cam1": still}}}) == []
 
 
-def test_a_clock_is_told_in_milliseconds_with_who_told_it():
+def test_a_clock_is_given_in_milliseconds_with_the_methods_that_estimated_it():
     by = {
         "motion": {"offset_s": 0.0123, "offset_s_sd": 0.0002, "used": True},
         "sound": {"offset_s": 0.02, "offset_s_sd": 0.007, "used": False},
@@ -67,12 +67,12 @@ def test_a_clock_is_told_in_milliseconds_with_who_told_it():
     assert clock_table(locate).rows == [["cam2", "12.30", "0.20", "-50.0", "2.0", "motion"]]
     (line,) = clock_lines(locate)
     assert line == (
-        "12.3 ms are added to the time of cam2 (95 %: 11.90 to 12.70), told by the motion; it runs 50 ± 2 ppm fast. "
-        "Each alone, with one standard error: motion 12.3 ± 0.2 ms, sound 20 ± 7 ms."
+        "12.3 ms are added to the time of cam2 (95 %: 11.90 to 12.70), estimated from the motion; "
+        "it runs 50 ± 2 ppm fast. Each alone, with one standard error: motion 12.3 ± 0.2 ms, sound 20 ± 7 ms."
     )
     by["sound"]["used"], own["rate_ppm"] = True, 3.0
     (line,) = clock_lines(locate)
-    assert "told by the motion and the sound" in line
+    assert "estimated from the motion and the sound" in line
     assert "ppm" not in line
 
 

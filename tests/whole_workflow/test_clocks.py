@@ -114,10 +114,10 @@ def test_motion_tells_best_and_needs_no_help(still):
     assert abs(own["offset_s"]) * RATE < 0.02
 
 
-def test_the_report_tells_who_told(still):
+def test_the_report_says_which_method_estimated_the_clock(still):
     page = (still / "results/report.html").read_text()
-    assert "told by the flash" in page
-    assert "told by the sound" in page
+    assert "estimated from the flash" in page
+    assert "estimated from the sound" in page
 
 
 def test_a_clock_given_in_the_config_asks_nobody_and_decodes_nothing(still, tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vidtrack.figures.style import PALETTE, clock_axis, new_figure
+from vidtrack.figures.style import PALETTE, clock_axis, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +24,6 @@ def six_degrees(bodies: DataFrame, units: str, title: str) -> Figure:
                 ax.set_ylabel(f"{name} ({unit})", fontsize=8)
     for ax in axes[-1]:
         clock_axis(ax)
-    axes[0, 0].legend(fontsize=7)
+    legend(axes[0, 0], fontsize=7)
     figure.suptitle(title, fontsize=10)
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, clock_axis, new_figure
+from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, clock_axis, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +45,7 @@ def records(series: DataFrame, axis: str, units: str, lag: str) -> Figure:
     axes[2].axhline(0, color="#999999", lw=0.6)
     axes[2].set_ylabel(f"difference ({units})", fontsize=8)
     clock_axis(axes[2])
-    axes[0].legend(fontsize=7, ncols=2, loc="upper right")
+    legend(axes[0], fontsize=7, ncols=2, loc="upper right")
     return figure
 
 
@@ -63,7 +63,7 @@ def one_second(series: DataFrame, axis: str, units: str) -> Figure:
     ax.plot(t[near], video[near], "o", mfc="none", color=VIDEO_COLOUR, ms=4, label="video")
     clock_axis(ax)
     ax.set_ylabel(f"{axis} ({units})", fontsize=8)
-    ax.legend(fontsize=7)
+    legend(ax, fontsize=7)
     return figure
 
 
@@ -78,7 +78,7 @@ def bland_altman(series: DataFrame, record: Mapping[str, Any], units: str) -> Fi
     left.plot(ends, after["gain"] * ends + after["bias"], color=REFERENCE_COLOUR, lw=0.8, label=line)
     left.set_xlabel(f"video ({units})", fontsize=8)
     left.set_ylabel(f"reference ({units})", fontsize=8)
-    left.legend(fontsize=7)
+    legend(left, fontsize=7)
     right.plot(series["mean_aligned"], series["difference_aligned"], ".", color=VIDEO_COLOUR, ms=3)
     low, high = after["limits"]
     for value, style, label in (
@@ -89,5 +89,5 @@ def bland_altman(series: DataFrame, record: Mapping[str, Any], units: str) -> Fi
         right.axhline(value, color=REFERENCE_COLOUR, lw=0.8, ls=style, label=label)
     right.set_xlabel(f"mean of both ({units})", fontsize=8)
     right.set_ylabel(f"reference minus video ({units})", fontsize=8)
-    right.legend(fontsize=7)
+    legend(right, fontsize=7)
     return figure

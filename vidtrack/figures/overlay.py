@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, magnification, new_figure, picture_axes
+from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, legend, magnification, new_figure, picture_axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +53,7 @@ def overlay(picture: np.ndarray[Any, Any], points: DataFrame, backprojection: Da
         for tag, X, Y in zip(out["tag"], out["Xf"], out["Yf"], strict=True):
             ax.annotate(str(tag), (X, Y), (8, 8), textcoords="offset points", color="#ff8080", fontsize=8)
     _arrows(ax, backprojection, width)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=4, fontsize=8, frameon=False)
+    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.06), ncols=4, fontsize=8, frameon=False)
     ax.set_title(f"{camera}: calibration points", fontsize=10)
     return figure
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, new_figure
+from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +39,8 @@ def search_map(search: DataFrame, Cx: float, Cy: float, camera: str) -> Figure:
     ax.invert_yaxis()
     ax.set_xlabel("Cx (px)", fontsize=8)
     ax.set_ylabel("Cy (px)", fontsize=8)
-    # beside the map, where it hides nothing; grey, that a white ring may be seen
-    ax.legend(fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12), facecolor="#9a9a9a")
+    # below the map, where it hides nothing; grey, because one of its markers is white
+    legend(ax, fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12), facecolor="#9a9a9a")
     ax.set_title(f"{camera}: error over the search for the optical axis", fontsize=10)
     sensor = search[search["varied"] == "sensor"]
     side.plot(sensor["sensor_width"], sensor["rms_px"], ".-", color=PALETTE[0], lw=1)

@@ -1,4 +1,4 @@
-"""What a rig's accuracy depends on: one axes a sweep, and where in the volume it is good."""
+"""What a rig's accuracy depends on: one plot a sweep, and the accuracy over the volume."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, new_figure
+from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def sweeps(table: DataFrame, units: str) -> Figure:
-    """Mean 3-D error against every swept entry: foretold (line), simulated (dots, two sd), the floor of exact cameras.
+    """Mean 3-D error against every swept entry: predicted (line), simulated (dots, two sd), exact cameras (dotted).
 
     table   a row a case: sweep, value, number, mean_3d, floor_3d and as there are checked_mean_3d, sd_checked_mean_3d
     """
@@ -29,8 +29,8 @@ def sweeps(table: DataFrame, units: str) -> Figure:
         numbers = rows["number"].to_numpy(float)
         by_number = bool(np.isfinite(numbers).all())
         x = numbers if by_number else np.arange(len(rows), dtype=float)
-        ax.plot(x, rows["mean_3d"], "-", color=PALETTE[0], lw=1.3, label="foretold")
-        ax.plot(x, rows["floor_3d"], ":", color=REFERENCE_COLOUR, lw=1, label="floor: exact cameras")
+        ax.plot(x, rows["mean_3d"], "-", color=PALETTE[0], lw=1.3, label="predicted")
+        ax.plot(x, rows["floor_3d"], ":", color=REFERENCE_COLOUR, lw=1, label="exact cameras")
         if "checked_mean_3d" in rows and rows["checked_mean_3d"].notna().any():
             bars = 2 * rows["sd_checked_mean_3d"] if "sd_checked_mean_3d" in rows else None
             ax.errorbar(x, rows["checked_mean_3d"], yerr=bars, fmt="o", ms=4, color=PALETTE[1], label="simulated")
@@ -41,12 +41,12 @@ def sweeps(table: DataFrame, units: str) -> Figure:
         ax.set_ylim(bottom=0)
     for ax in axes[:, 0]:
         ax.set_ylabel(f"mean 3-D error ({units})", fontsize=8)
-    axes[0, 0].legend(fontsize=6)
+    legend(axes[0, 0], fontsize=6)
     return figure
 
 
 def volume_map(volume: DataFrame, units: str) -> Figure:
-    """Where the rig as planned is good: the error of each place, from above and from the side.
+    """The error of the planned rig over the volume, from above and from the side.
 
     volume   a row a place: x, y, z and mean_3d (world units)
     """

@@ -1,4 +1,4 @@
-"""How every figure looks: colours that last from figure to figure, units on axes, grids that stay behind the data."""
+"""How every figure looks: one colour a camera, units on axes, grids behind the data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5C00", "#444444")
-"""Okabe and Ito's colours, told apart by colour-blind readers too."""
+"""Okabe and Ito's colours, which colour-blind readers can distinguish too."""
 
 AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00", "z": "#009E73"}
 REFERENCE_COLOUR = "#444444"
@@ -25,7 +25,7 @@ def camera_colours(cameras: Sequence[str]) -> dict[str, str]:
 def new_figure(
     rows: int = 1, columns: int = 1, *, width: float = 9.0, height: float = 3.0, **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure of rows x columns axes, `height` inches a row, that no window system knows of."""
+    """A figure of rows x columns axes, `height` inches a row, made without a window system."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height * rows), layout="constrained", dpi=110)
@@ -49,6 +49,13 @@ def picture_axes(ax: Axes, width: float, height: float) -> None:
     ax.set_ylabel("Yf (px)", fontsize=8)
 
 
+def legend(ax: Axes, **options: Any) -> None:
+    """A legend of what the axes show; none where nothing is labelled."""
+    handles, labels = ax.get_legend_handles_labels()
+    if handles:
+        ax.legend(handles, labels, **options)
+
+
 def magnification(lengths: Any, target: float) -> float:
     """The round number (1, 2, 5 times a power of ten) that makes typical arrows about `target` long."""
     import numpy as np
@@ -64,7 +71,7 @@ def magnification(lengths: Any, target: float) -> float:
 
 
 def clock_axis(ax: Axes) -> None:
-    """Label the time axis of what is drawn so far: seconds since midnight are told as seconds after a whole one."""
+    """Label the time axis of what is drawn so far: seconds since midnight are shown from a whole second on."""
     import numpy as np
 
     begin = float(ax.dataLim.x0)

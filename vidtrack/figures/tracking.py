@@ -1,4 +1,4 @@
-"""How well targets were followed: their tracks in the picture, pixel locking, and the worst moments to look at."""
+"""How well targets were followed: their tracks in the picture, pixel locking, the worst samples, the clock search."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, clock_axis, new_figure
+from vidtrack.figures.style import PALETTE, clock_axis, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,12 +33,12 @@ def tracks(centroids: Mapping[str, DataFrame], colours: Mapping[str, str], title
 
 
 def pixel_locking(records: Mapping[str, Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
-    """Where within a pixel centroids came to lie: flat is good, a comb means that they prefer places."""
+    """Where within a pixel the centroids lie: flat is good; a peak means that they prefer a place (pixel locking)."""
     figure, axes = new_figure(1, 2, height=2.2, sharey=True)
     for camera, record in records.items():
         for ax, axis in zip(axes, "xy", strict=True):
-            told = record["pixel_locking"][axis]
-            counts, edges = np.asarray(told["counts"], float), np.asarray(told["edges"], float)
+            histogram = record["pixel_locking"][axis]
+            counts, edges = (np.asarray(histogram[key], float) for key in ("counts", "edges"))
             if counts.sum():
                 ax.stairs(counts / counts.mean(), edges, color=colours[camera], lw=1.2, label=camera)
     for ax, axis in zip(axes, ("Xf", "Yf"), strict=True):
@@ -46,12 +46,12 @@ def pixel_locking(records: Mapping[str, Mapping[str, Any]], colours: Mapping[str
         ax.set_xlabel(f"{axis} within the pixel (px)", fontsize=8)
         ax.set_ylim(bottom=0)
     axes[0].set_ylabel("share, times the mean", fontsize=8)
-    axes[0].legend(fontsize=7)
+    legend(axes[0], fontsize=7)
     return figure
 
 
 def worst_moments(crops: Sequence[Mapping[str, Any]], camera: str) -> Figure:
-    """Pieces of pictures around the targets at the moments that went worst, with what went wrong."""
+    """Pieces of the picture around the targets in the worst samples, each with its flag."""
     figure, axes = new_figure(1, len(crops), width=min(9.0, 1.5 * len(crops) + 0.4), height=1.8, squeeze=False)
     for ax, crop in zip(axes[0], crops, strict=True):
         picture = np.asarray(crop["picture"])
@@ -74,5 +74,5 @@ def clock_search(clocks: Mapping[str, Mapping[str, Any]], colours: Mapping[str, 
             ax.axvline(1000 * own["offset_s"], color=colours[camera], lw=0.8, ls=":")
     ax.set_xlabel("offset of the camera's clock (ms)", fontsize=8)
     ax.set_ylabel("epipolar error (px rms)", fontsize=8)
-    ax.legend(fontsize=7)
+    legend(ax, fontsize=7)
     return figure

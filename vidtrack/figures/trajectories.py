@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import AXIS_COLOURS, PALETTE, clock_axis, new_figure
+from vidtrack.figures.style import AXIS_COLOURS, PALETTE, clock_axis, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
 MANY = 8
-"""Beyond so many targets a legend tells nobody anything."""
+"""Beyond so many targets a legend is of no use."""
 
 
 def against_time(trajectories: DataFrame, units: str, title: str) -> Figure:
@@ -31,13 +31,13 @@ def against_time(trajectories: DataFrame, units: str, title: str) -> Figure:
     _flagged(axes[0, 0], trajectories, axes_shown[0])
     clock_axis(axes[-1, 0])
     if 1 < trajectories["target"].nunique() <= MANY or trajectories[axes_shown[0]].isna().any():
-        axes[0, 0].legend(fontsize=7, ncols=8, loc="upper right")
+        legend(axes[0, 0], fontsize=7, ncols=8, loc="upper right")
     axes[0, 0].set_title(title, fontsize=10)
     return figure
 
 
 def views(trajectories: DataFrame, units: str, title: str, points: DataFrame | None = None) -> Figure:
-    """The paths from above (x, y) and from the side (x, z), at equal scales, amid the calibration points."""
+    """The paths from above (x, y) and from the side (x, z), at equal scales, among the calibration points."""
     pairs = [p for p in (("x", "y"), ("x", "z")) if trajectories[p[1]].notna().any()] or [("x", "y")]
     figure, axes = new_figure(1, len(pairs), height=3.6, squeeze=False)
     for ax, (across, up) in zip(axes[0], pairs, strict=True):
@@ -50,7 +50,7 @@ def views(trajectories: DataFrame, units: str, title: str, points: DataFrame | N
         ax.set_xlabel(f"{across} ({units})", fontsize=8)
         ax.set_ylabel(f"{up} ({units})", fontsize=8)
     if trajectories["target"].nunique() <= MANY:
-        axes[0, 0].legend(fontsize=7)
+        legend(axes[0, 0], fontsize=7)
     figure.suptitle(title, fontsize=10)
     return figure
 
@@ -58,8 +58,8 @@ def views(trajectories: DataFrame, units: str, title: str, points: DataFrame | N
 def derivatives(kinematics: DataFrame, units: str, title: str) -> Figure:
     """Velocity and acceleration of the run's first target by axis.
 
-    At the ends of a record they may be unsure by many times the motion: samples flagged edge are dots, and the scale
-    is that of the others.
+    At the ends of a record their uncertainty may be many times the motion: samples flagged edge are dots, and the
+    scale is that of the others.
     """
     rows = kinematics[kinematics["target"] == kinematics["target"].iloc[0]]
     axes_shown = [a for a in "xyz" if rows[f"v{a}"].notna().any()] or ["x"]
@@ -76,13 +76,13 @@ def derivatives(kinematics: DataFrame, units: str, title: str) -> Figure:
     axes[0].set_ylabel(f"velocity ({units}/s)", fontsize=8)
     axes[1].set_ylabel(f"acceleration ({units}/s$^2$)", fontsize=8)
     clock_axis(axes[1])
-    axes[0].legend(fontsize=7, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+    legend(axes[0], fontsize=7, ncols=3, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
     axes[0].set_title(f"{title}, target {rows['target'].iloc[0]}", fontsize=10)
     return figure
 
 
 def _flagged(ax: object, trajectories: DataFrame, axis: str) -> None:
-    """Lost samples as ticks at the foot of the first axes, so that a gap is seen to be one."""
+    """Lost samples as ticks at the foot of the first axes, so that a gap is visible."""
     lost = trajectories.loc[trajectories[axis].isna(), "time_s"].to_numpy(float)
     if lost.size:
         foot = np.nanmin(trajectories[axis].to_numpy(float))

@@ -41,7 +41,7 @@ def _positions(name: str, own: RunResults, survey: DataFrame | None, units: str)
         return
     yield "Position against time; two standard deviations shaded", trajectories.against_time(table, units, name)
     survey = survey if own.record("locate").get("mode") == "space" else None
-    caption = "From above and from the side, amid the calibration points" if survey is not None else "The paths"
+    caption = "From above and from the side, among the calibration points" if survey is not None else "The paths"
     yield caption, trajectories.views(table, units, name, survey)
     record = own.record("comparison")
     if record.get("lag_s") is not None and "comparison" in own.tables:

@@ -113,7 +113,7 @@ def _pixel_counts(targets: Sequence[Record]) -> tuple[str, str]:
 
 
 def clock_table(locate: Record) -> Table | None:
-    """The cameras' clocks, where any was set or estimated."""
+    """The cameras' clocks, where any was given or estimated."""
     cameras: Record = pick(locate, "clocks", "cameras") or {}
     if not any(own.get("offset_s") or own.get("rate_ppm") or own.get("source") != "config" for own in cameras.values()):
         return None
@@ -127,25 +127,25 @@ def clock_table(locate: Record) -> Table | None:
 
 
 def clock_lines(locate: Record) -> list[str]:
-    """For each clock that was sought a sentence: what it is, who tells it, and what the other witnesses say."""
+    """For each estimated clock a sentence: the offset, the methods that it comes from, and what each gives alone."""
     cameras: Record = pick(locate, "clocks", "cameras") or {}
     lines = []
     for camera, own in cameras.items():
-        witnesses: Record = own.get("witnesses") or {}
-        if not witnesses:
+        methods: Record = own.get("witnesses") or {}
+        if not methods:
             continue
         ends = interval(*(1000 * v if v is not None else None for v in own["offset_s_95"]))
         line = (
             f"{number(1000 * own['offset_s'], 4)} ms are added to the time of {camera} (95 %: {ends}), "
-            f"told by the {' and the '.join(w for w, said in witnesses.items() if said['used'])}"
+            f"estimated from the {' and the '.join(w for w, own in methods.items() if own['used'])}"
         )
         rate, sd = own["rate_ppm"], own["rate_ppm_sd"]
         if sd is not None and abs(rate) > 2 * sd:
             line += f"; it runs {number(abs(rate), 3)} ± {number(sd, 2)} ppm {'slow' if rate > 0 else 'fast'}"
-        if len(witnesses) > 1:
+        if len(methods) > 1:
             each = (
                 f"{w} {number(1000 * said['offset_s'], 4)} ± {number(1000 * said['offset_s_sd'], 2)} ms"
-                for w, said in witnesses.items()
+                for w, said in methods.items()
             )
             line += f". Each alone, with one standard error: {', '.join(each)}"
         lines.append(line + ".")

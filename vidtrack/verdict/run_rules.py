@@ -54,6 +54,9 @@ class Limits:
 
 LIMITS = Limits()
 
+NOT_FOUND = ("nobody", "none")
+"""What stands as the source of a clock that was sought in vain."""
+
 
 class Track(NamedTuple):
     """How one target was located: n samples, so many of them located, the longest gap (s) and when it begins (s)."""
@@ -107,7 +110,7 @@ def reading_findings(camera: str, reading: Record) -> list[Finding]:
 
 
 def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Finding]:
-    """Whether the cameras of a run share one time, and whether those who tell a clock agree."""
+    """Whether the cameras of a run share one time, and whether the estimates of a clock agree."""
     out: list[Finding] = []
     bare = [camera for camera, own in readings.items() if (own.get("time") or {}).get("source") == "none"]
     clocks = (locate.get("clocks") or {}).get("cameras") or {}
@@ -121,7 +124,7 @@ def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Findin
             Finding("doubtful", "clock-unknown", text, "Set cameras.<name>.clock: auto for all cameras but one.")
         )
     for camera, own in clocks.items():
-        if own.get("source") == "nobody":
+        if own.get("source") in NOT_FOUND:
             text = f"{camera}: its clock was sought and not found"
             cure = "Let a target move fast through both pictures, clap once, or give cameras.<name>.clock.offset_s."
             out.append(Finding("bad", "clock-not-found", text, cure))
