@@ -6,7 +6,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings import settings_from_config
 from vidtrack.workflow import orders
-from vidtrack.workflow.order_files import OrderBook
+from vidtrack.workflow.order_book import OrderBook
 
 
 @pytest.fixture
@@ -116,54 +116,50 @@ def test_many_problems_are_told_at_once(folder):
     assert len(problems()) == 2
 
 
-def orders_of(folder, book, **changes):
-    """Every order of the experiment as text, by its file's name."""
+def orders_of(**changes):
+    """Every order of the experiment, by its job."""
     these = settings(**changes)
     found = checked_experiment(these)
     run = found.runs["pluck"]
-    paths = [
-        book.place("track", orders.track(these, found, "pluck", "cam1"), [run.videos["cam1"]], "pluck", "cam1"),
-        book.place("calibrate", orders.calibrate(these, "cam1"), [], "cam1"),
-        book.place("calibrate", orders.calibrate(these, "cam2"), [], "cam2"),
-        book.place("calibration_points", orders.calibration_points(these, found, "cam1"), [], "cam1"),
-        book.place("locate", orders.locate(these, found, "pluck"), [], "pluck"),
-        book.place("compare", orders.compare(these, found, "pluck"), [run.reference], "pluck"),
-    ]
-    return {path: (folder / path).read_text() for path in paths}
+    book = OrderBook(".", cache=".cache")
+    book.add("track", orders.track(these, found, "pluck", "cam1"), [run.videos["cam1"]], "pluck", "cam1")
+    book.add("calibrate", orders.calibrate(these, "cam1"), [], "cam1")
+    book.add("calibrate", orders.calibrate(these, "cam2"), [], "cam2")
+    book.add("calibration_points", orders.calibration_points(these, found, "cam1"), [], "cam1")
+    book.add("locate", orders.locate(these, found, "pluck"), [], "pluck")
+    book.add("compare", orders.compare(these, found, "pluck"), [run.reference], "pluck")
+    return {" ".join(key): book.order(*key) for key in book.jobs}
 
 
 def changed(before, after):
-    return sorted(path.removeprefix("results/.orders/") for path in after if before[path] != after[path])
+    return sorted(job for job in after if before[job] != after[job])
 
 
 @pytest.mark.parametrize(
     ("changes", "touched"),
     [
-        ({"cameras": {"cam1": {"Cx": 250}, "cam2": {}}}, ["calibrate.cam1.json"]),
-        ({"runs": {"pluck": {"threshold": 90}}}, ["track.pluck.cam1.json"]),
-        ({"calibration": {"refine": "linear"}}, ["calibrate.cam1.json", "calibrate.cam2.json"]),
+        ({"cameras": {"cam1": {"Cx": 250}, "cam2": {}}}, ["calibrate cam1"]),
+        ({"runs": {"pluck": {"threshold": 90}}}, ["track pluck cam1"]),
+        ({"calibration": {"refine": "linear"}}, ["calibrate cam1", "calibrate cam2"]),
         ({"calibration": {"clips": {"row1": {"tags": "1-8"}}}}, []),
         ({"cameras": {"cam2": {}, "cam1": {}}}, []),
-        ({"cameras": {"cam1": {"clock": {"offset_s": 1}}, "cam2": {}}}, ["locate.pluck.json"]),
-        ({"runs": {"pluck": {"reference": {"value": "x_in", "axis": "y"}}}}, ["compare.pluck.json"]),
+        ({"cameras": {"cam1": {"clock": {"offset_s": 1}}, "cam2": {}}}, ["locate pluck"]),
+        ({"runs": {"pluck": {"reference": {"value": "x_in", "axis": "y"}}}}, ["compare pluck"]),
     ],
 )
 def test_a_setting_touches_the_orders_of_its_rules_alone(folder, changes, touched):
-    book = OrderBook("results")
-    before = orders_of(folder, book)
-    assert changed(before, orders_of(folder, OrderBook("results"), **changes)) == touched
+    assert changed(orders_of(), orders_of(**changes)) == touched
 
 
-def test_an_order_that_says_the_same_is_not_written_again(folder):
-    before = orders_of(folder, OrderBook("results"))
-    dates = {path: (folder / path).stat().st_mtime_ns for path in before}
-    orders_of(folder, OrderBook("results"))
-    assert dates == {path: (folder / path).stat().st_mtime_ns for path in before}
+def test_asking_for_orders_writes_nothing(folder):
+    before = sorted(folder.rglob("*"))
+    orders_of()
+    assert sorted(folder.rglob("*")) == before
 
 
 def test_an_edited_recording_is_seen_and_a_touched_one_is_not(folder):
-    before = orders_of(folder, OrderBook("results"))
+    before = orders_of()
     (folder / "runs/pluck/cam1.mov").write_text("video")
-    assert changed(before, orders_of(folder, OrderBook("results"))) == []
+    assert changed(before, orders_of()) == []
     (folder / "runs/pluck/cam1.mov").write_text("other")
-    assert changed(before, orders_of(folder, OrderBook("results"))) == ["track.pluck.cam1.json"]
+    assert changed(before, orders_of()) == ["track pluck cam1"]

@@ -72,7 +72,7 @@ def test_results_that_cannot_be_written_are_told(laboratory):
     shutil.rmtree(laboratory / "results")
     (laboratory / "results").write_text("a file where a folder should be")
     (said,) = told(laboratory, "-n")
-    assert said.startswith("vidtrack: results/.orders/")
+    assert said.startswith("vidtrack: results/.provenance: ")
     assert "cannot be written" in said
 
 

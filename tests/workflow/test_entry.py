@@ -1,29 +1,42 @@
-"""From a mishap in a job to one line, a log and an exit code."""
+"""From an error in a job to one line, a log and an exit code; from a job that ends well to its account."""
 
 import errno
+import io
 import json
+import os
 import sys
 from types import SimpleNamespace
 
 import pytest
 
 from vidtrack.errors import VidtrackError
+from vidtrack.files.atomic import replacing
 from vidtrack.workflow.entry import main
+from vidtrack.workflow.provenance import Order, read_account
+
+ORDER = Order('{"units":"in"}', '{"runs/pluck/raw.csv":"f00"}', '{"code":"abc"}')
 
 
 @pytest.fixture
 def call(tmp_path, monkeypatch):
-    """A call of a job that does what it is told to; the exit code."""
-    (tmp_path / "order.json").write_text(json.dumps({"settings": {"units": "in"}, "inputs": {"raw.csv": "f00"}}))
-    (tmp_path / "made.parquet").write_bytes(b"made by an earlier rule")
+    """A call of a job that does what it is asked to, in an experiment's folder; the exit code."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/made.parquet").write_bytes(b"made by an earlier rule")
 
-    def called(job):
+    def called(job, log="results/logs/job.log", order=ORDER):
         monkeypatch.setitem(sys.modules, "vidtrack.jobs.pretended", SimpleNamespace(run=job))
-        rest = ["--input", "raw", "raw.csv", "--input", "made", str(tmp_path / "made.parquet"), "--input", "none"]
-        rest += ["--output", "table", str(tmp_path / "out.parquet"), "--log", str(tmp_path / "logs/job.log")]
-        return main(["pretended", "--settings", str(tmp_path / "order.json"), *rest])
+        monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in order)))
+        rest = ["--input", "raw", "runs/pluck/raw.csv", "--input", "made", "results/made.parquet", "--input", "none"]
+        rest += ["--output", "table", "results/out.parquet", "--log", log]
+        return main(["pretended", "--account", "results/.provenance/pretended/pluck.json", *rest])
 
     return called
+
+
+def writing(job):
+    with replacing(job.outputs["table"]) as file:
+        file.write(b"numbers")
 
 
 def raising(error):
@@ -33,22 +46,70 @@ def raising(error):
     return job
 
 
-def test_a_job_gets_its_settings_paths_and_checksums(call, tmp_path):
+def test_a_job_gets_its_settings_paths_and_checksums(call):
     jobs = []
-    assert call(jobs.append) == 0
+
+    def job(asked):
+        jobs.append(asked)
+        writing(asked)
+
+    assert call(job) == 0
     (job,) = jobs
     assert job.settings == {"units": "in"}
-    assert (job.path("raw"), job.paths("none")) == ("raw.csv", [])
-    assert job.provenance["inputs"]["raw.csv"] == "f00"
-    assert len(job.provenance["inputs"][str(tmp_path / "made.parquet")]) == 64
+    assert (job.path("raw"), job.paths("none")) == ("runs/pluck/raw.csv", [])
+    assert job.provenance["inputs"]["runs/pluck/raw.csv"] == "f00"
+    assert len(job.provenance["inputs"]["results/made.parquet"]) == 64
+
+
+def test_provenance_tells_the_code_and_the_libraries(call):
+    jobs = []
+    call(lambda job: (jobs.append(job), writing(job)))
+    provenance = jobs[0].provenance
+    assert provenance["code"] == "abc"
+    assert set(provenance["libraries"]) == {"av", "cv2", "numpy", "scipy"}
+    assert provenance["libraries"]["numpy"].count(".") == 2
+
+
+def test_a_job_that_ends_well_writes_its_account_last(call):
+    def job(asked):
+        assert read_account("results/.provenance/pretended/pluck.json") is None
+        writing(asked)
+
+    assert call(job) == 0
+    account = read_account("results/.provenance/pretended/pluck.json")
+    assert account.order == ORDER
+    assert list(account.used) == ["results/made.parquet"]
+    assert list(account.made) == ["results/out.parquet"]
 
 
 def test_every_problem_is_a_line_in_the_log_too_which_goes_when_all_is_well(call, tmp_path, capsys):
     assert call(raising(VidtrackError("one.", "two."))) == 1
     assert capsys.readouterr().err == "vidtrack: one.\nvidtrack: two.\n"
-    assert (tmp_path / "logs/job.log").read_text() == "vidtrack: one.\nvidtrack: two.\n"
-    assert call(lambda job: None) == 0
-    assert not (tmp_path / "logs/job.log").exists()
+    assert (tmp_path / "results/logs/job.log").read_text() == "vidtrack: one.\nvidtrack: two.\n"
+    assert not (tmp_path / "results/.provenance").exists()
+    assert call(writing) == 0
+    assert not (tmp_path / "results/logs/job.log").exists()
+
+
+def test_a_failure_is_recorded_as_a_finding_until_the_job_is_tried_again(call, tmp_path):
+    call(raising(VidtrackError("no ball to be seen.")))
+    record = json.loads((tmp_path / "results/.failures/pretended/pluck.json").read_text())
+    assert (record["rule"], record["parts"]) == ("pretended", ["pluck"])
+    assert record["findings"] == [
+        {"level": "failed", "code": "pretended-failed", "text": "no ball to be seen.", "cure": ""}
+    ]
+    assert call(writing) == 0
+    assert not any((tmp_path / "results/.failures").glob("*"))
+
+
+def test_an_unexpected_error_is_one_line_on_the_terminal_and_a_traceback_in_the_log(call, tmp_path, capsys):
+    assert call(raising(RuntimeError("three is\nno colour"))) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("vidtrack: pretended: unexpected RuntimeError: three is no colour. ")
+    assert "results/logs/job.log" in line
+    log = (tmp_path / "results/logs/job.log").read_text()
+    assert log.startswith(line)
+    assert "Traceback (most recent call last)" in log
 
 
 def test_a_full_disk_is_told_by_what_could_not_be_written(call, capsys):
@@ -57,6 +118,37 @@ def test_a_full_disk_is_told_by_what_could_not_be_written(call, capsys):
     assert line.endswith("out.parquet: No space left on device. Mend it and run again.")
     assert call(raising(PermissionError(errno.EACCES, "Permission denied", "clip.mov"))) == 1
     assert capsys.readouterr().err == "vidtrack: clip.mov: Permission denied. Mend it and run again.\n"
+
+
+def test_a_log_that_cannot_be_written_hides_no_problem(call, tmp_path, capsys):
+    (tmp_path / "results/logs").write_text("a file where a folder should be")
+    assert call(raising(VidtrackError("one."))) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "vidtrack: one."
+    assert "cannot be written" in second
+
+
+def test_a_device_as_a_log_stays(call, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert call(writing, log=str(tmp_path / "pipe")) == 0
+    assert (tmp_path / "pipe").is_fifo()
+    assert call(raising(VidtrackError("one.")), log=os.devnull) == 1
+    assert os.path.exists(os.devnull)
+
+
+def test_what_a_killed_job_left_unfinished_is_removed(call, tmp_path):
+    half = tmp_path / "results/.out.parquet.ab_12cd3.partial"
+    another = tmp_path / "results/.out.parquet.x.ab12cd34.partial"
+    half.write_bytes(b"numb")
+    another.write_bytes(b"of a job that runs")
+    assert call(writing) == 0
+    assert not half.exists()
+    assert another.exists()
+
+
+def test_no_order_on_the_input_is_told(call, capsys):
+    assert call(writing, order=()) == 1
+    assert "no order on the standard input" in capsys.readouterr().err
 
 
 def test_ctrl_c_ends_a_job_without_a_word(call, capsys):

@@ -55,8 +55,8 @@ def test_an_import_inside_a_function_counts(package):
     assert both()[1] != before[1]
 
 
-def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_path, monkeypatch):
-    store = str(tmp_path / "code.json")
+def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_path_factory, monkeypatch):
+    store = str(tmp_path_factory.mktemp("cache") / "code.json")
     first = Fingerprints(store)
     value = first.of("vidtrack.jobs.a")
     first.save()
@@ -89,7 +89,28 @@ def test_a_file_that_has_not_changed_is_not_read_again(tmp_path, monkeypatch):
     assert Checksums(store).of(str(path)) == value
 
 
-def test_a_spoilt_store_is_made_anew(tmp_path):
-    (tmp_path / "store.json").write_text("{")
+@pytest.mark.parametrize("content", ["{", "[]", '{"v": 3}', '{"v": [1, 2, 3, 4]}', '{"v": [[1], 2]}'])
+def test_a_spoilt_store_is_made_anew(tmp_path, monkeypatch, content):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "store.json").write_text(content)
     (tmp_path / "v").write_bytes(b"x")
-    assert len(Checksums(str(tmp_path / "store.json")).of(str(tmp_path / "v"))) == 64
+    assert len(Checksums("store.json").of("v")) == 64
+    assert len(Fingerprints("store.json").of("vidtrack.errors")) == 16
+
+
+def test_a_file_beside_the_modules_counts_for_those_who_use_their_room(package):
+    (package / "jobs/templates").mkdir()
+    (package / "jobs/templates/page.html").write_text("<p>")
+    (package / "other.txt").write_text("beside")
+    before = both()
+    (package / "jobs/templates/page.html").write_text("<p><b>")
+    after = both()
+    assert before[0] != after[0]
+    (package / "jobs/templates/.page.html.swp").write_text("an editor's")
+    assert both() == after
+
+
+def test_the_libraries_that_a_module_reaches_are_known(package):
+    edited(package, "kernel", "def f(x)", "import scipy.optimize\n\n\ndef f(x)")
+    assert Fingerprints().libraries("vidtrack.jobs.a") == ["scipy"]
+    assert Fingerprints().libraries("vidtrack.jobs.b") == []

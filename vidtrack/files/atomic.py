@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO
 
+PARTIAL = ".partial"
+"""How the names of unfinished files end."""
+
 
 @contextmanager
 def replacing(path: str | os.PathLike[str], mode: str = "wb") -> Iterator[IO[bytes]]:
@@ -18,7 +21,7 @@ def replacing(path: str | os.PathLike[str], mode: str = "wb") -> Iterator[IO[byt
     path = os.fspath(path)
     folder = os.path.dirname(path) or "."
     os.makedirs(folder, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=".", suffix=".partial", dir=folder)
+    handle, temporary = tempfile.mkstemp(prefix=_prefix(path), suffix=PARTIAL, dir=folder)
     try:
         with os.fdopen(handle, mode) as file:
             yield file
@@ -30,6 +33,20 @@ def replacing(path: str | os.PathLike[str], mode: str = "wb") -> Iterator[IO[byt
         if os.path.exists(temporary):
             os.unlink(temporary)
         raise
+
+
+def remove_partial(path: str | os.PathLike[str]) -> None:
+    """Remove what writers of `path` left that were killed. Only for the one who alone may write it."""
+    folder, prefix = os.path.dirname(os.fspath(path)) or ".", _prefix(os.fspath(path))
+    if os.path.isdir(folder):
+        for name in os.listdir(folder):
+            chance = name[len(prefix) : -len(PARTIAL)]  # as tempfile draws it: it has no dots
+            if name.startswith(prefix) and name.endswith(PARTIAL) and "." not in chance:
+                os.unlink(os.path.join(folder, name))
+
+
+def _prefix(path: str) -> str:
+    return f".{os.path.basename(path)[:200]}."
 
 
 def _umask() -> int:

@@ -1,4 +1,4 @@
-"""From a rule's command line to its job, and from a mishap to one line and exit code 1."""
+"""From a rule's command line to its job, and from an error to one line, a log and exit code 1."""
 
 from __future__ import annotations
 
@@ -8,82 +8,154 @@ import importlib
 import json
 import os
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any
 
 from vidtrack.errors import VidtrackError
+from vidtrack.files.atomic import remove_partial
+from vidtrack.workflow.failure import remove_failure, write_failure
+from vidtrack.workflow.fingerprint import PACKAGE
 from vidtrack.workflow.job import Job
+from vidtrack.workflow.provenance import (
+    Account,
+    Order,
+    canonical,
+    commit,
+    experiment_of,
+    version_of,
+    versions,
+    write_account,
+)
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run one job; 0 when its outputs stand, 1 when a problem was told, 130 when someone pressed Ctrl-C."""
+    """Run one job; 0 when its outputs stand, 1 when it failed and said why, 130 when someone pressed Ctrl-C."""
     arguments = _parser().parse_args(argv)
-    if arguments.log and os.path.exists(arguments.log):
-        os.unlink(arguments.log)
     try:
-        job = _job(arguments)
+        _clear(arguments)
+        order = _order(arguments.settings)
+        job, used = _job(arguments, order)
         importlib.import_module(f"vidtrack.jobs.{arguments.rule}").run(job)
+        if arguments.account:
+            experiment = experiment_of(arguments.account)
+            made = _checksums(experiment, job.outputs.values())
+            write_account(arguments.account, Account(order, used, made))
     except VidtrackError as error:
-        _tell([f"vidtrack: {problem}" for problem in error.problems], arguments.log)
-        return 1
+        return _failed(arguments, error.problems)
     except OSError as error:
         # a disk that is full names no file
-        where = ", ".join([error.filename] if error.filename else [path for _, path in arguments.output])
+        where = ", ".join([str(error.filename)] if error.filename else [path for _, path in arguments.output])
         where += ": " if where else ""
-        _tell([f"vidtrack: {where}{error.strerror or error}. Mend it and run again."], arguments.log)
-        return 1
+        return _failed(arguments, [f"{where}{error.strerror or error}. Mend it and run again."])
     except KeyboardInterrupt:
         return 130
+    except Exception as error:
+        what = " ".join(str(error).split()) or "no message"
+        told = f"the log {arguments.log} has the details" if arguments.log else "the details follow"
+        line = f"{arguments.rule}: unexpected {type(error).__name__}: {what}. This is a fault of vidtrack; {told}."
+        return _failed(arguments, [line], traceback.format_exc())
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m vidtrack", description="Run one rule of the workflow.")
+    parser = argparse.ArgumentParser(
+        prog="python -m vidtrack", description="Run one rule of the workflow; its order comes on the standard input."
+    )
     parser.add_argument("rule", help="the rule's name")
-    parser.add_argument("--settings", required=True, help="the rule's settings, a JSON file")
+    parser.add_argument(
+        "--settings", help="a JSON file of settings and inputs' checksums, instead of the standard input"
+    )
     parser.add_argument(
         "--input", nargs="+", action="append", default=[], metavar=("NAME", "PATH"), help="NAME PATH ..."
     )
     parser.add_argument("--output", nargs=2, action="append", default=[], metavar=("NAME", "PATH"))
+    parser.add_argument("--account", help="where the account of the job is written")
     parser.add_argument("--log", help="where a problem is also written")
     parser.add_argument("--threads", type=int, default=1)
     return parser
 
 
-def _job(arguments: argparse.Namespace) -> Job:
-    with open(arguments.settings, encoding="utf-8") as file:
-        order = json.load(file)
+def _clear(arguments: argparse.Namespace) -> None:
+    """Remove what an earlier try of this job left: its log, its failure, its unfinished outputs."""
+    if arguments.log and os.path.isfile(arguments.log):  # never a device
+        with suppress(OSError):  # what cannot be removed cannot be written: said when there is something to write
+            os.unlink(arguments.log)
+    if arguments.account:
+        remove_failure(arguments.account)
+    for path in [*(path for _, path in arguments.output), *filter(None, [arguments.account])]:
+        remove_partial(path)
+
+
+def _order(settings: str | None) -> Order:
+    """The order, from three lines on the standard input or from a file that a person wrote."""
+    if settings is None:
+        lines = sys.stdin.read().splitlines()
+        if len(lines) != len(Order._fields):
+            raise VidtrackError(
+                "no order on the standard input. Call snakemake, or name a file of settings with --settings."
+            )
+        return Order(*lines)
+    with open(settings, encoding="utf-8") as file:
+        given = json.load(file)
+    return Order(canonical(given["settings"]), canonical(given.get("inputs", {})), canonical({}))
+
+
+def _job(arguments: argparse.Namespace, order: Order) -> tuple[Job, dict[str, str]]:
+    """The job, and the checksums of the results of earlier rules that it reads."""
     inputs = {name: paths[0] if len(paths) == 1 else paths for name, *paths in arguments.input if paths}
-    settings = order["settings"]
-    checksums = {**order["inputs"], **_derived(inputs, order["inputs"])}
-    return Job(
-        settings=settings,
-        inputs=inputs,
-        outputs=dict(arguments.output),
-        provenance={"vidtrack": _version(), "rule": arguments.rule, "settings": settings, "inputs": checksums},
-        threads=arguments.threads,
-    )
-
-
-def _derived(inputs: dict[str, str | list[str]], known: dict[str, str]) -> dict[str, str]:
-    """Checksums of the inputs that earlier rules made."""
+    settings, files = json.loads(order.settings), json.loads(order.files)
     paths = [p for value in inputs.values() for p in ([value] if isinstance(value, str) else value)]
+    if arguments.account:
+        experiment = experiment_of(arguments.account)
+        used = _checksums(experiment, (p for p in paths if _inside(p, os.path.join(experiment, "results"))))
+    else:
+        used = _checksums("", (p for p in paths if p not in files))
+    provenance: dict[str, Any] = {
+        "vidtrack": version_of("vidtrack"),
+        "commit": commit(PACKAGE),
+        "code": json.loads(order.code).get("code"),
+        "libraries": versions(),
+        "rule": arguments.rule,
+        "settings": settings,
+        "inputs": {**files, **used},
+    }
+    return Job(settings, inputs, dict(arguments.output), provenance, arguments.threads), used
+
+
+def _inside(path: str, folder: str) -> bool:
+    return not os.path.relpath(path, folder).startswith(os.pardir)
+
+
+def _checksums(experiment: str, paths: Iterable[str]) -> dict[str, str]:
+    """Checksums of files by their path inside the experiment's folder, or as they are spelled where it has none."""
     answer = {}
-    for path in sorted(set(paths) - set(known)):
+    for path in sorted(set(paths)):
         with open(path, "rb") as file:
-            answer[path] = hashlib.file_digest(file, "sha256").hexdigest()
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        answer[os.path.relpath(path, experiment) if experiment else path] = digest
     return answer
 
 
-def _version() -> str:
-    from importlib.metadata import version
+def _failed(arguments: argparse.Namespace, problems: Sequence[str], details: str = "") -> int:
+    lines = [f"vidtrack: {problem}\n" for problem in problems]
+    sys.stderr.write("".join(lines) + ("" if arguments.log else details))
+    with _said():
+        if arguments.log:
+            os.makedirs(os.path.dirname(arguments.log) or ".", exist_ok=True)
+            with open(arguments.log, "w", encoding="utf-8") as file:
+                file.write("".join(lines) + details)
+    with _said():
+        if arguments.account:
+            write_failure(arguments.account, arguments.rule, problems)
+    return 1
 
-    return version("vidtrack")
 
-
-def _tell(lines: list[str], log: str | None) -> None:
-    text = "\n".join(lines) + "\n"
-    sys.stderr.write(text)
-    if log:
-        os.makedirs(os.path.dirname(log) or ".", exist_ok=True)
-        with open(log, "w", encoding="utf-8") as file:
-            file.write(text)
+@contextmanager
+def _said() -> Iterator[None]:
+    """One more line where a problem cannot be written down; what the problem was has been said by then."""
+    try:
+        yield
+    except OSError as error:
+        sys.stderr.write(f"vidtrack: {error.filename}: cannot be written ({error.strerror}).\n")

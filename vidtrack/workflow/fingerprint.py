@@ -1,7 +1,7 @@
-"""What a rule's code and inputs amount to, so that only what changed runs again.
+"""What a rule's code amounts to, and what files hold, as hashes: only what changed runs again.
 
-A module counts with all it imports inside the package, comments and docstrings left out: mending a comment
-reruns nothing, mending a kernel reruns just the rules that use it.
+A module counts with all it imports inside the package and with the files that lie beside them (templates), comments and
+docstrings left out: an edited comment reruns nothing, an edited kernel reruns just the rules that use it.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from vidtrack.files.atomic import replacing
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
+LIBRARIES = {"av": "av", "cv2": "opencv-python-headless", "numpy": "numpy", "scipy": "scipy"}
+"""Libraries whose version may move a number: the name that is imported, and the package that brings it."""
+
 
 class Fingerprints:
     """What modules do, as hashes; what is known of a source file holds until the file changes.
@@ -26,50 +29,85 @@ class Fingerprints:
 
     def __init__(self, store: str | None = None) -> None:
         self.store = store
-        self._known: dict[str, list[Any]] = _remembered(store)
+        self._known: dict[str, list[Any]] = _remembered(store, 4)
         self._changed = False
 
-    def of(self, module: str) -> str:
-        """A hash of what `module` (such as vidtrack.jobs.track) and all that it reaches inside the package do."""
-        reached: dict[str, str] = {}
-        waiting = [module]
-        while waiting:
-            name = waiting.pop()
-            if name not in reached:
-                reached[name], imports = self._parsed(name)
-                waiting += imports
+    def of(self, *modules: str) -> str:
+        """A hash of what `modules` (such as vidtrack.jobs.track) and all that they reach inside the package do."""
         digest = hashlib.sha256()
-        for name in sorted(reached):
-            digest.update(f"{name}\0{reached[name]}\0".encode())
+        for name, content in sorted(self._reached(modules)[0].items()):
+            digest.update(f"{name}\0{content}\0".encode())
         return digest.hexdigest()[:16]
 
+    def libraries(self, *modules: str) -> list[str]:
+        """Which of LIBRARIES the modules, and all that they reach inside the package, import."""
+        return sorted(self._reached(modules)[1])
+
     def save(self) -> None:
-        """Remember what was found out."""
+        """Remember what was computed."""
         if self.store and self._changed:
             with replacing(self.store) as file:
                 file.write(json.dumps(self._known, sort_keys=True, indent=0).encode())
 
-    def _parsed(self, module: str) -> tuple[str, list[str]]:
-        """A module's code without comments and docstrings, hashed, and the package's modules that it imports."""
+    def _reached(self, modules: tuple[str, ...]) -> tuple[dict[str, str], set[str]]:
+        """Name: hash of every module and data file that is reached, and the libraries that they import."""
+        reached: dict[str, str] = {}
+        libraries: set[str] = set()
+        rooms: set[str] = set()
+        waiting = list(modules)
+        while waiting:
+            name = waiting.pop()
+            if name not in reached:
+                reached[name], imports, others = self._parsed(name)
+                waiting += imports
+                libraries.update(others)
+                rooms.add(os.path.dirname(_source(name) or ""))
+        for room in rooms:
+            reached |= {os.path.relpath(path, PACKAGE): self._data(path) for path in _data_files(room)}
+        return reached, libraries
+
+    def _parsed(self, module: str) -> tuple[str, list[str], list[str]]:
+        """A module's code without comments and docstrings, hashed; what it imports of the package, and of LIBRARIES."""
         source = _source(module) or ""
-        state = os.stat(source)
-        signature = [source, sys.version, state.st_size, state.st_mtime_ns]
-        known = self._known.get(module)
+        code, imports, libraries = self._recall(module, source, _parsed)
+        return code, imports, libraries
+
+    def _data(self, path: str) -> str:
+        return str(self._recall(path, path, lambda path: (_digest(path), [], []))[0])
+
+    def _recall(self, name: str, path: str, compute: Any) -> Any:
+        signature = [path, sys.version, *state_of(path)]
+        known = self._known.get(name)
         if not known or known[0] != signature:
-            known = self._known[module] = [signature, *_parsed(source)]
+            known = self._known[name] = [signature, *compute(path)]
             self._changed = True
-        return known[1], known[2]
+        return tuple(known[1:])
 
 
-def _remembered(store: str | None) -> dict[str, Any]:
+def state_of(path: str) -> list[int]:
+    """What shows, without reading it, that a file is another one or was written to: size, times of change, inode."""
+    state = os.stat(path)
+    return [state.st_size, state.st_mtime_ns, state.st_ctime_ns, state.st_ino]
+
+
+def _digest(path: str) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _remembered(store: str | None, length: int) -> dict[str, Any]:
+    """The store's entries; none where it cannot be read or holds anything else than lists of that length."""
     try:
         with open(store or "", encoding="utf-8") as file:
-            return dict(json.load(file))
+            known = json.load(file)
     except (OSError, ValueError):
         return {}
+    if not isinstance(known, dict):
+        return {}
+    return {name: entry for name, entry in known.items() if isinstance(entry, list) and len(entry) == length}
 
 
-def _parsed(source: str) -> tuple[str, list[str]]:
+def _parsed(source: str) -> tuple[str, list[str], list[str]]:
     with open(source, encoding="utf-8") as file:
         tree = ast.parse(file.read())
     imports: set[str] = set()
@@ -83,7 +121,8 @@ def _parsed(source: str) -> tuple[str, list[str]]:
         if isinstance(body, list):
             node.body = [s for s in body if not _is_remark(s)] or [ast.Pass()]  # type: ignore[attr-defined]
     inside = sorted(name for name in imports if name.split(".")[0] == "vidtrack" and _source(name))
-    return hashlib.sha256(ast.unparse(tree).encode()).hexdigest(), inside
+    libraries = sorted({name.split(".")[0] for name in imports} & set(LIBRARIES))
+    return hashlib.sha256(ast.unparse(tree).encode()).hexdigest(), inside, libraries
 
 
 def _is_remark(statement: ast.stmt) -> bool:
@@ -102,8 +141,22 @@ def _source(module: str) -> str | None:
     return None
 
 
+def _data_files(room: str) -> list[str]:
+    """Files beside a room's modules that are no modules, those in folders that are no packages too."""
+    found = []
+    for entry in os.scandir(room):
+        if entry.name.startswith(".") or entry.name in ("__pycache__", "py.typed") or entry.name.endswith("~"):
+            continue
+        if entry.is_dir():
+            if not os.path.isfile(os.path.join(entry.path, "__init__.py")):
+                found += _data_files(entry.path)
+        elif not entry.name.endswith((".py", ".pyc")):
+            found.append(entry.path)
+    return found
+
+
 class Checksums:
-    """SHA-256 of files, computed once for each state (size, time of change) that a file has been in.
+    """SHA-256 of files, computed once for each state (see `state_of`) that a file has been in.
 
     store   where they are remembered from call to call
     """
@@ -111,21 +164,21 @@ class Checksums:
     def __init__(self, store: str) -> None:
         self.store = store
         self._changed = False
-        self._known: dict[str, list[str | int]] = _remembered(store)
+        self._known: dict[str, list[Any]] = {
+            path: entry for path, entry in _remembered(store, 2).items() if isinstance(entry[1], str)
+        }
 
     def knows(self, path: str) -> bool:
         """Whether the file's checksum is remembered for the state that the file is in."""
-        state = os.stat(path)
-        return self._known.get(path, [])[:2] == [state.st_size, state.st_mtime_ns]
+        return path in self._known and self._known[path][0] == state_of(path)
 
     def of(self, path: str) -> str:
         """The checksum of the file's content; OSError where it cannot be read."""
         if self.knows(path):
-            return str(self._known[path][2])
-        state = os.stat(path)
-        with open(path, "rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-        self._known[path] = [state.st_size, state.st_mtime_ns, digest]
+            return str(self._known[path][1])
+        state = state_of(path)  # taken before it is read: a file that changes meanwhile is read again next time
+        digest = _digest(path)
+        self._known[path] = [state, digest]
         self._changed = True
         return digest
 

@@ -1,6 +1,6 @@
 """Exactly the settings that each rule uses: a change of any other setting reruns nothing.
 
-Each function answers the plain values that one job gets; the doors turn them into the file that the job reads.
+Each function answers the plain values that one job gets; the workflow gives them to it as Snakemake `params`.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
     return {
         "units": settings.units,
         "camera": camera,
+        "after": after,
         "sigma": settings.calibration.sigma,
         "picks_clips": [clip for clip in clips_of(settings, experiment, camera, after) if experiment.clips[clip].picks],
         "clips": {
@@ -128,7 +129,8 @@ def bodies(settings: Settings, run: str) -> Order:
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Which column of the contact sensor's record is held against which target and axis."""
     here, own = experiment.runs[run], _own(settings, run)
-    order = {"units": settings.units, "run": run, "time": None, "value": None, "axis": None, "target": None}
+    order: Order = {"units": settings.units, "run": run, "mode": own.mode}
+    order |= {"time": None, "value": None, "axis": None, "target": None}
     if here.reference:
         order |= own.reference.model_dump() if own.reference else _guessed_reference(here)
         order["target"] = order["target"] or target_names(settings, here)[0]

@@ -10,28 +10,14 @@ MODES = {
     for name in EXPERIMENT.runs
 }
 BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
-LOCATE_ORDERS = {
-    run: placed(
-        "locate",
-        orders.locate(SETTINGS, EXPERIMENT, run),
-        (
-            [EXPERIMENT.points]
-            if MODES[run] == "plane" and SETTINGS.runs[run].plane.points
-            else []
-        ),
-        run,
-    )
-    for run in LOCATED
-}
-CLOCKED = {
-    run: order
-    for run in LOCATED
-    if (order := orders.clocks(SETTINGS, EXPERIMENT, run))["sought"]
-}
+CLOCKED = [run for run in LOCATED if orders.clocks(SETTINGS, EXPERIMENT, run)["sought"]]
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))
     for name, run in SETTINGS.runs.items()
-    if run.waterline
+    if run.waterline and name in EXPERIMENT.runs
+}
+PROFILES = {
+    run: list(profiles(SETTINGS, EXPERIMENT.runs[run]).values()) for run in WATERLINES
 }
 LOCATIONS = [
     f"{RESULTS}/runs/{run}/{name}"
@@ -40,6 +26,32 @@ LOCATIONS = [
 ]
 LOCATIONS += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
 LOCATIONS += [f"{RESULTS}/runs/{run}/waterline.parquet" for run in WATERLINES]
+
+
+def recordings(run):
+    return list(EXPERIMENT.runs[run].videos.values())
+
+
+for run in LOCATED:
+    known = MODES[run] == "plane" and SETTINGS.runs[run].plane.points
+    BOOK.add(
+        "locate",
+        orders.locate(SETTINGS, EXPERIMENT, run),
+        [EXPERIMENT.points] if known else [],
+        run,
+    )
+    BOOK.add("kinematics", orders.kinematics(SETTINGS), [], run)
+for run in CLOCKED:
+    BOOK.add("clocks", orders.clocks(SETTINGS, EXPERIMENT, run), recordings(run), run)
+for run in BODIED:
+    BOOK.add("bodies", orders.bodies(SETTINGS, run), [], run)
+for run, camera in WATERLINES.items():
+    BOOK.add(
+        "waterline",
+        orders.waterline(SETTINGS, run, camera),
+        [EXPERIMENT.runs[run].videos[camera], *PROFILES[run]],
+        run,
+    )
 
 
 def calibrations(run, name):
@@ -62,68 +74,61 @@ def plane_sightings(run):
     )
 
 
-if CLOCKED:
-    CLOCK_ORDERS = {
-        run: placed(
-            "clocks",
-            order,
-            list(EXPERIMENT.runs[run].videos.values()),
-            run,
-        )
-        for run, order in CLOCKED.items()
-    }
+def of_cameras(name):
+    """A file of each camera of a run."""
+    return results(
+        lambda w: [
+            f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}"
+            for c in EXPERIMENT.runs[w.run].videos
+        ]
+    )
 
-    rule clocks:
-        input:
-            order=lambda w: CLOCK_ORDERS[w.run],
-            videos=lambda w: ancient(list(EXPERIMENT.runs[w.run].videos.values())),
-            light=lambda w: [
-                f"{RESULTS}/runs/{w.run}/light/{c}.parquet"
-                for c in EXPERIMENT.runs[w.run].videos
-            ],
-            readings=lambda w: [
-                f"{RESULTS}/runs/{w.run}/centroids/{c}.json"
-                for c in EXPERIMENT.runs[w.run].videos
-            ],
-        output:
-            record=f"{RESULTS}/runs/{{run}}/clocks.json",
-        log:
-            f"{RESULTS}/logs/clocks/{{run}}.log",
-        message:
-            "What sound and light tell of the clocks in {wildcards.run}"
-        shell:
-            "python -m vidtrack clocks --settings {input.order:q} --log {log:q}"
-            " --input videos {input.videos:q} --input light {input.light:q} --input readings {input.readings:q}"
-            " --output record {output.record:q}"
+
+rule clocks:
+    input:
+        videos=lambda w: ancient(recordings(w.run)),
+        light=of_cameras("light/{camera}.parquet"),
+        readings=of_cameras("centroids/{camera}.json"),
+    output:
+        record=f"{RESULTS}/runs/{{run}}/clocks.json",
+        account=account("clocks", "{run}"),
+    log:
+        f"{LOGS}/clocks/{{run}}.log",
+    params:
+        **order("clocks", "run"),
+    message:
+        "What sound and light tell of the clocks in {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack clocks --account {output.account:q} --log {log:q}"
+        " --input videos {input.videos:q} --input light {input.light:q} --input readings {input.readings:q}"
+        " --output record {output.record:q}"
 
 
 rule locate:
     input:
-        order=lambda w: LOCATE_ORDERS[w.run],
-        centroids=lambda w: [
-            f"{RESULTS}/runs/{w.run}/centroids/{c}.parquet"
-            for c in EXPERIMENT.runs[w.run].videos
-        ],
-        readings=lambda w: [
-            f"{RESULTS}/runs/{w.run}/centroids/{c}.json"
-            for c in EXPERIMENT.runs[w.run].videos
-        ],
-        cameras=lambda w: calibrations(w.run, "camera.json"),
-        points=lambda w: calibrations(w.run, "points.parquet"),
-        sightings=lambda w: plane_sightings(w.run),
-        clocks=lambda w: (
-            f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
+        centroids=of_cameras("centroids/{camera}.parquet"),
+        readings=of_cameras("centroids/{camera}.json"),
+        cameras=results(lambda w: calibrations(w.run, "camera.json")),
+        points=results(lambda w: calibrations(w.run, "points.parquet")),
+        sightings=results(lambda w: plane_sightings(w.run)),
+        clocks=results(
+            lambda w: (
+                f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
+            )
         ),
     output:
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
         csv=f"{RESULTS}/runs/{{run}}/trajectories.csv",
         record=f"{RESULTS}/runs/{{run}}/locate.json",
+        account=account("locate", "{run}"),
     log:
-        f"{RESULTS}/logs/locate/{{run}}.log",
+        f"{LOGS}/locate/{{run}}.log",
+    params:
+        **order("locate", "run"),
     message:
         "Locating the targets of {wildcards.run}"
     shell:
-        "python -m vidtrack locate --settings {input.order:q} --log {log:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack locate --account {output.account:q} --log {log:q}"
         " --input centroids {input.centroids:q} --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
         " --input clocks {input.clocks:q}"
@@ -132,72 +137,62 @@ rule locate:
 
 rule kinematics:
     input:
-        order=placed("kinematics", orders.kinematics(SETTINGS), []),
-        trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
+        trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
     output:
         kinematics=f"{RESULTS}/runs/{{run}}/kinematics.parquet",
         record=f"{RESULTS}/runs/{{run}}/kinematics.json",
+        account=account("kinematics", "{run}"),
     log:
-        f"{RESULTS}/logs/kinematics/{{run}}.log",
+        f"{LOGS}/kinematics/{{run}}.log",
+    params:
+        **order("kinematics", "run"),
     message:
         "Velocities and accelerations of {wildcards.run}"
     shell:
-        "python -m vidtrack kinematics --settings {input.order:q} --log {log:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack kinematics --account {output.account:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --output kinematics {output.kinematics:q}"
         " --output record {output.record:q}"
 
 
-if BODIED:
-    BODY_ORDERS = {
-        run: placed("bodies", orders.bodies(SETTINGS, run), [], run) for run in BODIED
-    }
-
-    rule bodies:
-        input:
-            order=lambda w: BODY_ORDERS[w.run],
-            trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
-        output:
-            bodies=f"{RESULTS}/runs/{{run}}/bodies.parquet",
-        log:
-            f"{RESULTS}/logs/bodies/{{run}}.log",
-        message:
-            "Six degrees of freedom of the bodies in {wildcards.run}"
-        shell:
-            "python -m vidtrack bodies --settings {input.order:q} --log {log:q}"
-            " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
+rule bodies:
+    input:
+        trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
+    output:
+        bodies=f"{RESULTS}/runs/{{run}}/bodies.parquet",
+        account=account("bodies", "{run}"),
+    log:
+        f"{LOGS}/bodies/{{run}}.log",
+    params:
+        **order("bodies", "run"),
+    message:
+        "Six degrees of freedom of the bodies in {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack bodies --account {output.account:q} --log {log:q}"
+        " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
 
 
-if WATERLINES:
-    PROFILES = {
-        run: list(profiles(SETTINGS, EXPERIMENT.runs[run]).values())
-        for run in WATERLINES
-    }
-    WATERLINE_ORDERS = {
-        run: placed(
-            "waterline",
-            orders.waterline(SETTINGS, run, camera),
-            [EXPERIMENT.runs[run].videos[camera], *PROFILES[run]],
-            run,
-        )
-        for run, camera in WATERLINES.items()
-    }
-
-    rule waterline:
-        input:
-            order=lambda w: WATERLINE_ORDERS[w.run],
-            video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[WATERLINES[w.run]]),
-            profiles=lambda w: ancient(PROFILES[w.run]),
-            camera=lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/camera.json",
-        output:
-            waterline=f"{RESULTS}/runs/{{run}}/waterline.parquet",
-            timestack=f"{RESULTS}/runs/{{run}}/waterline.npz",
-            record=f"{RESULTS}/runs/{{run}}/waterline.json",
-        log:
-            f"{RESULTS}/logs/waterline/{{run}}.log",
-        message:
-            "Following the water's edge in {wildcards.run}"
-        shell:
-            "python -m vidtrack waterline --settings {input.order:q} --log {log:q}"
-            " --input video {input.video:q} --input profiles {input.profiles:q} --input camera {input.camera:q}"
-            " --output waterline {output.waterline:q} --output timestack {output.timestack:q}"
-            " --output record {output.record:q}"
+rule waterline:
+    input:
+        video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[WATERLINES[w.run]]),
+        profiles=lambda w: ancient(PROFILES[w.run]),
+        camera=results(
+            lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/camera.json"
+        ),
+    output:
+        waterline=f"{RESULTS}/runs/{{run}}/waterline.parquet",
+        timestack=f"{RESULTS}/runs/{{run}}/waterline.npz",
+        record=f"{RESULTS}/runs/{{run}}/waterline.json",
+        account=account("waterline", "{run}"),
+    log:
+        f"{LOGS}/waterline/{{run}}.log",
+    threads: max(1, (workflow.cores or 1) // max(1, len(WATERLINES) + len(TRACKS)))
+    params:
+        **order("waterline", "run"),
+    message:
+        "Following the water's edge in {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack waterline --account {output.account:q}"
+        " --threads {threads} --log {log:q}"
+        " --input video {input.video:q} --input profiles {input.profiles:q} --input camera {input.camera:q}"
+        " --output waterline {output.waterline:q} --output timestack {output.timestack:q}"
+        " --output record {output.record:q}"

@@ -1,25 +1,22 @@
 # Needs: sensitivity/<scenario>.yaml, a rig on paper and what to vary in it.
 # Makes: sensitivity/<scenario>/, tables and figures of the accuracy that it would have.
 
-FORETOLD_TABLES = [
+PREDICTED_TABLES = [
     f"{name}.{kind}"
     for name in ("table", "cameras", "volume")
     for kind in ("parquet", "csv")
 ]
-FORETOLD = [
+PREDICTIONS = [
     f"{RESULTS}/sensitivity/{name}/{file}"
     for name in EXPERIMENT.scenarios
-    for file in [*FORETOLD_TABLES, "record.json", "sweeps.png", "volume.png"]
+    for file in [*PREDICTED_TABLES, "record.json", "sweeps.png", "volume.png"]
 ]
-SENSITIVITY_ORDERS = {
-    name: placed("sensitivity", {}, [path], name)
-    for name, path in EXPERIMENT.scenarios.items()
-}
+for name, path in EXPERIMENT.scenarios.items():
+    BOOK.add("sensitivity", {}, [path], name)
 
 
 rule sensitivity:
     input:
-        order=lambda w: SENSITIVITY_ORDERS[w.scenario],
         scenario=lambda w: ancient(EXPERIMENT.scenarios[w.scenario]),
     output:
         table=f"{RESULTS}/sensitivity/{{scenario}}/table.parquet",
@@ -31,12 +28,16 @@ rule sensitivity:
         record=f"{RESULTS}/sensitivity/{{scenario}}/record.json",
         sweeps=f"{RESULTS}/sensitivity/{{scenario}}/sweeps.png",
         volume_map=f"{RESULTS}/sensitivity/{{scenario}}/volume.png",
+        account=account("sensitivity", "{scenario}"),
     log:
-        f"{RESULTS}/logs/sensitivity/{{scenario}}.log",
+        f"{LOGS}/sensitivity/{{scenario}}.log",
+    params:
+        **order("sensitivity", "scenario"),
     message:
-        "Foretelling the accuracy of {wildcards.scenario}"
+        "Predicting the accuracy of {wildcards.scenario}"
     shell:
-        "python -m vidtrack sensitivity --settings {input.order:q} --log {log:q} --input scenario {input.scenario:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack sensitivity --account {output.account:q} --log {log:q}"
+        " --input scenario {input.scenario:q}"
         " --output table {output.table:q} --output table_csv {output.table_csv:q}"
         " --output cameras {output.cameras:q} --output cameras_csv {output.cameras_csv:q}"
         " --output volume {output.volume:q} --output volume_csv {output.volume_csv:q}"

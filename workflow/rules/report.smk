@@ -16,18 +16,22 @@ REPORTED += [
     for run in WATERLINES
     for kind in ("parquet", "npz")
 ]
+REPORT = f"{RESULTS}/report.html"
+BOOK.add("report", orders.report(SETTINGS, EXPERIMENT) | {"results": listed(REPORTED)})
 
 
 rule report:
     input:
-        order=placed("report", orders.report(SETTINGS, EXPERIMENT), []),
-        results=REPORTED,
+        results=results(lambda w: REPORTED),
     output:
-        report=f"{RESULTS}/report.html",
+        report=REPORT,
+        account=account("report"),
     log:
-        f"{RESULTS}/logs/report.log",
+        f"{LOGS}/report.log",
+    params:
+        **order("report"),
     message:
         "Writing the report"
     shell:
-        "python -m vidtrack report --settings {input.order:q} --log {log:q} --input results {input.results:q}"
-        " --output report {output.report:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack report --account {output.account:q} --log {log:q}"
+        " --input results {input.results:q} --output report {output.report:q}"

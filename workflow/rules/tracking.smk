@@ -13,34 +13,35 @@ CENTROIDS = [
     for run, camera in TRACKS
     for kind in ("parquet", "json")
 ]
-TRACK_ORDERS = {
-    (run, camera): placed(
+for run, camera in TRACKS:
+    BOOK.add(
         "track",
         orders.track(SETTINGS, EXPERIMENT, run, camera),
         [EXPERIMENT.runs[run].videos[camera], EXPERIMENT.runs[run].targets],
         run,
         camera,
     )
-    for run, camera in TRACKS
-}
 
 
 rule track:
     input:
-        order=lambda w: TRACK_ORDERS[w.run, w.camera],
         video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[w.camera]),
         targets=lambda w: ancient(EXPERIMENT.runs[w.run].targets or []),
     output:
         centroids=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.parquet",
         record=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json",
         light=f"{RESULTS}/runs/{{run}}/light/{{camera}}.parquet",
+        account=account("track", "{run}", "{camera}"),
     log:
-        f"{RESULTS}/logs/track/{{run}}.{{camera}}.log",
+        f"{LOGS}/track/{{run}}/{{camera}}.log",
     # One core a recording where many wait; a single recording takes what there is.
     threads: max(1, (workflow.cores or 1) // max(1, len(TRACKS)))
+    params:
+        **order("track", "run", "camera"),
     message:
         "Following the targets of {wildcards.run} in {wildcards.camera}"
     shell:
-        "python -m vidtrack track --settings {input.order:q} --threads {threads} --log {log:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack track --account {output.account:q}"
+        " --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input targets {input.targets:q}"
         " --output centroids {output.centroids:q} --output record {output.record:q} --output light {output.light:q}"

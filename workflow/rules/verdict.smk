@@ -10,7 +10,7 @@ JUDGED = [
 ]
 if CALIBRATED:
     JUDGED.append(f"{RESULTS}/calibration/backprojection.json")
-if SETS["calibration_after"]:
+if CALIBRATED_AFTER:
     JUDGED.append(f"{RESULTS}/calibration_after/stability.json")
 JUDGED += [path for path in CENTROIDS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/clocks.json" for run in CLOCKED]
@@ -21,18 +21,21 @@ JUDGED += [
 ]
 JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/waterline.json" for run in WATERLINES]
+BOOK.add("verdict", orders.verdict(SETTINGS, EXPERIMENT) | {"results": listed(JUDGED)})
 
 
 rule verdict:
     input:
-        order=placed("verdict", orders.verdict(SETTINGS, EXPERIMENT), []),
-        results=JUDGED,
+        results=results(lambda w: JUDGED),
     output:
         verdict=VERDICT,
+        account=account("verdict"),
     log:
-        f"{RESULTS}/logs/verdict.log",
+        f"{LOGS}/verdict.log",
+    params:
+        **order("verdict"),
     message:
         "Judging the calibration and the runs"
     shell:
-        "python -m vidtrack verdict --settings {input.order:q} --log {log:q} --input results {input.results:q}"
-        " --output verdict {output.verdict:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack verdict --account {output.account:q} --log {log:q}"
+        " --input results {input.results:q} --output verdict {output.verdict:q}"

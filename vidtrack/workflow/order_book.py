@@ -1,0 +1,181 @@
+"""What each job of an experiment is asked to do, and which results are of just that: reading it writes nothing.
+
+A job is done where its account (see provenance.py) holds the present order, the results that it made are as it made
+them, and those that it read are as they are now. Dates count for nothing: neither a touched file nor one from the
+future, nor a folder that was moved or copied, changes the answer.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.experiment import NO_RECORDING, within
+from vidtrack.workflow.fingerprint import LIBRARIES, Checksums, Fingerprints
+from vidtrack.workflow.provenance import (
+    FOLDER,
+    Account,
+    Order,
+    canonical,
+    place,
+    read_account,
+    versions,
+)
+
+Key = tuple[str, ...]
+"""A job: its rule, and what distinguishes it from others of its rule (run, camera)."""
+
+
+class OrderBook:
+    """The orders of one experiment.
+
+    folder   the experiment's folder
+    cache    a folder where checksums are remembered from call to call, once `save` is called
+    """
+
+    def __init__(self, folder: str, cache: str) -> None:
+        self.folder = folder
+        self.results = within(folder, "results")
+        self._checksums = Checksums(os.path.join(cache, "checksums.json"))
+        self._code = Fingerprints(os.path.join(cache, "code.json"))
+        self._asked: dict[Key, tuple[Mapping[str, Any], tuple[str, ...]]] = {}
+        self._orders: dict[Key, Order] = {}
+
+    def add(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> None:
+        """Note that a job is wanted.
+
+        raw      the paths of the inputs that people made: their content is what counts
+        parts    what tells the job from others of its rule: run, camera
+        """
+        self._asked[rule, *parts] = settings, tuple(path for path in raw if path)
+
+    def order(self, rule: str, *parts: str) -> Order:
+        """The order of one job; VidtrackError where an input cannot be read."""
+        key = (rule, *parts)
+        if key not in self._orders:
+            settings, raw = self._asked[key]
+            modules = f"vidtrack.jobs.{rule}", "vidtrack.workflow.entry"
+            used = {name: LIBRARIES[name] for name in self._code.libraries(*modules)}
+            code = {"code": self._code.of(*modules), "libraries": versions(used)}
+            self._orders[key] = Order(canonical(settings), canonical(self._files(raw)), canonical(code))
+        return self._orders[key]
+
+    def check(self) -> None:
+        """Open each recording whose content is new; VidtrackError, a line each, for what cannot be read or written."""
+        fresh = {
+            path: None
+            for _, raw in self._asked.values()
+            for path in raw
+            if os.path.splitext(path)[1].lower() not in NO_RECORDING and not self._knows(path)
+        }
+        problems = [line for path in fresh for line in _unreadable(path)]
+        problems += _unwritable(os.path.join(self.results, FOLDER))
+        if problems:
+            raise VidtrackError(*problems)
+        for key in self._asked:
+            self.order(*key)
+
+    def place(self, rule: str, *parts: str) -> str:
+        """Where the account of a job lies."""
+        return place(self.results, rule, *parts)
+
+    @property
+    def jobs(self) -> list[Key]:
+        """All jobs that are wanted."""
+        return list(self._asked)
+
+    @cached_property
+    def done(self) -> dict[Key, Account]:
+        """The jobs that need not run again for their own sake, with their accounts."""
+        accounts = {key: account for key in self._asked if (account := read_account(self.place(*key)))}
+        made = {name: checksum for account in accounts.values() for name, checksum in account.made.items()}
+        return {
+            key: account
+            for key, account in accounts.items()
+            if account.order == self.order(*key)
+            and all(made.get(name) == checksum for name, checksum in account.used.items())
+            and all(self._holds(name, checksum) for name, checksum in account.made.items())
+        }
+
+    @cached_property
+    def settled(self) -> set[str]:
+        """The paths of all results that are as they should be, and so is everything that they were made of."""
+        makers = {name: key for key, account in self.done.items() for name in account.made}
+        good = dict(self.done)
+        while spoilt := [key for key, account in good.items() if not {makers.get(n) for n in account.used} <= {*good}]:
+            for key in spoilt:
+                del good[key]
+        names = {name for account in good.values() for name in account.made}
+        return {within(self.folder, name) for name in names} | {self.place(*key) for key in good}
+
+    def unsettled(self) -> dict[str, Order]:
+        """The jobs that have to run: the path of the account of each, and its order."""
+        return {self.place(*key): self.order(*key) for key in self._asked if key not in self.done}
+
+    def look_again(self) -> None:
+        """Forget what was done: jobs have run meanwhile."""
+        for name in ("done", "settled"):
+            self.__dict__.pop(name, None)
+
+    def save(self) -> None:
+        """Remember checksums for the next call, where the cache can be written."""
+        try:
+            self._checksums.save()
+            self._code.save()
+        except OSError:
+            return
+
+    def _files(self, raw: tuple[str, ...]) -> dict[str, str]:
+        files: dict[str, str] = {}
+        for path in raw:
+            try:
+                checksum = self._checksums.of(path)
+            except OSError as error:
+                raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Make it readable.") from None
+            name = os.path.relpath(path, self.folder)
+            if name.startswith(os.pardir):  # a recording elsewhere: moving the experiment does not make it another
+                name = os.path.basename(path)
+            while name in files:
+                name += "+"
+            files[name] = checksum
+        return files
+
+    def _knows(self, path: str) -> bool:
+        try:
+            return self._checksums.knows(path)
+        except OSError:
+            return False
+
+    def _holds(self, name: str, checksum: str) -> bool:
+        try:
+            return self._checksums.of(within(self.folder, name)) == checksum
+        except OSError:
+            return False
+
+
+def _unreadable(path: str) -> tuple[str, ...]:
+    """What hinders a recording from being opened, if anything does."""
+    from vidtrack.video.reader import open_video
+
+    try:
+        with open_video(path):
+            return ()
+    except VidtrackError as error:
+        return error.problems
+
+
+def _unwritable(folder: str) -> list[str]:
+    """What hinders a folder from being made and written to, if anything does."""
+    place = os.path.abspath(folder)
+    while not os.path.lexists(place):
+        place = os.path.dirname(place)
+    if not os.path.isdir(place):
+        return [
+            f"{folder}: cannot be written (there is a file in its way). Move {os.path.relpath(place)} and run again."
+        ]
+    if not os.access(place, os.W_OK | os.X_OK):
+        return [f"{folder}: cannot be written (permission denied). Make {os.path.relpath(place)} writable."]
+    return []

@@ -1,0 +1,129 @@
+# What all rules share: the settings, the experiment, what each job is asked to do, and which results are settled.
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+from snakemake.io import IOFile
+from snakemake.settings.types import RerunTrigger
+
+HOUSE = str(Path(str(workflow.current_basedir)).parents[1])
+sys.path.insert(0, HOUSE)
+os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    filter(None, [HOUSE, os.environ.get("PYTHONPATH")])
+)
+# A job's arrays are small: a linear algebra library that takes every core for them only gets in the others' way.
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.config_file import read_config
+from vidtrack.files.experiment import Experiment, profiles, within
+from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.settings import settings_from_config
+from vidtrack.workflow import orders
+from vidtrack.workflow.order_book import OrderBook
+
+
+def told(function, *arguments):
+    """The function's answer; where the user can mend what is wrong, one clear line and exit code 1."""
+    try:
+        return function(*arguments)
+    except VidtrackError as error:
+        sys.exit("\n".join(f"vidtrack: {problem}" for problem in error.problems))
+
+
+if os.path.exists("config.yaml") or not config:
+    told(read_config, "config.yaml")
+
+
+configfile: "config.yaml"
+
+
+SETTINGS = told(settings_from_config, config)
+SCENARIO = os.path.normpath(SETTINGS.experiment) + ".yaml"
+TO_RENDER = not os.path.isdir(SETTINGS.experiment) and os.path.isfile(SCENARIO)
+EXPERIMENT = (
+    Experiment(SETTINGS.experiment, None, {}, {}, {})
+    if TO_RENDER
+    else told(checked_experiment, SETTINGS)
+)
+RESULTS = EXPERIMENT.results
+LOGS = f"{RESULTS}/logs"
+BOOK = OrderBook(EXPERIMENT.folder, cache=".snakemake/vidtrack")
+
+
+def order(rule, *names, parts=()):
+    """The params of a rule: its job's order, a line of JSON each for settings, files and code.
+
+    names   of the wildcards that distinguish its jobs; parts: those of a rule that has one job
+    """
+
+    def part(field):
+        return lambda w: getattr(
+            BOOK.order(rule, *(w[name] for name in names), *parts), field
+        )
+
+    return {field: part(field) for field in ("settings", "files", "code")}
+
+
+def account(rule, *parts):
+    """Where a job writes down what it made of what."""
+    return BOOK.place(rule, *parts)
+
+
+def results(paths):
+    """An input function for results of other rules.
+
+    paths   a path with wildcards, or a function of the wildcards that gives a path or several
+    Dates count for nothing: a result that is as its account says is `ancient`; any other one makes its readers run.
+    """
+
+    def found(w):
+        before_planning()
+        answer = paths(w) if callable(paths) else paths.format(**dict(w.items()))
+        if isinstance(answer, str):
+            return settled(answer)
+        return [settled(path) for path in answer]
+
+    return found
+
+
+def listed(paths):
+    """A checksum of the names of inputs: an order of them says that they are others, and nothing of where they lie."""
+    names = "\n".join(os.path.relpath(path, EXPERIMENT.folder) for path in paths)
+    return hashlib.sha256(names.encode()).hexdigest()[:16]
+
+
+def settled(path):
+    return ancient(path) if workflow.is_main_process and path in BOOK.settled else path
+
+
+def before_planning():
+    """What can be set only once Snakemake knows the jobs, and holds for a dry run too.
+
+    Force the jobs whose account is of another order, but of which Snakemake has no record that shows it: it compares
+    params with its own record, and says what changed, but a folder that was copied has none.
+    """
+    global prepared
+    if prepared or not workflow.is_main_process:
+        return
+    prepared = True
+    # A run that fails costs that run: all jobs that do not depend on it go on.
+    workflow.execution_settings.keep_going = True
+    # A job that was killed left no account, and runs again without being asked for by an option.
+    workflow.dag_settings.force_incomplete = True
+    for path, wanted in BOOK.unsettled().items():
+        record = workflow.persistence.metadata(IOFile(path))
+        shown = (
+            record is not None
+            and record.params is not None
+            and set(record.params) != {repr(line) for line in wanted}
+            and RerunTrigger.PARAMS in workflow.rerun_triggers
+        )
+        if not shown and (record is not None or os.path.exists(path)):
+            workflow.dag.forcefiles.add(path)
+
+
+prepared = False

@@ -1,0 +1,53 @@
+# What is done before the first job and after the last one.
+import atexit
+import subprocess
+
+from vidtrack.files.records import read_json
+from vidtrack.verdict.judgement import terminal_lines
+from vidtrack.workflow.conclusion import failures, write_without
+
+ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs]
+if workflow.is_main_process:
+    told(BOOK.check)
+
+
+def print_verdict():
+    """What verdict.json says, a line for the calibration and for each run, worst first."""
+    if os.path.exists(VERDICT):
+        print(*terminal_lines(read_json(VERDICT)), sep="\n", file=sys.stderr)
+        print(f"vidtrack: report: {REPORT}", file=sys.stderr)
+
+
+onstart:
+    BOOK.save()
+
+
+onsuccess:
+    if TO_RENDER:
+        again = [sys.executable, "-m", "snakemake", *sys.argv[1:]]
+        sys.exit(subprocess.run(again).returncode)
+    BOOK.look_again()
+    BOOK.save()
+    atexit.register(print_verdict)  # after the last that Snakemake says
+
+
+onerror:
+    failed = {
+        job.output.account: job.rule.name
+        for job in workflow.scheduler.failed
+        if hasattr(job.output, "account")
+    }
+    if failed:  # and not stopped by the user
+        BOOK.look_again()
+        wanted = {"verdict": (JUDGED, VERDICT), "report": (REPORTED, REPORT)}
+        write_without(
+            BOOK,
+            {
+                rule: own
+                for rule, own in wanted.items()
+                if rule not in failed.values()
+            },
+            failures(BOOK, ((rule, path) for path, rule in failed.items())),
+        )
+        BOOK.save()
+        atexit.register(print_verdict)
