@@ -11,11 +11,11 @@ if workflow.is_main_process:
     told(BOOK.check)
 
 
-def print_verdict():
-    """What verdict.json says, a line for the calibration and for each run, worst first."""
+def say_verdict_last():
+    """Print what verdict.json says after all that Snakemake says: a line for the calibration and each run, worst first."""
     if os.path.exists(VERDICT):
-        print(*terminal_lines(read_json(VERDICT)), sep="\n", file=sys.stderr)
-        print(f"vidtrack: report: {REPORT}", file=sys.stderr)
+        lines = [*terminal_lines(read_json(VERDICT)), f"vidtrack: report: {REPORT}"]
+        atexit.register(lambda: print(*lines, sep="\n", file=sys.stderr))
 
 
 onstart:
@@ -28,7 +28,7 @@ onsuccess:
         sys.exit(subprocess.run(again).returncode)
     BOOK.look_again()
     BOOK.save()
-    atexit.register(print_verdict)  # after the last that Snakemake says
+    say_verdict_last()
 
 
 onerror:
@@ -50,4 +50,4 @@ onerror:
             failures(BOOK, ((rule, path) for path, rule in failed.items())),
         )
         BOOK.save()
-        atexit.register(print_verdict)
+        say_verdict_last()
