@@ -1,0 +1,43 @@
+"""What the documents name exists: files, rooms, tests; and what there is, they name."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+REPO = Path(__file__).parents[1]
+DOCUMENTS = sorted([*(REPO / "docs").glob("*.md"), REPO / "README.md"])
+NAMED = re.compile(r"`((?:vidtrack|tests|workflow|benchmarks|docs|data|profiles)/[\w./-]*?)(?:::(\w+))?`")
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_every_file_and_test_that_a_document_names_exists(document):
+    for path, name in NAMED.findall(document.read_text()):
+        if "results/" in path:
+            continue
+        assert (REPO / path).exists(), f"{document.name}: {path}"
+        assert not name or f"def {name}(" in (REPO / path).read_text(), f"{document.name}: {path}::{name}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_every_link_within_the_project_leads_somewhere(document):
+    for target in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
+        assert (document.parent / target).exists(), f"{document.name}: {target}"
+
+
+def test_the_table_of_rooms_lists_every_room():
+    text = (REPO / "docs/house-style.md").read_text()
+    rooms = {path.parent.name for path in (REPO / "vidtrack").glob("*/__init__.py")}
+    assert set(re.findall(r"^\| `vidtrack/(\w+)/`", text, re.MULTILINE)) == rooms
+    for path in (REPO / "vidtrack").glob("*.py"):
+        if path.name not in ("__init__.py", "__main__.py"):
+            assert f"`{path.name}`" in text or f"`vidtrack/{path.name}`" in text, path.name
+
+
+def test_every_row_of_the_table_of_kinds_names_a_test_or_a_command():
+    rows = re.findall(r"^\| (?!kind|---)(.*) \|$", (REPO / "docs/trust.md").read_text(), re.MULTILINE)
+    assert len(rows) >= 5
+    for row in rows:
+        cells = row.split(" | ")
+        assert len(cells) == 3, row
+        assert re.search(r"`(tests|benchmarks)/", cells[2]), row
