@@ -17,6 +17,7 @@ from vidtrack.naming import did_you_mean
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 Level = Annotated[float, Field(ge=-255, le=255)]
+Crop = tuple[float, float, Positive, Positive]
 Instant = str | int
 """A time code or a frame number."""
 
@@ -77,6 +78,11 @@ class Camera(Section):
     Cy: float | None = Field(None, description="px; default: the middle of the frame buffer")
     sensor: tuple[Positive, Positive] | None = Field(
         None, description="mm, width and height of the sensor area that the frame covers; default: dx = dy = 1 px"
+    )
+    crop: Crop | None = Field(
+        None,
+        description="[left, top, width, height]: the part of the calibration's picture that the runs' pictures show, "
+        "px of the calibration's picture from its top left corner; default: the whole of it, where the shapes agree",
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
         Clock(),
@@ -238,6 +244,9 @@ class Run(DetectChange):
     videos: dict[str, str] = Field({}, description="camera: path of a video elsewhere, relative to the experiment")
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
     tolerance_px: Positive = Field(3.0, description="px, how far from its epipolar line a match may lie")
+    crop: Crop | dict[str, Crop] | None = Field(
+        None, description="as cameras.<camera>.crop, for this run: of all its cameras, or camera: crop"
+    )
     max_miss: Positive | None = Field(None, description="world units, the lines of sight may miss a point by no more")
     waterline: Waterline | None = Field(None, description="transects along which the edge of the water is followed")
     detect: DetectChange = Field(

@@ -7,6 +7,8 @@ import pytest
 from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.window import Picture
+from vidtrack.location.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate
 
@@ -334,3 +336,16 @@ def test_unknown_is_written_as_uncertain_not_as_zero():
     table = locate(tables, cameras, targets=1).trajectories
     assert table["x"].notna().all()
     assert table["sigma_x"].isna().all()
+
+
+def test_a_run_filmed_at_half_size_is_located_as_well_and_said_to_be_scaled():
+    """Centroids of half the picture, noise of half as many px: the same positions and sigmas."""
+    tables, cameras = run(2)
+    whole = locate(tables, cameras, targets=1)
+    small = {n: t.assign(Xf=(t["Xf"] + 0.5) / 2 - 0.5, Yf=(t["Yf"] + 0.5) / 2 - 0.5) for n, t in tables.items()}
+    pictures = {n: Pictures(Picture(512, 480), Picture(256, 240)) for n in tables}
+    half = locate(small, cameras, targets=1, pictures=pictures)
+    columns = ["x", "y", "z", "sigma_x", "sigma_y", "sigma_z"]
+    np.testing.assert_allclose(half.trajectories[columns], whole.trajectories[columns], rtol=1e-4, atol=1e-4)
+    assert [f["code"] for f in half.record["findings"]] == ["picture-scaled"] * 2
+    assert half.record["pictures"]["cam1"]["width"] == 512

@@ -6,6 +6,8 @@ import pytest
 
 from tests.location.test_plane import grid, seen
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.window import Picture
+from vidtrack.location.run_pictures import Pictures
 from vidtrack.stages.kinematics import kinematics
 from vidtrack.stages.locate_plane import COLUMNS, locate_plane
 
@@ -111,3 +113,14 @@ def test_a_ball_tossed_by_hand_falls_with_gravity():
     assert 9.5 < motion["ay"].mean() < 10.7
     assert inner["ay"].between(9.5, 10.75).all()
     assert inner["ax"].abs().max() < 0.6
+
+
+def test_a_run_at_twice_the_size_of_the_points_picture_is_converted_and_said():
+    new = grid(3, 3, 40, 30)
+    b = seen(new)
+    pictures = {"cam1": Pictures(Picture(512, 480), Picture(1024, 960))}
+    done = locate_plane(
+        centroids((b + 0.5) * 2 - 0.5), points=known(), image_size=(512, 480), pictures=pictures, where="runs.r1"
+    )
+    assert np.abs(done.trajectories[["x", "y"]].to_numpy() - new).max() < 0.03
+    assert [f["code"] for f in done.record["findings"]] == ["picture-scaled"]

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
+from typing import Any
 
 import pandas as pd
 
@@ -43,13 +44,21 @@ def run(job: Job) -> None:
             bits={clip: video.info.bits for clip, video in videos.items()},
             sigma=job.settings.get("sigma", 0.0),
         )
+        pictures = {clip: _picture(video) for clip, video in videos.items()}
         troubles = [f"calibration/{clip}/{camera}: {p}" for clip, v in videos.items() for p in v.account.problems]
     for warning in (*troubles, *found.warnings):
         sys.stderr.write(f"warning: {warning}\n")
     units, provenance = job.settings.get("units", ""), job.provenance
     write_parquet(job.outputs["sightings"], found.table, units=units, provenance=provenance)
     write_png(job.outputs["picture"], found.picture)
-    write_json(job.outputs["record"], found.record | {"reading": troubles}, provenance)
+    write_json(job.outputs["record"], found.record | {"reading": troubles, "pictures": pictures}, provenance)
+
+
+def _picture(video: Video) -> dict[str, Any]:
+    """The size of a clip's picture and what the file says of its shape: runs are compared with it."""
+    info = video.info
+    aspect = str(info.sample_aspect)
+    return {"width": info.width, "height": info.height, "sample_aspect": aspect, "rotation": info.rotation}
 
 
 def _picks(job: Job) -> pd.DataFrame | None:

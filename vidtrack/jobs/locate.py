@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vidtrack.errors import VidtrackError
@@ -9,6 +10,8 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
+from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.location.run_pictures import Pictures
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -17,10 +20,11 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: centroids; cameras, points and, where clocks are sought, clocks (mode space); sightings and readings
-    (mode plane, where there are any).
+    """inputs: centroids, readings; cameras, points and, where clocks are sought, clocks (mode space); sightings (mode
+    plane, where there are any); labelling of the cameras whose calibration is used.
 
-    settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, tolerance_px, plane[, max_miss].
+    settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane[,
+    max_miss].
     outputs: trajectories, csv, record.
     """
     trajectories, record = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
@@ -42,9 +46,12 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
     for name, later in scale.shift.items():
         tables[name]["time_s"] += later
+    calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
+    sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
     located, record = locate(
         tables,
-        {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)},
+        calibrated,
+        pictures=_pictures(job, sizes),
         points=dict(zip(names, points, strict=True)) if points else None,
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
@@ -52,8 +59,25 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         **options,
     )
     record["time"] = {"scale": scale.note, "shift_s": scale.shift}
-    record["findings"] = [*record.get("findings", []), *as_records(scale.findings)]
+    record["findings"] = [*record["findings"], *as_records(scale.findings)]
     return located, record
+
+
+def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
+    """What is known of each camera's pictures: of the calibration, from its labelling, and of the run.
+
+    sizes   of the calibration's pictures, where the labelling says nothing of them
+    """
+    names, crops = job.settings["cameras"], job.settings.get("crop") or {}
+    clips = {n: read_json(path).get("pictures") for n, path in zip(names, job.paths("labelling"), strict=False)}
+    runs = {n: read_json(path).get("video") for n, path in zip(names, job.paths("readings"), strict=False)}
+    pictures = {}
+    for name, run in runs.items():
+        known = clips.get(name)
+        calibrated = picture_from_record(next(iter(known.values()))) if known else sizes.get(name)
+        if run and calibrated is not None:
+            pictures[name] = Pictures(calibrated, picture_from_record(run), crops.get(name))
+    return pictures
 
 
 def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
@@ -64,7 +88,8 @@ def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     if len(tables) != 1:
         raise VidtrackError(f"{where}: mode plane uses one camera; there are {len(tables)}. Drop the other videos.")
     plane = job.settings["plane"] or {}
-    video = read_json(job.path("readings")).get("video") if job.paths("readings") else None
+    pictures = _pictures(job, {}) if plane.get("points") else {}
+    clip = next((own.calibration for own in pictures.values()), None)
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
     return locate_plane(
         read_parquet(tables[0]),
@@ -72,7 +97,8 @@ def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         aspect=plane.get("aspect", 1.0),
         points=_known_points(job, plane.get("clip"), where) if plane.get("points") else None,
         units=job.settings["units"],
-        image_size=(int(video["width"]), int(video["height"])) if video else None,
+        pictures=pictures,
+        image_size=(clip.width, clip.height) if clip else None,
         clock=clock if isinstance(clock, dict) else None,
         where=where,
     )

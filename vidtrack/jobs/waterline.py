@@ -9,10 +9,12 @@ import numpy as np
 
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.csv_checked import Columns, checked_csv
-from vidtrack.files.records import write_json
+from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 from vidtrack.findings import as_records
+from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.location.run_pictures import Pictures, camera_shown, record_of, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.video.reader import open_video
@@ -24,23 +26,29 @@ PROFILE = Columns(numbers=("x", "y", "z"))
 
 def run(job: Job) -> None:
     """inputs: video, camera, profiles (in the order of the transects that name one). outputs: waterline, timestack,
-    record.
+    record. labelling of the camera's calibration, where there is one.
 
-    settings: run, camera, units, transects, start_timecode, clock.
+    settings: run, camera, units, transects, start_timecode, clock, crop.
     """
     order = job.settings
     where = f"config.yaml: runs.{order['run']}.waterline"
     calibrated = read_camera(job.path("camera"))
+    known = read_json(job.path("labelling")).get("pictures") if job.paths("labelling") else None
+    clip = picture_from_record(next(iter(known.values()))) if known else Picture(*calibrated.camera.image_size)
     with open_video(job.path("video"), threads=job.threads) as video:
         found = find_time(job.path("video"), video.info, start_timecode=order.get("start_timecode"))
         info = replace(video.info, time=found.base)
+        own = Picture(info.width, info.height, info.sample_aspect, info.rotation)
+        name = order["camera"]
+        shown, assumed = windows({name: Pictures(clip, own, order.get("crop"))}, f"runs.{order['run']}")
+        camera, uncertainty = camera_shown(calibrated.camera, calibrated.uncertainty, shown.get(name))
         with Progress(f"waterline {order['run']}/{order['camera']}", info.n_frames_hint, "frames") as progress:
             done = waterline(
                 progress.over(video.frames(ahead=True)),
                 info,
-                calibrated.camera,
+                camera,
                 order["transects"],
-                uncertainty=calibrated.uncertainty,
+                uncertainty=uncertainty,
                 profiles=_profiles(job),
                 clock=order["clock"] if isinstance(order.get("clock"), dict) else None,
                 where=where,
@@ -48,7 +56,8 @@ def run(job: Job) -> None:
     units = order["units"]
     write_parquet(job.outputs["waterline"], done.runup, units=units, provenance=job.provenance, columns=COLUMNS)
     record = {"run": order["run"], "camera": order["camera"], "units": units, **done.record}
-    write_json(job.outputs["record"], {**record, "findings": as_records(done.findings)}, job.provenance)
+    record |= {"pictures": record_of(shown), "findings": as_records([*assumed, *done.findings])}
+    write_json(job.outputs["record"], record, job.provenance)
     write_timestacks(job.outputs["timestack"], {name: stack._asdict() for name, stack in done.timestacks.items()})
 
 

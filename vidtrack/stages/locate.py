@@ -11,7 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import as_records
+from vidtrack.geometry.calibration_error import CameraUncertainty
+from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import Located, locate_points
+from vidtrack.geometry.window import Window
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.correspondence import Correspondence, by_target
 from vidtrack.location.locate_record import (
@@ -24,6 +28,7 @@ from vidtrack.location.locate_record import (
 )
 from vidtrack.location.matching import matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
+from vidtrack.location.run_pictures import Pictures, camera_shown, points_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
 from vidtrack.location.volume import distance_outside
@@ -53,6 +58,7 @@ def locate(
     max_miss: float | None = None,
     points: Mapping[str, pd.DataFrame] | None = None,
     volume: ArrayLike | None = None,
+    pictures: Mapping[str, Pictures] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -68,11 +74,15 @@ def locate(
     max_miss       world units; a fix whose lines of sight miss it by more is not believed
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
     volume         (n, 3) calibration points, where `points` is not given
+    pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge.
     Raises VidtrackError for fewer than two calibrated cameras or cameras that share no moment.
     """
-    views = same_day(_views(centroids, cameras, where))
+    shown, findings = windows(pictures or {}, where)
+    views = same_day(_views(centroids, cameras, shown, where))
+    if points is not None:
+        points = {name: points_shown(table, shown.get(name)) for name, table in points.items()}
     names = None if targets is None or isinstance(targets, int) else list(targets)
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     told: list[str] = []
@@ -119,11 +129,14 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, labels, located, tolerance_px)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
+    record |= {"pictures": record_of(shown), "findings": as_records(findings)}
     record["warnings"] = [*told, *warnings_of(record, units)]
     return Locations(table, record)
 
 
-def _views(centroids: Mapping[str, pd.DataFrame], cameras: Mapping[str, Any], where: str) -> list[View]:
+def _views(
+    centroids: Mapping[str, pd.DataFrame], cameras: Mapping[str, Any], shown: Mapping[str, Window], where: str
+) -> list[View]:
     if missing := [name for name in centroids if name not in cameras]:
         raise VidtrackError(
             *(f"{where}: camera {c} has no calibration. Add calibration clips or drop its video." for c in missing)
@@ -133,10 +146,13 @@ def _views(centroids: Mapping[str, pd.DataFrame], cameras: Mapping[str, Any], wh
         raise VidtrackError(
             f"{where}: mode space needs two cameras or more; there is {names}. Add a camera, or use mode: plane."
         )
-    return [_view(name, table, cameras[name]) for name, table in centroids.items()]
+    return [
+        _view(name, table, *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)))
+        for name, table in centroids.items()
+    ]
 
 
-def _view(name: str, table: pd.DataFrame, known: Any) -> View:
+def _view(name: str, table: pd.DataFrame, camera: Camera, uncertainty: CameraUncertainty | None) -> View:
     time = table["time_s"].to_numpy(float)
     t, column = np.unique(time, return_inverse=True)
     codes, labels = pd.factorize(table["target"].astype(str), sort=False)
@@ -154,7 +170,7 @@ def _view(name: str, table: pd.DataFrame, known: Any) -> View:
     timecode = np.full(t.size, "", object)
     if "timecode" in table:
         timecode[column] = table["timecode"].fillna("").astype(str)
-    return View(name, known[0], known[1], t, timecode, [str(x) for x in labels], b, sd, flag, has_sd)
+    return View(name, camera, uncertainty, t, timecode, [str(x) for x in labels], b, sd, flag, has_sd)
 
 
 def _given_clocks(

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import as_records
 from vidtrack.location.plane import (
     Plane,
     PlaneFit,
@@ -18,6 +19,7 @@ from vidtrack.location.plane import (
     world_covariance,
     world_from_frame_buffer,
 )
+from vidtrack.location.run_pictures import Pictures, centroids_in_calibration, record_of, windows
 from vidtrack.location.tilt import tilt
 from vidtrack.timing.clock import Clock
 
@@ -53,6 +55,7 @@ def locate_plane(
     units: str = "",
     sightings: pd.DataFrame | None = None,
     centre: tuple[float, float] | None = None,
+    pictures: Mapping[str, Pictures] | None = None,
     image_size: tuple[int, int] | None = None,
     model: str = "auto",
     clock: Mapping[str, float] | None = None,
@@ -67,6 +70,8 @@ def locate_plane(
     points      tag, x, y[, z, sigma], and Xf, Yf (px)[, sd_x, sd_y] unless `sightings` has those, by tag;
                 a point without Xf is left out
     centre      px, of the lens; default: the middle of image_size, or of the points
+    image_size  px, of the picture that shows the points; without it, a picture just large enough for them
+    pictures    the camera: the sizes of its pictures; None: the run's is that of the points' clip
     clock       offset_s and rate_ppm, added to the camera's time
     A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
     """
@@ -75,11 +80,14 @@ def locate_plane(
     if scale is not None:
         plane, record = scaled_plane(scale, aspect), _scale_record(scale, aspect, units)
     else:
+        shown, findings = windows(pictures or {}, where)
+        centroids = centroids_in_calibration(centroids, next(iter(shown.values()), None))
         if centre is None and image_size is not None:
             centre = ((image_size[0] - 1) / 2, (image_size[1] - 1) / 2)
         known = _known_points(points, sightings, where)
         fit = _fitted(known, aspect, centre, model, where)
         plane, record = fit.plane, _points_record(fit, known, aspect, units, image_size)
+        record |= {"pictures": record_of(shown), "findings": as_records(findings)}
     if clock is not None:
         centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))
     table = located(plane, centroids)

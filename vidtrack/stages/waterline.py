@@ -11,9 +11,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
+from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
@@ -64,7 +64,7 @@ def waterline(
     camera: Camera,
     transects: Mapping[str, Mapping[str, Any]],
     *,
-    uncertainty: Uncertainty | None = None,
+    uncertainty: CameraUncertainty | None = None,
     profiles: Mapping[str, Any] | None = None,
     clock: Mapping[str, float] | None = None,
     where: str = "waterline",
@@ -133,7 +133,7 @@ def _one(grey: Array, good: NDArray[np.bool_], line: Transect, blur: Array, wher
     return table
 
 
-def _calibration_sd(camera: Camera, line: Transect, uncertainty: Uncertainty | None) -> Array:
+def _calibration_sd(camera: Camera, line: Transect, uncertainty: CameraUncertainty | None) -> Array:
     """Standard deviation (n,), world units, along the transect, of what the camera's calibration leaves open."""
     if uncertainty is None:
         return np.zeros(len(line.s))

@@ -110,6 +110,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "cameras": list(here.videos),
         "targets": _targets(settings, here),
         "clocks": {c: _clock(settings, c) for c in here.videos},
+        "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,
         "plane": plane,
@@ -149,6 +150,7 @@ def waterline(settings: Settings, run: str, camera: str) -> Order:
         "detect": detect_for(settings, own, own.detect),
         "start_timecode": own.start_timecode,
         "clock": _clock(settings, camera),
+        "crop": _crop(settings, run, camera),
     }
 
 
@@ -195,6 +197,13 @@ def _targets(settings: Settings, run: Run) -> list[str] | int:
 def _clip_detect(settings: Settings, clip: str) -> Order:
     own = settings.calibration.clips.get(clip)
     return detect_for(settings, own, own.detect) if own else detect_for(settings)
+
+
+def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, float, float] | None:
+    """The part of the calibration's picture that a run's picture shows, where the config says it."""
+    own = _own(settings, run).crop
+    here = own.get(camera) if isinstance(own, dict) else own
+    return here or settings.cameras[camera].crop
 
 
 def _clock(settings: Settings, camera: str) -> Order | str:
