@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from vidtrack.geometry.window import Picture, Window
-from vidtrack.location.run_pictures import Pictures, camera_shown, centroids_in_calibration, points_shown, windows
+from vidtrack.location.run_pictures import Pictures, camera_shown, columns_in_calibration, columns_shown, windows
 from vidtrack.simulate.rig import thesis_rig
 
 HALF = Window(0, 0, 512, 480, 256, 240)
@@ -23,15 +23,15 @@ def test_only_cameras_whose_pictures_differ_have_a_window():
 
 
 def test_points_and_their_noise_shrink_with_the_picture_and_missing_ones_stay_missing():
-    small = points_shown(table(), HALF)
-    assert small["Xf"].tolist() == [-0.25, 255.25]
+    small = columns_shown(table(), HALF)
+    assert list(small["Xf"]) == [-0.25, 255.25]
     assert np.isnan(small["Yf"][1])
-    assert small["sd_x"].tolist() == [0.05, 0.05]
+    assert list(small["sd_x"]) == [0.05, 0.05]
 
 
 def test_centroids_go_the_other_way():
-    back = centroids_in_calibration(points_shown(table(), HALF), HALF)
-    pd.testing.assert_frame_equal(back, table())
+    back = columns_in_calibration(columns_shown(table(), HALF), HALF)
+    pd.testing.assert_frame_equal(pd.DataFrame(back), table()[list(back)])
 
 
 def test_a_camera_of_unknown_uncertainty_stays_unknown():
@@ -43,8 +43,8 @@ def test_a_camera_of_unknown_uncertainty_stays_unknown():
 def test_without_a_window_nothing_changes():
     camera, points = thesis_rig(2)[0], table()
     assert camera_shown(camera, None, None) == (camera, None)
-    assert points_shown(points, None) is points
-    assert centroids_in_calibration(points, None) is points
+    assert columns_shown(points, None) == {}
+    assert columns_in_calibration(points, None) == {}
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 512, 480), (128, 120, 256, 240)])

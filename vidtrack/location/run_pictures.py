@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
-import pandas as pd
+import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.window import Picture, Window, window
+
+
+class Columns(Protocol):
+    """A table: its columns by name."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
+    def __contains__(self, name: str, /) -> bool: ...
 
 
 class Pictures(NamedTuple):
@@ -54,24 +61,28 @@ def camera_shown(
     return part.camera(camera), known
 
 
-def points_shown(points: pd.DataFrame, part: Window | None) -> pd.DataFrame:
-    """A table of sights (Xf, Yf, sd_x, sd_y in px), as the window's picture has them."""
+def columns_shown(table: Columns, part: Window | None) -> dict[str, Array]:
+    """Columns Xf, Yf and, where there are any, sd_x, sd_y (px) of the calibration, as the window's picture has them."""
     if part is None:
-        return points
-    b = part.seen(points[["Xf", "Yf"]].to_numpy(float))
-    moved = points.assign(Xf=b[:, 0], Yf=b[:, 1])
-    scales = dict(zip(("sd_x", "sd_y"), part.scale, strict=True))
-    return moved.assign(**{name: moved[name] * by for name, by in scales.items() if name in moved})
+        return {}
+    return _moved(table, part.seen(_positions(table)), part.scale)
 
 
-def centroids_in_calibration(centroids: pd.DataFrame, part: Window | None) -> pd.DataFrame:
-    """A table of what the run shows (Xf, Yf, sd_x, sd_y in px), in the calibration's picture."""
+def columns_in_calibration(table: Columns, part: Window | None) -> dict[str, Array]:
+    """The same columns of what the run shows, in the calibration's picture."""
     if part is None:
-        return centroids
-    b = part.back(centroids[["Xf", "Yf"]].to_numpy(float))
-    moved = centroids.assign(Xf=b[:, 0], Yf=b[:, 1])
-    scales = dict(zip(("sd_x", "sd_y"), part.scale, strict=True))
-    return moved.assign(**{name: moved[name] / by for name, by in scales.items() if name in moved})
+        return {}
+    return _moved(table, part.back(_positions(table)), 1 / part.scale)
+
+
+def _positions(table: Columns) -> Array:
+    return np.stack([np.asarray(table[name], float) for name in ("Xf", "Yf")], -1)
+
+
+def _moved(table: Columns, b: Array, scale: Array) -> dict[str, Array]:
+    sds = dict(zip(("sd_x", "sd_y"), scale, strict=True))
+    out = {name: np.asarray(table[name], float) * by for name, by in sds.items() if name in table}
+    return {"Xf": b[:, 0], "Yf": b[:, 1], **out}
 
 
 def record_of(shown: Mapping[str, Window]) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from vidtrack.location.locate_record import (
 )
 from vidtrack.location.matching import matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
-from vidtrack.location.run_pictures import Pictures, camera_shown, points_shown, record_of, windows
+from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
 from vidtrack.location.volume import distance_outside
@@ -82,7 +82,7 @@ def locate(
     shown, findings = windows(pictures or {}, where)
     views = same_day(_views(centroids, cameras, shown, where))
     if points is not None:
-        points = {name: points_shown(table, shown.get(name)) for name, table in points.items()}
+        points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
     names = None if targets is None or isinstance(targets, int) else list(targets)
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     told: list[str] = []

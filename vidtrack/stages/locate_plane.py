@@ -19,7 +19,7 @@ from vidtrack.location.plane import (
     world_covariance,
     world_from_frame_buffer,
 )
-from vidtrack.location.run_pictures import Pictures, centroids_in_calibration, record_of, windows
+from vidtrack.location.run_pictures import Pictures, columns_in_calibration, record_of, windows
 from vidtrack.location.tilt import tilt
 from vidtrack.timing.clock import Clock
 
@@ -81,7 +81,8 @@ def locate_plane(
         plane, record = scaled_plane(scale, aspect), _scale_record(scale, aspect, units)
     else:
         shown, findings = windows(pictures or {}, where)
-        centroids = centroids_in_calibration(centroids, next(iter(shown.values()), None))
+        part = next(iter(shown.values()), None)
+        centroids = centroids.assign(**columns_in_calibration(centroids, part))
         if centre is None and image_size is not None:
             centre = ((image_size[0] - 1) / 2, (image_size[1] - 1) / 2)
         known = _known_points(points, sightings, where)

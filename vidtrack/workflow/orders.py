@@ -50,6 +50,15 @@ def clips_of(settings: Settings, experiment: Experiment, camera: str, after: boo
     return [n for n, c in experiment.clips.items() if camera in c.videos and (n in late) == after]
 
 
+def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
+    """Cameras to calibrate: those in clips, but for those that only runs in a plane use."""
+    modes: dict[str, set[str]] = {}
+    for name, run in experiment.runs.items():
+        for camera in run.videos:
+            modes.setdefault(camera, set()).add(_own(settings, name).mode)
+    return [camera for camera in experiment.cameras_in_clips() if modes.get(camera) != {"plane"}]
+
+
 def calibrate(settings: Settings, camera: str) -> Order:
     """How one camera is calibrated."""
     own, how = settings.cameras[camera], settings.calibration
@@ -174,7 +183,7 @@ def report(settings: Settings, experiment: Experiment) -> Order:
         "title": settings.title or os.path.basename(os.path.normpath(experiment.folder)).strip(".") or "Experiment",
         "units": settings.units,
         "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
-        "calibrated": experiment.cameras_in_clips(),
+        "calibrated": calibrated(settings, experiment),
         "refine": settings.calibration.refine,
         "runs": {
             name: {"cameras": list(run.videos), "mode": _own(settings, name).mode}

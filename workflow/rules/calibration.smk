@@ -4,6 +4,8 @@
 
 BUNDLED = SETTINGS.calibration.refine == "bundle"
 SETS = {"calibration": [], "calibration_after": []}
+# A run in a plane needs what its camera sees of the points, and no calibration, for which they may be too few.
+NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
 
 
 def clips_seen(clip_set, camera):
@@ -18,7 +20,6 @@ for clip_set, members in SETS.items():
     for camera in EXPERIMENT.cameras_in_clips():
         clips = clips_seen(clip_set, camera)
         if clips:
-            members.append(camera)
             after = clip_set == "calibration_after"
             BOOK.add(
                 "calibration_points",
@@ -30,6 +31,8 @@ for clip_set, members in SETS.items():
                 clip_set,
                 camera,
             )
+        if clips and camera in NEEDED:
+            members.append(camera)
             BOOK.add(
                 "calibrate", orders.calibrate(SETTINGS, camera), [], clip_set, camera
             )

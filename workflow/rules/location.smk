@@ -63,15 +63,11 @@ def calibrations(run, name):
     )
 
 
-def plane_sightings(run):
-    """The known points in the plane, as the run's camera saw them."""
+def of_plane(run, name):
+    """A file of the camera's calibration points, where the run is located in a plane of known points."""
     plane = SETTINGS.runs[run].plane if MODES[run] == "plane" else None
     camera = next(iter(EXPERIMENT.runs[run].videos))
-    return (
-        f"{RESULTS}/calibration/{camera}/sightings.parquet"
-        if plane and plane.points
-        else []
-    )
+    return f"{RESULTS}/calibration/{camera}/{name}" if plane and plane.points else []
 
 
 def of_cameras(name):
@@ -110,7 +106,11 @@ rule locate:
         readings=of_cameras("centroids/{camera}.json"),
         cameras=results(lambda w: calibrations(w.run, "camera.json")),
         points=results(lambda w: calibrations(w.run, "points.parquet")),
-        sightings=results(lambda w: plane_sightings(w.run)),
+        sightings=results(lambda w: of_plane(w.run, "sightings.parquet")),
+        labelling=results(
+            lambda w: calibrations(w.run, "labelling.json")
+            or of_plane(w.run, "labelling.json")
+        ),
         clocks=results(
             lambda w: (
                 f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
@@ -131,7 +131,7 @@ rule locate:
         "printf '%s\\n' {params:q} | python -m vidtrack locate --account {output.account:q} --log {log:q}"
         " --input centroids {input.centroids:q} --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
-        " --input clocks {input.clocks:q}"
+        " --input labelling {input.labelling:q} --input clocks {input.clocks:q}"
         " --output trajectories {output.trajectories:q} --output csv {output.csv:q} --output record {output.record:q}"
 
 
@@ -178,6 +178,9 @@ rule waterline:
         camera=results(
             lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/camera.json"
         ),
+        labelling=results(
+            lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/labelling.json"
+        ),
     output:
         waterline=f"{RESULTS}/runs/{{run}}/waterline.parquet",
         timestack=f"{RESULTS}/runs/{{run}}/waterline.npz",
@@ -194,5 +197,6 @@ rule waterline:
         "printf '%s\\n' {params:q} | python -m vidtrack waterline --account {output.account:q}"
         " --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input profiles {input.profiles:q} --input camera {input.camera:q}"
+        " --input labelling {input.labelling:q}"
         " --output waterline {output.waterline:q} --output timestack {output.timestack:q}"
         " --output record {output.record:q}"

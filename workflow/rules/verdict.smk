@@ -8,6 +8,11 @@ JUDGED = [
     for camera in cameras
     for name in ("camera.json", "labelling.json", "points.parquet")
 ]
+JUDGED += [
+    f"{RESULTS}/calibration/{camera}/labelling.json"
+    for camera in EXPERIMENT.cameras_in_clips()
+    if camera not in NEEDED
+]
 if CALIBRATED:
     JUDGED.append(f"{RESULTS}/calibration/backprojection.json")
 if CALIBRATED_AFTER:
