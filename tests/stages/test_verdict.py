@@ -52,6 +52,7 @@ def test_a_problem_of_one_recording_names_its_camera():
 def test_a_doubt_about_a_camera_is_the_cameras_the_calibrations_and_the_runs_that_use_it():
     results = experiment()
     results.cameras["cam2"] = camera(warnings=["cam2: tag 3 was left out. Check its name."])
+    results.runs["flat"] = RunResults(tables={"trajectories": trajectories()})
     record = verdict(results, {**ASKED, "flat": {"mode": "plane", "cameras": ["cam2"], "targets": None}})
     assert record["calibration"]["cameras"]["cam1"]["verdict"] == "good"
     assert record["calibration"]["cameras"]["cam2"]["verdict"] == record["calibration"]["verdict"] == "doubtful"
@@ -75,8 +76,15 @@ def test_what_the_clips_after_the_test_gave_is_heard_too():
     assert texts == ["after the test: cam1: clip too dark", "after the test: cam1: 9 points"]
 
 
-def test_a_run_of_which_nothing_came_is_bad_and_one_that_failed_says_why_alone():
-    assert verdict(Results(), ASKED)["runs"]["pluck"]["verdict"] == "bad"
+def test_a_run_whose_camera_failed_to_be_calibrated_has_failed_and_says_so():
+    results = Results(cameras={"cam1": camera()}, failures=[failure("calibrate", "calibration", "cam2")])
+    own = verdict(results, ASKED)["runs"]["pluck"]
+    assert (own["verdict"], own["reasons"][0]["code"]) == ("failed", "calibration-failed")
+    assert "the calibration of cam2 failed" in own["reasons"][0]["text"]
+
+
+def test_a_run_of_which_nothing_came_has_failed_and_one_with_a_failed_job_says_why_alone():
+    assert verdict(Results(), ASKED)["runs"]["pluck"]["reasons"][0]["code"] == "not-made"
     failed = Finding("failed", "locate-failed", "runs.pluck: no two cameras saw a target")
     results = Results(runs={"pluck": RunResults(records={"locate": {"findings": as_records([failed])}})})
     record = verdict(results, ASKED)
@@ -92,7 +100,8 @@ def failure(rule, *parts):
 def test_a_job_that_failed_costs_its_run_or_its_camera_alone():
     results = experiment()
     results.failures = [failure("track", "pluck", "cam2")]
-    record = verdict(results, {**ASKED, "other": {**ASKED["pluck"], "targets": None}})
+    results.runs["other"] = RunResults(tables={"trajectories": trajectories()})
+    record = verdict(results, {**ASKED, "other": ASKED["pluck"]})
     assert [record["runs"][run]["verdict"] for run in ("pluck", "other")] == ["failed", "good"]
     assert record["calibration"]["verdict"] == "good"
     results.failures = [failure("calibrate", "calibration", "cam3")]

@@ -3,8 +3,9 @@
 import math
 
 import pytest
+from scipy.stats import chi2
 
-from vidtrack.verdict.calibration_rules import Fit, camera_findings, graded, whole_findings
+from vidtrack.verdict.calibration_rules import Fit, by_chance, camera_findings, graded, whole_findings
 
 CAMERA = {"rms_px": 0.2}
 
@@ -30,6 +31,18 @@ def test_residuals_beyond_noise_and_survey_are_graded(misfit, level):
     assert (finding.level, finding.code) == (level, "residuals-unexplained")
     assert finding.text.startswith("cam1: ")
     assert "calibration.model: auto" in finding.cure
+
+
+@pytest.mark.parametrize("freedom", [3, 13, 40, 120])
+def test_chance_exceeds_its_limit_once_in_ten_thousand_times(freedom):
+    """Against scipy's chi-squared; the cube is good to a fifth of the probability."""
+    exceeded = chi2.sf(by_chance(freedom) ** 2 * freedom, freedom)
+    assert 0.7e-4 < exceeded < 1.5e-4
+
+
+def test_a_few_points_may_fit_worse_by_chance():
+    assert camera_findings("c", CAMERA, Fit(12, 12, 1.7, 13), {}) == []
+    assert camera_findings("c", CAMERA, Fit(12, 12, 1.9, 13), {})[0].level == "doubtful"
 
 
 def test_without_a_survey_tolerance_the_residual_itself_is_judged():

@@ -100,7 +100,11 @@ def _of_run(
     locate = own.record("locate")
     for camera, reading in own.readings.items():
         found += reading_findings(camera, reading)
-    if asked["mode"] != "waterline" and not any(finding.level == "failed" for finding in found):
+    if any(finding.level == "failed" for finding in found):
+        return found
+    if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
+        return [*found, _not_made(asked["cameras"], cameras)]
+    if asked["mode"] != "waterline":
         found += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
     held_out = ((results.back or {}).get("held_out") or {}).get("mean_3d")
     found += time_findings(own.readings, locate) + location_findings(locate, held_out)
@@ -109,6 +113,15 @@ def _of_run(
         used = [cameras[c] for c in asked["cameras"] if c in cameras]
         found += inherited("the calibration", judged([*whole, *(f for camera in used for f in camera.reasons)]))
     return found
+
+
+def _not_made(used: Sequence[str], cameras: Mapping[str, Judgement]) -> Finding:
+    """Why a run has no results although none of its own jobs failed."""
+    failed = [name for name in used if name in cameras and cameras[name].verdict == "failed"]
+    if failed:
+        text = f"nothing was located, because the calibration of {' and '.join(failed)} failed"
+        return Finding("failed", "calibration-failed", text, cameras[failed[0]].reasons[0].cure)
+    return Finding("failed", "not-made", "nothing was located", "See what failed before it, and run again.")
 
 
 def _fit(points: pd.DataFrame | None, record: Record) -> Fit:
@@ -131,7 +144,7 @@ def _fit(points: pd.DataFrame | None, record: Record) -> Fit:
     expected = sd**2 + (tolerance * per_unit)[:, None] ** 2
     residual = used[["residual_x", "residual_y"]].to_numpy(float)
     freedom = max(residual.size - len((record.get("uncertainty") or {}).get("names") or ()), 1)
-    return fit._replace(misfit=float(np.sqrt((residual**2 / expected).sum() / freedom)))
+    return fit._replace(misfit=float(np.sqrt((residual**2 / expected).sum() / freedom)), freedom=freedom)
 
 
 def _tracks(trajectories: pd.DataFrame | None) -> dict[str, Track]:

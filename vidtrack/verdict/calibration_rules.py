@@ -14,8 +14,11 @@ class Limits:
     """Where a number becomes a doubt, and where it becomes bad: each a pair (doubtful, bad)."""
 
     misfit: tuple[float, float] = (1.5, 4.0)
-    """Residuals over what centroid noise and survey tolerance allow (root of the reduced chi-squared). With 20 points
-    or more chance stays below 1.3."""
+    """Residuals over what centroid noise and survey tolerance allow (root of the reduced chi-squared), at least; of few
+    points chance alone makes more, see `by_chance`."""
+
+    chance: float = 3.7
+    """Standard deviations of the normal distribution that chance exceeds once in ten thousand times."""
 
     rms_px: tuple[float, float] = (1.0, 3.0)
     """px, reprojection error where the survey states no tolerance, so that there is no expectation: centroids of balls
@@ -39,17 +42,20 @@ LIMITS = Limits()
 
 
 class Fit(NamedTuple):
-    """How many points were found and used, and their residuals over the expected ones, NaN where that is unknown."""
+    """How many points were found and used; their residuals over the expected ones (root of the reduced chi-squared),
+    NaN where that is unknown, with its degrees of freedom."""
 
     found: int
     used: int
     misfit: float
+    freedom: int = 100
 
 
 def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: Mapping[str, Any]) -> list[Finding]:
     """One camera's calibration. record: camera.json; labelling: labelling.json."""
     out: list[Finding] = []
-    if level := graded(fit.misfit, LIMITS.misfit):
+    doubtful, bad = LIMITS.misfit
+    if level := graded(fit.misfit, (max(doubtful, by_chance(fit.freedom)), bad)):
         text = (
             f"{name}: the calibration points miss their projections by {fit.misfit:.2g} times what centroid noise and "
             f"survey tolerance explain ({record['rms_px']:.2g} px rms)"
@@ -98,6 +104,12 @@ def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
         cure = "Check units, tags and survey; use more points, spread in depth."
         out.append(Finding(level, "held-out-error-large", text, cure))
     return out
+
+
+def by_chance(freedom: int) -> float:
+    """The root of a reduced chi-squared that chance exceeds once in ten thousand times (Wilson and Hilferty's cube)."""
+    spread = 2 / (9 * freedom)
+    return float((1 - spread + LIMITS.chance * spread**0.5) ** 1.5)
 
 
 def graded(value: float | None, limits: tuple[float, float]) -> Level | None:
