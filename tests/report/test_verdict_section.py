@@ -18,12 +18,13 @@ def results():
     record = {"f": 10.95027, "standard_errors": {"f": 0.0718}, "rms_px": 0.2271, "n_points": 60, "model": "tsai"}
     bad = {"verdict": "bad", "reasons": [reason("bad", "the clock is not known")], "notes": [reason("note", "a note")]}
     doubt = {"verdict": "doubtful", "reasons": [reason("doubtful", "cam1: tag 3 was left out")], "notes": []}
+    whole = {**doubt, "reasons": [*doubt["reasons"], reason("doubtful", "the lens model is too plain")]}
     return Results(
         cameras={"cam1": CameraResults(record, {"points": 64})},
         runs={"pluck": run},
         verdict={
             "verdict": "bad",
-            "calibration": {**doubt, "cameras": {"cam1": doubt}},
+            "calibration": {**whole, "cameras": {"cam1": doubt}},
             "runs": {"pluck": bad, "gone": GOOD},
         },
     )
@@ -36,7 +37,7 @@ def test_each_run_and_each_camera_is_a_line():
         ["gone", "good", "–", "–", "–", "–"],
     ]
     assert cameras.rows == [
-        ["cam1", "doubtful", "60 of 64", "0.23", "10.950 ± 0.072", "tsai", "cam1: tag 3 was left out"]
+        ["cam1", "doubtful", "60 of 64", "0.23", "10.950 ± 0.072 mm", "tsai", "cam1: tag 3 was left out"]
     ]
 
 
@@ -44,7 +45,8 @@ def test_reasons_come_worst_first_with_their_cures_and_notes_apart():
     section = verdict_section(results(), "in")
     assert [(r.key, r.level, r.text, r.cure) for r in section.reasons] == [
         ("run-pluck", "bad", "the clock is not known.", "Do this."),
-        ("calibration", "doubtful", "cam1: tag 3 was left out.", "Do this."),
+        ("camera-cam1", "doubtful", "cam1: tag 3 was left out.", "Do this."),
+        ("calibration", "doubtful", "the lens model is too plain.", "Do this."),
     ]
     assert [note.text for note in section.notes] == ["a note."]
     assert section.line == "The calibration is doubtful; of 2 runs 1 bad, 1 good."

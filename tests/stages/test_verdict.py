@@ -88,6 +88,8 @@ def test_a_run_of_which_nothing_came_has_failed_and_one_with_a_failed_job_says_w
     failed = Finding("failed", "locate-failed", "runs.pluck: no two cameras saw a target")
     results = Results(runs={"pluck": RunResults(records={"locate": {"findings": as_records([failed])}})})
     record = verdict(results, ASKED)
+    half = verdict(experiment(lost=range(200), records={"compare": {"findings": as_records([failed])}}), ASKED)
+    assert [reason["level"] for reason in half["runs"]["pluck"]["reasons"]] == ["failed", "bad"]
     assert record["runs"]["pluck"]["verdict"] == "failed"
     assert record["runs"]["pluck"]["reasons"] == as_records([failed])
     assert record["calibration"] is None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import hypot
 from typing import Any
 
@@ -25,7 +25,9 @@ def verdict_section(results: Results, units: str) -> Verdict:
         tables.append(_runs_table(results, runs, units))
     if calibration:
         tables.append(_cameras_table(results, calibration["cameras"]))
-    entries = [("calibration", "Calibration", calibration)] if calibration else []
+    cameras: Record = calibration.get("cameras") or {}
+    entries = [(f"camera-{name}", f"Camera {name}", own) for name, own in cameras.items()]
+    entries += [("calibration", "Calibration", _without(calibration, cameras.values()))] if calibration else []
     entries += [(f"run-{name}", f"Run {name}", own) for name, own in runs.items()]
     reasons, notes = ([r for entry in entries for r in _reasons(*entry, key)] for key in ("reasons", "notes"))
     reasons.sort(key=lambda reason: -LEVELS.index(reason.level))
@@ -41,6 +43,12 @@ def _line(calibration: Record, runs: Record) -> str:
         parts.append(f"of {len(runs)} run{'s' if len(runs) > 1 else ''} {counted}")
     text = "; ".join(parts)
     return sentence(text[:1].upper() + text[1:])
+
+
+def _without(whole: Record, parts: Iterable[Record]) -> Record:
+    """The reasons and notes of the calibration as a whole that are no camera's."""
+    theirs = [finding for part in parts for finding in (*part["reasons"], *part["notes"])]
+    return {key: [finding for finding in whole[key] if finding not in theirs] for key in ("reasons", "notes")}
 
 
 def _reasons(key: str, about: str, own: Record, which: str) -> Iterator[Reason]:
@@ -85,7 +93,7 @@ def _cameras_table(results: Results, cameras: Record) -> Table:
         cells = [
             used,
             number(record.get("rms_px"), 2),
-            f"{f} ± {sd}" if record else "–",
+            f"{f} ± {sd} {'px' if record.get('dx') == record.get('dy') == 1 else 'mm'}" if record else "–",
             str(record.get("model") or "–"),
             _first(judgement),
         ]

@@ -100,10 +100,9 @@ def _of_run(
     locate = own.record("locate")
     for camera, reading in own.readings.items():
         found += reading_findings(camera, reading)
-    if any(finding.level == "failed" for finding in found):
-        return found
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
-        return [*found, _not_made(asked["cameras"], cameras)]
+        failed = any(finding.level == "failed" for finding in found)
+        return found if failed else [*found, _not_made(asked["cameras"], cameras)]
     if asked["mode"] != "waterline":
         found += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
     held_out = ((results.back or {}).get("held_out") or {}).get("mean_3d")
