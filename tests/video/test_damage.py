@@ -31,14 +31,15 @@ def read(path: Path) -> tuple[dict[Fraction, np.ndarray], list[Fraction], ReadAc
         return {time: luma for time, luma, _ in frames}, [time for time, _, corrupt in frames if corrupt], video.account
 
 
-def with_hole(whole: Path, which: int, *, seed: int = 3) -> Path:
-    """A copy in which up to 120 bytes within one packet, number `which`, are noise."""
+def with_hole(whole: Path, which: int, *, seed: int = 3, zeros: bool = False) -> Path:
+    """A copy in which up to 120 bytes within one packet, number `which`, are noise or zeros."""
     with av.open(str(whole)) as container:
         packets = [(packet.pos, packet.size) for packet in container.demux(container.streams.video[0]) if packet.size]
     place, size = packets[which]
     data = bytearray(whole.read_bytes())
     begin, length = place + size // 3, min(120, size // 3)
-    data[begin : begin + length] = np.random.default_rng(seed).integers(0, 256, length, dtype=np.uint8).tobytes()
+    noise = np.random.default_rng(seed).integers(0, 256, length, dtype=np.uint8)
+    data[begin : begin + length] = bytes(length) if zeros else noise.tobytes()
     hurt = whole.with_stem("hurt")
     hurt.write_bytes(data)
     return hurt
@@ -247,3 +248,75 @@ def test_a_picture_of_another_size_is_left_out_and_said(tmp_path):
         account = video.account
     assert shapes == {(120, 160)}
     assert any("of another size left out" in line for line in account.problems)
+
+
+def unlike(name, tmp_path, options, which, n=60):
+    """Times of the pictures that differ, and of those that are flagged, where a packet has a hole of zeros."""
+    path = make_clip(
+        tmp_path / name, "libx264", "yuv420p", n=n, options=options, picture=moving_ball(160, 120, 1.5, 5.0)
+    )
+    whole, *_ = read(path)
+    hurt, flagged, _ = read(with_hole(path, which, zeros=True))
+    return {time for time, luma in hurt.items() if not np.array_equal(luma, whole[time])}, set(flagged)
+
+
+PYRAMID = {"g": "30", "bf": "7", "sc_threshold": "0", "x264-params": "b-pyramid=normal:b-adapt=0"}
+
+
+@pytest.mark.parametrize("which", range(1, 17))
+def test_what_is_built_on_a_damaged_b_picture_is_flagged(tmp_path, which):
+    """With a pyramid, B pictures are references: called harmless, they let 20 pictures up to 4.7 px off pass."""
+    wrong, flagged = unlike("a.mp4", tmp_path, PYRAMID, which)
+    assert wrong <= flagged
+
+
+@pytest.mark.parametrize("which", range(19, 26))
+def test_pictures_shown_before_a_key_frame_are_not_cleared_by_it(tmp_path, which):
+    """Open groups: what is coded behind a key frame and shown before it is built on the group before, too."""
+    options = {"g": "24", "bf": "3", "sc_threshold": "0", "x264-params": "open-gop=1:b-adapt=0"}
+    wrong, flagged = unlike("a.mkv", tmp_path, options, which, n=60)
+    assert wrong <= flagged
+
+
+def test_damage_that_nothing_is_built_on_costs_one_picture(tmp_path):
+    options = {"g": "30", "bf": "3", "sc_threshold": "0", "x264-params": "b-pyramid=none:b-adapt=0"}
+    wrong, flagged = unlike("a.mp4", tmp_path, options, 7)
+    assert len(flagged) == 1
+    assert wrong <= flagged
+
+
+@pytest.mark.parametrize("way", ["zeros", "cut"])
+def test_a_raw_dv_tape_with_a_hole_shows_no_wrong_picture_without_a_flag(tmp_path, way):
+    picture = moving_ball(720, 480, speed=8.0)
+    path = make_clip(tmp_path / "a.dv", "dvvideo", "yuv411p", n=12, size=(720, 480), picture=picture)
+    whole, *_ = read(path)
+    data, at = path.read_bytes(), 4 * 120_000 + 50_000
+    path.write_bytes(data[:at] + (bytes(3000) if way == "zeros" else b"") + data[at + 3000 :])
+    hurt, flagged, account = read(path)
+    wrong = {time for time, luma in hurt.items() if time not in whole or not np.array_equal(luma, whole[time])}
+    assert wrong
+    assert wrong <= set(flagged)
+    assert account.problems
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "pix_fmt", "options"),
+    [
+        ("a.mov", "mjpeg", "yuvj420p", {}),
+        ("a.mp4", "libx264", "yuv420p", {"g": "5", "bf": "0"}),
+        ("a.mkv", "ffv1", "gray", {"level": "3", "g": "1", "slicecrc": "1"}),
+    ],
+)
+def test_a_first_picture_that_cannot_be_decoded_moves_no_time(tmp_path, name, codec, pix_fmt, options):
+    """Times counted from the first picture that came out were one to thirty pictures late."""
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=20, options=options, timecode="10:00:00:00")
+    whole, *_ = read(path)
+    with av.open(str(path)) as container:
+        coded = bytes(next(packet for packet in container.demux(video=0) if packet.size))
+    path.write_bytes(path.read_bytes().replace(coded, bytes(len(coded))))
+    with open_video(str(path)) as video:
+        frames = {frame.time: frame.luma.copy() for frame in video.frames() if not frame.corrupt}
+        first_label = video.info.time.labels(float(min(frames)))
+    assert 0 < len(frames) < 20
+    assert all(np.array_equal(luma, whole[time]) for time, luma in frames.items())
+    assert first_label == f"10:00:00:{20 - len(frames):02d}"

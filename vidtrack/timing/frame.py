@@ -18,7 +18,8 @@ class Frame(NamedTuple):
     """One picture of a video.
 
     index     0 for the first picture that was read, 1 for the next: a count of pictures, not of time
-    time      s after the first picture, exact, from the picture's own time stamp
+    time      s after the recording's first picture, exact, from the picture's own time stamp; not 0 for the first that
+              is given where those before it could not be decoded
     luma      (height, width) uint8 or uint16, read only: a view of the decoder's own picture. It may be held over the
               next frames, but every one that is held keeps a whole picture in memory: copy the part that must last.
               Levels are as stored: 16 to 235 stays 16 to 235, and `bits` of the recording says how far they reach
@@ -50,7 +51,8 @@ class VideoInfo:
     n_frames_hint  how many pictures the container claims; never to be relied on
     duration       s that the container claims, None where it only guesses; tells a recording that is cut off
     is_still       one picture, no time
-    start          s, the first picture's time stamp on the container's own scale, which its sound shares
+    start          s, the time stamp of the recording's first picture on the container's scale, which its sound shares
+    first_shown    s after `start`: the time of the first picture that could be decoded, most often 0
     time           from time stamps to seconds since midnight and labels
     """
 
@@ -70,6 +72,7 @@ class VideoInfo:
     duration: Fraction | None = None
     is_still: bool = False
     start: Fraction = Fraction(0)
+    first_shown: Fraction = Fraction(0)
     time: TimeBase = field(default_factory=lambda: TimeBase(Fraction(25), Fraction(25)))
 
 

@@ -170,21 +170,32 @@ def time_base(rate: Fraction, code: Timecode | None = None, *, source: str = "no
 
 
 def base_from_labels(
-    labels: Mapping[str, str], rate: Fraction, bases: Mapping[str, Fraction] | None = None
+    labels: Mapping[str, str], rate: Fraction, bases: Mapping[str, Fraction] | None = None, shown: float = 0.0
 ) -> TimeBase:
     """The TimeBase by the first of several sources -> label of the first frame that can be read; none without one.
 
     bases  source -> labels a second, where that is known
+    shown  s: the time of the first picture that could be decoded, whose own label gop, sei and dv give
     A group header (gop) that counts from zero is no time code: encoders write it unasked.
     """
     for source, label in labels.items():
         if source == "gop" and label.startswith("00:00:00"):
             continue
         try:
-            return time_base(rate, parse(label, code_rate_of(rate, (bases or {}).get(source))), source=source)
+            code = parse(label, code_rate_of(rate, (bases or {}).get(source)))
+            return time_base(rate, code + -frames_before(source, shown, code.rate), source=source)
         except ValueError:
             continue
     return time_base(rate)
+
+
+def frames_before(source: str, shown: float, code_rate: Fraction) -> int:
+    """By how many frames of the code the label of a source is later than the recording's first frame.
+
+    A container's label is that of its first frame; one within the coded stream is that of its own picture, the first
+    that could be decoded, `shown` s after the recording's first.
+    """
+    return round(shown * float(code_rate)) if source in ("gop", "sei", "dv") else 0
 
 
 def code_rate_of(rate: Fraction, base: Fraction | None = None) -> Fraction:

@@ -1,244 +1,91 @@
-"""What became of a recording while it was read: damage, gaps in time, pictures that show nothing.
+"""Which decoded pictures may be damaged.
 
 A decoder hides most damage: it fills in from the picture before and says so, at best, in its log. So three things
-are watched: packets that it refuses, errors that it logs (they belong to the packet in hand, or with several
-threads to one of the last few), and the time stamps, in which a lost picture leaves a gap. Whatever was decoded
-from a damaged picture, up to the next key frame, is suspect too, unless the damaged one was a B picture, which
-others seldom build on.
+are watched: packets that it refuses, errors that it logs (they belong to the packet in hand, or with several threads
+to one of the last few), and packets whose own structure is broken. Whatever may be built on a damaged picture is
+suspect too, up to the next key frame in the order of coding, and behind that frame what is shown before it; unless the
+stream says that no picture is built on the damaged one.
 """
 
 from __future__ import annotations
 
-from array import array
 from collections import deque
 from typing import Any
 
-import numpy as np
-
-from vidtrack.timing.frame import Luma, ReadAccount, VideoInfo
-
-_EVERY = 31
-"""One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not
-fall in step with pictures that a change of frame rate repeated."""
-
-_EARLY, _BEGINNING = 7, 62
-"""At the beginning more often, so that short recordings are looked at too."""
-
-_DARK = 5.0
-"""Grey levels, standard deviation over a picture, up to which it may show nothing but noise."""
-
-_STANDS_OUT = 8.0
-"""Standard deviations of a picture's levels by which anything that is seen in it stands out."""
-
-_CODING = 12.0
-"""Of 255, share of the greatest level by which codecs let the same picture differ from one frame to the next."""
+from vidtrack.video.bitstream import Bitstream
 
 _B = 3
-"""AV_PICTURE_TYPE_B, of pictures that others seldom build on."""
-
-_TELL = 3
-"""How many places of damage an account names before it only counts."""
+"""AV_PICTURE_TYPE_B: in codecs called MPEG and in VC-1, of pictures that no others are built on."""
 
 
-class Watch:
-    """Keeps count while a recording is read, at a cost that hides behind the decoder."""
+class DamageWatch:
+    """Follows damage from packets to pictures, at a cost that hides behind the decoder.
 
-    def __init__(self, in_hand: int) -> None:
-        """in_hand  how many packets the decoder may be at work on at once"""
-        self._recent: deque[int | None] = deque(maxlen=in_hand)
+    bitstream          what tells whether pictures are built on a packet's
+    packets_in_flight  how many packets the decoder may be at work on at once
+    groups             key frames that damage may reach over: 2 where a container (MPEG-PS, TS) gives few packets a time
+                       stamp of their own, so that a lost one moves those behind it in time; else 1
+    """
+
+    def __init__(self, bitstream: Bitstream, packets_in_flight: int, groups: int = 1) -> None:
+        self._bitstream = bitstream
+        self._in_flight: deque[Any] = deque(maxlen=packets_in_flight)
+        self._damaged: deque[list[int]] = deque([[]], maxlen=groups + 1)  # by group, what others may be built on
+        self._groups = groups
+        self._key: int | None = None
         self._suspects: dict[int, tuple[int, ...]] = {}  # time stamp -> those of the damage that it may come from
-        self._wake: list[int] = []  # damage that what is decoded now may build on
         self._harmless: set[int] = set()
-        self._shown_corrupt = False
-        self._times = array("d")
-        self._corrupt = array("q")
-        self._refused = self._backwards = self._other_size = 0
-        self._said = ""
-        self._notes: list[str] = []
-        self._broken_off = ""
-        self._seen = array("d")  # least, greatest, mean level and standard deviation of each picture looked at
-        self._compared = array("q")  # pictures compared with the next
-        self._alike = array("b")  # 2 the very same, 1 but for what coding does, 0 not
-        self._before: Luma | None = None
+        self._spreads_over = (
+            0  # so many key frames as they are shown: damage without a time stamp, or in no packet seen
+        )
+        self.said = ""
+        """What the decoder said first."""
+        self.refused = 0
+        """Packets that it refused."""
 
-    def sent(self, pts: int | None, key: bool) -> None:
+    def sent(self, packet: Any) -> None:
         """A packet goes to the decoder."""
-        self._recent.append(pts)
-        if key:
-            self._wake.clear()
-        elif self._wake and pts is not None:
-            self._suspects[pts] = tuple(self._wake)
+        self._in_flight.append(packet)
+        pts = packet.pts
+        if packet.is_keyframe:
+            self._damaged.append([])
+            self._key = pts
+        leads = self._key is not None and pts is not None and pts < self._key
+        groups = list(self._damaged)[-(self._groups + leads) :]
+        if any(groups) and pts is not None:
+            self._suspects[pts] = tuple(origin for group in groups for origin in group)
 
-    def complained(self, why: str, *, refused: bool) -> None:
-        """The decoder logged an error while it worked on the last packets, or refused the last one altogether."""
-        self._said = self._said or why.strip()
-        self._refused += refused
-        origins = [pts for pts in self._recent if pts is not None]
-        self._wake += origins
-        self._suspects.update({pts: (*self._suspects.get(pts, ()), pts) for pts in origins})
+    def complained(self, why: str, *, refused: bool = False, alone: bool = False) -> None:
+        """The decoder logged an error while it worked on the packets in flight, or refused the last one altogether.
 
-    def broken_off(self, error: Exception) -> None:
-        """The container could not be read at some place."""
-        self._broken_off = getattr(error, "strerror", None) or str(error)
+        alone  whether it is known to be the last one, by what is broken in it
+        """
+        self.said = self.said or why.strip()
+        self.refused += refused
+        for packet in list(self._in_flight)[-1:] if alone else self._in_flight:
+            pts = packet.pts
+            if pts is None:
+                self._spreads_over = 2  # the next one may have been in flight already
+                continue
+            self._suspects[pts] = (*self._suspects.get(pts, ()), pts)
+            if refused or self._groups > 1 or self._bitstream.is_reference(packet) is not False:
+                self._damaged[-1].append(pts)
 
-    def noted(self, what: str) -> None:
-        """Something else that a person should know of the recording."""
-        self._notes.append(what)
-
-    def other_size(self) -> None:
-        """A picture of another size than the first, which is left out."""
-        self._other_size += 1
-
-    def is_suspect(self, picture: Any) -> bool:
-        """Whether a decoded picture is damaged, or built on one that is."""
+    def may_be_damaged(self, picture: Any) -> bool:
+        """Whether a decoded picture is damaged, or may be built on one that is."""
         corrupt = bool(picture.is_corrupt)
-        if not (corrupt or self._suspects or self._shown_corrupt):
+        if not (corrupt or self._suspects or self._spreads_over):
             return False
         pts = picture.pts
         origins = self._suspects.pop(pts, ())
-        if pts in origins and picture.pict_type == _B:
+        built_on = self._groups > 1 or picture.pict_type != _B or not self._bitstream.b_is_no_reference
+        if pts in origins and not built_on:
             self._harmless.add(pts)
-            self._wake = [origin for origin in self._wake if origin != pts]
-        if picture.key_frame:
-            self._shown_corrupt = False
-        found = corrupt or self._shown_corrupt or any(at == pts or at not in self._harmless for at in origins)
-        # some damage is told by the picture alone: what comes after it in time up to the next key frame is suspect
-        self._shown_corrupt = self._shown_corrupt or (corrupt and picture.pict_type != _B)
-        return found
-
-    def picture(self, index: int, time: float, luma: Luma, corrupt: bool) -> None:
-        """One picture that was decoded and is given on."""
-        if self._times and time <= self._times[-1]:
-            self._backwards += 1
-        self._times.append(time)
-        if corrupt:
-            self._corrupt.append(index)
-        if self._before is not None:
-            self._compared.append(index - 1)
-            self._alike.append(_alikeness(self._before, luma))
-            self._before = None
-        if index % (_EARLY if index < _BEGINNING else _EVERY) == 0 or index == _EVERY:
-            some = luma[:: 1 + luma.size // 40_000]
-            self._seen.extend((float(luma.min()), float(luma.max()), float(some.mean()), float(some.std())))
-            self._before = luma.copy()
-
-    def reason(self) -> str:
-        """The first thing that went wrong, for an error message; empty when nothing did."""
-        said = self._said or self._broken_off
-        return f" ({said})" if said else ""
-
-    def account(self, info: VideoInfo, *, ended: bool = True) -> ReadAccount:
-        """The whole story, one line for each thing that a person should know.
-
-        ended  whether reading came to the end of the file: where somebody stopped before, nothing is missing there
-        """
-        times = np.array(self._times)
-        base = info.time.fitted(times)
-        gaps = _gaps(times, float(base.rate)) if base.constant else {}
-        cut = _missing_at_end(times, info, float(base.rate)) if ended else 0
-        n, corrupt = len(times), len(self._corrupt)
-        told = [
-            *self._notes,
-            _count(self._refused, "packet refused by the decoder", "packets refused by the decoder") + self.reason()
-            if self._refused
-            else "",
-            f"the file could not be read everywhere ({self._broken_off})" if self._broken_off else "",
-            _count(corrupt, "picture is damaged", "pictures are damaged") + _where(self._corrupt.tolist(), "frame")
-            if corrupt
-            else "",
-            _count(sum(gaps.values()), "picture is missing", "pictures are missing")
-            + _where(list(gaps), "before frame")
-            if gaps
-            else "",
-            f"the recording ends {cut} pictures before its header says: it is cut off, or the header is wrong"
-            if cut
-            else "",
-            _count(self._backwards, "time stamp does", "time stamps do") + " not move forward"
-            if self._backwards
-            else "",
-            _count(self._other_size, "picture", "pictures") + " of another size left out" if self._other_size else "",
-            *self._shows_nothing(n, info.bits),
-        ]
-        return ReadAccount(n, sum(gaps.values()) + cut, corrupt, tuple(line for line in told if line))
-
-    def _shows_nothing(self, n: int, bits: int) -> list[str]:
-        told = []
-        if self._seen and _blank(np.reshape(self._seen, (-1, 4)), bits).all():
-            looked = len(self._seen) // 4
-            told.append(f"the picture is blank in all {looked} of {n} pictures looked at: nothing was recorded")
-        elif stuck := _stuck(np.array(self._compared), np.array(self._alike)):
-            told.append(stuck)
-        return told
-
-
-def _alikeness(before: Luma, now: Luma) -> int:
-    """2 for the very same picture, 1 where only coding tells them apart: the noise, too, is that of before; else 0."""
-    if np.array_equal(before, now):
-        return 2
-    some = slice(None, None, 1 + before.size // 40_000)
-    a, b = before[some].astype(np.float32), now[some].astype(np.float32)
-    if np.abs(a - b).sum() > 0.5 * np.abs(np.diff(a, axis=1)).sum():
-        return 0
-    off = np.maximum(before, now) - np.minimum(before, now)
-    return int(off.max() <= _CODING / 255 * int(now.max()))
-
-
-def _blank(seen: np.ndarray[Any, np.dtype[np.float64]], bits: int) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Whether pictures (least, greatest, mean level, standard deviation) show nothing, or nothing but noise."""
-    low, high, mean, sd = seen.T * 255.0 / (2**bits - 1)
-    noise = (sd <= _DARK) & (np.maximum(high - mean, mean - low) <= _STANDS_OUT * sd)
-    return np.asarray((high - low <= 8) | noise)
-
-
-def _stuck(at: np.ndarray[Any, np.dtype[np.int64]], alike: np.ndarray[Any, np.dtype[np.int8]]) -> str:
-    """What is to be said of pictures `at` that are like the next; nothing where they change as pictures do."""
-    if np.count_nonzero(at % _EVERY == 0) >= 5:
-        alike, at = alike[at % _EVERY == 0], at[at % _EVERY == 0]
-    if len(at) < 2:
-        return ""
-    if (alike == 2).all():
-        return "the same picture over and over: the recording, or its playback, was stuck"
-    if alike.all():
-        return "nothing changes from picture to picture: the recording was stuck, or everything in it is at rest"
-    begins = int(np.argmax(alike > 0))
-    if begins and np.count_nonzero(alike) >= 3 and np.mean(alike[begins:] > 0) > 0.8:  # key frames are coded anew
-        return (
-            f"nothing changes from picture to picture from about frame {at[begins]} on: the recording got stuck, "
-            "or everything in it came to rest"
-        )
-    repeated = float(np.mean(alike == 2))
-    if len(at) >= 5 and repeated > 0.15:
-        return (
-            f"about {100 * repeated:.0f} % of the pictures repeat the one before: "
-            "a converted frame rate, or a stuck player"
-        )
-    return ""
-
-
-def _gaps(times: np.ndarray[Any, np.dtype[np.float64]], rate: float) -> dict[int, int]:
-    """Frame -> how many pictures are missing before it, from the time stamps of constant-rate video."""
-    missing = np.rint(np.diff(times) * rate).astype(int) - 1
-    return {int(at) + 1: int(missing[at]) for at in np.flatnonzero(missing > 0)}
-
-
-def _missing_at_end(times: np.ndarray[Any, np.dtype[np.float64]], info: VideoInfo, rate: float) -> int:
-    if info.is_still or info.duration is None or not len(times):
-        return 0
-    missing = (float(info.duration) - float(times[-1])) * rate - 1
-    return round(missing) if missing > 1.5 else 0  # one frame more or less is rounding, or a repeated last stamp
-
-
-def _count(n: int, one: str, many: str) -> str:
-    return f"{n} {one if n == 1 else many}"
-
-
-def _where(frames: list[int], word: str) -> str:
-    """ ": frames 3, 5 to 9 and so on": runs of frames, the first few of them."""
-    runs: list[tuple[int, int]] = []
-    for frame in frames:
-        if runs and frame == runs[-1][1] + 1:
-            runs[-1] = (runs[-1][0], frame)
-        else:
-            runs.append((frame, frame))
-    told = [f"{a}" if a == b else f"{a} to {b}" for a, b in runs[:_TELL]]
-    return f" ({word} {', '.join(told)}{f' and {len(runs) - _TELL} places more' if len(runs) > _TELL else ''})"
+            for group in self._damaged:
+                group[:] = [origin for origin in group if origin != pts]
+        if picture.key_frame and not corrupt:
+            self._spreads_over = max(0, self._spreads_over - 1)
+        found = corrupt or self._spreads_over or any(at == pts or at not in self._harmless for at in origins)
+        if corrupt and built_on and pts not in origins:
+            self._spreads_over = max(1, self._spreads_over)
+        return bool(found)

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.ltc import Reading, Words, chained, code_rate, joined, read_words
-from vidtrack.timing.timebase import Anchor, TimeBase, code_rate_of, time_base
+from vidtrack.timing.timebase import Anchor, TimeBase, code_rate_of, frames_before, time_base
 from vidtrack.timing.timecode import exact_rate, frame_from_label, label_from_frame, parse
 from vidtrack.video.embedded_timecode import ZERO, code_of_dv
 from vidtrack.video.sound import sound_blocks, sound_tracks
@@ -86,6 +86,7 @@ def find_time(path: str, info: VideoInfo, *, start_timecode: str | None = None, 
     for source, label in info.timecodes.items():
         try:
             code = parse(label, code_rate_of(info.rate, info.code_bases.get(source)))
+            code += -frames_before(source, float(info.first_shown), code.rate)
             bases.setdefault(source, time_base(info.rate, code, source=source))
         except ValueError as error:
             notes[source] = f"cannot be used: {error}"

@@ -1,0 +1,183 @@
+"""How many wrong pictures of damaged recordings pass without a flag.
+
+    python benchmarks/damage.py                      1200 recordings, about 4 minutes on one core
+    python benchmarks/damage.py --count 240 --kinds raw.dv h264-pyramid.mp4
+
+Small recordings of a ball that moves over texture, in many codecs and containers, are damaged in the middle of the file
+in seven ways (a byte, a stretch of noise or zeros, bytes cut out or put in) and read. A picture is wrong where a block
+of 8 x 8 pixels is off by more than 6 grey levels on the mean from the same moment of the undamaged reading, or where
+that has no such moment. Wrong and not flagged is what must not be. Everything is seeded: one number makes one
+recording again (--seed).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tests.files.clips import make_clip
+from vidtrack.errors import VidtrackError
+from vidtrack.video.reader import open_video
+
+N = 60
+RATE = Fraction(30000, 1001)
+WRONG = 6.0
+"""Grey levels, on the mean over a block of 8 x 8 pixels."""
+
+
+class Kind(NamedTuple):
+    """How a recording is made."""
+
+    codec: str
+    pix_fmt: str
+    options: dict[str, str]
+    size: tuple[int, int] = (160, 120)
+
+
+X264 = {"g": "24", "crf": "18", "sc_threshold": "0"}
+KINDS = {
+    "h264.mp4": Kind("libx264", "yuv420p", X264 | {"bf": "2", "x264-params": "b-pyramid=none"}),
+    "h264-pyramid.mp4": Kind("libx264", "yuv420p", X264 | {"bf": "7", "x264-params": "b-pyramid=normal:b-adapt=0"}),
+    "h264-pyramid.mkv": Kind("libx264", "yuv420p", X264 | {"bf": "3", "x264-params": "b-pyramid=normal:b-adapt=0"}),
+    "h264-open-gop.ts": Kind("libx264", "yuv420p", X264 | {"bf": "3", "x264-params": "open-gop=1:b-adapt=0"}),
+    "h264-slices.mov": Kind("libx264", "yuv420p", X264 | {"bf": "0", "x264-params": "slices=4"}),
+    "hevc.mp4": Kind("libx265", "yuv420p", {"x265-params": "log-level=none:keyint=24:bframes=4:pools=1"}),
+    "mpeg2.mpg": Kind("mpeg2video", "yuv420p", {"b": "3M", "bf": "2", "g": "12"}),
+    "mpeg2.mxf": Kind("mpeg2video", "yuv422p", {"b": "5M", "g": "12"}),
+    "mpeg4.avi": Kind("mpeg4", "yuv420p", {"b": "2M", "bf": "2", "g": "24"}),
+    "mjpeg.avi": Kind("mjpeg", "yuvj420p", {"qmin": "2", "qmax": "3"}),
+    "mjpeg.mov": Kind("mjpeg", "yuvj420p", {"qmin": "2", "qmax": "3"}),
+    "raw.dv": Kind("dvvideo", "yuv411p", {}, (720, 480)),
+    "dv.avi": Kind("dvvideo", "yuv411p", {}, (720, 480)),
+    "ffv1.mkv": Kind("ffv1", "gray", {"level": "3", "g": "1", "slicecrc": "1"}),
+    "ffv1.avi": Kind("ffv1", "gray", {"level": "1", "g": "1"}),
+    "prores.mov": Kind("prores_ks", "yuv422p10le", {}),
+}
+
+WAYS = ("a byte", "a few bytes", "noise", "much noise", "zeros", "cut out", "put in")
+
+
+def scene(size: tuple[int, int], deep: bool) -> Callable[[int], np.ndarray]:
+    """Pictures of two balls that move over a still texture, with noise."""
+    width, height = size
+    Y, X = np.mgrid[:height, :width].astype(np.float32)
+    still = 70 + 25 * np.sin(X / 7) * np.cos(Y / 9) + np.random.default_rng(1).normal(0, 6, (height, width))
+
+    def picture(i: int) -> np.ndarray:
+        levels = still.copy()
+        for k, (speed, row) in enumerate(((1.5, 0.3), (-1.1, 0.7))):
+            x, y = (20 + speed * i) % width, row * height + 12 * np.sin(i / 9 + k)
+            levels += 120 / (1 + np.exp(np.clip(1.2 * (np.hypot(X - x, Y - y) - 6), -50, 50)))
+        levels = np.clip(levels + np.random.default_rng(i).normal(0, 1.5, levels.shape), 16, 235)
+        return np.rint(levels * 4).astype(np.uint16) if deep else np.rint(levels).astype(np.uint8)
+
+    return picture
+
+
+def damaged(data: bytes, way: str, rng: np.random.Generator) -> bytes:
+    """The bytes of a file, spoilt somewhere in its middle eight tenths."""
+    at = int(rng.integers(len(data) // 10, 9 * len(data) // 10))
+    length = int(
+        {
+            "a byte": 1,
+            "a few bytes": rng.integers(2, 17),
+            "noise": rng.integers(50, 500),
+            "cut out": rng.integers(1, 300),
+        }.get(way, rng.integers(500, 5000))
+    )
+    if way == "cut out":
+        return data[:at] + data[at + length :]
+    fresh = bytes(length) if way == "zeros" else rng.integers(0, 256, length, dtype=np.uint8).tobytes()
+    return data[:at] + fresh + data[at + (0 if way == "put in" else length) :]
+
+
+def read(path: Path) -> tuple[dict[int, np.ndarray], dict[int, bool], tuple[str, ...]]:
+    """Levels and flags by the nearest whole frame of their time, and what the account says."""
+    levels: dict[int, np.ndarray] = {}
+    flags: dict[int, bool] = {}
+    with open_video(str(path)) as video:
+        scale = 255 / (2**video.info.bits - 1)
+        for frame in video.frames():
+            moment = round(float(frame.time * RATE))
+            flags[moment] = flags.get(moment, True) and frame.corrupt
+            if not (moment in levels and frame.corrupt):
+                levels[moment] = frame.luma.astype(np.float32) * np.float32(scale)
+        return levels, flags, video.account.problems
+
+
+def off(a: np.ndarray, b: np.ndarray) -> float:
+    """Grey levels, the worst block of 8 x 8 pixels."""
+    if a.shape != b.shape:
+        return np.inf
+    height, width = (8 * (n // 8) for n in a.shape)
+    blocks = np.abs(a - b)[:height, :width].reshape(height // 8, 8, width // 8, 8)
+    return float(blocks.mean(axis=(1, 3)).max())
+
+
+class Outcome(NamedTuple):
+    """wrong: pictures; silent: of them, without a flag; flagged: pictures; needless: of them, not wrong."""
+
+    wrong: int
+    silent: int
+    flagged: int
+    needless: int
+    said: bool
+    refused: bool
+
+
+def outcome(path: Path, whole: dict[int, np.ndarray]) -> Outcome:
+    try:
+        levels, flags, problems = read(path)
+    except VidtrackError:
+        return Outcome(0, 0, 0, 0, True, True)
+    wrong = {t for t, own in levels.items() if t not in whole or off(own, whole[t]) > WRONG}
+    flagged = {t for t, flag in flags.items() if flag}
+    return Outcome(len(wrong), len(wrong - flagged), len(flagged), len(flagged - wrong), bool(problems), False)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=1200, help="recordings in all")
+    parser.add_argument("--kinds", nargs="*", default=list(KINDS))
+    parser.add_argument("--seed", type=int, help="one recording alone, with all that is said of it")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        clips: dict[str, tuple[bytes, dict[int, np.ndarray]]] = {}
+        for name in arguments.kinds:
+            kind = KINDS[name]
+            path = Path(folder) / name
+            picture = scene(kind.size, kind.pix_fmt.endswith("10le"))
+            make_clip(path, kind.codec, kind.pix_fmt, n=N, size=kind.size, picture=picture, options=kind.options)
+            clips[name] = path.read_bytes(), read(path)[0]
+        found: dict[str, list[Outcome]] = {name: [] for name in arguments.kinds}
+        seeds = range(arguments.count) if arguments.seed is None else [arguments.seed]
+        for seed in seeds:
+            name = list(KINDS)[seed % len(KINDS)] if arguments.seed is not None else arguments.kinds[seed % len(clips)]
+            rng = np.random.default_rng([seed, list(KINDS).index(name)])
+            way = WAYS[int(rng.integers(len(WAYS)))]
+            path = Path(folder) / f"hurt-{name}"
+            data, whole = clips[name]
+            path.write_bytes(damaged(data, way, rng))
+            one = outcome(path, whole)
+            found[name].append(one)
+            if one.silent or arguments.seed is not None:
+                print(f"  {name} {seed}: {way}: {one}", file=sys.stderr)
+    heads = {"files": 6, "refused": 8, "wrong": 6, "unflagged": 10, "in files": 9, "flagged": 8, "needless": 9}
+    print(f"{'kind':18} " + " ".join(f"{word:>{width}}" for word, width in heads.items()))
+    for name, ones in [*found.items(), ("all", [one for own in found.values() for one in own])]:
+        print(
+            f"{name:18} {len(ones):6} {sum(o.refused for o in ones):8} {sum(o.wrong for o in ones):6}"
+            f" {sum(o.silent for o in ones):10} {sum(o.silent > 0 for o in ones):9} {sum(o.flagged for o in ones):8}"
+            f" {sum(o.needless for o in ones):9}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""What a coded picture says of itself before it is decoded: whether others are built on it, and damage that shows.
+
+Decoders take almost any bytes for a picture: zeros in an H.264 stream, where a copy has a hole, give a picture without
+a word. So the rules that no encoder breaks are checked, those that cost little: no three zeros within a unit of H.264
+or HEVC, whole units in a packet, the numbers that DV writes before every 80 bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+_DV_BLOCK, _DV_SEQUENCE = 80, 150
+"""Bytes of a DIF block, and blocks of a DIF sequence (IEC 61834-2, SMPTE ST 314)."""
+
+
+class Bitstream:
+    """The packets of one stream.
+
+    codec      libavcodec's name of it
+    extradata  of the stream; says whether units have their length before them (MP4, MKV) or start codes
+    """
+
+    def __init__(self, codec: str, extradata: bytes | None) -> None:
+        self._codec = codec
+        self.b_is_no_reference = codec.startswith(("mpeg", "vc1", "wmv3"))
+        """Whether no picture is built on those of type B."""
+        place = {"h264": 4, "hevc": 21}.get(codec)  # of the low bits that say how long the lengths are
+        counted = place is not None and extradata is not None and len(extradata) > place and extradata[0] == 1
+        self._key = b"\x65" if codec == "h264" else b"\x26"  # how a unit of a key frame begins
+        self._length = (extradata[place] & 3) + 1 if counted and extradata and place else 0
+        self.fault = {"dvvideo": _dv_fault}.get(codec) or (self._unit_fault if self._length else None)
+        """From a packet to what is wrong in it ("" where nothing is); None where nothing can be checked."""
+
+    def is_reference(self, packet: Any) -> bool | None:
+        """Whether other pictures may be built on this one; None where only the type of the decoded picture tells.
+
+        A packet whose units do not fit into it is not believed: True.
+        """
+        if self._codec in ("h264", "hevc"):
+            kinds = [unit[0] for unit in self._units(bytes(packet)) if unit]
+            if self._codec == "h264":
+                shown = [kind for kind in kinds if 1 <= kind & 31 <= 5]
+                return not shown or any(kind & 0x60 for kind in shown)  # nal_ref_idc
+            types = [kind >> 1 & 63 for kind in kinds]
+            return not any(kind < 32 for kind in types) or any(kind < 32 and (kind > 14 or kind % 2) for kind in types)
+        return None if self.b_is_no_reference else True
+
+    def _units(self, data: bytes) -> Iterator[bytes]:
+        """The beginnings of a packet's units."""
+        if self._length:
+            at = 0
+            while at + self._length < len(data):
+                size = int.from_bytes(data[at : at + self._length])
+                at += self._length
+                yield data[at : at + 2] if at + size <= len(data) else self._key
+                at += size
+            return
+        for part in data.split(b"\0\0\1")[1:]:
+            yield part[:2]
+
+    def _unit_fault(self, packet: Any) -> str:
+        data, at = bytes(packet), 0
+        while at < len(data):
+            size = int.from_bytes(data[at : at + self._length])
+            at += self._length
+            if size == 0 or at + size > len(data):
+                return "a unit of the stream does not fit its packet"
+            if any(data.find(three, at, at + size) >= 0 for three in (b"\0\0\0", b"\0\0\1", b"\0\0\2")):
+                return "zeros where no encoder writes any"
+            at += size
+        return ""
+
+
+def _dv_fault(packet: Any) -> str:
+    """Every block begins with its kind, its sequence and its number, in a fixed order."""
+    data = np.frombuffer(packet, np.uint8)
+    n = len(data) // _DV_BLOCK
+    if len(data) % _DV_BLOCK or n % _DV_SEQUENCE:
+        return ""  # of another size than one of DV's, such as DVCPRO HD
+    heads = data.reshape(n // _DV_SEQUENCE, _DV_SEQUENCE, _DV_BLOCK)[:, _DV_SEEN, :3]
+    good = (heads[..., 0] >> 5 == _DV_KIND) & (heads[..., 2] == _DV_NUMBER)
+    good &= heads[..., 1] >> 4 == (np.arange(len(heads)) % _sequences(len(heads)))[:, None]
+    return "" if good.all() else "blocks of a DV frame that are not in their places"
+
+
+def _sequences(n: int) -> int:
+    """Sequences of a channel: 10 at 525 lines, 12 at 625; DVCPRO 50 has two channels."""
+    return 12 if n % 12 == 0 else 10
+
+
+_DV_SEEN = np.array([0, *(7 + 16 * sound + k for sound in range(9) for k in range(15))])
+"""Blocks of a sequence that pictures hang on: its header, and the 15 behind each of the 9 blocks of sound."""
+
+_DV_KIND = np.array([0, *([4] * 135)], np.uint8)
+_DV_NUMBER = np.array([0, *range(135)], np.uint8)

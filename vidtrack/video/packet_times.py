@@ -1,0 +1,74 @@
+"""Time stamps of packets put right, for containers that only count them: raw DV and AVI.
+
+Behind a damaged frame the count is short, and only the packet's place in the file, and in AVI the index, say which
+frame it is.
+"""
+
+from __future__ import annotations
+
+from array import array
+from bisect import bisect_left
+from collections.abc import Callable
+from typing import Any
+
+HEADER = 8
+"""Bytes before a chunk of an AVI, at which its index points."""
+
+FARTHEST = 300
+"""Frames ahead in which a chunk that lies elsewhere than the index says is looked for by its size."""
+
+
+def retimer(container: Any, stream: Any) -> Callable[[Any], str]:
+    """A function that puts a packet's time stamp right and answers what is wrong with its place ("" for nothing)."""
+    if container.format.name == "dv":
+        return _by_size
+    if container.format.name == "avi":
+        return _ByIndex(stream)
+    return lambda packet: ""
+
+
+def _by_size(packet: Any) -> str:
+    packet.pts = round(packet.pos / packet.size) * packet.duration
+    return ""
+
+
+class _ByIndex:
+    """Finds packets of an AVI in its index: by their place, and behind a cut by their sizes, all shifted alike."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
+        self._ended: int | None = None
+        self._shift, self._at = 0, -1
+
+    def __call__(self, packet: Any) -> str:
+        apart, self._ended = self._ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + HEADER
+        if apart and not self._places:  # something lies between two pictures: sound, or one whose header is spoilt
+            for entry in self._stream.index_entries:
+                self._places.append(entry.pos + HEADER)
+                self._numbers.append(entry.timestamp)
+                self._sizes.append(entry.size)
+        if not self._places:
+            return ""
+        at = self._found(packet)
+        if at is None:
+            return "a chunk that is not in the file's index"
+        self._at = at
+        frame, counted = self._numbers[at], packet.dts if packet.dts is not None else packet.pts
+        if counted is not None and frame != counted:
+            packet.dts = frame
+            if packet.pts is not None:
+                packet.pts += frame - counted
+        return ""
+
+    def _found(self, packet: Any) -> int | None:
+        at = bisect_left(self._places, packet.pos + self._shift)
+        if at < len(self._places) and self._places[at] == packet.pos + self._shift:
+            return at
+        ahead = range(self._at + 1, min(self._at + FARTHEST, len(self._places)))
+        alike = [k for k in ahead if self._sizes[k] == packet.size]
+        if not alike:
+            return None
+        k = min(alike, key=lambda k: abs(self._places[k] - packet.pos))
+        self._shift = self._places[k] - packet.pos
+        return k
