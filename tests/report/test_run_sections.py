@@ -3,6 +3,7 @@
 import pandas as pd
 
 from vidtrack.report.run_sections import (
+    bodies_table,
     clock_lines,
     clock_table,
     comparison_table,
@@ -103,6 +104,12 @@ def test_run_up_statistics_are_those_of_the_record():
     table = run_up_table({"transects": {"a": {**own, "crests": 0}}}, "m")
     assert table.rows == [["a", "4", "75 %", "3", "1.5", "1", "5", "–", "0"]]
     assert run_up_table({}, "m") is None
+
+
+def test_a_body_is_a_line_with_the_share_of_each_flag():
+    own = {"samples": 90, "located": 81, "mean_rms": 0.00512, "flags": {"missing": 0.1}}
+    assert bodies_table({"bodies": {"float": own}}, "in").rows == [["float", "90", "90 %", "0.0051", "missing 10 %"]]
+    assert bodies_table({}, "in") is None
 
 
 def test_the_smoothings_record_is_a_line_for_each_target_and_axis():

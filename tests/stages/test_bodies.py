@@ -4,9 +4,10 @@ import pytest
 
 from tests.motion.test_rigid import FLOAT, targets, voyage
 from vidtrack.errors import VidtrackError
+from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.jobs import bodies as job
-from vidtrack.stages.bodies import COLUMNS, bodies
+from vidtrack.stages.bodies import COLUMNS, account, bodies
 from vidtrack.workflow.job import Job
 
 BODIES = {"float": {name: place.tolist() for name, place in zip("abc", FLOAT, strict=True)}}
@@ -56,6 +57,31 @@ def test_swapped_targets_are_flagged():
     assert (bodies(given, lopsided)["flag"] == "misfit").all()
 
 
+def test_a_body_that_is_not_rigid_is_a_finding_with_its_share():
+    given = trajectories()
+    given["target"] = given["target"].map({"a": "b", "b": "a", "c": "c"})
+    lopsided = {"float": {"a": [9, 0, 0], "b": [0, 5, 0], "c": [0, -9, 0]}}
+    record, findings = account(bodies(given, lopsided))
+    assert record["float"]["flags"] == {"misfit": 1.0}
+    assert [(f.level, f.code) for f in findings] == [("bad", "body-misfit")]
+    assert "body float: in 100 % of the samples" in findings[0].text
+    record, findings = account(bodies(trajectories(), BODIES))
+    assert findings == []
+    assert record["float"] == {"samples": 90, "located": 90, "flags": {}, "mean_rms": record["float"]["mean_rms"]}
+    assert 0.003 < record["float"]["mean_rms"] < 0.007  # the noise of each coordinate, 0.005
+
+
+def test_samples_without_a_target_are_counted_and_a_few_of_them_are_no_finding():
+    given = trajectories()
+    times = np.sort(given["time_s"].unique())
+    few = given[~(given["time_s"].isin(times[:4]) & (given["target"] == "a"))]
+    some = given[~(given["time_s"].isin(times[:9]) & (given["target"] == "a"))]
+    assert account(bodies(few, BODIES))[1] == []
+    record, findings = account(bodies(some, BODIES))
+    assert record["float"]["located"] == 81
+    assert [(f.level, f.code) for f in findings] == [("doubtful", "body-missing")]
+
+
 def test_without_sigmas_the_pose_is_the_same_and_its_uncertainty_unknown():
     table = bodies(trajectories(sigma=False), BODIES)
     assert table["x"].notna().all()
@@ -75,7 +101,9 @@ def test_a_body_of_two_targets_is_refused():
 def test_the_job_writes_degrees(tmp_path):
     source, out = str(tmp_path / "t.parquet"), str(tmp_path / "b.parquet")
     write_parquet(source, trajectories(), units="in", provenance={})
-    job.run(Job({"units": "in", "run": "pluck", "bodies": BODIES}, {"trajectories": source}, {"bodies": out}))
+    outputs = {"bodies": out, "record": str(tmp_path / "bodies.json")}
+    job.run(Job({"units": "in", "run": "pluck", "bodies": BODIES}, {"trajectories": source}, outputs))
+    assert read_json(outputs["record"])["bodies"]["float"]["samples"] == len(read_parquet(out))
     assert read_units(out)["roll"] == "deg"
     assert read_units(out)["sigma_x"] == "in"
     assert len(read_parquet(out)) == 90

@@ -22,6 +22,7 @@ def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure
         run_up_table(own.record("waterline"), units),
         clock_table(locate),
         correspondence_table(locate, units),
+        bodies_table(own.record("bodies"), units),
         smoothing_table(own.record("kinematics"), units),
     ]
     return Section(f"run-{name}", name, _lines(comparison, locate, units), [t for t in tables if t], figures)
@@ -218,6 +219,19 @@ def run_up_table(record: Record, units: str) -> Table | None:
         rows.append([name, number(own["frames"]), found, *heights, number(own["crests"])])
     header = ["transect", "frames", "edge found", f"mean z ({units})", "sd", "lowest", "highest", "R2", "crests"]
     return Table("Run-up: height z of the water's edge; R2: exceeded by 2 % of the crests", header, rows)
+
+
+def bodies_table(record: Record, units: str) -> Table | None:
+    """How each body was located; record: bodies.json."""
+    rows = []
+    for name, own in (record.get("bodies") or {}).items():
+        flags = ", ".join(f"{flag} {share(part)}" for flag, part in own["flags"].items()) or "none"
+        part = own["located"] / own["samples"] if own["samples"] else None
+        rows.append([name, number(own["samples"]), share(part, 4), number(own["mean_rms"], 2), flags])
+    if not rows:
+        return None
+    header = ["body", "samples", "located", f"targets off the rigid body ({units} rms)", "flags"]
+    return Table("Bodies", header, rows)
 
 
 def smoothing_table(record: Record, units: str) -> Table | None:

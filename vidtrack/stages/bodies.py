@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, Level
 from vidtrack.motion.rigid import angles_by_turn, fit_pose, quaternion, roll_pitch_yaw, unwrapped
 
 COLUMNS = {
@@ -29,6 +30,9 @@ NEAR_VERTICAL_DEG = 85.0
 """Beyond this pitch, roll and yaw turn about nearly the same axis and are flagged."""
 MISFIT = 9.0
 """Reduced chi squared beyond which the targets are not where a rigid body has them (3 sd, rms)."""
+
+SELDOM = 0.05
+"""Share of a body's samples below which a flag stays a flag and makes no finding."""
 
 Bodies = Mapping[str, Mapping[str, Sequence[float]]]
 
@@ -55,6 +59,44 @@ def bodies(trajectories: pd.DataFrame, bodies: Bodies, *, where: str = "bodies")
             )
         tables.append(_one(trajectories, name, {str(t): place for t, place in targets.items()}, where))
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame({name: [] for name in COLUMNS})
+
+
+def account(table: pd.DataFrame) -> tuple[dict[str, Any], list[Finding]]:
+    """How each body was located: its samples, those with a pose, the share of each flag, rms; and what to look at.
+
+    table   as `bodies` answers it
+    """
+    record, findings = {}, []
+    for name, rows in table.groupby("body", sort=False):
+        flags = rows["flag"].str.split(";").explode()
+        shares = {flag: float((flags == flag).sum() / len(rows)) for flag in flags.unique() if flag}
+        rms = rows["rms"].mean()
+        record[str(name)] = {
+            "samples": len(rows),
+            "located": int(rows["x"].notna().sum()),
+            "flags": shares,
+            "mean_rms": float(rms),
+        }
+        findings += _findings(str(name), shares, float(rms))
+    return record, findings
+
+
+def _findings(name: str, shares: Mapping[str, float], rms: float) -> list[Finding]:
+    found = []
+    for flag, meaning, cure in (
+        (
+            "misfit",
+            f"its targets are not where a rigid body has them ({rms:.2g} rms)",
+            "Measure the targets' coordinates in the body again; check that no two names are exchanged.",
+        ),
+        ("missing", "fewer than three of its targets were located", "Add targets to the body, or a camera."),
+        ("collinear", "its located targets lie on one line", "Add a target off that line."),
+    ):
+        if (share := shares.get(flag, 0.0)) > SELDOM:
+            level: Level = "bad" if share > 0.5 else "doubtful"
+            text = f"body {name}: in {100 * share:.0f} % of the samples {meaning}"
+            found.append(Finding(level, f"body-{flag}", text, cure))
+    return found
 
 
 def _one(trajectories: pd.DataFrame, name: str, targets: Mapping[str, Sequence[float]], where: str) -> pd.DataFrame:

@@ -159,6 +159,7 @@ rule bodies:
         trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
     output:
         bodies=f"{RESULTS}/runs/{{run}}/bodies.parquet",
+        record=f"{RESULTS}/runs/{{run}}/bodies.json",
         account=account("bodies", "{run}"),
     log:
         f"{LOGS}/bodies/{{run}}.log",
@@ -169,6 +170,7 @@ rule bodies:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack bodies --account {output.account:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
+        " --output record {output.record:q}"
 
 
 rule waterline:

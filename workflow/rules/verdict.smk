@@ -25,6 +25,7 @@ JUDGED += [
     for name in ("locate.json", "trajectories.parquet", "kinematics.json")
 ]
 JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
+JUDGED += [f"{RESULTS}/runs/{run}/bodies.json" for run in BODIED]
 JUDGED += [f"{RESULTS}/runs/{run}/waterline.json" for run in WATERLINES]
 BOOK.add("verdict", orders.verdict(SETTINGS, EXPERIMENT) | {"results": listed(JUDGED)})
 
