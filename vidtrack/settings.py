@@ -258,7 +258,7 @@ class Settings(Section):
     """The whole of config.yaml."""
 
     experiment: str = Field(".", description="the folder that holds calibration/ and runs/, and receives results/")
-    title: str = Field("", description="what the report is headed with; default: the experiment folder's name")
+    title: str = Field("", description="what the report is headed with; default: Experiment")
     units: Literal["m", "cm", "mm", "in", "ft"] = Field(description="the unit of every world length, in and out")
     cameras: Annotated[dict[Name, Camera], Field(min_length=1)] = Field(
         description="camera: its nominal values; named as its video files are"

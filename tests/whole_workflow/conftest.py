@@ -62,7 +62,7 @@ def snakemake(folder, *arguments, cores=2):
 
 def planned(folder, *arguments):
     """The jobs that Snakemake would run now, as {rule: how many}, `all` left out."""
-    answer = snakemake(folder, "-n", "-q", "rules", *arguments)
+    answer = snakemake(folder, "-n", *arguments, "-q", "rules")
     assert answer.returncode == 0, answer.stdout + answer.stderr
     jobs = {}
     for line in (answer.stdout + answer.stderr).splitlines():

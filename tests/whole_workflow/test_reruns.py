@@ -1,9 +1,13 @@
 """Only what depends on a change runs again (section 5 of the experiment folder's contract)."""
 
 import copy
+import json
 import os
 import shutil
+import subprocess
+import sys
 
+import pyarrow.parquet as pq
 import pytest
 
 from tests.whole_workflow.conftest import CONFIG, REPO, configure, planned, snakemake
@@ -143,3 +147,145 @@ def test_editing_a_stage_reruns_it_and_what_follows_and_a_comment_reruns_nothing
     assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {}
     stage.write_text(stage.read_text() + "\nEDITED = True\n")
     assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"compare": 2, **JUDGED_ANEW}
+
+
+def test_an_edited_template_rewrites_the_page(laboratory, another_house):
+    template = another_house / "vidtrack/report/templates/page.html"
+    template.write_text(template.read_text() + "<!-- edited -->")
+    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"report": 1}
+
+
+def test_another_version_of_a_library_reruns_the_rules_that_use_it(laboratory, tmp_path, monkeypatch):
+    """PyAV reads recordings: no calibration is computed with it, but all of them begin with one."""
+    installed = tmp_path / "site/av-99.0.dist-info"
+    installed.mkdir(parents=True)
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: av\nVersion: 99.0\n")
+    monkeypatch.setenv("PYTHONPATH", str(installed.parent))
+    targets = ["results/runs/still/centroids/cam1.parquet", "results/report.html"]
+    assert planned(laboratory, targets[0]) == {"track": 1}
+    jobs = planned(laboratory, targets[1])
+    assert (jobs["track"], jobs["calibration_points"]) == (4, 2)
+
+
+def contents(folder):
+    """Every file outside of .snakemake, with its date and what it holds."""
+    return {
+        str(path.relative_to(folder)): (path.stat().st_mtime_ns, path.read_bytes())
+        for path in folder.rglob("*")
+        if path.is_file() and ".snakemake" not in path.parts
+    }
+
+
+@pytest.mark.parametrize("call", ["-n", "--list", "--lint", "--unlock", "--summary"])
+def test_reading_the_workflow_writes_nothing(laboratory, call):
+    shutil.rmtree(laboratory / ".snakemake")
+    configure(laboratory, changed("runs.pluck.threshold", 90))
+    before = contents(laboratory)
+    snakemake(laboratory, call)
+    assert contents(laboratory) == before
+    assert not (laboratory / ".snakemake/vidtrack").exists()
+
+
+def threshold_used(folder, table):
+    provenance = json.loads(pq.read_schema(folder / table).metadata[b"provenance"])
+    return provenance["settings"]["detect"]["threshold"]
+
+
+def test_an_edit_while_a_job_runs_is_done_afterwards(laboratory):
+    """The job that runs was asked with the old settings and ends after the edit: its output is newer than all."""
+    table = "results/runs/still/centroids/cam1.parquet"
+    configure(laboratory, changed("runs.still.threshold", 90))
+    command = [sys.executable, "-m", "snakemake", "-s", str(REPO / "Snakefile"), "--directory", str(laboratory)]
+    with subprocess.Popen([*command, "--cores", "1", table], stderr=subprocess.PIPE, text=True) as running:
+        assert any("Following the targets of still" in line for line in running.stderr)
+        configure(laboratory, changed("runs.still.threshold", 120))
+        planned(laboratory)
+        running.communicate()
+    assert running.returncode == 0
+    assert threshold_used(laboratory, table) == 90
+    assert planned(laboratory, table) == {"track": 1}
+    assert snakemake(laboratory, table).returncode == 0
+    assert threshold_used(laboratory, table) == 120
+    assert planned(laboratory, table) == {}
+
+
+def test_a_call_that_is_locked_out_changes_nothing(laboratory):
+    locks = laboratory / ".snakemake/locks"
+    locks.mkdir(exist_ok=True)
+    (locks / "0.output.lock").write_text("results/report.html\n")
+    configure(laboratory, changed("runs.pluck.reference", {"value": "x_in", "axis": "y"}))
+    before = contents(laboratory)
+    answer = snakemake(laboratory)
+    assert answer.returncode == 1
+    assert "lock" in answer.stderr
+    assert contents(laboratory) == before
+    assert planned(laboratory) == {"compare": 1, **JUDGED_ANEW}
+
+
+def test_another_spelling_of_the_folder_reruns_nothing(laboratory, tmp_path):
+    """From another folder, whose Snakemake has no record of these results, by a path that begins elsewhere."""
+    elsewhere = tmp_path / "desk"
+    elsewhere.mkdir()
+    for spelling in (str(laboratory), "../desk/../lab/"):
+        configure(elsewhere, {"experiment": spelling, **CONFIG})
+        assert planned(elsewhere) == {}
+    configure(elsewhere, {"experiment": "../lab", **changed("cameras.cam1.Cx", 250)})
+    assert planned(elsewhere) == CALIBRATED_ANEW
+
+
+@pytest.fixture
+def a_copy(laboratory, tmp_path):
+    """The laboratory copied without Snakemake's records, every file with the date of the copy, newest inputs last."""
+    folder = tmp_path / "copied"
+    shutil.copytree(laboratory, folder, copy_function=shutil.copyfile, ignore=shutil.ignore_patterns(".snakemake"))
+    for path in (*folder.glob("calibration/*/*"), *folder.glob("results/calibration/cam1/*")):
+        path.touch()
+    return folder
+
+
+def test_a_folder_copied_without_snakemakes_records_reruns_nothing(a_copy):
+    assert planned(a_copy) == {}
+
+
+def test_a_setting_changed_in_a_copied_folder_reruns_what_uses_it(a_copy):
+    configure(a_copy, changed("cameras.cam1.Cx", 250))
+    assert planned(a_copy) == CALIBRATED_ANEW
+
+
+def test_a_recording_changed_in_a_copied_folder_reruns_its_camera(a_copy):
+    video = a_copy / "runs/pluck/cam1.mov"
+    video.write_bytes(video.read_bytes() + b"\0")
+    assert planned(a_copy) == {"track": 1, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
+
+
+def test_dates_from_the_future_hide_no_edit(laboratory):
+    for path in laboratory.joinpath("results").rglob("*"):
+        os.utime(path, (4e9, 4e9))
+    assert planned(laboratory) == {}
+    configure(laboratory, changed("cameras.cam1.Cx", 250))
+    assert planned(laboratory) == CALIBRATED_ANEW
+
+
+def test_what_an_interrupted_call_left_to_do_is_done_whatever_the_dates(laboratory):
+    configure(laboratory, changed("cameras.cam1.Cx", 250))
+    for path in laboratory.joinpath("results").rglob("*"):
+        os.utime(path, (4e9, 4e9))
+    assert snakemake(laboratory, "results/calibration/cam1/camera.json").returncode == 0
+    jobs = planned(laboratory)
+    assert jobs == {rule: n for rule, n in CALIBRATED_ANEW.items() if rule != "calibrate"}
+
+
+def test_a_result_that_was_altered_is_made_again(laboratory):
+    camera = laboratory / "results/calibration/cam1/camera.json"
+    camera.write_text(camera.read_text().replace("cam1", "cam2"))
+    os.utime(camera, (1e9, 1e9))
+    assert planned(laboratory) == CALIBRATED_ANEW
+
+
+def test_the_setting_that_changed_is_printed(laboratory):
+    configure(laboratory, changed("runs.pluck.reference", {"value": "x_in", "axis": "y"}))
+    said = snakemake(laboratory, "-n").stdout
+    (line,) = [line for line in said.splitlines() if "Params have changed" in line]
+    before, now = line.split(" now: ")
+    assert '"axis":"x"' in before
+    assert '"axis":"y"' in now

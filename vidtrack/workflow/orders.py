@@ -5,7 +5,6 @@ Each function answers the plain values that one job gets; the workflow gives the
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
@@ -180,7 +179,7 @@ def verdict(settings: Settings, experiment: Experiment) -> Order:
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the report page tells of."""
     return {
-        "title": settings.title or os.path.basename(os.path.normpath(experiment.folder)).strip(".") or "Experiment",
+        "title": settings.title or "Experiment",
         "units": settings.units,
         "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
         "calibrated": calibrated(settings, experiment),

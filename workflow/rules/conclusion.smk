@@ -28,7 +28,8 @@ onsuccess:
         sys.exit(subprocess.run(again).returncode)
     BOOK.look_again()
     BOOK.save()
-    say_verdict_last()
+    if VERDICT in BOOK.settled:
+        say_verdict_last()
 
 
 onerror:

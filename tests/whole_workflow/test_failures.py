@@ -1,0 +1,88 @@
+"""A job that fails costs what depends on it, and no more: the rest, the verdict and the report finish, exit code 1."""
+
+import json
+import shutil
+
+import pytest
+
+from tests.whole_workflow.conftest import REPO, configure, planned, snakemake
+from tests.whole_workflow.test_reruns import JUDGED_ANEW, changed
+
+OUTSIDE = "camera,target,Xf,Yf\ncam1,t1,5000,5000\n"
+
+
+def verdict(folder):
+    return json.loads((folder / "results/verdict.json").read_text())
+
+
+def test_a_run_that_fails_costs_that_run(laboratory):
+    configure(laboratory, changed("runs.pluck.reference", {"value": "x_in", "axis": "auto"}))
+    targets = laboratory / "runs/still/targets.csv"
+    targets.write_text(OUTSIDE)
+    answer = snakemake(laboratory)
+    assert answer.returncode == 1
+    own = verdict(laboratory)["runs"]
+    assert own["still"]["verdict"] == "failed"
+    assert "runs/still/targets.csv, line 2" in own["still"]["reasons"][0]["text"]
+    assert own["pluck"]["verdict"] != "failed"
+    comparison = json.loads((laboratory / "results/runs/pluck/comparison.json").read_text())
+    assert comparison["provenance"]["settings"]["axis"] == "auto"
+    assert "runs/still/targets.csv, line 2" in (laboratory / "results/report.html").read_text()
+    last = [line for line in answer.stderr.splitlines() if line.startswith("vidtrack: ")][-4:]
+    assert last[0].startswith("vidtrack: run still: failed: runs/still/targets.csv, line 2")
+    assert last[-1] == "vidtrack: report: results/report.html"
+    assert not (laboratory / "results/runs/still/centroids/cam1.parquet").exists()
+
+    follows = {"locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
+    assert planned(laboratory) == {"track": 1, **follows}
+    targets.unlink()
+    jobs = planned(laboratory)
+    assert jobs == {"track": 2, **follows}
+
+
+@pytest.fixture
+def house_that_fails(tmp_path):
+    """The repo's code, copied, in which job compare does what a test writes there."""
+
+    def built(line):
+        house = tmp_path / "house"
+        for name in ("vidtrack", "workflow", "profiles"):
+            shutil.copytree(REPO / name, house / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy(REPO / "Snakefile", house)
+        job = house / "vidtrack/jobs/compare.py"
+        job.write_text(job.read_text().replace("    order = job.settings\n", f"    {line}\n    order = job.settings\n"))
+        return house / "Snakefile"
+
+    return built
+
+
+def test_an_unexpected_error_stands_in_the_log_and_in_the_verdict(laboratory, house_that_fails):
+    answer = snakemake(laboratory, "-s", str(house_that_fails('raise RuntimeError("three is no colour")')))
+    assert answer.returncode == 1
+    assert "Traceback" not in answer.stderr
+    log = (laboratory / "results/logs/compare/still.log").read_text()
+    assert "Traceback (most recent call last)" in log
+    reasons = verdict(laboratory)["runs"]["still"]["reasons"]
+    assert "three is no colour" in reasons[0]["text"]
+    assert "results/logs/compare/still.log" in reasons[0]["text"]
+
+
+def test_a_job_that_is_killed_is_told_too(laboratory, house_that_fails):
+    answer = snakemake(laboratory, "-s", str(house_that_fails("import os; os.kill(os.getpid(), 9)")))
+    assert answer.returncode == 1
+    for run in ("pluck", "still"):
+        assert f"compare {run} ended without a message" in verdict(laboratory)["runs"][run]["reasons"][0]["text"]
+    assert (laboratory / "results/runs/still/kinematics.parquet").exists()
+
+
+def test_a_calibration_that_fails_is_told_of_the_runs_that_use_it(laboratory):
+    configure(laboratory, changed("calibration.fix", {"f": -3.0}))
+    points = laboratory / "calibration/points.csv"
+    lines = points.read_text().splitlines()
+    points.write_text("\n".join([*lines[:5], *(f"{line.split(',')[0]},0,0,0,0.03" for line in lines[5:]), ""]))
+    answer = snakemake(laboratory)
+    assert answer.returncode == 1
+    said = verdict(laboratory)
+    assert said["calibration"]["verdict"] == "failed"
+    assert {own["verdict"] for own in said["runs"].values()} <= {"bad", "failed"}
+    assert "Traceback" not in answer.stdout + answer.stderr
