@@ -19,9 +19,10 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.clip import FEW, Clip, DetectSettings, batches
+from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import places, start_places, static_clutter
-from vidtrack.tracking.initialisation import ENOUGH, background_of, clutter_besides, find_targets
+from vidtrack.tracking.initialisation import ENOUGH, clutter_besides, find_targets
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.starts import (

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
+from vidtrack.tracking.detection.background_picture import background_of, bright_mask
 from vidtrack.tracking.detection.blobs import (
     Blobs,
     above,
-    above_local_background,
     in_frame_buffer,
     no_blobs,
     rough_blobs,
@@ -127,24 +127,6 @@ def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detect
     return Blobs._make(column[~inside.any(axis=1)] for column in found)
 
 
-def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, NDArray[Any]]:
-    """What stands still, turned bright: for each parity the second darkest of five pictures from first to last.
-
-    Not their median: what moves slowly would leave a ghost of itself in that.
-    """
-    pictures: dict[int, NDArray[Any]] = {}
-    for parity in {sample.parity for sample in samples}:
-        stack = [sample.luma for sample in samples if sample.parity == parity]
-        five = (stack[k] for k in np.rint(np.linspace(0, len(stack) - 1, 5)).astype(int))
-        a, b, c, d, e = (detection.bright(picture) for picture in five)
-        # seven comparisons, as cv2 compares 16 pixels at once
-        low, other = cv2.min(a, b), cv2.min(c, d)
-        darkest = cv2.min(low, other)
-        second = cv2.min(cv2.max(low, other), cv2.min(cv2.max(a, b), cv2.max(c, d)))
-        pictures[parity] = cv2.min(second, cv2.max(darkest, e))
-    return pictures
-
-
 def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
     """Blobs that stand out of the background picture."""
     over = cv2.subtract(detection.bright(sample.luma), background)
@@ -159,12 +141,7 @@ def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection
 def _blobs_above(sample: Sample, picture: Picture, detection: Detection, level: float | None) -> Blobs:
     """Whole blobs of a sample where `picture` is above a level; without one, above the sample's own threshold."""
     image = detection.bright(sample.luma)
-    if level is not None:
-        mask = above(picture, level / detection.scale)
-    elif detection.level is not None:
-        mask = above(image, detection.level / detection.scale)
-    else:
-        mask = above_local_background(image, detection.scale, detection.noise)
+    mask = bright_mask(image, detection) if level is None else above(picture, level / detection.scale)
     found = rough_blobs(image, mask, scale=detection.scale, min_pixels=detection.min_pixels)
     good = np.flatnonzero(~found.edge & (found.mass > 0))
     good = np.sort(good[np.argsort(-found.mass[good], kind="stable")[:MOST]])

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.detection.blobs import above, above_local_background, background_map
+from vidtrack.tracking.detection.background_picture import bright_mask
+from vidtrack.tracking.detection.blobs import above, background_map
 from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS, automatic, background_level
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
@@ -82,7 +83,9 @@ def static_clutter(
         first = next(sample for sample in samples if sample.parity == parity)
         boxes = own.copy()
         boxes[:, 1::2] = first.row(boxes[:, 1::2])
-        mask = _without(_bright_things(background, detection), _first_things(first, detection), boxes)
+        mask = _without(
+            _bright_things(background, detection), bright_mask(detection.bright(first.luma), detection), boxes
+        )
         if mask.any() and mask.mean() < CROWDED:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
     return StaticClutter(sums) if sums else None
@@ -97,7 +100,7 @@ def start_places(sample: Sample, boxes: Array, detection: Detection) -> Array:
     boxes = boxes.copy()
     own = boxes.copy()
     own[:, 1::2] = sample.row(own[:, 1::2])
-    stats = cv2.connectedComponentsWithStats(_first_things(sample, detection), connectivity=8)[2]
+    stats = cv2.connectedComponentsWithStats(bright_mask(detection.bright(sample.luma), detection), connectivity=8)[2]
     inside = _inside(stats, own) & (stats[:, cv2.CC_STAT_AREA, None] >= detection.min_pixels)
     for i in np.flatnonzero(inside.any(axis=0)):
         left, top, width, height = stats[inside[:, i], :4].astype(float).T
@@ -129,13 +132,6 @@ def _bright_things(background: NDArray[Any], detection: Detection) -> Mask:
     over = grey - (np.float32(background_level(background, scale=detection.scale)) if even is None else even)
     least = max(SIGMAS * detection.noise, LEAST_CONTRAST, PULLS * automatic(over, detection.noise))
     return (over > np.float32(least)).view(np.uint8)
-
-
-def _first_things(sample: Sample, detection: Detection) -> Mask:
-    image = detection.bright(sample.luma)
-    if detection.level is not None:
-        return above(image, detection.level / detection.scale)
-    return above_local_background(image, detection.scale, detection.noise)
 
 
 def _without(mask: Mask, first: Mask, boxes: Array) -> Mask:
