@@ -31,6 +31,8 @@ COLUMNS = (
     "began",  # why the tracklet begins with its first row, one of BEGAN; the same in all its rows, as are ended and met
     "ended",  # why it ends with its last row, one of ENDED
     "met",  # numbers of the tracklets that took part in the meeting that ended it, with spaces between; else empty
+    "target",  # name of the target that the track stage took it for; empty: none
+    "bound",  # whether it begins in a start box of the user, so that `target` is certain
 )
 """Columns of a table of tracklets, one row a sample in which the target was measured, by tracklet and then by time."""
 
@@ -133,4 +135,4 @@ def tracklet_table(centroids: DataFrame) -> DataFrame:
     out = table.iloc[rows].reset_index(drop=True)
     told = {"tracklet": number, "flag": flag.to_numpy(object)[rows], "began": began[number], "ended": ended[number]}
     brightness = out["contrast"] if "contrast" in out else np.full(len(out), np.nan)
-    return out.assign(**told, met="", brightness=brightness)[list(COLUMNS)]
+    return out.assign(**told, met="", brightness=brightness, bound=False)[list(COLUMNS)]

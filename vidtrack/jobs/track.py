@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_targets, write_parquet
+from vidtrack.findings import as_records
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import VideoInfo
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """Follow the targets; write the table, the record, and how bright each picture was."""
+    """Follow the targets; write centroids, tracklets, the record, and how bright each picture was."""
     settings = job.settings
     camera = settings["camera"]
     with open_video(job.path("video"), threads=job.threads) as video:
@@ -60,9 +61,11 @@ def run(job: Job) -> None:
         "reading": account._asdict(),
         **tracked.diagnostics,
     }
+    record["findings"] = as_records(tracked.findings)
     record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
+    write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
     in_fields = bool((tracked.centroids["field"] != "frame").any())
     write_parquet(job.outputs["light"], _light(meter, info, in_fields), units="px", provenance=job.provenance)

@@ -14,27 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.assessment import line, missing_targets, more_than_asked, scattering
 from vidtrack.tracking.clip import FEW, Clip, DetectSettings, batches
+from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detection.background_picture import background_of
-from vidtrack.tracking.detection.blobs import Blobs
-from vidtrack.tracking.detection.static_clutter import places, start_places, static_clutter
-from vidtrack.tracking.initialisation import ENOUGH, clutter_besides, find_targets
+from vidtrack.tracking.detection.static_clutter import static_clutter
+from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
-from vidtrack.tracking.starts import (
-    followed_backwards,
-    late_comers,
-    starts_in_boxes,
-    starts_of_trails,
-    with_earlier,
-)
-from vidtrack.tracking.state import FLAGS, PIXELS, Rows, Starts, X, Y, present
-from vidtrack.tracking.tracker import Crop, Tracker
+from vidtrack.tracking.starts import begun_anywhere, begun_in_boxes, followed_backwards, late_comers, with_earlier
+from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
+from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
+from vidtrack.tracking.tracklets import Tracklets, cut_tracks
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -49,10 +47,17 @@ BATCH = 4
 
 
 class Tracked(NamedTuple):
-    """centroids: one row a sample and target, as `track` tells; diagnostics: plain values, pictures under `worst`."""
+    """What the stage gives.
+
+    centroids    one row a sample and target, as `track` tells
+    tracklets    one row a measured sample of all that was followed, `association.tracklets.COLUMNS`
+    diagnostics  plain values, pictures under `worst`; findings: what the user should know
+    """
 
     centroids: DataFrame
+    tracklets: DataFrame
     diagnostics: dict[str, Any]
+    findings: list[Finding]
 
 
 def track(
@@ -96,13 +101,14 @@ def track(
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset)
     clip = Clip(batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, detect)
     if boxes is not None:
-        begun = _begun_in_boxes(clip, boxes)
+        begun = begun_in_boxes(clip, boxes)
     else:
-        begun = _begun_anywhere(clip, len(names), box, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
+        begun = begun_anywhere(clip, len(names), box, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
     static = static_clutter(samples, backgrounds, clip.detection, begun.places)
-    tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static)
+    whole = WholePicture(backgrounds, clip.detection, static)
+    tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
     earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static)
     stamps, waiting = _stamps(clip.opening), begun.waiting
@@ -120,50 +126,20 @@ def track(
     lines = len(set(moment.offset))
     time = lines * (moment.time * float(info.rate) + moment.offset)
     rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
-    table = _table(rows, moment, names, begun.starts, info)
-    diagnostics = _diagnosed(rows, moment, names, tracker.crops, info) | clip.told() | {"begun": begun.how}
+    columns = _Columns(moment, info)
+    table = _table(rows, columns, names, begun.starts)
+    cut = cut_tracks(rows, tracker.others(), np.median(seen.factor, axis=1) if names else np.ones(2))
+    tracklets = _tracklet_table(cut, columns, names, boxes is not None)
+    diagnostics = _diagnosed(rows, moment, names, tracker.crops) | clip.told() | {"begun": begun.how}
     _tell_scatter(diagnostics, seen, names)
-    if waiting:
-        missing = ", ".join(names[i] for i in waiting)
-        diagnostics["problems"].append(f"never found: {missing}. Give a start box in targets.csv, or a threshold.")
-    return Tracked(table, diagnostics)
-
-
-class _Begun(NamedTuple):
-    """How the targets begin.
-
-    starts, clutter  as `Tracker` takes them; places (n, 4) as `static_clutter` does
-    waiting          targets that have not been seen yet; how: in words, which were found by what
-    """
-
-    starts: Starts
-    clutter: Blobs
-    places: Array
-    waiting: list[int]
-    how: str
-
-
-def _begun_in_boxes(clip: Clip, boxes: Array) -> _Begun:
-    """Targets in start boxes (n, 4), middle, width and height, px."""
-    samples = clip.samples(clip.opening)
-    clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], clip.detection)
-    corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
-    own = start_places(samples[0], corners, clip.detection)
-    return _Begun(starts_in_boxes(boxes), clutter, own, [], "start boxes")
-
-
-def _begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> _Begun:
-    """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
-    samples = clip.samples(clip.opening)
-    found = find_targets(samples, n, clip.detection)
-    if found.moving < ENOUGH * n:
-        clip.read_on(most)
-        samples = clip.samples(clip.opening)
-        found = find_targets(samples, n, clip.detection)
-    trails = found.trails
-    own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
-    how = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
-    return _Begun(starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how)
+    found = [
+        *scattering(seen, names),
+        *missing_targets(rows, names, begun.expected, clip.detection),
+        *more_than_asked(cut, len(rows.flag), len(names)),
+        *_fields_checked(rows, moment),
+    ]
+    diagnostics["problems"] = [line(finding) for finding in found]
+    return Tracked(table, tracklets, diagnostics, found)
 
 
 def _named(
@@ -211,16 +187,94 @@ def _moments(stamps: Sequence[tuple[int, float]], order: str) -> _Moments:
     )
 
 
+class _Columns:
+    """The columns that tell which sample a row is of."""
+
+    def __init__(self, moment: _Moments, info: VideoInfo) -> None:
+        clock = info.time.fitted(moment.time[moment.offset == 0])
+        self.frame = moment.frame
+        self.time_s = clock.seconds(moment.time, fields=moment.offset)
+        self.field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
+        self._labels = clock.labels(moment.time).astype(object)
+
+    def of(self, sample: NDArray[np.intp]) -> dict[str, Any]:
+        """Those of some samples (rows,)."""
+        return {
+            "frame": self.frame[sample],
+            "field": _words(self.field, self._fields[sample]),
+            "time_s": self.time_s[sample],
+            "timecode": _words(self._labels, sample),
+        }
+
+
+def _words(of: Sequence[str] | NDArray[Any], which: NDArray[np.intp]) -> Any:
+    """Words (rows,) picked from a few: many rows share one, which is quicker than one by one."""
+    from pandas import Series
+
+    return Series(np.array(of, object)).array.take(which)
+
+
+def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> DataFrame:
+    from pandas import DataFrame
+
+    k, n = rows.flag.shape
+    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values)
+    return DataFrame(
+        {
+            **columns.of(np.repeat(np.arange(k), n)),
+            "target": _words(names, np.tile(np.arange(n), k)),
+            "Xf": x,
+            "Yf": y,
+            "sd_x": sd_x,
+            "sd_y": sd_y,
+            "pixels": pixels,
+            "total_pixels": np.repeat(rows.total_pixels, n),
+            "mass": mass,
+            "contrast": contrast,
+            "background": background,
+            "box_x": rows.corner[..., 0].ravel(),
+            "box_y": rows.corner[..., 1].ravel(),
+            "box_w": np.tile(starts.box[:, 0], k),
+            "box_h": np.tile(starts.box[:, 1], k),
+            "flag": _words(_flag_words(), rows.flag.ravel()),
+        }
+    )
+
+
+def _flag_words() -> NDArray[np.object_]:
+    return described(np.arange(1 << len(FLAGS)), FLAGS)
+
+
+def _tracklet_table(cut: Tracklets, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
+    """The table of tracklets; in_boxes: the user has named where each target begins."""
+    from pandas import DataFrame
+
+    each = cut.tracklet
+    words = [*names, ""]
+    bound = in_boxes & (cut.began == "first") & (cut.target >= 0)
+    table = {
+        **columns.of(cut.sample),
+        "tracklet": each,
+        "Xf": cut.values[X],
+        "Yf": cut.values[Y],
+        "sd_x": cut.values[SD_X],
+        "sd_y": cut.values[SD_Y],
+        "pixels": cut.values[PIXELS],
+        "brightness": cut.values[CONTRAST],
+        "flag": _words(_flag_words(), cut.flag),
+        "began": cut.began[each],
+        "ended": cut.ended[each],
+        "met": cut.met[each],
+        "target": _words(words, cut.target[each]),
+        "bound": bound[each],
+    }
+    return DataFrame(table)[list(COLUMNS)]
+
+
 def _tell_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
     for i, name in enumerate(names):
         x, y = seen.factor[:, i]
         diagnostics["targets"][name]["sd_grown"] = {"x": float(x), "y": float(y)}
-        if seen.rough[i]:
-            diagnostics["problems"].append(
-                f"{name}: its track scatters {np.nanmax(seen.track[:, i]):.0f} times as much as noise and contrast "
-                f"explain, its light {max(seen.light[i], 1.0):.1f} times: it shakes, is blurred, or pictures repeat. "
-                "Its sd_x, sd_y are grown by the latter only."
-            )
     if names:
         x, y = np.median(seen.factor, axis=1)
         diagnostics["sd"] = (
@@ -229,53 +283,8 @@ def _tell_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) 
         )
 
 
-def _table(rows: Rows, moment: _Moments, names: list[str], starts: Starts, info: VideoInfo) -> DataFrame:
-    from pandas import DataFrame, Series
-
-    k, n = rows.flag.shape
-    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values)
-    clock = info.time.fitted(moment.time[moment.offset == 0])
-    time_s = clock.seconds(moment.time, fields=moment.offset)
-    labels = clock.labels(moment.time).astype(object)
-
-    def each(values: NDArray[Any]) -> NDArray[Any]:
-        return np.repeat(values, n)
-
-    def words(of: Sequence[str] | NDArray[Any], which: NDArray[np.intp]) -> Any:
-        return Series(np.array(of, object)).array.take(which)  # many rows share a word: quicker than one by one
-
-    kinds = np.arange(1 << len(FLAGS))
-    field, fields = np.unique(moment.field.astype(str), return_inverse=True)
-    return DataFrame(
-        {
-            "frame": each(moment.frame),
-            "field": words(field, each(fields)),
-            "time_s": each(time_s),
-            "timecode": words(labels, each(np.arange(k))),
-            "target": words(names, np.tile(np.arange(n), k)),
-            "Xf": x,
-            "Yf": y,
-            "sd_x": sd_x,
-            "sd_y": sd_y,
-            "pixels": pixels,
-            "total_pixels": each(rows.total_pixels),
-            "mass": mass,
-            "contrast": contrast,
-            "background": background,
-            "box_x": rows.corner[..., 0].ravel(),
-            "box_y": rows.corner[..., 1].ravel(),
-            "box_w": np.tile(starts.box[:, 0], k),
-            "box_h": np.tile(starts.box[:, 1], k),
-            "flag": words(described(kinds, FLAGS), rows.flag.ravel()),
-        }
-    )
-
-
-def _diagnosed(
-    rows: Rows, moment: _Moments, names: list[str], crops: Sequence[Crop], info: VideoInfo
-) -> dict[str, Any]:
+def _diagnosed(rows: Rows, moment: _Moments, names: list[str], crops: Sequence[Crop]) -> dict[str, Any]:
     """Pixel locking, pixel counts, what was lost and why, and pieces of pictures at the worst moments."""
-    problems: list[str] = []
     measured = present(rows).mean(axis=0) if len(rows.flag) else np.zeros(len(names))
     counts, share = pixel_counts(rows.values[PIXELS]), shares(rows.flag, FLAGS)
     each = {
@@ -287,8 +296,6 @@ def _diagnosed(
         for i, name in enumerate(names)
     }
     total = {word: float(values[0]) for word, values in pixel_counts(rows.total_pixels[:, None]).items()}
-    if set(moment.field) == {"top", "bottom"}:
-        problems += _fields_checked(rows, moment)
     return {
         "samples": len(rows.flag),
         "measured": float(measured.mean()) if len(names) else 0.0,
@@ -305,19 +312,21 @@ def _diagnosed(
             }
             for crop in crops
         ],
-        "problems": problems,
     }
 
 
-def _fields_checked(rows: Rows, moment: _Moments) -> list[str]:
-    """A line when the tracks themselves contradict the order of fields that was used."""
+def _fields_checked(rows: Rows, moment: _Moments) -> list[Finding]:
+    """A finding where the tracks themselves contradict the order of fields that was used."""
+    if set(moment.field) != {"top", "bottom"}:
+        return []
     where = rows.values[:2].transpose(1, 2, 0)
     order = str(moment.field[0])
     top, bottom = (where[moment.field == name] for name in ("top", "bottom"))
     motion = order_from_motion(top, bottom)
     if motion.order in ("unknown", order):
         return []
-    return [
+    text = (
         f"fields: {order} first was used, but the tracks say {motion.order} "
-        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f}). Set detect.fields to {motion.order}."
-    ]
+        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f})."
+    )
+    return [Finding("bad", "field-order", text, f"Set detect.fields to {motion.order}.")]

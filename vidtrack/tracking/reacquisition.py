@@ -39,7 +39,7 @@ from vidtrack.tracking.state import (
     SATURATED,
     SMALL,
     Found,
-    TargetState,
+    Searched,
     X,
     Y,
 )
@@ -90,38 +90,16 @@ class Scene:
     static: StaticClutter | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Searched:
-    """State and measurements of one sample while it is searched: values (MEASURED, n), flag (n,)."""
-
-    state: TargetState
-    values: Array
-    flag: NDArray[np.int64]
-
-    @property
-    def measured(self) -> Array:
-        """Where targets were measured in this sample, (2, m) px."""
-        return self.values[:2, np.isfinite(self.values[X])]
-
-    def found(self, found: Found) -> Searched:
-        """With targets that were found."""
-        values, flag = self.values.copy(), self.flag.copy()
-        values[:, found.who], flag[found.who] = found.values, found.flag
-        return Searched(self.state.found(found), values, flag)
-
-    def missed(self, who: Ints, why: NDArray[np.int64] | int) -> Searched:
-        """With the reason why targets were not found."""
-        flag = self.flag.copy()
-        flag[who] = why
-        return replace(self, flag=flag)
-
-
 class Reacquisition:
-    """Seeks what the tracker does not plainly see. `occlusions`: which targets hide each other."""
+    """Seeks what the tracker does not plainly see: n targets, and other tracks in the rest of the places.
 
-    def __init__(self, scene: Scene, n: int, *, far: bool) -> None:
-        self.scene, self.far = scene, far
-        self.occlusions = Occlusions(n)
+    occlusions  which targets hide each other; far: whether targets are sought in the whole picture
+    What another track follows may turn out to be a target, but not the other way round.
+    """
+
+    def __init__(self, scene: Scene, n: int, places: int, *, far: bool) -> None:
+        self.scene, self.far, self._n = scene, far, n
+        self.occlusions = Occlusions(places)
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
 
     def seek(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
@@ -156,7 +134,7 @@ class Reacquisition:
                 )
                 now, chosen[alone] = self._seek_near(now, sample, who[alone], predicted[alone], grown[alone], near)
                 left = np.flatnonzero(chosen < 0)
-        if left.size and self.far:
+        if left.size and self.far and who[0] < self._n:
             now = self._seek_far(now, sample, who[left], predicted[left])
         return now
 
@@ -244,7 +222,8 @@ class Reacquisition:
             mass = np.log1p(np.maximum(blobs.mass, 0))
             cost[unseen] = 3 * (1 - mass / max(float(mass.max()), 1.0))
         bad = blobs.edge | (blobs.pixels < scene.detection.min_pixels) | ~np.isfinite(blobs.Xf)
-        for x, y in (now.measured, scene.clutter):
+        taken = now.measured(self._n if who[0] < self._n else len(now.flag))
+        for x, y in (taken, scene.clutter):
             if x.size:
                 bad = bad | (np.hypot(blobs.Xf[:, None] - x, blobs.Yf[:, None] - y) < 2).any(axis=1)
         if scene.static is not None and blobs.Xf.size:
@@ -265,7 +244,7 @@ class Reacquisition:
         columns = (blobs.Xf, blobs.Yf, blobs.sd_x, blobs.sd_y, blobs.pixels, blobs.mass)
         values = np.stack([*(column[b] for column in columns), contrast, background])
         flag = again * RECOVERED + blobs.saturated[b] * SATURATED
-        self._pending[got] = np.nan
+        self._pending[got[got < self._n]] = np.nan
         size = np.stack([blobs.width[b], blobs.height[b]]).astype(float)
         return now.found(Found(got, values, size, top - background, flag))
 
@@ -313,7 +292,7 @@ class Reacquisition:
         level = detection.level
         if level is None and (state.missing[who] <= SEARCH.patience).any():
             level = float(np.median(self._levels(now, who)))
-        blobs = blobs_of(sample, detection, level, known=now.measured)
+        blobs = blobs_of(sample, detection, level, known=now.measured(self._n))
         reachable = self._within_reach(now, who, predicted, blobs)
         cost = np.where(reachable, self._cost(now, sample, who, blobs), np.inf)
         before = self._pending[who].copy()

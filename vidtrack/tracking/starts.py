@@ -3,22 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.tracking.detection.static_clutter import StaticClutter
-from vidtrack.tracking.initialisation import find_movers
+from vidtrack.tracking.assessment import InBox, in_boxes
+from vidtrack.tracking.clip import Clip
+from vidtrack.tracking.detection.blobs import Blobs
+from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
+from vidtrack.tracking.initialisation import ENOUGH, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.state import MEMORY, RECOVERED, Rows, Starts
+from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import SHORTEST, Trail
 
-NEVER = 1 << 60
-"""The first sample of a target that has not been seen yet."""
+
+class Begun(NamedTuple):
+    """How the targets begin.
+
+    starts, clutter  as `Tracker` takes them; places (n, 4) as `static_clutter` does
+    waiting          targets that have not been seen yet; how: in words, which were found by what
+    expected         what each start box shows; None where the targets were found
+    """
+
+    starts: Starts
+    clutter: Blobs
+    places: Array
+    waiting: list[int]
+    how: str
+    expected: list[InBox] | None
+
+
+def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
+    """Targets in start boxes (n, 4), middle, width and height, px."""
+    samples = clip.samples(clip.opening)
+    clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], clip.detection)
+    corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
+    own = start_places(samples[0], corners, clip.detection)
+    return Begun(starts_in_boxes(boxes), clutter, own, [], "start boxes", in_boxes(samples[0], boxes, clip.detection))
+
+
+def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> Begun:
+    """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
+    samples = clip.samples(clip.opening)
+    found = find_targets(samples, n, clip.detection)
+    if found.moving < ENOUGH * n:
+        clip.read_on(most)
+        samples = clip.samples(clip.opening)
+        found = find_targets(samples, n, clip.detection)
+    trails = found.trails
+    own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
+    how = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
+    return Begun(starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how, None)
 
 
 def starts_in_boxes(boxes: Array) -> Starts:
@@ -112,7 +151,7 @@ def late_comers(
 ) -> list[int]:
     """Give trails that began in these samples to targets that have not been seen yet; returns which still wait."""
     samples = samples[-MEMORY:]
-    known = tracker.state.positions[-len(samples) :]
+    known = tracker.state.positions[-len(samples) :, : tracker.record.n]
     if len(samples) < SHORTEST:
         return waiting
     for trail in find_movers(samples, backgrounds, detection, len(waiting)):

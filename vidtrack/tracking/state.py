@@ -26,6 +26,8 @@ MEMORY = 8
 """Last samples that a prediction rests on."""
 FOLLOW = 0.2
 """Share by which the appearance of a target follows each new reading."""
+NEVER = 1 << 60
+"""The first sample of a target that has not been seen yet."""
 _APPEARANCE = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU]
 
 
@@ -47,6 +49,15 @@ class Starts(NamedTuple):
     contrast: Array
     background: Array
     size: Array
+
+    def with_spare(self, places: int) -> Starts:
+        """With places behind the targets for whatever else is followed; they have no first sample."""
+        if not places:
+            return self
+        one, two = np.full(places, np.nan), np.full((places, 2), np.nan)
+        box = np.tile(np.median(self.box, axis=0) if len(self.box) else np.full(2, 50.0), (places, 1))
+        spare = Starts(two, two, two, box, np.full(places, NEVER, np.intp), one, one, one, two)
+        return Starts._make(np.concatenate(columns) for columns in zip(self, spare, strict=True))
 
 
 class Rows(NamedTuple):
@@ -250,6 +261,32 @@ class TargetState:
         newest = MEMORY - 1 - np.argmax(seen[::-1], axis=0)
         last: Array = positions[newest, np.arange(positions.shape[1])]
         return np.where(np.isfinite(last), last, home[gone])
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """State and measurements of one sample while it is searched: values (MEASURED, n), flag (n,)."""
+
+    state: TargetState
+    values: Array
+    flag: NDArray[np.int64]
+
+    def measured(self, n: int) -> Array:
+        """Where the first n targets were measured in this sample, (2, m) px."""
+        values = self.values[:2, :n]
+        return values[:, np.isfinite(values[X])]
+
+    def found(self, found: Found) -> Searched:
+        """With targets that were found."""
+        values, flag = self.values.copy(), self.flag.copy()
+        values[:, found.who], flag[found.who] = found.values, found.flag
+        return Searched(self.state.found(found), values, flag)
+
+    def missed(self, who: Ints, why: NDArray[np.int64] | int) -> Searched:
+        """With the reason why targets were not found."""
+        flag = self.flag.copy()
+        flag[who] = why
+        return replace(self, flag=flag)
 
 
 def present(rows: Rows) -> Bools:

@@ -10,21 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.occlusion import cleared, recent, touched
+from vidtrack.tracking.association.occlusion import cleared, touched
 from vidtrack.tracking.association.prediction import predict
+from vidtrack.tracking.crops import Crop, piece_of, wanted
 from vidtrack.tracking.detection.blobs import Blobs
+from vidtrack.tracking.detection.pixel_counter import PixelCounter
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
+from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.measurement.window import ROOM, Seen
-from vidtrack.tracking.reacquisition import Reacquisition, Scene, Searched
+from vidtrack.tracking.newcomers import INITIATION, Newcomers
+from vidtrack.tracking.reacquisition import Reacquisition, Scene
+from vidtrack.tracking.record import Others, Record
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
@@ -35,6 +37,7 @@ from vidtrack.tracking.state import (
     RECOVERED,
     SATURATED,
     Rows,
+    Searched,
     Starts,
     TargetState,
     X,
@@ -63,26 +66,6 @@ class Pace:
 PACE = Pace()
 
 
-@dataclass(frozen=True)
-class Crops:
-    """How many pieces of pictures are kept to show the worst moments: in all, and of each target."""
-
-    in_all: int = 12
-    of_each: int = 3
-
-
-CROPS = Crops()
-
-
-class Crop(NamedTuple):
-    """A piece of a picture at a bad moment: (rows, columns) of the sample, its number, the target and the flag."""
-
-    sample: int
-    target: int
-    flag: int
-    picture: NDArray[np.uint8]
-
-
 class Tracker:
     """Follows n targets through the samples given to `follow`, in order; `rows` is what it measured.
 
@@ -90,6 +73,7 @@ class Tracker:
     clutter  blobs that stand still and are no target (a metre stick, a lamp): they never become one
     static   all that stands about: no target is measured while it touches that
     far      whether lost targets are sought in the whole picture
+    whole    where else than at the targets to look; None: nothing but the targets is followed
     """
 
     def __init__(
@@ -101,26 +85,30 @@ class Tracker:
         clutter: Blobs | None = None,
         static: StaticClutter | None = None,
         far: bool = True,
+        whole: WholePicture | None = None,
     ) -> None:
-        self.starts, self.state = starts, TargetState.before(starts)
+        n = len(starts.first)
+        spare = 0 if whole is None else INITIATION.spare + int(INITIATION.share * n)
+        self.starts = starts.with_spare(spare)
+        self.state = TargetState.before(self.starts)
         places = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
         self.scene = Scene(detection, level, places, static)
-        self.search = Reacquisition(self.scene, len(starts.first), far=far)
+        self.search = Reacquisition(self.scene, n, n + spare, far=far)
+        self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
+        self.record = Record(n)
         self.crops: list[Crop] = []
-        self._done, self._reach = 0, 1
+        self._reach, self._lines = 1, 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
         self._window_pixels = 1e5
-        self._marked: NDArray[Any] | None = None
-        self._blocks: list[Rows] = []
-        self._times: list[Array] = []  # of the blocks
+        self._counter = PixelCounter(detection, level)
 
     def follow(self, samples: Sequence[Sample]) -> None:
         """Go on through these samples; the last few may wait for more to come, or for `finish`."""
-        if not self._blocks and not self._waiting and samples:
+        if not len(self.record) and not self._waiting and samples:
             self.state = replace(self.state, times=self.state.times + samples[0].time)
         self._waiting += samples
-        self._totals += [self._count(sample) for sample in samples]
+        self._totals += [self._counter.count(sample.luma) for sample in samples]
         at = 0
         while len(self._waiting) - at >= PACE.samples_at_once:
             at += self._step(self._waiting[at : at + PACE.samples_at_once])
@@ -132,16 +120,17 @@ class Tracker:
             del self._waiting[: self._step(self._waiting[: PACE.samples_at_once])]
 
     def rows(self) -> Rows:
-        """Everything measured so far."""
-        n = len(self.state.missing)
-        if not self._blocks:
-            return Rows(np.zeros((MEASURED, 0, n)), np.zeros((0, n, 2)), np.zeros((0, n), np.int64), np.zeros(0))
-        values = np.concatenate([block.values for block in self._blocks], axis=1)
-        return Rows._make([values, *(np.concatenate(column) for column in list(zip(*self._blocks, strict=True))[1:])])
+        """Everything measured of the targets so far."""
+        return self.record.rows()
+
+    def others(self) -> Others:
+        """What else was followed."""
+        return self.record.others()
 
     def begin(self, target: int, positions: Array, times: Array, looks: Sequence[float]) -> None:
         """Begin a target that had not been seen before, as `TargetState.begun`."""
         self.state = self.state.begun(target, positions, times, looks)
+        self._yield(positions[-1:].T, self._lines)
 
     def levels(self, who: Ints) -> Array:
         """Thresholds, grey levels of pictures turned bright: half-way up each target, or the user's."""
@@ -149,6 +138,7 @@ class Tracker:
 
     def _step(self, samples: Sequence[Sample]) -> int:
         """Take in one or more of the samples; returns how many."""
+        self._lines = samples[0].lines
         self._start(samples[0].time)
         k = min(self._how_many(), len(samples))
         k = next((j for j, sample in enumerate(samples[:k]) if sample.corrupt), k)
@@ -170,7 +160,7 @@ class Tracker:
         lost_now = clear_in_last[~clear[taken - 1]]
         self.state = self.state.remembering(times[:taken], fresh, self.starts.position).missed(lost_now, taken)
         expected = predicted[taken - 1]
-        if lost_now.size and self.state.missing.size > 1:
+        if lost_now.size and (self.state.missing >= 0).sum() > 1:
             expected = self._with_occlusions(lost_now, expected, samples[taken - 1])
         missing = self.state.missing
         often = (missing <= PACE.patience) | (missing % PACE.samples_at_once == 0) | self.search.occlusions.met
@@ -179,16 +169,41 @@ class Tracker:
         self._reach = min(PACE.samples_at_once, self._reach + 1) if taken == k and not lost_now.size else taken
         block.total_pixels[:taken] = self._totals[:taken]
         del self._totals[:taken]
-        self._blocks.append(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]))
-        self._times.append(times[:taken])
-        self._done += taken
+        self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
+        if self.newcomers is not None:
+            self._initiate(samples[taken - 1], taken)
         return taken
+
+    def _keep(self, block: Rows, times: Array) -> None:
+        """Record a block of samples."""
+        track = self.newcomers.track if self.newcomers is not None else np.arange(len(self.state.missing))
+        self.record.append(block, times, track)
+
+    def _initiate(self, sample: Sample, taken: int) -> None:
+        """End tracks that are lost, and begin others where the whole picture shows them, every so many samples."""
+        assert self.newcomers is not None
+        self.state = self.newcomers.ended(self.state, self.search.occlusions.met)
+        done = self.record.samples
+        if done // INITIATION.every == (done - taken) // INITIATION.every:
+            return
+        self.state = self.newcomers.begun(self.state, sample, self.search.occlusions, self.starts)
+        if self.newcomers.whole.static is not self.scene.static:
+            self.scene = self.search.scene = replace(self.scene, static=self.newcomers.whole.static)
+
+    def _yield(self, at: Array, lines: int) -> Ints:
+        """End other tracks of what targets turned out to be, at (2, m) px; returns their places."""
+        if self.newcomers is None or not at.size:
+            return np.zeros(0, np.intp)
+        self.state, twice = self.newcomers.yielding(self.state, at, lines)
+        self.search.occlusions.end(twice)
+        return twice
 
     def _start(self, time: float) -> None:
         """Begin the targets whose first sample this is."""
-        who = np.flatnonzero((self.state.missing < 0) & (self.starts.first <= self._done))
+        who = np.flatnonzero((self.state.missing < 0) & (self.starts.first <= self.record.samples))
         if who.size:
             self.state = self.state.started(who, self.starts, time)
+            self._yield(self.starts.position[who].T, self._lines)
 
     def _how_many(self) -> int:
         """As many samples as went well lately, but not past one in which something is to be sought or begun."""
@@ -198,11 +213,16 @@ class Tracker:
         if lost.size:
             due = np.where(lost < PACE.patience, 1, every - lost % every)
             k = 1 if self.search.occlusions.met.any() else min(k, int(due.min()))
-        later = self.starts.first[missing < 0] - self._done
+        later = self.starts.first[missing < 0] - self.record.samples
         return max(1, min(k, int(later.min()) if later.size else k))
 
     def _predicted(self, times: Array) -> Array:
-        where = predict(self.state.times, self.state.positions, times)
+        active = self.state.missing >= 0
+        if active.all():
+            where = predict(self.state.times, self.state.positions, times)
+        else:
+            where = np.full((len(times), active.size, 2), np.nan)
+            where[:, active] = predict(self.state.times, self.state.positions[:, active], times)
         where = np.where(np.isfinite(where), where, self.starts.position)
         if (who := np.flatnonzero(self.search.occlusions.met)).size:
             where[:, who] = self.search.occlusions.at(who, times)
@@ -219,7 +239,7 @@ class Tracker:
             appearance=appearance,
             threshold=self.levels(who),
             detection=self.scene.detection,
-            careful=len(self._blocks) % PACE.careful_every == 0,
+            careful=len(self.record) % PACE.careful_every == 0,
         )
         clear, at = seen.clear, seen.values[[X, Y]]
         if self.scene.clutter.size:
@@ -227,8 +247,8 @@ class Tracker:
             clear = clear & ~near.all(axis=0).any(axis=-1)
         if self.scene.static is not None:
             clear = clear & ~self.scene.static.touched(samples, *at, *appearance.size)
-        if self.state.missing.size > 1:
-            met = np.flatnonzero(self.search.occlusions.met)
+        met = np.flatnonzero(self.search.occlusions.met)
+        if who.size + met.size > 1:
             every = np.concatenate([who, met])
             clear = np.concatenate([clear, np.zeros((len(clear), met.size), bool)], axis=1)
             where = predicted[:, every]
@@ -252,7 +272,7 @@ class Tracker:
         together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
         if not np.isin(lost_now, together).any():
             return predicted
-        times, positions = recent(self._times, [block.values[:2] for block in self._blocks])
+        times, positions = self.record.recent()
         if not times.size:
             return predicted
         occlusions.begin(together, times, positions, self.state.sizes(sample.lines) / 2)
@@ -262,16 +282,22 @@ class Tracker:
         return where
 
     def _seek(self, block: Rows, sample: Sample, who: Ints, predicted: Array, j: int) -> None:
-        """Seek targets in a sample that is row j of the block, which takes what is found."""
-        before = self.state.missing
-        now = self.search.seek(Searched(self.state, block.values[:, j], block.flag[j]), sample, who, predicted)
-        self.state = now.state
-        found = who[np.isfinite(now.values[X, who])]
-        block.values[:, j], block.flag[j] = now.values, now.flag
-        block.corner[j, found] = now.values[[X, Y]][:, found].T - self.state.box[found] / 2
-        telling = (now.flag[who] & RECOVERED > 0) | (~np.isfinite(now.values[X, who]) & (before[who] == 1))
-        for i in who[telling].tolist():
-            self._crop(sample, i, block, j)
+        """Seek targets, then other tracks, in a sample that is row j of the block, which takes what is found."""
+        n = self.record.n
+        for some in (who[who < n], who[who >= n]):
+            some = some[self.state.missing[some] >= 0]  # a target may just have turned out to be this track
+            if not some.size:
+                continue
+            before = self.state.missing
+            now = self.search.seek(Searched(self.state, block.values[:, j], block.flag[j]), sample, some, predicted)
+            self.state = now.state
+            found = some[np.isfinite(now.values[X, some])]
+            block.values[:, j], block.flag[j] = now.values, now.flag
+            block.corner[j, found] = now.values[[X, Y]][:, found].T - self.state.box[found] / 2
+            telling = (now.flag[some] & RECOVERED > 0) | (~np.isfinite(now.values[X, some]) & (before[some] == 1))
+            for i in some[telling & (some < n)].tolist():
+                self._crop(sample, i, block, j)
+            block.values[:, j, self._yield(now.values[[X, Y]][:, found[found < n]], sample.lines)] = np.nan
 
     def _blank(self, samples: Sequence[Sample], predicted: Array) -> Rows:
         """Rows in which every target is lost, its box where it is expected."""
@@ -283,21 +309,6 @@ class Tracker:
             flag[:, unborn] = LOST
             corner[:, unborn] = np.nan
         return Rows(np.full((MEASURED, k, n), np.nan), corner, flag, np.zeros(k))
-
-    def _count(self, sample: Sample) -> int:
-        """Pixels of a whole sample on the targets' side of the threshold.
-
-        Done as a sample comes: its windows are then cut from the processor's caches.
-        """
-        detection = self.scene.detection
-        level, kind = self.scene.level / detection.scale, cv2.THRESH_BINARY
-        if detection.dark:  # BINARY_INV keeps what is not above: a dark pixel lies below the level
-            level, kind = float(np.ceil(detection.full - level)) - 1, cv2.THRESH_BINARY_INV
-        luma = sample.luma
-        if self._marked is None or self._marked.shape != luma.shape or self._marked.dtype != luma.dtype:
-            self._marked = np.empty(luma.shape, luma.dtype)
-        cv2.threshold(luma, level, 1, kind, dst=self._marked)
-        return cv2.countNonZero(self._marked)
 
     def _accept(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> Rows:
         """The block with what was clear in the first `taken` samples; the appearance follows light and distance."""
@@ -322,20 +333,11 @@ class Tracker:
         block.flag[:] = CORRUPT | PREDICTED
         self.state = self.state.remembering(times, block.values[:2].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)
-        self._blocks.append(block)
-        self._times.append(times)
-        self._done += 1
+        self._keep(block, times)
 
     def _crop(self, sample: Sample, target: int, block: Rows, j: int) -> None:
         """Keep what the box shows at a bad moment."""
-        rows, columns = sample.luma.shape
-        if len(self.crops) >= CROPS.in_all or sum(crop.target == target for crop in self.crops) >= CROPS.of_each:
-            return
-        if not np.isfinite(block.corner[j, target]).all():
-            return
-        wide, high = int(self.state.box[target, 0]), int(np.ceil(self.state.box[target, 1] / sample.lines))
-        left = int(np.clip(block.corner[j, target, 0], 0, max(columns - wide, 0)))
-        top = int(np.clip(sample.row(block.corner[j, target, 1]), 0, max(rows - high, 0)))
-        piece = sample.luma[top : top + high, left : left + wide] * self.scene.detection.scale
-        flag = int(block.flag[j, target])
-        self.crops.append(Crop(self._done + j, target, flag, np.clip(np.rint(piece), 0, 255).astype(np.uint8)))
+        corner = block.corner[j, target]
+        if wanted(self.crops, target) and np.isfinite(corner).all():
+            piece = piece_of(sample, corner, self.state.box[target], self.scene.detection.scale)
+            self.crops.append(Crop(self.record.samples + j, target, int(block.flag[j, target]), piece))

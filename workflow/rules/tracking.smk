@@ -1,5 +1,6 @@
 # Needs: runs/<run>/<camera>.<ext>, and runs/<run>/targets.csv where someone placed the boxes.
 # Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading;
+# runs/<run>/tracklets/<camera>.parquet, all that was followed, in stretches of certain identity;
 # runs/<run>/light/<camera>.parquet, how bright each picture was and when.
 
 TRACKS = [
@@ -30,6 +31,7 @@ rule track:
     output:
         centroids=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.parquet",
         record=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json",
+        tracklets=f"{RESULTS}/runs/{{run}}/tracklets/{{camera}}.parquet",
         light=f"{RESULTS}/runs/{{run}}/light/{{camera}}.parquet",
         account=account("track", "{run}", "{camera}"),
     log:
@@ -44,4 +46,5 @@ rule track:
         "printf '%s\\n' {params:q} | python -m vidtrack track --account {output.account:q}"
         " --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input targets {input.targets:q}"
-        " --output centroids {output.centroids:q} --output record {output.record:q} --output light {output.light:q}"
+        " --output centroids {output.centroids:q} --output tracklets {output.tracklets:q}"
+        " --output record {output.record:q} --output light {output.light:q}"

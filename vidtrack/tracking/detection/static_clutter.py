@@ -58,6 +58,16 @@ class StaticClutter:
             hit[parity == one] = _any_within(sums, edges[:, parity == one])
         return hit
 
+    def without(self, parity: int, mask: Mask) -> StaticClutter:
+        """The clutter without the marked pixels (rows, columns) of the samples of this parity."""
+        if parity not in self.sums:
+            return self
+        sums = self.sums[parity].astype(np.int64)
+        own = np.diff(np.diff(sums, axis=0), axis=1).astype(np.uint8)
+        if not (own & mask).any():
+            return self
+        return StaticClutter({**self.sums, parity: cv2.integral(own & ~mask & 1, sdepth=cv2.CV_32S)})
+
 
 def _any_within(sums: NDArray[np.int32], edges: Array) -> Bools:
     """Whether there are pixels from the first behind the edges (4, ...), left, right, top, bottom px, to their last."""

@@ -1,0 +1,93 @@
+"""Whatever can be a target is followed, whenever and wherever it comes; and no target twice."""
+
+import numpy as np
+import pytest
+
+from tests.tracking.test_tracker import DETECTION, circle, samples_of, starts_at
+from vidtrack.tracking.detection.background_picture import background_of
+from vidtrack.tracking.detection.static_clutter import static_clutter
+from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.newcomers import INITIATION
+from vidtrack.tracking.state import present
+from vidtrack.tracking.tracker import Tracker
+
+NOWHERE = np.full(2, np.nan)
+
+
+def followed(path, starts, *, still=(), opening=12):
+    samples = samples_of(path, still=still)
+    backgrounds = background_of(samples[:opening], DETECTION)
+    static = static_clutter(samples[:opening], backgrounds, DETECTION, np.zeros((0, 4)))
+    whole = WholePicture(backgrounds, DETECTION, static)
+    tracker = Tracker(starts_at(starts), DETECTION, 100.0, static=static, whole=whole)
+    tracker.follow(samples)
+    tracker.finish()
+    return tracker.rows(), tracker.others(), tracker
+
+
+def with_one_more(path, other):
+    return np.concatenate([path, other[:, None]], axis=1)
+
+
+def test_a_thing_that_comes_late_is_followed_within_a_few_samples():
+    late = np.tile(NOWHERE, (80, 1))
+    late[30:] = np.stack([40 + 2.0 * np.arange(50), np.full(50, 30.0)], axis=-1)
+    path = circle(80)
+    rows, others, _ = followed(with_one_more(path, late), path[0])
+    assert present(rows).all()
+    assert set(others.track) == {1}
+    assert others.sample.min() <= 30 + INITIATION.every + 1
+    assert np.nanmax(np.abs(others.values[:2].T - late[others.sample])) < 0.1
+    assert np.isfinite(others.values[0]).all()
+
+
+def test_without_anything_else_nothing_else_is_followed():
+    path = circle(60, 3)
+    rows, others, _ = followed(path, path[0], still=[(20.0, 20.0, 4.0), (280.0, 180.0, 4.0)])
+    assert present(rows).all()
+    assert not others.track.size
+
+
+def test_what_rested_in_the_opening_is_followed_once_it_moves():
+    """It was background at first; where it had been is uncovered, and it counts as clutter no more."""
+    x = np.where(np.arange(90) < 25, 60.0, 60 + 1.5 * (np.arange(90) - 25))
+    rested = np.stack([x, np.full(90, 30.0)], axis=-1)
+    path = circle(90)
+    rows, others, tracker = followed(with_one_more(path, rested), path[0])
+    assert present(rows).all()
+    seen = others.sample[np.isfinite(others.values[0])]
+    assert set(range(55, 90)) <= set(seen.tolist())
+    assert tracker.scene.static is None or not tracker.scene.static.touched(
+        samples_of(path[:1]), np.array([[60.0]]), np.array([[30.0]]), 9.0, 9.0
+    )
+
+
+def test_a_target_that_jumps_is_taken_back_from_the_track_that_found_it():
+    path = circle(60)
+    path[30:, 0, 0] = 300 - path[30:, 0, 0]
+    rows, others, tracker = followed(path, path[0])
+    assert present(rows)[-15:].all()
+    assert (tracker.state.missing[1:] < 0).all(), "no other track goes on beside the target"
+    together = others.sample[np.isfinite(others.values[0])]
+    assert (together < 45).all()
+
+
+def test_a_track_that_is_lost_gives_its_place_back():
+    late = np.tile(NOWHERE, (60, 1))
+    late[10:40] = np.stack([40 + 2.0 * np.arange(30), np.full(30, 30.0)], axis=-1)
+    path = circle(60)
+    _, others, tracker = followed(with_one_more(path, late), path[0])
+    assert others.track.size
+    assert (tracker.newcomers.track[1:] == -1).all()
+
+
+@pytest.mark.parametrize("n", [1, 5])
+def test_what_the_targets_show_does_not_depend_on_what_else_is_followed(n):
+    path = circle(60, n)
+    late = np.tile(NOWHERE, (60, 1))
+    late[20:] = np.stack([20 + 1.0 * np.arange(40), np.full(40, 20.0)], axis=-1)
+    alone, _, _ = followed(path, path[0])
+    rows, others, _ = followed(with_one_more(path, late), path[0])
+    assert others.track.size
+    off = np.abs(rows.values[:2] - alone.values[:2])
+    assert off.max() < 0.06  # other noise

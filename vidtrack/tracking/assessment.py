@@ -1,0 +1,191 @@
+"""What the user should know of how targets were tracked: which were not measured and why, and what else there is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding, Level
+from vidtrack.tracking.detection.background_picture import bright_mask
+from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.measurement.empirical_sd import Scatter
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import EDGE, LOST, MERGED, SMALL, Rows, present
+from vidtrack.tracking.tracklets import Tracklets
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Shares of the samples: below `bad` a target measured is hardly tracked, below `doubtful` partly; a track besides
+    the targets that lasts `long` may be a target as well.
+    """
+
+    bad: float = 0.1
+    doubtful: float = 0.9
+    long: float = 0.5
+
+
+LIMITS = Limits()
+_WHY = (
+    (MERGED, "it touches something else that is as bright"),
+    (EDGE, "it is cut by the edge of the picture"),
+    (SMALL, "it has fewer pixels than detect.min_pixels"),
+    (LOST, "it is not seen where it should be"),
+)
+
+
+class InBox(NamedTuple):
+    """What a start box shows in the first sample.
+
+    contrast  grey levels, of its brightest pixels over what is usual in it (turned bright)
+    peak      grey level, as stored: the largest in the box, or the smallest for dark targets
+    cut       something bright goes on beyond the box; size (2,) px, width and height of the whole of it
+    outside   what stands out nearest to the box is so far from its middle, px; NaN: nothing does
+    """
+
+    contrast: float
+    peak: float
+    cut: bool
+    size: tuple[int, int]
+    outside: float
+
+
+def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
+    """What start boxes (n, 4), middle, width and height px, show."""
+    image = detection.bright(sample.luma)
+    mask = bright_mask(image, detection)
+    _, labels, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    rows, columns = image.shape
+    told = []
+    for x, y, width, height in boxes:
+        row, high = float(sample.row(np.array([y]))[0]), height / sample.lines
+        left, right = (int(np.clip(round(v), 0, columns - 1)) for v in (x - width / 2, x + width / 2))
+        top, bottom = (int(np.clip(round(v), 0, rows - 1)) for v in (row - high / 2, row + high / 2))
+        piece = image[top : bottom + 1, left : right + 1]
+        light = np.sort(piece, axis=None).astype(float) * detection.scale
+        few = light[-max(detection.min_pixels, 1) :]
+        inside = labels[top : bottom + 1, left : right + 1]
+        counts = np.bincount(inside.ravel(), minlength=len(stats))
+        counts[0] = 0
+        most = int(np.argmax(counts))
+        cut = bool(counts[most]) and counts[most] < 0.9 * stats[most, cv2.CC_STAT_AREA]
+        whole = stats[:, cv2.CC_STAT_AREA] >= detection.min_pixels
+        whole[0] = False
+        off = np.hypot(middle[whole, 0] - x, (middle[whole, 1] - row) * sample.lines)
+        peak = float(few.mean())
+        told.append(
+            InBox(
+                peak - float(np.median(light)),
+                255.0 - peak if detection.dark else peak,
+                cut,
+                (int(stats[most, 2]), int(stats[most, 3]) * sample.lines),
+                float(off.min()) if off.size else np.nan,
+            )
+        )
+    return told
+
+
+def missing_targets(
+    rows: Rows, names: Sequence[str], expected: Sequence[InBox] | None, detection: Detection
+) -> list[Finding]:
+    """Targets that were measured in few samples or in none, with the likeliest cause."""
+    if not len(rows.flag):
+        return []
+    share = present(rows).mean(axis=0)
+    told = []
+    if expected is None and (never := [name for name, some in zip(names, share, strict=True) if not some]):
+        text = f"never found: {', '.join(never)}: {len(names) - len(never)} of {len(names)} targets are to be seen."
+        cure = "Set targets to how many there are, give a start box in targets.csv, or a threshold."
+        told.append(Finding("bad", "target-never-measured", text, cure))
+    for i, name in enumerate(names):
+        if expected is not None and not share[i]:
+            cause, cure = _cause(expected[i], rows, i, detection)
+            text = f"{name}: not measured in any sample: {cause}."
+            told.append(Finding("bad", "target-never-measured", text, cure))
+        elif share[i]:
+            told += _partly(rows, name, i)
+    return told
+
+
+def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
+    """Whether a target was measured in few of the samples between its first and its last, or these are few."""
+    seen = present(rows)[:, i]
+    first, last = int(np.argmax(seen)), len(seen) - 1 - int(np.argmax(seen[::-1]))
+    share, whole = float(seen[first : last + 1].mean()), (last + 1 - first) / len(seen)
+    told = []
+    if share < LIMITS.doubtful:
+        level: Level = "bad" if share < LIMITS.bad else "doubtful"
+        flags = rows.flag[first : last + 1, i][~seen[first : last + 1]]
+        why = max(_WHY, key=lambda one: int((flags & one[0] > 0).sum()))[1]
+        text = (
+            f"{name}: measured in {share:.0%} of the samples from its first to its last; in most of the others {why}."
+        )
+        told.append(Finding(level, "target-rarely-measured", text, "Look at the crops of the worst moments."))
+    if whole < LIMITS.doubtful:
+        level = "note" if whole > LIMITS.bad else "doubtful"
+        text = f"{name}: seen in samples {first} to {last} of {len(seen)} only."
+        told.append(Finding(level, "target-part-of-run", text, "Nothing, if it came or left then; else its start box."))
+    return told
+
+
+def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, str]:
+    """Why a target with a start box was never measured, most likely, and what to do."""
+    level = detection.threshold
+    side = "above" if detection.dark else "below"
+    if box.contrast < STANDS_OUT * detection.noise:
+        elsewhere = "" if np.isnan(box.outside) else f"; the nearest bright thing is {box.outside:.0f} px away"
+        what = f"nothing in its start box stands out of the noise of {detection.noise:.1f} grey levels{elsewhere}"
+        return what, "Correct its start box in targets.csv, as the picture lies in the file, or detect.polarity."
+    if level is not None and (box.peak > level if detection.dark else box.peak < level):
+        return (
+            f"the threshold of {level:g} is not reached: its box is {side} it, {box.peak:.0f} at most",
+            "Set detect.threshold to auto, or half-way between the target and its background.",
+        )
+    if box.cut:
+        width, height = box.size
+        return (
+            f"what stands out in its start box goes on beyond it, {width} x {height} px in all",
+            f"Set detect.box to at least [{width + 20}, {height + 20}], or give width and height in targets.csv.",
+        )
+    why = max(_WHY, key=lambda one: int((rows.flag[:, i] & one[0] > 0).sum()))[1]
+    return why, "Look at the crops of the worst moments; move its start box, or set detect.threshold."
+
+
+def more_than_asked(cut: Tracklets, samples: int, n: int) -> list[Finding]:
+    """Whether other things than the targets are followed for long, which look like targets."""
+    if not len(cut.target):
+        return []
+    length = np.bincount(cut.tracklet, minlength=len(cut.target))
+    more = int(((cut.target < 0) & (length > LIMITS.long * samples)).sum())
+    if not more:
+        return []
+    things = "one more thing that looks" if more == 1 else f"{more} more things that look"
+    text = f"{things} like the {n} target{'s' * (n != 1)} can be seen for more than half of the run."
+    return [Finding("note", "more-targets-seen", text, f"Set targets to {n + more} if they are targets.")]
+
+
+def scattering(seen: Scatter, names: Sequence[str]) -> list[Finding]:
+    """Tracks that scatter more than noise, contrast and light explain."""
+    return [
+        Finding(
+            "doubtful",
+            "track-scatters",
+            f"{name}: its track scatters {np.nanmax(seen.track[:, i]):.0f} times as much as noise and contrast "
+            f"explain, its light {max(seen.light[i], 1.0):.1f} times: it shakes, is blurred, or pictures repeat. "
+            "Its sd_x, sd_y are grown by the latter only.",
+            "",
+        )
+        for i, name in enumerate(names)
+        if seen.rough[i]
+    ]
+
+
+def line(finding: Finding) -> str:
+    """A finding as one line."""
+    return f"{finding.text} {finding.cure}".strip()

@@ -1,0 +1,92 @@
+"""What stands out of the background and is none of the targets that are followed: candidates for new tracks.
+
+The background begins as the opening shows it and only gets darker: where a picture is plainly darker than it, what
+was taken for background had been something in front of it. So nothing is hidden for good by what the first pictures
+showed. The static clutter loses the same pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.tracking.detection.blobs import Blobs, above, in_frame_buffer, no_blobs, rough_blobs
+from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """When pixels count as unexplained.
+
+    room_px  about a target that is followed, in which whatever stands out is its own
+    crowded  share of the picture above which what stands out is a change of light, not targets
+    share    of the contrast of the faintest target, by which a pixel stands out at least
+    darker   sigmas by which a picture is darker than the background where that had been something in front of it
+    """
+
+    room_px: float = 4.0
+    crowded: float = 0.05
+    share: float = 0.3
+    darker: float = 9.0
+
+
+UNEXPLAINED = Unexplained()
+_SQUARE2 = np.ones((2, 2), np.uint8)
+
+
+class WholePicture:
+    """Seeks candidates in whole samples; `static` is the clutter as it is known by now.
+
+    backgrounds  as `background_of` makes them, by parity
+    """
+
+    def __init__(
+        self, backgrounds: Mapping[int, NDArray[Any]], detection: Detection, static: StaticClutter | None
+    ) -> None:
+        self.static = static
+        self._background = {parity: picture.copy() for parity, picture in backgrounds.items()}
+        self._detection = detection
+        self._least = max(SIGMAS * detection.noise, LEAST_CONTRAST)
+        self._drop = max(UNEXPLAINED.darker * detection.noise, LEAST_CONTRAST) / detection.scale
+
+    def candidates(self, sample: Sample, middle: Array, size: Array, contrast: float) -> Blobs:
+        """Blobs of a sample away from targets at middles (n, 2) px of these sizes (n, 2) px.
+
+        contrast  grey levels, of the faintest target; NaN where none is known
+        """
+        image, background = self._detection.bright(sample.luma), self._background[sample.parity]
+        self._uncover(image, sample.parity)
+        level = max(self._least, np.nan_to_num(UNEXPLAINED.share * contrast))
+        mask = above(cv2.subtract(image, background), level / self._detection.scale)
+        half = size / 2 + UNEXPLAINED.room_px
+        low, high = middle - half, middle + half
+        edges = np.stack([low[:, 0], high[:, 0], sample.row(low[:, 1]), sample.row(high[:, 1])], axis=1)
+        edges = np.maximum(np.rint(edges), 0).astype(np.intp)
+        for left, right, top, bottom in edges.tolist():
+            mask[top : bottom + 1, left : right + 1] = 0
+        lit = cv2.countNonZero(mask)
+        if lit < self._detection.min_pixels or lit > UNEXPLAINED.crowded * mask.size:
+            return no_blobs()
+        if not cv2.countNonZero(cv2.erode(mask, _SQUARE2)):  # nothing but specks
+            return no_blobs()
+        found = rough_blobs(image, mask, scale=self._detection.scale, min_pixels=self._detection.min_pixels)
+        return in_frame_buffer(Blobs._make(column[~found.edge] for column in found), sample)
+
+    def _uncover(self, image: NDArray[Any], parity: int) -> None:
+        """Lower the background where this picture is plainly darker, and take that off the static clutter."""
+        background = self._background[parity]
+        darker = above(cv2.subtract(background, image), self._drop)
+        if not cv2.countNonZero(darker):
+            return
+        cv2.copyTo(image, darker, background)
+        if self.static is not None:
+            self.static = self.static.without(parity, darker)
