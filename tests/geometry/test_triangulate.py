@@ -280,3 +280,26 @@ def test_a_clocks_standard_error_widens_sigma_along_the_motion_only():
 def test_shapes_that_do_not_match_are_refused(cameras, b, kwargs):
     with pytest.raises(ValueError, match=r"must be|uncertainties for"):
         locate_points(thesis_rig(cameras), b, **kwargs)
+
+
+def test_a_small_base_line_far_away_is_located_as_well_as_its_sigma_says():
+    """Two parallel cameras 4 in apart, 160 in away: lines of sight within 1.5 degrees of parallel."""
+    first = thesis_rig(2)[0]
+    R = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1]])
+    cameras = [first.with_(R=R, T=np.array([x, 0.0, 160])) for x in (2.0, -2.0)]
+    rng = np.random.default_rng(3)
+    p = rng.uniform(-20, 20, (400, 3))
+    b = np.stack([project(c, p) for c in cameras]) + rng.normal(0, 0.02, (2, 400, 2))
+    located = locate_points(cameras, b, sd=0.02)
+    z = (located.point - p) / located.sigma
+    assert np.mean(z**2, 0) == pytest.approx(np.ones(3), abs=0.25)
+
+
+def test_lines_so_nearly_parallel_that_sigma_is_a_large_share_of_the_distance_are_no_fix():
+    first = thesis_rig(2)[0]
+    for apart, found in ((0.5, True), (0.05, False)):
+        cameras = [first.with_(R=np.eye(3), T=np.array([x, 0.0, 160])) for x in (apart / 2, -apart / 2)]
+        b = np.stack([project(c, np.zeros(3)) for c in cameras])
+        assert np.isfinite(locate_points(cameras, b, sd=0.2).point).all() == found
+    same = [first, first]
+    assert np.isnan(locate_points(same, np.stack([project(c, np.zeros(3)) for c in same]), sd=0.1).point).all()

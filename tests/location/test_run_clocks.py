@@ -74,8 +74,8 @@ def test_targets_at_rest_leave_it_to_the_flash():
     assert own["source"].startswith("flash")
     assert "motion" not in own["witnesses"]
     nothing, warnings = located(rest, Clock(0.012))
-    assert (nothing["source"], nothing["offset_s"]) == ("nobody", 0.0)
-    assert any("cameras.cam2.clock: the motion and the sound and the flash do not tell it" in w for w in warnings)
+    assert (nothing["source"], nothing["offset_s"]) == ("none", 0.0)
+    assert any("cameras.cam2.clock: the motion and the sound and the flash do not estimate it" in w for w in warnings)
 
 
 def test_a_flash_that_contradicts_the_motion_is_told_with_both_figures():
@@ -107,7 +107,7 @@ def test_the_config_may_insist_on_one_witness(who):
     assert own["offset_s"] == pytest.approx(0.02)
     assert list(own["witnesses"]) == [who]
     _, warnings = located(pluck, Clock(0.012), None, who)
-    assert any(f"cameras.cam2.clock: the {who} does not tell it, and it is left as it is" in w for w in warnings)
+    assert any(f"cameras.cam2.clock: the {who} does not estimate it, and it is left as it is" in w for w in warnings)
     motion, _ = located(pluck, Clock(0.012), heard, "motion")
     assert motion["source"] == "motion"
     assert motion["offset_s"] == pytest.approx(0.012, abs=0.02 / RATE)

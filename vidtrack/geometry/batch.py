@@ -16,7 +16,6 @@ from vidtrack.geometry.sights import (
     Mask,
     Sight,
     carried_noise,
-    largest_sine,
     linear_gain,
     linear_point,
     look_back,
@@ -71,7 +70,7 @@ class Task(NamedTuple):
     known: CalibrationErrors | None
     slips: Array | None  # (n_cameras, n, 2) px, by which a clock's standard error moves each camera's measurement
     steps: int  # of refinement, at most; 0 is the thesis's linear answer
-    min_sine: float
+    most_unsure: float  # the largest sigma of a fix, as a share of its distance to the nearest camera
 
     def at(self, which: NDArray[np.intp]) -> Task:
         """The same for some of the points."""
@@ -105,30 +104,35 @@ class Task(NamedTuple):
             out.noise[:] = Q if self.steps else carried_noise(sights, gains)
             if self.known:
                 out.common[:] = self.known.carried(sights, p, gains, origin)
-            good = self._held_against(sights, p, out, LEAST_DEPTH * _base_line(self.cameras))
+            good = self._compared(sights, p, out, LEAST_DEPTH * _base_line(self.cameras))
         out.point[:] = np.where(good, p + origin[:, None], np.nan)
         if self.slips is not None:
             for gain, slip in zip(gains, self.slips[:, part], strict=True):
                 moved = gain[0] * slip[:, 0] + gain[1] * slip[:, 1]
                 add_product(out.common, moved, moved)
 
-    def _held_against(self, sights: Sequence[Sight], p: Array, out: Solution, least_depth: float) -> Mask:
-        """How far off the points p (3, n) are in each picture, into `out`; whether (n,) each is a fix."""
+    def _compared(self, sights: Sequence[Sight], p: Array, out: Solution, least_depth: float) -> Mask:
+        """How far off the points p (3, n) are in each picture, into `out`; whether (n,) each is a fix.
+
+        Where lines of sight are so nearly parallel that sigma is a large share of the distance, the covariance no
+        longer describes what the point may be: it is no fix.
+        """
         n = np.zeros(p.shape[1])
         off2, behind = np.zeros_like(n), np.zeros(n.size, bool)
         out.chi2[:] = 0
-        lines = []
+        nearest = np.full(n.size, np.inf)
         for s, error in zip(sights, out.error, strict=True):
             view = look_back(s, p)
             n += s.on
             off2 += s.on * view.off2
             behind |= s.used & ~(view.depth > least_depth)
+            nearest = np.minimum(nearest, np.where(s.used, view.depth, np.inf))
             x, y = view.error
             out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
             error[:] = np.where(s.seen, view.error, np.nan)
-            lines.append(view.line)
         np.sqrt(off2 / n, out=out.miss)
-        return np.asarray((n >= 2) & ~behind & (largest_sine(lines) >= self.min_sine))
+        variance = out.noise[:3].sum(0) + np.nan_to_num(out.common[:3].sum(0))
+        return np.asarray((n >= 2) & ~behind & (variance <= (self.most_unsure * nearest) ** 2))
 
 
 def _base_line(cameras: Sequence[Camera]) -> float:

@@ -17,7 +17,6 @@ cache. Positions are relative to an origin amid the cameras: nothing is lost far
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +57,6 @@ class Seen(NamedTuple):
     error: Array  # (2, n) measured minus projected, px
     depth: Array  # (n,) world units
     off2: Array  # (n,) squared distance from the point to the line of sight
-    line: Array  # (3, n) the line's direction, a unit vector; 0 where the camera is not used
 
 
 def sight(camera: Camera, b: Array, weight: Array, used: Mask, origin: Array) -> Sight:
@@ -191,15 +189,4 @@ def look_back(s: Sight, p: Array) -> Seen:
     error = np.empty((2, z.size))
     np.add(s.px[0, 0] * du, s.px[0, 1] * dv, out=error[0])
     np.add(s.px[1, 0] * du, s.px[1, 1] * dv, out=error[1])
-    line = s.R[:2].T @ s.uv + s.R[2][:, None]
-    line *= s.on / np.sqrt(length2)
-    return Seen(error, z, off2, line)
-
-
-def largest_sine(lines: Sequence[Array]) -> Array:
-    """Sine (n,) of the largest angle between any two of several lines (3, n); a line of zeros is none."""
-    sine2 = np.zeros(lines[0].shape[1])
-    for a, b in combinations(lines, 2):
-        x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-        np.maximum(sine2, x * x + y * y + z * z, out=sine2)
-    return np.sqrt(sine2)
+    return Seen(error, z, off2)

@@ -22,6 +22,9 @@ from vidtrack.geometry.leave_one_out import agreeing
 from vidtrack.geometry.sights import Mask
 from vidtrack.geometry.symmetric import full
 
+MOST_UNSURE = 0.25
+"""ASSUME: a fix whose sigma is a larger share of its distance is none: linear laws no longer hold for it."""
+
 
 class Fix(NamedTuple):
     """What `triangulate` returns."""
@@ -99,7 +102,7 @@ def locate_points(
     slips: ArrayLike | None = None,
     refine: bool = True,
     reject: float | None = None,
-    min_angle_deg: float = 2.0,
+    most_unsure: float = MOST_UNSURE,
 ) -> Located:
     """Locate points that several cameras see at the same moments, with the covariance of each.
 
@@ -116,8 +119,10 @@ def locate_points(
     refine         minimise the weighted reprojection error instead of the thesis's algebraic one
     reject         px; where any camera's reprojection error is larger, the camera without which the others agree
                    best is left out. None: nothing is left out
-    Returns Located. NaN where fewer than two cameras saw the target, their lines are within min_angle_deg of
-    parallel, the point falls behind a camera, or cameras disagree and nothing tells which one errs (`disagree`;
+    most_unsure    the largest sigma of a fix, as a share of its distance to the nearest camera
+    Returns Located. NaN where fewer than two cameras saw the target, their lines are so nearly parallel that sigma
+    (without sd: that of 1 px of noise) is beyond most_unsure,
+    the point falls behind a camera, or cameras disagree and nothing tells which one errs (`disagree`;
     two cameras never can).
     Raises ValueError for fewer than two cameras or shapes that do not match.
     Equations 4.3.6 - 4.3.14. Two cameras at right angles, 0.25 in/px each and 0.1 px noise: sigma is .025 in across
@@ -132,7 +137,7 @@ def locate_points(
     weight = _weights(1.0 if sd is None else sd, b.shape).reshape(flat.shape)
     known = CalibrationErrors(cameras, uncertainties, joint) if uncertainties is not None else None
     slipped = None if slips is None else np.nan_to_num(np.broadcast_to(slips, b.shape)).reshape(flat.shape)
-    task = Task(cameras, flat, weight, known, slipped, 10 if refine else 0, np.sin(np.radians(min_angle_deg)))
+    task = Task(cameras, flat, weight, known, slipped, 10 if refine else 0, most_unsure)
 
     used = np.isfinite(flat[..., 0] + flat[..., 1]) & (weight[..., 0] > 0) & (weight[..., 1] > 0)
     solved = task.solve(used)

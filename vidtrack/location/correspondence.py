@@ -183,7 +183,7 @@ def _weighed(
         part = slice(start, start + 512)
         lost = np.full((1, T, 2), np.nan)
         seen = np.stack([np.concatenate([t, lost])[sets[part, i]] for i, t in enumerate(b)])
-        located = locate_points(cameras, seen, sd=1.0, min_angle_deg=0.0)
+        located = locate_points(cameras, seen, sd=1.0, most_unsure=np.inf)
         found = np.isfinite(located.point[..., 0])
         spare = np.where(found, 2.0 * np.isfinite(seen[..., 0]).sum(0) - 3, 0)
         chi2 = np.nansum(located.error**2, (0, -1))

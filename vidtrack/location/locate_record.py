@@ -1,22 +1,21 @@
-"""What is to be told of a located run: clocks, correspondence, noise, samples, volume; and warnings."""
+"""The record of a located run: clocks, correspondence, noise, lines of sight, samples, volume."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.triangulate import Located
+from vidtrack.location.centroid_noise import Noise
 from vidtrack.location.correspondence import NONE, Correspondence
 from vidtrack.location.run_clocks import RunClocks
+from vidtrack.location.sight_misses import Misses
 from vidtrack.location.views import View
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock
-
-UNEXPLAINED, LEAST_UNEXPLAINED_PX = 5.0, 0.2
-"""Reprojection errors beyond so many sd of the centroids, and so many px, are no noise but a wrong clock or camera."""
 
 
 def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: RunClocks) -> dict[str, Any]:
@@ -28,7 +27,7 @@ def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: Run
         own: dict[str, Any] = {"offset_s": clock.offset_s, "rate_ppm": clock.rate_ppm, "source": "config"}
         if isinstance(given[i], str):
             first = not np.any(timed.covariance[i])
-            own |= {"source": "reference" if first else " and ".join(timed.used[i]) or "nobody"}
+            own |= {"source": "reference" if first else " and ".join(timed.used[i]) or "none"}
             own |= {"offset_s_sd": sd.offset_s, "rate_ppm_sd": sd.rate_ppm}
             own |= {"offset_s_95": [clock.offset_s - 1.96 * sd.offset_s, clock.offset_s + 1.96 * sd.offset_s]}
             own |= {"rate_ppm_95": [clock.rate_ppm - 1.96 * sd.rate_ppm, clock.rate_ppm + 1.96 * sd.rate_ppm]}
@@ -93,16 +92,49 @@ def _world_per_px(views: Sequence[View], located: Located) -> float:
     return float(np.median([d * v.camera.dy / v.camera.f for d, v in zip(depths, views, strict=True)]))
 
 
-def noise_record(views: Sequence[View], located: Located, sd: Array, noise: float) -> dict[str, Any]:
+SOURCES = {"differences": "reprojection", "errors": "reprojection errors of few samples", "none": "assumed"}
+
+
+def noise_record(views: Sequence[View], located: Located, sd: Array, noise: Noise) -> dict[str, Any]:
     """The centroids' noise as used, px, and the reprojection errors, of each camera."""
     used = np.isfinite(located.error) & np.isfinite(located.point[..., :1]) & ~located.left_out[..., None]
     errors = [e[u] for e, u in zip(located.error, used, strict=True)]
     return {
         "sd_px": {v.name: _median(s[u]) for v, s, u in zip(views, sd, used, strict=True)},
-        "factor": noise,
-        "source": "tracker, scaled by the reprojection errors" if all(v.has_sd for v in views) else "reprojection",
+        "factor": noise.factor,
+        "source": _source(views, noise),
         "reprojection_rms_px": {
             v.name: float(np.sqrt(np.mean(e**2))) if e.size else None for v, e in zip(views, errors, strict=True)
+        },
+    }
+
+
+def _source(views: Sequence[View], noise: Noise) -> str:
+    if all(v.has_sd for v in views):
+        return "tracker" if noise.source == "none" else "tracker, scaled by the reprojection errors"
+    return SOURCES[noise.source]
+
+
+def sight_line_record(views: Sequence[View], misses: Misses | None) -> dict[str, Any] | None:
+    """How far lines of sight miss the points, px rms of each camera, beside what is expected; the likeliest cause."""
+    if misses is None:
+        return None
+    names = [v.name for v in views]
+    cause = misses.cause
+    return {
+        "samples": misses.n,
+        "px": dict(zip(names, misses.px.tolist(), strict=True)),
+        "expected_px": dict(zip(names, misses.expected_px.tolist(), strict=True)),
+        "over_sigma": misses.beyond,
+        "cause": {
+            "kind": cause.kind,
+            "cameras": [names[i] for i in cause.cameras],
+            "amount": cause.amount,
+            "sd": cause.sd,
+            "units": "deg" if cause.kind == "turned" else "s",
+            "share": cause.share,
+            "evidence": cause.evidence,
+            "moves_over_sigma": cause.moved,
         },
     }
 
@@ -133,40 +165,3 @@ def volume_record(outside: Array | None, units: str) -> dict[str, Any] | None:
         return None
     known = outside[np.isfinite(outside)]
     return {"share_outside": float((known > 0).mean()), "farthest_outside": float(known.max()), "units": units}
-
-
-def warnings_of(record: Mapping[str, Any], units: str) -> list[str]:
-    """What a user should look at, one line each."""
-    tolerance = record["correspondence"]["tolerance_px"]
-    out = []
-    if not record["correspondence"]["targets"]:
-        out.append(f"targets: no two cameras' tracks agree within {tolerance:g} px: check the calibration or clocks")
-    for name, target in record["correspondence"]["targets"].items():
-        if target["ambiguous"]:
-            out.append(
-                f"target {name}: another match explains the tracks about as well ({target['error_px']:.3g} against "
-                f"{target['runner_up_px']:.3g} px). Name the targets in targets.csv, or add a camera."
-            )
-    for camera, tracks in record["correspondence"]["unmatched"].items():
-        out.append(f"{camera}: no other camera shows the same target as {', '.join(tracks)}")
-    volume = record["volume"]
-    if volume and volume["share_outside"] > 0.01:
-        out.append(
-            f"{100 * volume['share_outside']:.0f} % of the samples lie outside the calibrated volume, by up to "
-            f"{volume['farthest_outside']:.3g} {units}. Calibrate with points around the whole motion."
-        )
-    samples, noise = record["samples"], record["noise"]
-    errors = [e for e in noise["reprojection_rms_px"].values() if e is not None and np.isfinite(e)]
-    sds = [sd for sd in noise["sd_px"].values() if sd is not None]
-    if errors and sds and max(errors) > max(UNEXPLAINED * max(sds), LEAST_UNEXPLAINED_PX):
-        out.append(
-            f"lines of sight miss the located points by {samples['mean_miss']:.3g} {units} ({max(errors):.2g} px), far "
-            f"more than the centroid noise of {max(sds):.2g} px explains, and sigma does not count it. Where the "
-            "cameras were not locked together, set their clock: auto; else see to the calibration."
-        )
-    if samples["disagree"]:
-        out.append(
-            f"{samples['disagree']} samples have no fix: the cameras disagree by more than {tolerance:g} px "
-            f"(lines of sight miss each other by {samples['mean_miss_where_disagreed']:.3g} {units})"
-        )
-    return out

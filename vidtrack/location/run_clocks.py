@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
+from vidtrack.findings import Finding
 from vidtrack.location.correspondence import by_target
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks, estimate_clocks
@@ -69,7 +70,7 @@ def run_clocks(
     limit: int | None,
     tolerance_px: float,
     units: str,
-    told: list[str],
+    findings: list[Finding],
 ) -> RunClocks:
     """The clocks of cameras for which somebody is asked, against those of the others.
 
@@ -77,7 +78,7 @@ def run_clocks(
     asked    for each camera the witnesses: motion, sound, flash; none where its clock is given
     heard    camera: witness: what stage clocks told of it
     names, limit, tolerance_px   of the targets, as for `matched`; a match may lie a sample's delay further off
-    told     what a person should know is added to it
+    findings  what a person should know is added to them
     """
     start = [own if isinstance(own, Clock) else Clock() for own in given]
     length = max((float(np.ptp(v.t)) for v in views if v.t.size), default=0.0)
@@ -103,7 +104,7 @@ def run_clocks(
         if who:
             start[i] = answer.timing.clock if answer.timing.tells else start[i]
             ambiguous = motion is not None and "motion" in answer.used and motion.ambiguous[i]
-            told += _warnings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
+            findings += _findings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
     covariance = [a.timing.covariance if who else np.zeros((2, 2)) for a, who in zip(answers, asked, strict=True)]
     used = tuple(a.used for a in answers)
     return RunClocks(tuple(start), np.stack(covariance), tuple(witnesses), used, motion, before)
@@ -210,7 +211,7 @@ def _slip_px(views: Sequence[View]) -> float:
     return float(np.percentile(moved, 90)) if moved.size else 0.0
 
 
-def _warnings(
+def _findings(
     name: str,
     asked: Sequence[str],
     witnesses: Mapping[str, Timing],
@@ -218,33 +219,29 @@ def _warnings(
     length: float,
     step: float,
     ambiguous: bool,
-) -> list[str]:
-    """What to tell of a clock that is not settled, or on which witnesses contradict each other."""
+) -> list[Finding]:
+    """A clock that is not known, or on which the methods contradict each other."""
     place = f"cameras.{name}.clock"
-    out = []
+    out: list[Finding] = []
     for better, other in answer.contradicting:
         said = " and ".join(f"{_spoken(w, witnesses[w].moved(length / 2))}" for w in (better, other))
-        out.append(
-            f"{place}: {said} contradict each other, at the middle of the run. The {better} is believed; see what "
-            f"misled the {other}, or insist on one (clock: {other})."
-        )
+        text = f"{place}: {said} contradict each other, at the middle of the run; the {better} is believed"
+        cure = f"See what misled the {other}, or insist on one (clock: {other})."
+        out.append(Finding("doubtful", "clocks-contradict", text, cure))
     sd = answer.timing.sd.offset_s
+    cross = "Move a target across the epipolar lines"
     if not witnesses:
         who = " and the ".join(asked)
-        out.append(
-            f"{place}: the {who} {'does' if len(asked) == 1 else 'do'} not tell it, and it is left as it is. Move a "
-            "target across the epipolar lines, clap, switch a lamp on before all cameras, or give offset_s."
-        )
+        verb = "does" if len(asked) == 1 else "do"
+        text = f"{place}: the {who} {verb} not estimate it, and it is left as it is: moving targets are misplaced"
+        cure = f"{cross}, clap, switch a lamp on before all cameras, or give offset_s."
+        out.append(Finding("bad", "clock-not-found", text, cure))
     elif not sd < TELLS * step:
-        out.append(
-            f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from the {' and the '.join(answer.used)}). "
-            "Move a target across the epipolar lines, or give offset_s."
-        )
+        text = f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from the {' and the '.join(answer.used)})"
+        out.append(Finding("doubtful", "clock-uncertain", text, f"{cross}, or give offset_s."))
     elif ambiguous:
-        out.append(
-            f"{place}: another offset fits about as well as {answer.timing.clock.offset_s:.4g} s "
-            "(a periodic motion). Give offset_s to within a period."
-        )
+        text = f"{place}: another offset fits about as well as {answer.timing.clock.offset_s:.4g} s (a periodic motion)"
+        out.append(Finding("doubtful", "clock-ambiguous", text, "Give offset_s to within a period."))
     return out
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,18 +19,20 @@ from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.correspondence import Correspondence, by_target
+from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
     clock_record,
     match_record,
     noise_record,
     sample_record,
+    sight_line_record,
     volume_record,
-    warnings_of,
 )
 from vidtrack.location.matching import matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.timing.clock import Clock
@@ -37,7 +40,13 @@ from vidtrack.timing.resample import COINCIDE, common_times, interval
 from vidtrack.timing.witnesses import asked
 
 SD_PX = 0.1
-"""ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors tell it."""
+"""ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors show it."""
+
+TOLERANCE_PX, TOLERANCE_SD = 3.0, 6.0
+"""How far a sample may lie from the located point where the config does not say: px, or sd of noisy centroids."""
+
+BY_CHANCE = 0.3
+"""Share of a target's samples on which cameras disagree above which two that agree now and then do so by chance."""
 
 
 class Locations(NamedTuple):
@@ -54,7 +63,7 @@ def locate(
     targets: int | Sequence[str] | None = None,
     clocks: Mapping[str, Mapping[str, float] | str] | str | None = None,
     heard: Mapping[str, Any] | None = None,
-    tolerance_px: float = 3.0,
+    tolerance_px: float | None = None,
     max_miss: float | None = None,
     points: Mapping[str, pd.DataFrame] | None = None,
     volume: ArrayLike | None = None,
@@ -70,12 +79,14 @@ def locate(
     clocks         camera: {"offset_s", "rate_ppm"}, added to its time; or who is to tell it: "auto", "motion",
                    "sound", "flash"
     heard          what stage clocks told: camera: witness: its answer; None: only the motion is asked
-    tolerance_px   how far from its epipolar line a match may lie, and how far from the located point a sample
+    tolerance_px   how far from its epipolar line a match may lie, and how far from the located point a sample;
+                   None: 3 px, for samples 6 sd of the centroids where that is more
     max_miss       world units; a fix whose lines of sight miss it by more is not believed
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
     volume         (n, 3) calibration points, where `points` is not given
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
-    A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target),
+    A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
+    (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge.
     Raises VidtrackError for fewer than two calibrated cameras or cameras that share no moment.
     """
@@ -85,7 +96,7 @@ def locate(
         points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
     names = None if targets is None or isinstance(targets, int) else list(targets)
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
-    told: list[str] = []
+    reach = tolerance_px or TOLERANCE_PX
     given = _given_clocks(views, clocks)
     timed = run_clocks(
         views,
@@ -94,30 +105,36 @@ def locate(
         heard or {},
         names=names,
         limit=limit,
-        tolerance_px=tolerance_px,
+        tolerance_px=reach,
         units=units,
-        told=told,
+        findings=findings,
     )
     times = [clock.corrected(view.t) for view, clock in zip(views, timed.clocks, strict=True)]
     _check_overlap(views, times, where)
 
     at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
-    match, labels = matched(views, seen, names, limit, tolerance_px, told)
+    match, labels = matched(views, seen, names, limit, reach, findings)
     b, sd = _by_target(seen, match, len(labels))
     fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
     lag = 3 if any(s.between for s in seen) else 1
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
-    sd *= noise
-    located = locate_points(
+    sd *= noise.factor
+    reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
+    joint = _joint(views, points, noise.factor)
+    uncertainties = [v.uncertainty for v in views]
+    points_of = partial(
+        locate_points,
         [v.camera for v in views],
         b,
         sd=sd,
-        uncertainties=[v.uncertainty for v in views],
-        joint=_joint(views, points, noise),
+        uncertainties=uncertainties,
+        joint=joint,
         slips=_slips(timed, b, at),
-        reject=tolerance_px,
     )
+    located = _without_chance(points_of(reject=reject))
+    whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
+    misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at)
     if max_miss is not None:
         located = _without_far(located, max_miss)
     table = _table(at, timecodes(views, times, at, whose), labels, located)
@@ -127,11 +144,30 @@ def locate(
         table["outside"] = outside > 0
     record: dict[str, Any] = {"mode": "space", "units": units, "cameras": [v.name for v in views]}
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
-    record |= {"correspondence": match_record(views, match, labels, located, tolerance_px)}
+    record |= {"correspondence": match_record(views, match, labels, located, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
-    record |= {"pictures": record_of(shown), "findings": as_records(findings)}
-    record["warnings"] = [*told, *warnings_of(record, units)]
+    record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
+    findings += findings_of(record, units)
+    record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     return Locations(table, record)
+
+
+def _usual(sd: Array) -> float:
+    return float(np.median(sd)) if sd.size else 0.0
+
+
+def _without_chance(located: Located) -> Located:
+    """Positions of two cameras dropped where a target's cameras disagree so often that agreement says nothing."""
+    found = np.isfinite(located.point[..., 0])
+    asked = (found | located.disagree).sum(-1, keepdims=True)
+    chance = located.disagree.sum(-1, keepdims=True) > BY_CHANCE * asked
+    drop = chance & found & (located.n_cameras == 2)
+    return located._replace(
+        point=np.where(drop[..., None], np.nan, located.point),
+        sigma=np.where(drop[..., None], np.nan, located.sigma),
+        n_cameras=np.where(drop, 0, located.n_cameras),
+        disagree=located.disagree | drop,
+    )
 
 
 def _views(
@@ -280,6 +316,7 @@ def _flags(
     flag = np.full(located.miss.shape, "", object)
     lost = np.isnan(located.point[..., 0])
     flag[lost] = "lost"
+    flag[lost & (np.isfinite(located.error[..., 0]).sum(0) >= 2)] = "parallel"
     flag[located.disagree] = "disagree"
     if max_miss is not None:
         flag[located.miss > max_miss] = "far"

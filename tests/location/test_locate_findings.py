@@ -1,0 +1,86 @@
+"""What the user should know of a located run is found, with its likeliest cause, and nothing else is."""
+
+import copy
+
+import pytest
+
+from vidtrack.location.locate_findings import findings_of
+
+TURNED = {"kind": "turned", "cameras": ["cam2"], "amount": 1.3, "sd": 0.01, "units": "deg", "share": 0.9}
+TURNED |= {"evidence": 200.0, "moves_over_sigma": 12.0}
+WELL = {
+    "correspondence": {
+        "tolerance_px": 3.0,
+        "targets": {"t1": {"ambiguous": False, "error_px": 0.02, "runner_up_px": 9.0}},
+        "unmatched": {},
+    },
+    "volume": {"share_outside": 0.01, "farthest_outside": 2.0},
+    "samples": {"n": 100, "disagree": 0, "mean_miss": 0.05, "mean_miss_where_disagreed": None},
+    "noise": {"source": "reprojection"},
+    "sight_lines": {
+        "px": {"cam1": 0.05, "cam2": 0.1},
+        "expected_px": {"cam1": 0.05, "cam2": 0.04},
+        "over_sigma": 1.2,
+        "cause": TURNED | {"evidence": 2.0},
+    },
+}
+
+
+def found(**changes):
+    record = copy.deepcopy(WELL)
+    for place, value in changes.items():
+        section, key = place.split("__")
+        record[section][key] = value
+    return findings_of(record, "in")
+
+
+def test_a_run_that_went_well_has_none():
+    assert found() == []
+    assert findings_of({**WELL, "volume": None, "sight_lines": None}, "in") == []
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "level", "text"),
+    [
+        ("correspondence__targets", {}, "bad", "no two cameras' tracks lie within 3 px"),
+        (
+            "correspondence__targets",
+            {"a": {"ambiguous": True, "error_px": 0.021, "runner_up_px": 0.034}},
+            "doubtful",
+            "target a: another match explains the tracks about as well (0.021 against 0.034 px)",
+        ),
+        ("correspondence__unmatched", {"cam2": ["t3", "t4"]}, "doubtful", "the same target as t3, t4"),
+        ("volume__share_outside", 0.12, "doubtful", "12 % of the samples lie outside the calibrated volume, by up to"),
+        ("noise__source", "assumed", "doubtful", "centroid noise that is assumed"),
+        ("sight_lines__over_sigma", 4.0, "doubtful", "cam2: lines of sight miss the located points by 0.1 px rms"),
+        ("sight_lines__over_sigma", 14.0, "bad", "off by some 14 sigma"),
+        ("sight_lines__cause", TURNED, "bad", "explained by cam2 turned by 1.3 ± 0.01 deg after its calibration"),
+    ],
+)
+def test_each_doubt_has_its_level_and_its_figures(place, value, level, text):
+    (finding,) = found(**{place: value})
+    assert finding.level == level
+    assert text in finding.text
+    assert finding.cure
+
+
+def test_a_cause_that_explains_little_is_not_named():
+    (finding,) = found(sight_lines__over_sigma=5.0, sight_lines__cause=TURNED | {"share": 0.2, "moves_over_sigma": 4.0})
+    assert "turned" not in finding.text
+    assert "Neither one late clock nor one turned camera" in finding.cure
+
+
+def test_a_late_clock_is_cured_by_seeking_it():
+    late = TURNED | {"kind": "late", "amount": -0.0167, "sd": 0.0001, "units": "s"}
+    (finding,) = found(sight_lines__cause=late)
+    assert "a clock of cam2 that is off by 16.7 ± 0.1 ms" in finding.text
+    assert finding.cure.startswith("Set cameras.cam2.clock: auto")
+
+
+def test_samples_on_which_the_cameras_disagree_are_counted():
+    (few,) = found(samples__disagree=7, samples__mean_miss_where_disagreed=1.25)
+    assert few.text.startswith("7 samples have no position")
+    assert "1.25 in" in few.text
+    assert few.level == "doubtful"
+    (many,) = found(samples__disagree=60, samples__mean_miss_where_disagreed=1.25)
+    assert many.level == "bad"

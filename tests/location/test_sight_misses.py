@@ -1,0 +1,85 @@
+"""Lines of sight that miss by more than noise and calibration explain are noticed, and their cause is named."""
+
+import numpy as np
+import pytest
+
+from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.triangulate import locate_points
+from vidtrack.location.sight_misses import sight_misses
+from vidtrack.simulate.rig import thesis_points, thesis_rig
+
+AT = np.arange(240) / 30
+NOISE = 0.05
+
+
+def pluck(t):
+    swing = [24 * np.cos(2 * np.pi * t / 1.6), 0.6 * np.sin(2 * np.pi * t / 0.9), 0.4 * np.cos(2 * np.pi * t / 1.1)]
+    return np.exp(-0.1 * t)[:, None] * np.stack(swing, -1)
+
+
+def misses(n, *, roll=0.0, late=0.0, seed=0, known=True, lost=()):
+    """Of a run of n cameras, the second of which turned about its axis (deg) or is late (s) after the calibration."""
+    rng = np.random.default_rng(seed)
+    points, cameras, uncertainties, b = thesis_points()[1], [], [], []
+    for i, camera in enumerate(thesis_rig(n)):
+        seen = project(camera, points) + rng.normal(0, 0.02, (len(points), 2))
+        fit = refine(camera, points, seen, free=free_parameters("tsai"), sd=0.02)
+        cameras.append(fit.camera)
+        uncertainties.append(fit.uncertainty if known else None)
+        R = rotation_from_vector([0, 0, np.radians(roll * (i == 1))]) @ camera.R
+        moved = camera.with_(R=R, T=-R @ camera.position)
+        b.append(project(moved, pluck(AT + late * (i == 1))) + rng.normal(0, NOISE, (AT.size, 2)))
+    b = np.stack(b)[:, None]
+    for camera, moments in lost:
+        b[camera, :, moments] = np.nan
+    sd = np.full(b.shape, NOISE)
+    located = locate_points(cameras, b, sd=sd, uncertainties=uncertainties, reject=3.0)
+    off = np.linalg.norm(located.point[0] - pluck(AT), axis=-1)
+    over = np.sqrt(np.nanmean(off**2) / np.nanmean((located.sigma[0] ** 2).sum(-1)))
+    return sight_misses(cameras, uncertainties, None, located, b, sd, AT), over
+
+
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_rig_that_holds_leaves_what_is_expected_and_no_evidence(n, seed):
+    found, over = misses(n, seed=seed)
+    assert found.px == pytest.approx(found.expected_px, rel=0.2)
+    assert found.beyond == pytest.approx(over, abs=0.2)
+    assert found.cause.evidence < 3
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_camera_that_rolled_by_a_degree_is_named_with_its_angle_though_it_misses_by_a_fifth_of_a_pixel(n):
+    found, over = misses(n, roll=1.3)
+    assert found.px.max() < 0.3
+    assert over > 10
+    assert (found.cause.kind, found.cause.cameras[0]) == ("turned", 1)
+    assert found.cause.amount == pytest.approx(1.3, abs=3 * found.cause.sd)
+    assert found.cause.moved == pytest.approx(over, rel=0.2)
+    assert found.cause.evidence > 100
+
+
+def test_a_clock_that_is_late_is_named_with_its_delay():
+    found, over = misses(3, late=0.016)
+    assert (found.cause.kind, found.cause.cameras) == ("late", (1,))
+    assert found.cause.amount == pytest.approx(0.016, abs=2e-4)
+    assert found.cause.moved == pytest.approx(over, rel=0.1)
+
+
+def test_of_two_cameras_either_clock_may_be_the_late_one():
+    assert set(misses(2, late=0.016)[0].cause.cameras) == {0, 1}
+
+
+def test_it_needs_no_uncertainty_and_stands_lost_samples():
+    found, _ = misses(3, roll=1.3, known=False, lost=[(0, slice(0, 60)), (1, slice(50, 90)), (2, slice(200, 240))])
+    assert (found.cause.kind, found.cause.cameras) == ("turned", (1,))
+    assert np.isfinite(found.px).all()
+
+
+def test_few_samples_say_nothing():
+    cameras = thesis_rig(2)
+    b = np.stack([project(c, pluck(AT[:9])) for c in cameras])[:, None]
+    sd = np.full(b.shape, NOISE)
+    assert sight_misses(cameras, [None] * 2, None, locate_points(cameras, b, sd=sd), b, sd, AT[:9]) is None

@@ -1,0 +1,118 @@
+"""What the user should know of a located run, by the record of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vidtrack.findings import Finding, Level
+
+Record = Mapping[str, Any]
+
+OVER_SIGMA = (3.0, 10.0)
+"""Position errors over sigma, rms, that the misses of lines of sight stand for: doubtful, and bad."""
+
+EVIDENCE = 9.0
+"""Chi squared that a cause must take away to be believed."""
+
+EXPLAINS = 0.5
+"""Share of the misses that a cause must explain to be named as the reason."""
+
+OUTSIDE = 0.01
+"""Share of samples outside the calibrated volume that is not worth a word."""
+
+
+def findings_of(record: Record, units: str) -> list[Finding]:
+    """What a user should look at, by the record of stage locate."""
+    out = [*_correspondence(record), *_sight_lines(record, units), *_noise(record["noise"])]
+    volume = record["volume"]
+    if volume and volume["share_outside"] > OUTSIDE:
+        text = (
+            f"{100 * volume['share_outside']:.0f} % of the samples lie outside the calibrated volume, by up to "
+            f"{volume['farthest_outside']:.3g} {units}"
+        )
+        out.append(Finding("doubtful", "outside-volume", text, "Calibrate with points around the whole motion."))
+    samples = record["samples"]
+    if samples["disagree"]:
+        text = (
+            f"{samples['disagree']} samples have no position: the cameras do not see one point there (lines of sight "
+            f"miss each other by {samples['mean_miss_where_disagreed']:.3g} {units})"
+        )
+        level: Level = "bad" if samples["disagree"] > 0.2 * samples["n"] else "doubtful"
+        out.append(Finding(level, "cameras-disagree", text, _cure(record)))
+    return out
+
+
+def _correspondence(record: Record) -> list[Finding]:
+    match = record["correspondence"]
+    out = []
+    if not match["targets"]:
+        text = f"no two cameras' tracks lie within {match['tolerance_px']:g} px of each other's epipolar lines"
+        cure = (
+            "The likeliest causes, in this order: recordings that did not begin at one moment (cameras.<name>.clock: "
+            "auto), a camera that was moved after its calibration, tracks of different things (see the tracks)."
+        )
+        out.append(Finding("bad", "nothing-matched", text, cure))
+    for name, target in match["targets"].items():
+        if target["ambiguous"]:
+            text = (
+                f"target {name}: another match explains the tracks about as well ({target['error_px']:.3g} against "
+                f"{target['runner_up_px']:.3g} px)"
+            )
+            cure = "Name the targets in targets.csv, or add a camera."
+            out.append(Finding("doubtful", "match-ambiguous", text, cure))
+    for camera, tracks in match["unmatched"].items():
+        text = f"{camera}: no other camera shows the same target as {', '.join(tracks)}"
+        cure = "See in the tracks what it followed; start boxes in targets.csv keep it off reflections and neighbours."
+        out.append(Finding("doubtful", "track-unmatched", text, cure))
+    return out
+
+
+def _sight_lines(record: Record, units: str) -> list[Finding]:
+    """Lines of sight that miss the points by more than noise and calibration explain, however few px that is."""
+    sights = record.get("sight_lines")
+    if not sights:
+        return []
+    cause = sights["cause"]
+    over = max(sights["over_sigma"], cause["moves_over_sigma"] if cause["evidence"] > EVIDENCE else 0.0)
+    if over <= OVER_SIGMA[0]:
+        return []
+    worst = max(sights["px"], key=lambda camera: sights["px"][camera] / max(sights["expected_px"][camera], 1e-300))
+    text = (
+        f"{worst}: lines of sight miss the located points by {sights['px'][worst]:.2g} px rms where "
+        f"{sights['expected_px'][worst]:.2g} px are expected: positions are off by some {over:.2g} sigma"
+    )
+    if _explains(cause):
+        text += f"; it would be explained by {_told(cause)}"
+    return [Finding("bad" if over > OVER_SIGMA[1] else "doubtful", "sight-lines-miss", text, _cure(record))]
+
+
+def _explains(cause: Record) -> bool:
+    return bool(cause["evidence"] > EVIDENCE and cause["share"] > EXPLAINS)
+
+
+def _told(cause: Record) -> str:
+    cameras = " or ".join(cause["cameras"])
+    if cause["kind"] == "turned":
+        return f"{cameras} turned by {cause['amount']:.2g} ± {cause['sd']:.1g} deg after its calibration"
+    return f"a clock of {cameras} that is off by {1e3 * abs(cause['amount']):.3g} ± {1e3 * cause['sd']:.1g} ms"
+
+
+def _cure(record: Record) -> str:
+    sights = record.get("sight_lines")
+    if sights and _explains(sights["cause"]):
+        cause = sights["cause"]
+        if cause["kind"] == "late":
+            return f"Set cameras.{cause['cameras'][0]}.clock: auto, or give its offset_s."
+        return "Compare its picture with that of the calibration clips; calibrate it again as it stood in the run."
+    return (
+        "Neither one late clock nor one turned camera explains it: check that one name means one target in all "
+        "cameras, and that no track jumps to a reflection or a neighbour."
+    )
+
+
+def _noise(noise: Record) -> list[Finding]:
+    if noise["source"] != "assumed":
+        return []
+    text = "sigma rests on a centroid noise that is assumed: neither the tracker nor enough samples estimate it"
+    return [Finding("doubtful", "noise-assumed", text, "Give sd_x, sd_y with the centroids, or record more samples.")]
