@@ -243,7 +243,11 @@ class Run(DetectChange):
     )
     videos: dict[str, str] = Field({}, description="camera: path of a video elsewhere, relative to the experiment")
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
-    tolerance_px: Positive = Field(3.0, description="px, how far from its epipolar line a match may lie")
+    tolerance_px: Positive | None = Field(
+        None,
+        description="px, how far from its epipolar line a match may lie, and a sample from the located point; default: "
+        "3, and for samples 6 standard deviations of the centroids where that is more",
+    )
     crop: Crop | dict[str, Crop] | None = Field(
         None, description="as cameras.<camera>.crop, for this run: of all its cameras, or camera: crop"
     )

@@ -50,7 +50,7 @@ def test_a_run_that_went_well_has_none():
             "target a: another match explains the tracks about as well (0.021 against 0.034 px)",
         ),
         ("correspondence__unmatched", {"cam2": ["t3", "t4"]}, "doubtful", "the same target as t3, t4"),
-        ("volume__share_outside", 0.12, "doubtful", "12 % of the samples lie outside the calibrated volume, by up to"),
+        ("volume__share_outside", 0.6, "doubtful", "60 % of the samples lie outside the calibrated volume, by up to"),
         ("noise__source", "assumed", "doubtful", "centroid noise that is assumed"),
         ("sight_lines__over_sigma", 4.0, "doubtful", "cam2: lines of sight miss the located points by 0.1 px rms"),
         ("sight_lines__over_sigma", 14.0, "bad", "off by some 14 sigma"),
@@ -82,5 +82,7 @@ def test_samples_on_which_the_cameras_disagree_are_counted():
     assert few.text.startswith("7 samples have no position")
     assert "1.25 in" in few.text
     assert few.level == "doubtful"
+    assert found(samples__disagree=1, samples__mean_miss_where_disagreed=1.25)[0].level == "note"
+    assert found(volume__share_outside=0.3)[0].level == "note"
     (many,) = found(samples__disagree=60, samples__mean_miss_where_disagreed=1.25)
     assert many.level == "bad"

@@ -119,32 +119,12 @@ def test_a_run_located_as_its_calibration_leads_to_expect_is_no_finding():
     assert location_findings({"samples": 13}, None) == []
 
 
-@pytest.mark.parametrize(("rms", "level"), [(0.1, None), (0.3, "doubtful"), (1.2, "bad")])
-def test_lines_of_sight_that_miss_beyond_the_centroid_noise_are_graded(rms, level):
-    noise = {"sd_px": {"cam1": 0.02, "cam2": 0.03}, "reprojection_rms_px": {"cam1": 0.03, "cam2": rms}}
-    found = location_findings(located(noise=noise), 0.05)
-    assert [f.level for f in found] == ([level] if level else [])
-    assert all(f.text.startswith("cam2: lines of sight") for f in found)
-
-
-def test_samples_in_which_cameras_disagree_are_graded():
-    samples = {"n": 100, "located": 70, "disagree": 30, "mean_sigma": [0.01] * 3}
-    assert codes(location_findings(located(samples=samples), 0.05)) == [("bad", "cameras-disagree")]
-
-
 def test_a_sigma_far_beyond_the_calibrations_is_a_doubt():
     samples = {"n": 100, "located": 100, "disagree": 0, "mean_sigma": [0.01, 0.01, 0.9]}
     (finding,) = location_findings(located(samples=samples), 0.05)
     assert finding.code == "sigma-large"
     samples = {**samples, "mean_sigma": None}
     assert location_findings(located(samples=samples), 0.05) == []
-
-
-def test_a_run_mostly_outside_the_calibrated_volume_is_extrapolated():
-    volume = {"share_outside": 0.8, "farthest_outside": 9.0}
-    (finding,) = location_findings(located(volume=volume), 0.05)
-    assert finding.code == "outside-volume"
-    assert "80 %" in finding.text
 
 
 def test_the_axis_that_scatters_most_over_its_sigma_is_named():

@@ -18,27 +18,32 @@ EVIDENCE = 9.0
 EXPLAINS = 0.5
 """Share of the misses that a cause must explain to be named as the reason."""
 
-OUTSIDE = 0.01
-"""Share of samples outside the calibrated volume that is not worth a word."""
+OUTSIDE = (0.01, 0.5)
+"""Share of samples outside the calibrated volume that is worth a word, and that is doubtful."""
+
+DISAGREE = (0.02, 0.2)
+"""Share of samples on which cameras disagree: doubtful, and bad."""
 
 
 def findings_of(record: Record, units: str) -> list[Finding]:
     """What a user should look at, by the record of stage locate."""
     out = [*_correspondence(record), *_sight_lines(record, units), *_noise(record["noise"])]
     volume = record["volume"]
-    if volume and volume["share_outside"] > OUTSIDE:
+    if volume and volume["share_outside"] > OUTSIDE[0]:
+        far: Level = "doubtful" if volume["share_outside"] > OUTSIDE[1] else "note"
         text = (
             f"{100 * volume['share_outside']:.0f} % of the samples lie outside the calibrated volume, by up to "
             f"{volume['farthest_outside']:.3g} {units}"
         )
-        out.append(Finding("doubtful", "outside-volume", text, "Calibrate with points around the whole motion."))
+        out.append(Finding(far, "outside-volume", text, "Calibrate with points around the whole motion."))
     samples = record["samples"]
     if samples["disagree"]:
         text = (
             f"{samples['disagree']} samples have no position: the cameras do not see one point there (lines of sight "
             f"miss each other by {samples['mean_miss_where_disagreed']:.3g} {units})"
         )
-        level: Level = "bad" if samples["disagree"] > 0.2 * samples["n"] else "doubtful"
+        share = samples["disagree"] / samples["n"]
+        level: Level = "bad" if share > DISAGREE[1] else "doubtful" if share > DISAGREE[0] else "note"
         out.append(Finding(level, "cameras-disagree", text, _cure(record)))
     return out
 

@@ -24,15 +24,6 @@ class Limits:
     gap_s: float = 1.0
     """s, longest stretch without a position: beyond the period of most laboratory motions peaks are lost."""
 
-    disagreeing: tuple[float, float] = (0.02, 0.2)
-    """Share of samples for which the cameras do not see one point."""
-
-    sight_lines: tuple[float, float] = (5.0, 15.0)
-    """Reprojection error over the centroids' standard deviation: sigma contains the latter alone."""
-
-    sight_lines_px: tuple[float, float] = (0.2, 0.5)
-    """px, reprojection errors below which the ratio is not judged: lenses and light leave as much."""
-
     sigma: tuple[float, float] = (6.0, 60.0)
     """Mean sigma over what calibration and centroid noise lead to expect in the calibrated volume."""
 
@@ -156,30 +147,12 @@ def _contradictions(camera: str, estimates: Mapping[str, Record]) -> list[Findin
 
 
 def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
-    """How the lines of sight meet, and how sure the positions are. held_out: world units, the calibration's error."""
+    """How sure the positions are. held_out: world units, the calibration's error."""
     out: list[Finding] = []
     noise, samples, units = locate.get("noise") or {}, locate.get("samples"), locate.get("units", "")
     if not isinstance(samples, Mapping):
         return out
-    n = samples.get("n") or 0
-    if n and (level := graded((samples.get("disagree") or 0) / n, LIMITS.disagreeing)):
-        text = f"in {samples['disagree']} of {n} samples the cameras do not see one point"
-        cure = "Check that one name means one target in all cameras, the clocks, and whether a camera moved."
-        out.append(Finding(level, "cameras-disagree", text, cure))
-    sds, errors = noise.get("sd_px") or {}, noise.get("reprojection_rms_px") or {}
-    ratios = {c: errors[c] / sd for c, sd in sds.items() if sd and errors.get(c) is not None}
-    if ratios:
-        worst = max(ratios, key=lambda c: ratios[c])
-        level = graded(ratios[worst], LIMITS.sight_lines)
-        if level and (small := graded(errors[worst], LIMITS.sight_lines_px)):
-            text = (
-                f"{worst}: lines of sight miss the located points by {errors[worst]:.2g} px rms, "
-                f"{ratios[worst]:.2g} times the centroid noise: positions are less sure than sigma says"
-            )
-            cure = (
-                "Set cameras.<name>.clock: auto unless the cameras were locked together; check whether a camera moved."
-            )
-            out.append(Finding(level if small == "bad" else "doubtful", "sight-lines-miss", text, cure))
+    sds = noise.get("sd_px") or {}
     sigma, scale = samples.get("mean_sigma"), (locate.get("correspondence") or {}).get("world_per_px")
     known = [sd for sd in sds.values() if sd]
     if sigma and held_out and scale and known and all(s is not None for s in sigma):
@@ -191,14 +164,6 @@ def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
             )
             cure = "Lines of sight nearly parallel make it, or points outside the calibrated volume: move a camera."
             out.append(Finding(level, "sigma-large", text, cure))
-    volume = locate.get("volume") or {}
-    if (volume.get("share_outside") or 0) > 0.5:
-        text = (
-            f"{100 * volume['share_outside']:.0f} % of the positions are extrapolated: they lie up to "
-            f"{volume['farthest_outside']:.2g} {units} outside the calibration points"
-        )
-        cure = "Calibrate with points around the whole motion."
-        out.append(Finding("doubtful", "outside-volume", text, cure))
     return out
 
 
