@@ -155,7 +155,7 @@ class Clip(DetectChange):
     )
 
 
-ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew"]
+ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2"]
 
 
 class Calibration(Section):

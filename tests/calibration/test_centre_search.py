@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.centre_search import best_centre, closed_form_error, refined_error, search_map
+from vidtrack.calibration.initial_fit import Nominal, fit_camera
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.starts import Nominal, fit_camera
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.floor import located_covariance, mean_length
+from vidtrack.calibration.cramer_rao import located_covariance, mean_length
 from vidtrack.calibration.heldout import held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project

@@ -5,6 +5,7 @@ import contextlib
 import numpy as np
 import pytest
 
+from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.one_camera import (
     NoCamera,
     Points,
@@ -14,8 +15,8 @@ from vidtrack.calibration.one_camera import (
     calibrated,
     noise_with_rich_lens,
 )
-from vidtrack.calibration.starts import Nominal
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.lens_terms import LENS_MODELS
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 CAMERA = thesis_rig(1)[0]
@@ -79,7 +80,7 @@ def test_a_prior_is_heard():
 def test_auto_says_where_it_climbed():
     answer = calibrated(sighted(), task(model="auto"))
     assert answer.model == "tsai"
-    assert len(answer.ladder.reasons) == 4
+    assert len(answer.ladder.reasons) == len(LENS_MODELS)
 
 
 def test_nonsense_has_no_camera_or_one_that_explains_nothing():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.floor import mean_length
+from vidtrack.calibration.cramer_rao import mean_length
 from vidtrack.calibration.prediction import Layout, predicted
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project

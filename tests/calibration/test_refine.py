@@ -33,8 +33,8 @@ def test_plain_tsai_frees_eleven_parameters():
 
 
 def test_an_unknown_lens_is_named_with_those_there_are():
-    with pytest.raises(ValueError, match=r"tsai3.*tsai, tsai2, brown, affine"):
-        free_parameters("tsai3")
+    with pytest.raises(ValueError, match=r"pinhole.*tsai, tsai2, tsai3, brown, affine, prism"):
+        free_parameters("pinhole")
 
 
 def test_exact_points_bring_back_the_exact_camera():

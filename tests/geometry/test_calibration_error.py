@@ -63,10 +63,11 @@ def test_the_covariance_is_that_of_the_whole_jacobian(n, seed, far):
     b = np.stack([project(c, p) for c in cameras]) + rng.normal(0, sd)
     b[:, np.abs(b - 256).max((0, 2)) > 600] = np.nan
     pivots = [rng.uniform(-9, 9, 3) for _ in cameras]
-    steps = np.array([1e-4] * 3 + [0.02] * 3 + [1e-2, 1e-3, 0.3, 0.3, 1e-5, 1e-7, 1e-5, 1e-5, 1e-4])
-    root = rng.normal(0, 1, (n * 15, n * 15)) * np.tile(steps, n)[:, None]
-    C = root @ root.T / (n * 15)
-    known = [Uncertainty(PARAMETERS, o, C[15 * i : 15 * i + 15, 15 * i : 15 * i + 15]) for i, o in enumerate(pivots)]
+    steps = np.array([1e-4] * 3 + [0.02] * 3 + [1e-2, 1e-3, 0.3, 0.3, 1e-5, 1e-7, 1e-5, 1e-5, 1e-4, 1e-9, 1e-5, 1e-5])
+    k = len(PARAMETERS)
+    root = rng.normal(0, 1, (n * k, n * k)) * np.tile(steps, n)[:, None]
+    C = root @ root.T / (n * k)
+    known = [Uncertainty(PARAMETERS, o, C[k * i : k * i + k, k * i : k * i + k]) for i, o in enumerate(pivots)]
     located = locate_points(cameras, b, sd=sd, uncertainties=known, joint=C)
     at = [derivatives(c, located.point, o) for c, o in zip(cameras, pivots, strict=True)]
     weighted = [d.by_point * w[..., None] for d, w in zip(at, 1 / sd**2, strict=True)]

@@ -20,6 +20,7 @@ from vidtrack.geometry.camera import (
     undistorted_jacobian,
 )
 from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST, TERMS
 
 DX, DY = 8.8 / 512, 6.6 / 480
 
@@ -45,6 +46,9 @@ def cameras(draw):
         p1=u(-3e-4, 3e-4) if rich else 0.0,
         p2=u(-3e-4, 3e-4) if rich else 0.0,
         skew=u(-5e-3, 5e-3) if rich else 0.0,
+        kappa3=u(-1e-8, 1e-8) if rich else 0.0,
+        s1=u(-3e-4, 3e-4) if rich else 0.0,
+        s2=u(-3e-4, 3e-4) if rich else 0.0,
         R=rotation_from_vector([u(-3, 3), u(-3, 3), u(-3, 3)]),
         T=np.array([u(-50, 50), u(-50, 50), u(50, 500)]),
     )
@@ -155,6 +159,38 @@ def test_kappa2_can_unfold_what_kappa1_folds():
 def test_a_vanishing_kappa2_folds_where_kappa1_alone_does(kappa2):
     assert fold_radius(straight_on(kappa1=-0.01, kappa2=kappa2)) == pytest.approx(5.7735, abs=1e-4)
     assert fold_radius(straight_on(kappa1=0.01, kappa2=abs(kappa2))) == np.inf
+
+
+def test_each_lens_term_has_the_slope_of_its_shift():
+    x, y = np.random.default_rng(0).uniform(-4, 4, (2, 20))
+    h = 1e-6
+
+    def shift(term, x, y):
+        return np.stack(np.broadcast_arrays(*term.shift(x, y, x * x + y * y)))
+
+    for term in TERMS.values():
+        by_x = (shift(term, x + h, y) - shift(term, x - h, y)) / (2 * h)
+        by_y = (shift(term, x, y + h) - shift(term, x, y - h)) / (2 * h)
+        slopes = np.stack(np.broadcast_arrays(*term.slope(x, y, x * x + y * y)))
+        np.testing.assert_allclose(slopes, [by_x[0], by_y[0], by_x[1], by_y[1]], rtol=1e-6, atol=1e-6)
+
+
+def test_every_lens_term_is_a_parameter_of_the_camera_and_belongs_to_the_richest_model():
+    assert set(COEFFICIENTS) == {*TERMS, "skew"} == set(LENS_MODELS[RICHEST])
+    assert all(getattr(straight_on(), name) == 0 for name in COEFFICIENTS)
+
+
+def test_kappa3_folds_where_the_cubic_in_r_squared_has_its_first_root():
+    # 1 + 7 kappa3 r^6 = 0 at r = 2: kappa3 = -1 / 448; with kappa1 = 1 / 3: 1 + s - 7 k s^3, s = 2 at k = 3 / 56
+    assert fold_radius(straight_on(kappa3=-1 / 448)) == pytest.approx(2)
+    assert fold_radius(straight_on(kappa1=1 / 3, kappa3=-3 / 56)) == pytest.approx(np.sqrt(2))
+    assert fold_radius(straight_on(kappa3=1e-6)) == np.inf
+
+
+def test_a_thin_prism_shifts_by_r_squared():
+    # d = (1, 2): r^2 = 5
+    camera = straight_on(s1=0.01, s2=0.02)
+    np.testing.assert_allclose(undistorted_from_distorted(camera, [1.0, 2.0]), [1.05, 2.1])
 
 
 def test_kappa2_alone_folds_at_the_fourth_root():

@@ -11,7 +11,8 @@ from vidtrack.geometry.jacobian import PARAMETERS, derivatives, rotation_from_ve
 
 some = settings(max_examples=30, deadline=None)
 
-STEP = {"f": 1e-5, "Sx": 1e-6, "Cx": 1e-3, "Cy": 1e-3, "kappa1": 1e-8, "kappa2": 1e-9, "p1": 1e-8, "p2": 1e-8}
+STEP = {"f": 1e-5, "Sx": 1e-6, "Cx": 1e-3, "Cy": 1e-3, "kappa1": 1e-8, "kappa2": 1e-9, "kappa3": 1e-9}
+STEP |= dict.fromkeys(("p1", "p2", "s1", "s2"), 1e-8)
 
 
 def points_before(camera, seed=0):

@@ -17,6 +17,7 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.tsai import ClosedForm, closed_form
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS
+from vidtrack.geometry.lens_terms import TERMS
 
 REACH_PX = 25.0
 REACH_MM = 0.2
@@ -187,8 +188,9 @@ def refined_error(
 
 
 def _linearised(theta: Array, R: Array, q: Array, b: Array, dx: Array, dy: float) -> tuple[Array, Array]:
-    """Measured minus projected (m, n, 2) px, and the derivatives (m, n, 2, 15) of the projected by PARAMETERS."""
-    f, Sx, Cx, Cy, k1, k2, p1, p2, skew = (column[:, None] for column in theta[:, 6:].T)
+    """Measured minus projected (m, n, 2) px, and the derivatives (m, n, 2, k) of the projected by PARAMETERS."""
+    inner = dict(zip(PARAMETERS[6:], (column[:, None] for column in theta[:, 6:].T), strict=True))
+    f, Sx, Cx, Cy, skew = (inner[name] for name in ("f", "Sx", "Cx", "Cy", "skew"))
     pitch = dx[:, None]
     arm = q @ np.swapaxes(R, 1, 2)
     c = arm + theta[:, None, 3:6]
@@ -196,20 +198,23 @@ def _linearised(theta: Array, R: Array, q: Array, b: Array, dx: Array, dy: float
     Y = dy * (b[:, 1] - Cy)
     X = (pitch * (b[:, 0] - Cx) - skew * Y) / Sx
     r2 = X * X + Y * Y
-    gain, slope = 1 + k1 * r2 + k2 * r2 * r2, 2 * k1 + 4 * k2 * r2
-    a = gain + slope * X * X + 6 * p1 * X + 2 * p2 * Y
-    d = gain + slope * Y * Y + 6 * p2 * Y + 2 * p1 * X
-    o = slope * X * Y + 2 * p1 * Y + 2 * p2 * X
-    det = a * d - o * o
+    shifts = {name: term.shift(X, Y, r2) for name, term in TERMS.items()}
+    used = [name for name in TERMS if inner[name].any()]
+    bend = [np.ones_like(X), np.zeros_like(X), np.zeros_like(X), np.ones_like(X)]
+    for name in used:
+        bend = [b + inner[name] * part for b, part in zip(bend, TERMS[name].slope(X, Y, r2), strict=True)]
+    xx, xy, yx, yy = bend
+    det = xx * yy - xy * yx
 
     def px(u: Array, v: Array) -> Array:
         """A small change of (Xu, Yu) in px of the frame buffer."""
-        X_, Y_ = (d * u - o * v) / det, (a * v - o * u) / det
+        X_, Y_ = (yy * u - xy * v) / det, (xx * v - yx * u) / det
         return np.stack([(Sx * X_ + skew * Y_) / pitch, Y_ / dy], -1)
 
     ux, uy = f * x / z, f * y / z
     e = px(
-        X * gain + p1 * (r2 + 2 * X * X) + 2 * p2 * X * Y - ux, Y * gain + p2 * (r2 + 2 * Y * Y) + 2 * p1 * X * Y - uy
+        X + sum(inner[name] * shifts[name][0] for name in used) - ux,
+        Y + sum(inner[name] * shifts[name][1] for name in used) - uy,
     )
     J = np.zeros((*x.shape, 2, len(PARAMETERS)))
     t = np.stack([px(f / z, 0 * z), px(0 * z, f / z), px(-ux / z, -uy / z)], -1)
@@ -220,11 +225,9 @@ def _linearised(theta: Array, R: Array, q: Array, b: Array, dx: Array, dy: float
     J[..., 6] = px(x / z, y / z)
     J[..., 0, 7] = X / pitch
     J[..., 0, 8] = J[..., 1, 9] = 1
-    J[..., 10] = -px(X * r2, Y * r2)
-    J[..., 11] = -px(X * r2 * r2, Y * r2 * r2)
-    J[..., 12] = -px(r2 + 2 * X * X, 2 * X * Y)
-    J[..., 13] = -px(2 * X * Y, r2 + 2 * Y * Y)
-    J[..., 0, 14] = Y / pitch
+    for name, shift in shifts.items():
+        J[..., PARAMETERS.index(name)] = -px(*shift)
+    J[..., 0, PARAMETERS.index("skew")] = Y / pitch
     return e, J
 
 

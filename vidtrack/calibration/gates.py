@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.dlt import decomposed, dlt
-from vidtrack.calibration.lens import points_needed
+from vidtrack.calibration.lens_selection import points_needed
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.tsai import centred, closed_form
 from vidtrack.geometry.camera import Camera, distorted_from_frame_buffer, fold_radius
+from vidtrack.geometry.lens_terms import RADIAL
 
 FLAT = 0.005
 """Third over first singular value of the points about their mean: at 0.0056 f comes out 5 % wrong, at 0.0006, 68 %."""
@@ -125,12 +126,12 @@ def folded(camera: Camera) -> str | None:
     share = float((r > fold).mean())
     if share == 0:
         return None
-    # at the fold 1 + 3 kappa1 r^2 + 5 kappa2 r^4 = 0: the term that is more negative there folds the model
-    term = "kappa1" if 3 * camera.kappa1 <= 5 * camera.kappa2 * fold**2 else "kappa2"
+    # at the fold 1 + 3 kappa1 r^2 + 5 kappa2 r^4 + ... = 0: the term that is most negative there folds the model
+    share_of = {name: (2 * n + 1) * getattr(camera, name) * fold ** (2 * n) for n, name in enumerate(RADIAL, 1)}
+    term = min(share_of, key=lambda name: share_of[name])
     value = getattr(camera, term)
-    cure = "or set calibration.fix: [kappa2]"
-    if term == "kappa1":
-        cure = "or set " + ("" if camera.kappa2 else "calibration.model: auto, or ") + "calibration.fix: [kappa1]"
+    richer = "calibration.model: auto, or " if term == "kappa1" and not camera.kappa2 else ""
+    cure = f"or set {richer}calibration.fix: [{term}]"
     return (
         f"{term} = {value:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
         f"principal point: {max(100 * share, 1):.0f} % of the picture has no line of sight. "

@@ -17,8 +17,8 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.normal_equations import Names, Priors
+from vidtrack.calibration.refit import CameraRefit
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
-from vidtrack.calibration.warm_start import WarmStart
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
 
@@ -90,7 +90,7 @@ def refit_alone(
     tolerance = np.zeros(len(p)) if survey is None else np.broadcast_to(np.asarray(survey, float), len(p))
     known = priors or [{} for _ in cameras]
     warm = [
-        WarmStart(camera, p, sights, tuple(names), tolerance, sd, prior)
+        CameraRefit(camera, p, sights, tuple(names), tolerance, sd, prior)
         for camera, sights, names, prior in zip(cameras, b, free, known, strict=True)
     ]
     return lambda keep: [each.without(~keep) for each in warm]

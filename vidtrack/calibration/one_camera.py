@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.centre_search import best_centre
 from vidtrack.calibration.gates import FLAT, flatness
-from vidtrack.calibration.lens import Ladder, climb
+from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, tsai_solution
+from vidtrack.calibration.lens_selection import Ladder, climb
+from vidtrack.calibration.outliers import ENOUGH, Mask, majority, trusted
 from vidtrack.calibration.refine import Fit, Uncertainty, covariances, free_parameters, refine
-from vidtrack.calibration.robust import ENOUGH, Mask, majority, trusted
-from vidtrack.calibration.starts import Nominal, distances, fit_camera, tsai_solution
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import Camera
 
@@ -128,7 +128,7 @@ def belonging(points: Points, task: Task, best: Mask) -> Belonging:
 
 
 def better_part(points: Points, *, seed: int = 0) -> Mask:
-    """The points (n,) that agree best on a camera without a lens (`robust.majority`); all of fewer than 12."""
+    """The points (n,) that agree best on a camera without a lens (`outliers.majority`); all of fewer than 12."""
     if points.n < ENOUGH:
         return np.ones(points.n, bool)
     return majority(points.p, points.b, rng=np.random.default_rng(seed))

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.camera import LENS_TERMS, Camera, fold_radius, project
+from vidtrack.geometry.camera import Camera, fold_radius, project
 from vidtrack.geometry.jacobian import PARAMETERS, Derivatives, derivatives, stepped
+from vidtrack.geometry.lens_terms import LENS_MODELS
 
 POSE = PARAMETERS[:6]
 INNER = ("f", "Sx", "Cx", "Cy")
@@ -62,9 +63,9 @@ def free_parameters(model: str, fixed: Sequence[str] = ()) -> tuple[str, ...]:
     dx and dy are never free: Sx and f already scale the two axes of the picture.
     Raises ValueError for an unknown model.
     """
-    if model not in LENS_TERMS:
-        raise ValueError(f"no such lens model: {model!r}; there are {', '.join(LENS_TERMS)}")
-    names = {*POSE, *INNER, *LENS_TERMS[model]} - set(fixed)
+    if model not in LENS_MODELS:
+        raise ValueError(f"no such lens model: {model!r}; there are {', '.join(LENS_MODELS)}")
+    names = {*POSE, *INNER, *LENS_MODELS[model]} - set(fixed)
     return tuple(name for name in PARAMETERS if name in names)
 
 
@@ -136,7 +137,7 @@ def _start_that_sees_all(camera: Camera, p: Array) -> Camera:
     """The start, its lens straightened when it folds some point away."""
     if np.isfinite(project(camera, p)).all():
         return camera
-    return camera.with_(kappa1=0.0, kappa2=0.0, p1=0.0, p2=0.0)
+    return camera.without_lens()
 
 
 def whiteners(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLike | None) -> Array:

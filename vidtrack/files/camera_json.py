@@ -11,10 +11,11 @@ import numpy as np
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
-from vidtrack.geometry.camera import LENS_TERMS, Camera
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
 
 SCALARS = ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")
-RICHER = ("kappa2", "p1", "p2", "skew")
+RICHER = tuple(name for name in COEFFICIENTS if name not in SCALARS)
 """Written where the camera has them; absent is 0."""
 
 
@@ -45,7 +46,7 @@ def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mappin
     """What camera.json holds, as plain values, but for the provenance."""
     own: dict[str, Any] = {"camera": camera.name, "image_size": list(camera.image_size)}
     own |= {name: float(getattr(camera, name)) for name in SCALARS}
-    terms = LENS_TERMS.get(str(extra.get("model", "tsai")), ())
+    terms = LENS_MODELS.get(str(extra.get("model", "tsai")), ())
     own |= {name: float(getattr(camera, name)) for name in RICHER if getattr(camera, name) or name in terms}
     own |= {"R": camera.R.tolist(), "T": camera.T.tolist(), "det_R": float(np.linalg.det(camera.R))}
     own["position"] = camera.position.tolist()

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.lens_terms import TERMS
 from vidtrack.geometry.sights import Sight
 from vidtrack.geometry.symmetric import ELEMENTS
 
@@ -111,7 +112,6 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
     per = s.on / (xu * yv - xv * yu + (1 - s.on))
     right = yv * per, -yu * per  # d(u, v)/dXf
     r2, X_px, minus_f = X * X + Y * Y, X / camera.dx, -1 / camera.f
-    bent = r2 * minus_f
     terms: dict[str, Callable[[], tuple[Array | float, Array | float]]] = {
         "omega_x": lambda: (u * minus_y, v * minus_y - arm_z),
         "omega_y": lambda: (u * arm_x + arm_z, v * arm_x),
@@ -123,13 +123,13 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
         "Sx": lambda: (right[0] * X_px, right[1] * X_px),
         "Cx": lambda: right,
         "Cy": lambda: (-xv * per, xu * per),
-        "kappa1": lambda: (X * bent, Y * bent),
-        "kappa2": lambda: (X * r2 * bent, Y * r2 * bent),
-        "p1": lambda: ((r2 + 2 * X * X) * minus_f, 2 * X * Y * minus_f),
-        "p2": lambda: (2 * X * Y * minus_f, (r2 + 2 * Y * Y) * minus_f),
         "skew": lambda: (right[0] * Y / camera.dx, right[1] * Y / camera.dx),
     }
     D = np.empty((2, len(names), p.shape[1]))
     for k, name in enumerate(names):
-        D[0, k], D[1, k] = terms[name]()
+        if name in TERMS:
+            D[0, k], D[1, k] = TERMS[name].shift(X, Y, r2)
+            D[:, k] *= minus_f
+        else:
+            D[0, k], D[1, k] = terms[name]()
     return D

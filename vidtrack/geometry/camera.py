@@ -8,7 +8,7 @@ World axes are right-handed; camera axes are x right, y down, z forward.
 All functions take coordinates on the last axis with any leading axes, never loop over points,
 and answer NaN where the input is NaN or where the model has no answer.
 Equations: thesis 4.3.6-4.3.7 and 4.4.1-4.4.9; Tsai (1987). The lens acts from distorted to
-undistorted, as Tsai wrote it; the richer terms (kappa2; p1, p2; skew) keep that direction.
+undistorted, as Tsai wrote it; the richer terms (`geometry.lens_terms`) keep that direction.
 """
 
 from __future__ import annotations
@@ -19,14 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-
-LENS_TERMS = {
-    "tsai": ("kappa1",),
-    "tsai2": ("kappa1", "kappa2"),
-    "brown": ("kappa1", "kappa2", "p1", "p2"),
-    "affine": ("kappa1", "kappa2", "p1", "p2", "skew"),
-}
-"""The lens models, from plain to rich, and the terms that each one frees."""
+from vidtrack.geometry.lens_terms import COEFFICIENTS, RADIAL, TERMS
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +30,8 @@ class Camera:
     dx, dy       mm (px where no sensor is given), the pitch of the frame buffer's columns and rows on the sensor
     Sx           horizontal scale factor, no unit
     f            effective focal length, unit of dx
-    kappa1       1/unit(dx)^2, first radial term; kappa2 1/unit(dx)^4; p1, p2 1/unit(dx), decentring; skew, no unit
+    kappa1       1/unit(dx)^2, first radial term; kappa2 1/unit(dx)^4, kappa3 1/unit(dx)^6; p1, p2 1/unit(dx),
+                 decentring; s1, s2 1/unit(dx), thin prism; skew, no unit
     R, T         rotation (3, 3) and translation (3,), world units: c = R p + T
     image_size   px, (width, height) of the frame buffer
     Raises ValueError when R is not a rotation (a mirror included) or f, dx, dy, Sx are not positive.
@@ -57,6 +51,9 @@ class Camera:
     p1: float = 0.0
     p2: float = 0.0
     skew: float = 0.0
+    kappa3: float = 0.0
+    s1: float = 0.0
+    s2: float = 0.0
     name: str = field(default="")
 
     def __post_init__(self) -> None:
@@ -82,6 +79,15 @@ class Camera:
         """The same camera with some parameters replaced."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
+    @property
+    def lens(self) -> dict[str, float]:
+        """The coefficients of the lens terms that are not 0, skew left out."""
+        return {name: value for name in TERMS if (value := float(getattr(self, name)))}
+
+    def without_lens(self) -> Camera:
+        """The same camera with every lens term 0."""
+        return self.with_(**dict.fromkeys(COEFFICIENTS, 0.0))
+
 
 def camera_from_world(camera: Camera, p: ArrayLike) -> Array:
     """Camera coordinates (..., 3) of world points (..., 3), world units: c = R p + T (4.4.1)."""
@@ -101,7 +107,8 @@ def undistorted_from_camera(camera: Camera, c: ArrayLike) -> Array:
 def undistorted_from_distorted(camera: Camera, d: ArrayLike) -> Array:
     """Undistorted sensor coordinates (..., 2) of distorted ones (4.4.6, 4.4.7).
 
-    Xu = Xd (1 + kappa1 r^2 + kappa2 r^4) + p1 (r^2 + 2 Xd^2) + 2 p2 Xd Yd, and so for Y with p2 and p1.
+    Xu = Xd (1 + kappa1 r^2 + kappa2 r^4 + kappa3 r^6) + p1 (r^2 + 2 Xd^2) + 2 p2 Xd Yd + s1 r^2, and so for Y with
+    p2, p1 and s2.
     NaN beyond the radius where the model folds (see `fold_radius`): no light lands there.
     """
     d = np.asarray(d, float)
@@ -110,23 +117,31 @@ def undistorted_from_distorted(camera: Camera, d: ArrayLike) -> Array:
     gain = 1 + r2 * camera.kappa1
     if camera.kappa2:
         gain = gain + camera.kappa2 * r2 * r2
+    if camera.kappa3:
+        gain = gain + camera.kappa3 * r2 * r2 * r2
     limit = fold_radius(camera)
     if np.isfinite(limit):
         gain = np.where(r2 <= limit * limit, gain, np.nan)
     u = np.empty(d.shape)
     np.multiply(x, gain, out=u[..., 0])
     np.multiply(y, gain, out=u[..., 1])
-    if camera.p1 or camera.p2:
-        u[..., 0] += camera.p1 * (r2 + 2 * x * x) + 2 * camera.p2 * x * y
-        u[..., 1] += camera.p2 * (r2 + 2 * y * y) + 2 * camera.p1 * x * y
+    for name, coefficient in camera.lens.items():
+        if name not in RADIAL:
+            by_x, by_y = TERMS[name].shift(x, y, r2)
+            u[..., 0] += coefficient * by_x
+            u[..., 1] += coefficient * by_y
     return u
 
 
 def fold_radius(camera: Camera) -> float:
     """The distorted radius Rd, unit of dx, where the radial model turns back on itself; inf where it never does.
 
-    dRu/dRd = 1 + 3 kappa1 Rd^2 + 5 kappa2 Rd^4 = 0; for kappa1 alone Rd = sqrt(-1 / (3 kappa1)).
+    dRu/dRd = 1 + 3 kappa1 Rd^2 + 5 kappa2 Rd^4 + 7 kappa3 Rd^6 = 0; for kappa1 alone Rd = sqrt(-1 / (3 kappa1)).
     """
+    if camera.kappa3:
+        roots = np.roots([7 * camera.kappa3, 5 * camera.kappa2, 3 * camera.kappa1, 1.0])
+        real = roots.real[(np.abs(roots.imag) <= 1e-9 * np.abs(roots)) & (roots.real > 0)]
+        return float(np.sqrt(real.min())) if real.size else np.inf
     k1, k2 = float(camera.kappa1), float(camera.kappa2)
     if k2 == 0:
         return float(np.sqrt(-1 / (3 * k1))) if k1 < 0 else np.inf
@@ -148,7 +163,7 @@ def distorted_from_undistorted(camera: Camera, u: ArrayLike) -> Array:
     """
     u = np.asarray(u, float)
     d = _radially_distorted(camera.kappa1, u)
-    if not (camera.kappa2 or camera.p1 or camera.p2):
+    if not camera.lens.keys() - {"kappa1"}:
         return d
     return _newton_distorted(camera, u, np.where(np.isfinite(d), d, u))
 
@@ -200,15 +215,21 @@ def undistorted_jacobian(camera: Camera, d: Array) -> Array:
     """d(Xu, Yu)/d(Xd, Yd), (..., 2, 2), no unit, at distorted sensor coordinates d (..., 2)."""
     x, y = d[..., 0], d[..., 1]
     r2 = x * x + y * y
-    k1, k2, p1, p2 = camera.kappa1, camera.kappa2, camera.p1, camera.p2
+    k1, k2, k3 = camera.kappa1, camera.kappa2, camera.kappa3
     gain = 1 + k1 * r2 + k2 * r2 * r2
     slope = 2 * k1 + 4 * k2 * r2
-    cross = slope * x * y + 2 * p1 * y + 2 * p2 * x
+    if k3:
+        gain, slope = gain + k3 * r2**3, slope + 6 * k3 * r2 * r2
+    cross = slope * x * y
     J = np.empty((*d.shape[:-1], 2, 2))
-    J[..., 0, 0] = gain + slope * x * x + 6 * p1 * x + 2 * p2 * y
-    J[..., 1, 1] = gain + slope * y * y + 6 * p2 * y + 2 * p1 * x
+    J[..., 0, 0] = gain + slope * x * x
+    J[..., 1, 1] = gain + slope * y * y
     J[..., 0, 1] = cross
     J[..., 1, 0] = cross
+    for name, coefficient in camera.lens.items():
+        if name not in RADIAL:
+            for (i, j), part in zip(((0, 0), (0, 1), (1, 0), (1, 1)), TERMS[name].slope(x, y, r2), strict=True):
+                J[..., i, j] += coefficient * part
     return J
 
 

@@ -24,10 +24,12 @@ from vidtrack.geometry.camera import (
     undistorted_from_camera,
     undistorted_jacobian,
 )
+from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
 
 PARAMETERS = (
     *("omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z"),
-    *("f", "Sx", "Cx", "Cy", "kappa1", "kappa2", "p1", "p2", "skew"),
+    *("f", "Sx", "Cx", "Cy"),
+    *COEFFICIENTS,
 )
 """The order of a camera's parameters in every vector, Jacobian and covariance.
 
@@ -39,7 +41,7 @@ class Derivatives(NamedTuple):
     """What `derivatives` returns; the units are px per unit of what varies."""
 
     projected: Array  # (..., 2) px
-    by_parameter: Array  # (..., 2, 15)
+    by_parameter: Array  # (..., 2, k), k = len(PARAMETERS)
     by_point: Array  # (..., 2, 3)
 
 
@@ -86,15 +88,11 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     J[..., 0, 8] = 1
     J[..., 1, 9] = 1
     r2 = X * X + Y * Y
-    for column, by_term in (
-        (10, (X * r2, Y * r2)),
-        (11, (X * r2 * r2, Y * r2 * r2)),
-        (12, (r2 + 2 * X * X, 2 * X * Y)),
-        (13, (2 * X * Y, r2 + 2 * Y * Y)),
-    ):
-        dX, dY = px(*by_term)
+    for name, term in TERMS.items():
+        dX, dY = px(*term.shift(X, Y, r2))
+        column = PARAMETERS.index(name)
         J[..., 0, column], J[..., 1, column] = -dX, -dY
-    J[..., 0, 14] = Y / camera.dx
+    J[..., 0, PARAMETERS.index("skew")] = Y / camera.dx
 
     projected = np.stack([(camera.Sx * X + camera.skew * Y) / camera.dx + camera.Cx, Y / camera.dy + camera.Cy], -1)
     lost = ~np.isfinite(projected).all(-1)

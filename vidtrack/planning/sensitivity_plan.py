@@ -25,7 +25,8 @@ from vidtrack.calibration.refine import free_parameters
 from vidtrack.calibration.target_design import SYSTEMATIC_PX, centroid_noise
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
-from vidtrack.geometry.camera import LENS_TERMS, Camera
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.lens_terms import COEFFICIENTS
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Vector, plan_from
 from vidtrack.simulate.rig import points_on_wires
 from vidtrack.simulate.scenario import CameraPlan, Survey, Wires, camera_from_plan
@@ -50,7 +51,7 @@ class Points(Plan):
     diameter: Positive = 2.0
     frames: Count = Field(20, description="frames averaged for each calibration point")
     survey: Survey = Survey()
-    model: Literal["tsai", "tsai2", "brown", "affine"] = "tsai"
+    model: Literal["tsai", "tsai2", "tsai3", "brown", "affine", "prism"] = "tsai"
     refine: Literal["full", "bundle"] = "full"
     fix: tuple[str, ...] = ()
 
@@ -132,7 +133,7 @@ def case_from_plan(plan: RigPlan, sweep: str, value: Any, where: str) -> Case:
     how = plan.calibration
     p = _points(how.points)
     q = _volume(plan.volume, p, where)
-    unknown = set(how.fix) - {"f", "Sx", "Cx", "Cy", *LENS_TERMS["affine"]}
+    unknown = set(how.fix) - {"f", "Sx", "Cx", "Cy", *COEFFICIENTS}
     if unknown:
         raise VidtrackError(
             f"{where}: calibration.fix: no parameter {min(unknown)!r}. There are f, Sx, Cx, Cy, kappa1."

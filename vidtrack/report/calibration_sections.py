@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
 from vidtrack.report.numbers import measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
 
 Record = Mapping[str, Any]
 AXES = ("x", "y", "z")
 
-POWERS = {"f": "", "kappa1": "⁻²", "kappa2": "⁻⁴", "p1": "⁻¹", "p2": "⁻¹"}
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+POWERS = {"f": "", **{name: f"-{term.power}".translate(_SUPERSCRIPT) for name, term in TERMS.items()}}
 """The powers of the sensor's unit of length, mm, or px where no sensor is given."""
 
 
@@ -140,7 +142,7 @@ def _parameter_table(camera: Record, units: str) -> Table:
     }
     rows = [
         [name, *measured(camera.get(name), errors.get(name), 6), unit.get(name, "")]
-        for name in ("Cx", "Cy", "f", "Sx", "kappa1", "kappa2", "p1", "p2", "skew")
+        for name in ("Cx", "Cy", "f", "Sx", *COEFFICIENTS)
         if name in camera
     ]
     rows += [[f"position {a}", number(v, 6), "–", units] for a, v in zip(AXES, camera["position"], strict=True)]

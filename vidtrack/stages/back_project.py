@@ -11,8 +11,8 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
 from vidtrack.calibration.bundle import bundle
+from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, located_covariance, mean_length
 from vidtrack.calibration.field_of_view import diagonal_field
-from vidtrack.calibration.floor import NORMAL_MEAN_ABS, located_covariance, mean_length
 from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.measures import measures
 from vidtrack.calibration.normal_equations import Names, Priors

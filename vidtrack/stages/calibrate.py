@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.one_camera import (
     Answer,
     Belonging,
@@ -24,11 +25,11 @@ from vidtrack.calibration.one_camera import (
     noise_with_rich_lens,
     with_unexplained_noise,
 )
+from vidtrack.calibration.outliers import ENOUGH, Mixup, limit_for, mixups
 from vidtrack.calibration.refine import Uncertainty, free_parameters
-from vidtrack.calibration.robust import ENOUGH, Mixup, limit_for, mixups
-from vidtrack.calibration.starts import Nominal
 from vidtrack.errors import VidtrackError
-from vidtrack.geometry.camera import LENS_TERMS, Camera, project
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""
@@ -142,7 +143,7 @@ def _task(
 
 def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:
     given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
-    default = {"Sx": 1.0, "Cx": nominal.Cx, "Cy": nominal.Cy, **dict.fromkeys(LENS_TERMS["affine"], 0.0)}
+    default = {"Sx": 1.0, "Cx": nominal.Cx, "Cy": nominal.Cy, **dict.fromkeys(COEFFICIENTS, 0.0)}
     values: dict[str, float] = {}
     for name, value in given.items():
         if value is None and name not in default:
@@ -154,8 +155,8 @@ def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:
 
 def _unfit_settings(task: Task) -> list[str]:
     """Settings that contradict each other, a line each."""
-    if task.model not in (*LENS_TERMS, "auto"):
-        return [f"calibration.model: {task.model!r} is not {', '.join(LENS_TERMS)} or auto."]
+    if task.model not in (*LENS_MODELS, "auto"):
+        return [f"calibration.model: {task.model!r} is not {', '.join(LENS_MODELS)} or auto."]
     if task.refine not in ("linear", "centre", "full", "bundle"):
         return [f"calibration.refine: {task.refine!r} is not linear, centre, full or bundle."]
     problems = []

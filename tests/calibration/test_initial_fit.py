@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, starts, tsai_solution
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.starts import Nominal, distances, fit_camera, starts, tsai_solution
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig

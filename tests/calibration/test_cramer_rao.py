@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.calibration.floor import located_covariance, mean_length
+from vidtrack.calibration.cramer_rao import located_covariance, mean_length
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig

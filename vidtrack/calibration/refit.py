@@ -18,7 +18,7 @@ SMALL = 1e-4
 """Squared length of a step, in standard errors, below which it is the last: a hundredth of one."""
 
 
-class WarmStart:
+class CameraRefit:
     """One camera's calibration on all its points, ready to be redone without some.
 
     camera   fitted to all points

@@ -16,7 +16,8 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.dlt import camera_from_dlt, dlt
 from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
 from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
-from vidtrack.geometry.camera import LENS_TERMS, Camera, contains, project
+from vidtrack.geometry.camera import Camera, contains, project
+from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
 
 COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
@@ -129,7 +130,7 @@ def distinct(fits: list[Fit]) -> list[Fit]:
 
 def with_lens_of(camera: Camera, model: str) -> Camera:
     """The camera without the lens terms that a model does not have."""
-    return camera.with_(**{term: 0.0 for term in LENS_TERMS["affine"] if term not in LENS_TERMS[model]})
+    return camera.with_(**{term: 0.0 for term in COEFFICIENTS if term not in LENS_MODELS[model]})
 
 
 def distances(camera: Camera, p: Array, b: Array) -> Array:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.warm_start import WarmStart
+from vidtrack.calibration.refit import CameraRefit
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
@@ -19,9 +19,9 @@ def _fit(seed=0, **more):
 
 @pytest.mark.parametrize("prior", [{}, {"Cx": (250.0, 3.0)}])
 def test_the_camera_without_some_points_is_the_careful_fit_without_them(prior, monkeypatch):
-    monkeypatch.setattr(WarmStart, "_from_scratch", None)  # a few quick steps must do
+    monkeypatch.setattr(CameraRefit, "_from_scratch", None)  # a few quick steps must do
     camera, b = _fit(priors=prior)
-    warm = WarmStart(camera, P, b, FREE, np.full(64, 0.02), 0.1, prior)
+    warm = CameraRefit(camera, P, b, FREE, np.full(64, 0.02), 0.1, prior)
     out = np.arange(64) % 7 == 2
     careful = refine(camera, P[~out], b[~out], free=FREE, sd=0.1, survey=0.02, priors=prior).camera
     found = warm.without(out)
@@ -32,14 +32,14 @@ def test_the_camera_without_some_points_is_the_careful_fit_without_them(prior, m
 def test_far_from_the_answer_it_still_finds_it():
     camera, b = _fit()
     far = camera.with_(f=camera.f * 1.1, Cx=camera.Cx + 20)
-    warm = WarmStart(far, P, b, FREE, np.full(64, 0.02), 0.1, {})
+    warm = CameraRefit(far, P, b, FREE, np.full(64, 0.02), 0.1, {})
     assert np.abs(project(warm.without(np.zeros(64, bool)), P) - project(camera, P)).max() < 0.02
 
 
 def test_lost_points_are_left_out_and_too_few_refused():
     camera, b = _fit()
     b[:3] = np.nan
-    warm = WarmStart(camera, P, b, FREE, np.zeros(64), None, {})
+    warm = CameraRefit(camera, P, b, FREE, np.zeros(64), None, {})
     assert np.isfinite(warm.without(np.arange(64) == 10).f)
     with pytest.raises(ValueError, match="5 points for 11"):
         warm.without(np.arange(64) >= 8)

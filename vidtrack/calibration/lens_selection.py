@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.initial_fit import distances, with_lens_of
 from vidtrack.calibration.refine import Fit, free_parameters, refine
-from vidtrack.calibration.starts import distances, with_lens_of
-from vidtrack.geometry.camera import LENS_TERMS, Camera
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.lens_terms import LENS_MODELS
 
 FOLDS = 5
 
@@ -69,8 +70,8 @@ def climb(
     p, b = np.asarray(p, float), np.asarray(b, float)
     taken: Rung | None = None
     rungs, reasons = [], []
-    for model in LENS_TERMS:
-        if any(term in (fixed or {}) for term in LENS_TERMS[model]) and model != "tsai":
+    for model in LENS_MODELS:
+        if any(term in (fixed or {}) for term in LENS_MODELS[model]) and model != "tsai":
             reasons.append(f"{model}: not tried, as calibration.fix holds one of its terms")
             continue
         if (needed := points_needed(model)) > len(p) * (folds - 1) // folds and taken is not None:
@@ -89,7 +90,7 @@ def climb(
 
 def points_needed(model: str) -> int:
     """Points that a full fit of a lens model needs: 11 for tsai, and a point for each term beyond."""
-    return 10 + len(LENS_TERMS[model])
+    return 10 + len(LENS_MODELS[model])
 
 
 def held_out(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.calibration.robust import ENOUGH, limit_for, majority, mixups, robust_scale, trusted
+from vidtrack.calibration.outliers import ENOUGH, limit_for, majority, mixups, robust_scale, trusted
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
