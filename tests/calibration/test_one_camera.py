@@ -10,9 +10,9 @@ from vidtrack.calibration.one_camera import (
     NoCamera,
     Points,
     Task,
-    belonging,
     better_part,
     calibrated,
+    inliers,
     noise_with_rich_lens,
 )
 from vidtrack.geometry.camera import project
@@ -34,7 +34,7 @@ def task(refine="full", model="tsai", fixed=None, priors=None):
 
 def test_good_points_all_belong_and_show_their_noise():
     points = sighted()
-    found = belonging(points, task(), better_part(points))
+    found = inliers(points, task(), better_part(points))
     assert found.keep.all()
     assert found.scale == pytest.approx(0.1, rel=0.25)
 
@@ -42,13 +42,13 @@ def test_good_points_all_belong_and_show_their_noise():
 def test_a_bad_point_does_not_belong():
     points = sighted()
     points.b[10] += [6.0, -8.0]
-    found = belonging(points, task(), better_part(points))
+    found = inliers(points, task(), better_part(points))
     np.testing.assert_array_equal(np.flatnonzero(~found.keep), [10])
 
 
 def test_of_eleven_points_all_are_kept():
     points = sighted().take(np.arange(0, 64, 6))
-    assert belonging(points, task(), better_part(points)).keep.all()
+    assert inliers(points, task(), better_part(points)).keep.all()
 
 
 def test_a_plain_lens_s_misfit_is_not_taken_for_bad_points():
@@ -56,7 +56,7 @@ def test_a_plain_lens_s_misfit_is_not_taken_for_bad_points():
     camera = CAMERA.with_(kappa1=-4e-4, kappa2=1.5e-4, p1=1e-3)
     p = rng.uniform([-60, -40, -40], [60, 40, 40], (150, 3))
     points = Points(p, project(camera, p) + rng.normal(0, 0.1, (150, 2)))
-    assert belonging(points, task(), better_part(points)).keep.all()
+    assert inliers(points, task(), better_part(points)).keep.all()
 
 
 def test_the_methods_leave_less_and_less():

@@ -12,6 +12,7 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import write_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.lens_terms import LENS_MODELS
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import calibrate as job
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -199,7 +200,7 @@ def test_fixed_parameters_and_priors_are_obeyed_and_kept_on_record():
     [
         ({"fix": ["f"]}, "f has no value"),
         ({"fix": ["focus"]}, "focus"),
-        ({"prior": {"kappa2": (0, 1)}}, "kappa2 is no parameter of model tsai"),
+        ({"prior": {"kappa2": (0, 1)}, "model": "tsai"}, "kappa2 is no parameter of model tsai"),
         ({"prior": {"Sx": (1, 1)}, "fix": ["Sx"]}, "held by calibration.fix"),
         ({"model": "brown", "refine": "linear"}, "no closed form"),
         ({"refine": "linear", "fix": {"f": 3.0}}, "cannot hold f"),
@@ -266,10 +267,10 @@ def test_a_plain_lens_warns_where_a_richer_one_leaves_much_less():
     p = rng.uniform([-60, -40, -40], [60, 40, 40], (100, 3))
     b = project(camera, p) + rng.normal(0, 0.1, (100, 2))
     table = pd.DataFrame({"tag": range(100), "x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "Xf": b[:, 0], "Yf": b[:, 1]})
-    plain, auto = calibrate(table, **RIG), calibrate(table, model="auto", **RIG)
-    assert any("set calibration.model: auto" in line for line in plain.warnings)
+    plain, auto = calibrate(table, model="tsai", **RIG), calibrate(table, **RIG)
+    assert any("Set calibration.model: auto" in line for line in plain.warnings)
     assert auto.record["model"] in ("brown", "affine")
-    assert len(auto.record["ladder"]["reasons"]) == 4
+    assert len(auto.record["ladder"]["reasons"]) == len(LENS_MODELS)
     assert not any("calibration.model" in line for line in auto.warnings)
 
 
@@ -334,7 +335,7 @@ def test_a_real_target_through_glass_warns_with_plain_tsai_and_is_well_located_w
 @needs_real
 def test_plain_tsai_warns_where_a_wall_of_glass_bends_the_light():
     found = calibrate(points_of("proptv_rbc4cam/cam3.csv"), image_size=(2560, 2160), search=False)
-    assert any("set calibration.model: auto" in line for line in found.warnings)
+    assert any("Set calibration.model: auto" in line for line in found.warnings)
     assert found.record["n_points"] >= 1795
 
 

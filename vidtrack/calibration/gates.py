@@ -1,7 +1,8 @@
-"""What stands between a set of points and a camera to be trusted: each gate says the reason and the cure in one line.
+"""Checks of calibration points and cameras: each names the reason and the cure.
 
-A gate returns None, or the line without its place (the caller knows which camera it speaks of). Those that find that no
-camera can be had refuse; those that find it will be poor warn. The sizes come from trials: see each constant.
+Those that find that no camera can be had return the line of the refusal; those that find it will be poor return a
+Finding; None where all is well. The caller adds which camera it is about. The limits come from trials: see each
+constant.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from vidtrack.calibration.dlt import decomposed, dlt
 from vidtrack.calibration.lens_selection import points_needed
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.tsai import centred, closed_form
+from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera, distorted_from_frame_buffer, fold_radius
 from vidtrack.geometry.lens_terms import RADIAL
 
@@ -28,15 +30,41 @@ NEARLY_FLAT = 0.06
 LINEAR_NEEDS = 7
 
 
-def too_few(n: int, refine: str, model: str = "tsai", coplanar: bool = False) -> str | None:
-    """Refuse: fewer points than the method has need of; 7 for the closed form, 11 for the full fit."""
+def too_few(n: int, refine: str, model: str = "tsai", coplanar: bool = False, known: int = 0) -> str | None:
+    """Refuse: fewer points than the method needs: 7 for the closed form, 11 for the full fit with nothing known.
+
+    known  how many of the model's parameters calibration.fix holds or calibration.prior gives
+    """
     linear = refine in ("linear", "centre")
-    needed = (5 if coplanar else LINEAR_NEEDS) if linear else points_needed("tsai" if model == "auto" else model)
+    plain = "tsai" if model == "auto" else model
+    needed = (5 if coplanar else LINEAR_NEEDS) if linear else full_fit_needs(plain, known)
     if n >= needed:
         return None
-    method = f"the {'coplanar' if coplanar else 'noncoplanar'} closed form" if linear else f"the full fit of {model}"
-    other = "" if linear or n < LINEAR_NEEDS else ", or set calibration.refine: linear, which needs 7"
-    return f"{n} usable calibration points; {method} needs {needed}. Add points{other}."
+    method = f"the {'coplanar' if coplanar else 'noncoplanar'} closed form" if linear else f"the full fit of {plain}"
+    freed = points_needed(plain) - known
+    of = "" if linear else f" for its {freed} free parameters"
+    cures = ["Add points"]
+    if not linear and n >= LINEAR_NEEDS and not coplanar:
+        cures.append("set calibration.refine: linear, which needs 7")
+    if not linear and n >= FEWEST:
+        enough = next((k for k in range(known + 1, 6) if full_fit_needs(plain, k) <= n), None)
+        if enough is not None:
+            more = f"{enough - known} more " if known else f"{enough} "
+            cures.append(f"hold {more}of kappa1, Sx, Cx, Cy, f with calibration.fix, as far as you know them")
+    return f"{n} usable calibration points; {method} needs {needed}{of}. {', or '.join(cures)}."
+
+
+FEWEST = 4
+"""Points that place a camera whose lens is known."""
+
+
+def full_fit_needs(model: str, known: int) -> int:
+    """Points that a full fit needs: one for each parameter; where some are known, 4 equations more than unknowns, and
+    4 points where only the attitude and the place are sought."""
+    freed = points_needed(model) - known
+    if not known:
+        return freed
+    return FEWEST if freed <= 6 else (freed + 5) // 2
 
 
 def flatness(p: ArrayLike) -> float:
@@ -48,9 +76,24 @@ def flatness(p: ArrayLike) -> float:
 def straight(p: ArrayLike) -> str | None:
     """Refuse: all points on one line, from which no camera follows."""
     s = np.linalg.svd(centred(np.asarray(p, float))[1], compute_uv=False)
+    if not s[0] > 0:
+        return f"the {len(np.asarray(p))} points have one and the same place. Give each its own x, y, z in points.csv."
     if s[1] >= FLAT * s[0]:
         return None
-    return f"the {len(np.asarray(p))} points lie on one line. Spread them over all three axes."
+    cure = degrees(p) or "Spread them over all three axes."
+    return f"the {len(np.asarray(p))} points lie on one line. {cure}"
+
+
+def degrees(p: ArrayLike) -> str:
+    """The cure where x and y look like latitude and longitude: far from 0 beside their spread, and within degrees."""
+    xy = np.asarray(p, float)[:, :2]
+    middle, spread = np.abs(np.median(xy, axis=0)), np.ptp(xy, axis=0)
+    if not (middle > 20 * spread).all() or not (0 < spread.max() < 1) or middle.min() > 90 or middle.max() > 180:
+        return ""
+    return (
+        f"x and y about {xy[0, 0]:.4f}, {xy[0, 1]:.4f} look like latitude and longitude in degrees: convert them to "
+        "east and north in `units` (a local grid or UTM)."
+    )
 
 
 def coplanar(p: ArrayLike, refine: str, fixed: Sequence[str]) -> str | None:
@@ -61,31 +104,44 @@ def coplanar(p: ArrayLike, refine: str, fixed: Sequence[str]) -> str | None:
         return None
     return (
         f"the {len(np.asarray(p))} points are coplanar (third over first singular value {ratio:.4f}, below {FLAT}): "
-        f"Sx and the optical centre cannot be told from one plane. Add points at least a tenth of the target's width "
-        f"off the plane; or set calibration.refine: linear and calibration.fix: [Sx] for the coplanar method, "
-        f"which takes Sx = 1."
+        f"one plane does not determine Sx and the principal point. "
+        + (
+            degrees(p)
+            or "Add points at least a tenth of the target's width off the plane; or set calibration.fix: [Sx, Cx, Cy] "
+            "for the full fit, or calibration.refine: linear and calibration.fix: [Sx] for the coplanar closed form: "
+            "both take Sx = 1 and the principal point as given."
+        )
     )
 
 
-def nearly_coplanar(p: ArrayLike) -> str | None:
+def nearly_coplanar(p: ArrayLike) -> Finding | None:
     """Warn: points so near to one plane that f and the distance trade off."""
     ratio = flatness(p)
     if not FLAT <= ratio < NEARLY_FLAT:
         return None
-    return (
+    return Finding(
+        "doubtful",
+        "points-nearly-coplanar",
         f"the points are nearly coplanar (third over first singular value {ratio:.3f}, below {NEARLY_FLAT}): f, the "
-        f"distance and the optical centre are poorly told apart. Add points farther off the plane."
+        f"distance and the principal point cannot be separated well.",
+        "Add points farther off the plane.",
     )
 
 
-def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> str | None:
+def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> Finding | None:
     """Warn: a plane of points seen nearly square on, where f and the distance cannot be told apart."""
     _, q, _ = centred(np.asarray(p, float))
     normal = np.linalg.svd(q, full_matrices=False)[2][2]
     angle = float(np.degrees(np.arccos(min(1.0, abs(float(camera.R[2] @ normal))))))
     if angle > limit_deg:
         return None
-    return f"the plane of the points is seen {angle:.0f} deg from square on: f is a guess. Tilt it by 30 deg or more."
+    return Finding(
+        "doubtful",
+        "plane-seen-square-on",
+        f"the plane of the points is within {angle:.0f} deg of fronto-parallel: focal length and distance cannot be "
+        "separated.",
+        "Tilt it by 30 deg or more.",
+    )
 
 
 def handedness(p: ArrayLike, b: ArrayLike, Cx: float, Cy: float, dx: float, dy: float) -> int:
@@ -115,7 +171,7 @@ def mirrored(sense: int) -> str | None:
     )
 
 
-def folded(camera: Camera) -> str | None:
+def folded(camera: Camera) -> Finding | None:
     """Warn: a lens model that turns back on itself inside the picture."""
     fold = fold_radius(camera)
     if not np.isfinite(fold):
@@ -132,10 +188,12 @@ def folded(camera: Camera) -> str | None:
     value = getattr(camera, term)
     richer = "calibration.model: auto, or " if term == "kappa1" and not camera.kappa2 else ""
     cure = f"or set {richer}calibration.fix: [{term}]"
-    return (
+    return Finding(
+        "doubtful",
+        "lens-model-folds",
         f"{term} = {value:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
-        f"principal point: {max(100 * share, 1):.0f} % of the picture has no line of sight. "
-        f"Add points near the corners, {cure}."
+        f"principal point: {max(100 * share, 1):.0f} % of the picture has no line of sight.",
+        f"Add points near the corners, {cure}.",
     )
 
 
@@ -143,7 +201,7 @@ SMALL_HULL = 0.04
 """Share of the picture below which the hull of the points leaves the lens and the centre to guesswork."""
 
 
-def bunched(b: ArrayLike, image_size: tuple[int, int]) -> str | None:
+def bunched(b: ArrayLike, image_size: tuple[int, int]) -> Finding | None:
     """Warn: points bunched in a corner of the picture, or in a small part of it."""
     b = np.asarray(b, float)
     width, height = image_size
@@ -156,9 +214,12 @@ def bunched(b: ArrayLike, image_size: tuple[int, int]) -> str | None:
         return None
     sides = f"{'upper' if where[1] < 0 else 'lower'} {'left' if where[0] < 0 else 'right'} corner"
     place = f"bunched in the {sides} of the picture" if corner else "bunched in a small part of the picture"
-    return (
-        f"the points are {place} ({100 * share:.0f} % of its area): lens and optical centre are guesses elsewhere. "
-        f"Spread the points over the picture, or move nothing outside their part of it."
+    return Finding(
+        "doubtful",
+        "points-bunched",
+        f"the points are {place} ({100 * share:.0f} % of its area): outside the region that they cover, lens and "
+        "principal point are extrapolated.",
+        "Spread the points over the image.",
     )
 
 
@@ -173,46 +234,42 @@ UNSURE_CENTRE_PX = 25.0
 UNSURE_F = 0.03
 
 
-def unsure(camera: Camera, uncertainty: Uncertainty) -> str | None:
+def unsure(camera: Camera, uncertainty: Uncertainty) -> Finding | None:
     """Warn: standard errors so large that the points do not settle the camera: too shallow, too few or too noisy."""
     sd = dict(zip(uncertainty.names, uncertainty.standard_errors.tolist(), strict=True))
-    told = [f"{name} +- {sd[name]:.0f} px" for name in ("Cx", "Cy") if sd.get(name, 0) > UNSURE_CENTRE_PX]
+    wide = [f"{name} +- {sd[name]:.0f} px" for name in ("Cx", "Cy") if sd.get(name, 0) > UNSURE_CENTRE_PX]
     if sd.get("f", 0) > UNSURE_F * camera.f:
-        told.append(f"f +- {100 * sd['f'] / camera.f:.0f} %")
-    if not told:
+        wide.append(f"f +- {100 * sd['f'] / camera.f:.0f} %")
+    if not wide:
         return None
-    return (
-        f"the points leave {', '.join(told)}. Add points at other depths (half the distance deep is good), "
-        f"or set a calibration.prior or calibration.fix for what you know."
+    return Finding(
+        "note",
+        "parameters-uncertain",
+        f"the points leave {', '.join(wide)}.",
+        "Add points at other depths (half the distance deep is good), or set a calibration.prior or calibration.fix "
+        "for what you know.",
     )
 
 
-def plain_lens(plain_px: float, rich_px: float, model: str) -> str | None:
+def plain_lens(plain_px: float, rich_px: float, model: str) -> Finding | None:
     """Warn: a lens model that leaves much more error than richer ones do; both errors with parameters counted."""
     if not rich_px < 0.8 * plain_px:
         return None
-    return (
-        f"the lens model {model} leaves {plain_px:.2g} px where a richer one leaves {rich_px:.2g} px: "
-        f"set calibration.model: auto."
+    return Finding(
+        "doubtful",
+        "lens-model-too-plain",
+        f"the lens model {model} leaves {plain_px:.2g} px where a richer one leaves {rich_px:.2g} px.",
+        "Set calibration.model: auto.",
     )
 
 
-def swapped(tag: str, other: str) -> str:
+def swapped(tag: str, other: str) -> Finding:
     """Warn: two tags that lie at each other's places."""
-    return (
-        f"tags {tag} and {other} are swapped: each lies where the other should be. Both are left out; "
-        f"exchange them in picks.csv or points.csv."
-    )
-
-
-def rejected(tags: Sequence[str], n: int, farthest_px: float) -> str | None:
-    """Warn: points left out because no camera that fits the rest sees them there."""
-    if not tags:
-        return None
-    names = ", ".join(tags[:12]) + (", ..." if len(tags) > 12 else "")
-    return (
-        f"{len(tags)} of {n} points left out, up to {farthest_px:.3g} px off: tags {names}. "
-        f"Check their names and places; points.parquet has the reason for each."
+    return Finding(
+        "doubtful",
+        "tags-swapped",
+        f"tags {tag} and {other} are swapped: each lies where the other should be. Both are left out.",
+        "Exchange them in picks.csv or points.csv.",
     )
 
 
@@ -226,9 +283,11 @@ def disagreeing(kept: int, n: int) -> str | None:
     )
 
 
-def at_edge(Cx: float, Cy: float, reach: float) -> str:
+def at_edge(Cx: float, Cy: float, reach: float) -> Finding:
     """Warn: the centre search ended at the edge of its reach."""
-    return (
-        f"the best centre lies at the edge of the search, {reach:g} px from Cx {Cx:g}, Cy {Cy:g}. "
-        f"Move Cx and Cy there, or set calibration.refine: full."
+    return Finding(
+        "doubtful",
+        "centre-at-edge",
+        f"the best centre lies at the edge of the search, {reach:g} px from Cx {Cx:g}, Cy {Cy:g}.",
+        "Move Cx and Cy there, or set calibration.refine: full.",
     )

@@ -1,4 +1,4 @@
-"""Fit one camera from several starts: the DLT, and Tsai's closed form at the nominal centre and at the DLT's.
+"""The first fit of one camera: from the DLT, and from Tsai's closed form at the nominal centre and at the DLT's.
 
 Alone, each of them leads the refinement into a worse minimum now and then: Tsai's where the optical axis lies far
 from the nominal centre, the DLT where the lens bends strongly or the points are few.
@@ -18,12 +18,16 @@ from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
 from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import Camera, contains, project
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
+from vidtrack.geometry.pose import F_STARTS, starting_poses
 
 COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
 
 
 MOST_COARSE_STEPS = 60
+
+FEW = 9
+"""Points below which the closed forms hang on the noise of single points, and perspective poses are starts as well."""
 
 
 class Nominal(NamedTuple):
@@ -72,7 +76,19 @@ def starts(
             found.append(camera_from_closed_form(solution, nominal.image_size))
         except (ValueError, np.linalg.LinAlgError):
             continue
+    if len(p) < FEW:
+        found += _poses(p, b, nominal, fixed)
     return [camera.with_(**fixed) for camera in found] if fixed else found
+
+
+def _poses(p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None) -> list[Camera]:
+    """Cameras of a known or of several focal lengths that see few points where they were measured."""
+    width = nominal.image_size[0]
+    f_starts = [fixed["f"] / nominal.dy / width] if fixed and "f" in fixed else F_STARTS
+    return [
+        camera.with_(dx=nominal.dx, dy=nominal.dy, f=camera.f * nominal.dy, Sx=nominal.dx / nominal.dy)
+        for camera in starting_poses(p, b, nominal.image_size, f_starts)
+    ]
 
 
 def fit_camera(

@@ -1,4 +1,4 @@
-"""One camera from its points: which of them belong, and the camera that the chosen method gives from those."""
+"""One camera from its points: which of them are inliers, and the camera that the chosen method gives from those."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.centre_search import best_centre
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, tsai_solution
-from vidtrack.calibration.lens_selection import Ladder, climb
-from vidtrack.calibration.outliers import ENOUGH, Mask, majority, trusted
+from vidtrack.calibration.lens_selection import Ladder, climb, points_needed
+from vidtrack.calibration.outliers import ENOUGH, SMALLEST_SCALE, Mask, majority, studentised, trusted
 from vidtrack.calibration.refine import Fit, Uncertainty, covariances, free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.lens_terms import LENS_MODELS, RICHEST
 
 RICH_LENS_POINTS = 30
-"""Points from which bad ones are sought with the richest lens, lest a plain one's misfit be taken for bad points."""
+"""Points from which the richest lens is worth a comparison, and outliers are sought with nothing held."""
 
 
 ENOUGH_TO_JUDGE = 200
@@ -40,6 +42,7 @@ class Points(NamedTuple):
     b: Array  # (n, 2) px
     sd: Array | None = None  # (n, 2) px, noise of b
     survey: Array | None = None  # (n,) world units, tolerance of p
+    clips: NDArray[np.str_] | None = None  # (n,) which clip shows each
 
     @property
     def n(self) -> int:
@@ -70,6 +73,7 @@ class Task(NamedTuple):
     refine: str
     fixed: dict[str, float]
     priors: dict[str, tuple[float, float]]
+    reject: bool = True  # whether outliers are sought
 
     @property
     def closed(self) -> bool:
@@ -82,12 +86,17 @@ class Task(NamedTuple):
         return {name: self.fixed[name] for name in ("Sx", "kappa1") if name in self.fixed}
 
 
-class Belonging(NamedTuple):
-    """Which points belong to the camera."""
+class Inliers(NamedTuple):
+    """Which points agree with one camera."""
 
     keep: Mask  # (n,)
-    scale: float  # px, the noise of one coordinate that the good points show; NaN where too few to tell
-    camera: Camera | None  # the camera they were held against
+    scale: float  # px, the noise of one coordinate that the inliers show; NaN where too few to tell
+    camera: Camera | None  # the camera that they agree with
+    model: str  # its lens model
+    plain_keep: Mask  # (n,) the inliers by the plainest lens model alone
+    description_length: float = np.inf
+    """Minus the log likelihood: inliers normal about the camera, outliers anywhere in the picture, and half the log of
+    the number of measurements for each parameter (Schwarz 1978)."""
 
 
 class Answer(NamedTuple):
@@ -106,25 +115,37 @@ class Answer(NamedTuple):
         return float(np.sqrt((self.fit.residuals**2).sum(1)).max())
 
 
-def belonging(points: Points, task: Task, best: Mask) -> Belonging:
-    """The points that belong: from the better part of them, grown to all that agree with a camera fitted to those.
+def inliers(points: Points, task: Task, start: Mask) -> Inliers:
+    """The points that agree with one camera, grown from those of `start` (n,), as from `better_part`.
 
-    best   (n,) as from `better_part`
-    With 30 points or more the richest lens has the last word, whichever lens was asked for. Of fewer than 12 points
-    all are kept. Raises NoCamera when no camera fits.
+    Before a point is called an outlier, richer lens models and another start are tried: a plain lens that misfits the
+    rim, fitted to the middle, would leave out every good point of the rim. Of several explanations the likeliest
+    counts (`description_length`). Of fewer than 12 points, or with calibration.reject: off, all are kept.
+    Raises NoCamera when no camera fits.
     """
-    if points.n < ENOUGH:
-        return Belonging(np.ones(points.n, bool), np.nan, None)
-    fixed = {}
+    everything = np.ones(points.n, bool)
+    if points.n < ENOUGH or not task.reject:
+        return Inliers(everything, np.nan, None, "", everything)
+    fixed = dict(task.fixed) if points.n < RICH_LENS_POINTS else {}
     if points.coplanar:
         fixed = {"Cx": task.nominal.Cx, "Cy": task.nominal.Cy, **task.fixed}
-    n_plain = len(free_parameters("tsai", tuple(fixed)))
-    judge = _Judge(points, task.nominal, "tsai", fixed)
-    keep, _, scale = trusted(best, judge.distances, n_parameters=n_plain)
-    if keep.sum() >= RICH_LENS_POINTS and not fixed:
-        judge = _Judge(points, task.nominal, "affine", fixed)
-        keep, _, scale = trusted(keep, judge.distances, n_parameters=15)
-    return Belonging(keep, scale, judge.camera)
+    models = ["tsai"]
+    if not fixed:
+        models = [model for model in LENS_MODELS if points.n >= 2 * points_needed(model) or model == "tsai"]
+    plain = _grown(points, task.nominal, "tsai", fixed, start)
+    if plain is None:
+        raise NoCamera(_NOTHING_FITS)
+    found = _grown(points, task.nominal, models[-1], fixed, plain.keep) if models[1:] else plain
+    if found is not None and found.keep.all():
+        return found._replace(plain_keep=plain.keep)
+    others = [
+        _grown(points, task.nominal, model, fixed, begin)
+        for model in models
+        for begin in ((start, everything) if model != "tsai" else (everything,))
+    ]
+    candidates = [each for each in (plain, found, *others) if each is not None and each.keep.sum() > points.n / 2]
+    best = min(candidates or [plain], key=lambda each: each.description_length)
+    return best._replace(plain_keep=plain.keep)
 
 
 def better_part(points: Points, *, seed: int = 0) -> Mask:
@@ -134,25 +155,49 @@ def better_part(points: Points, *, seed: int = 0) -> Mask:
     return majority(points.p, points.b, rng=np.random.default_rng(seed))
 
 
+def _grown(points: Points, nominal: Nominal, model: str, fixed: dict[str, float], start: Mask) -> Inliers | None:
+    """The inliers of one lens model from one start; None where no camera fits."""
+    judge = _Judge(points, nominal, model, fixed)
+    try:
+        keep, _, scale = trusted(start, judge.distances, n_parameters=len(judge.free))
+        off = distances(judge.camera, points.p, points.b) if judge.camera else judge.distances(keep)
+    except NoCamera:
+        return None
+    k = len(judge.free)
+    if 2 * keep.sum() <= k:
+        return None
+    width, height = nominal.image_size
+    variance = max((off[keep] ** 2).sum() / (2 * keep.sum() - k), SMALLEST_SCALE**2)
+    length = keep.sum() * (1 + np.log(2 * np.pi * variance)) + (~keep).sum() * np.log(width * height)
+    length += 0.5 * k * np.log(2 * points.n)
+    return Inliers(keep, scale, judge.camera, model, keep, float(length))
+
+
 class _Judge:
-    """Holds all points against a camera fitted to some; each fit starts from the last."""
+    """Measures all points against a camera fitted to some; each fit starts from the last."""
 
     def __init__(self, points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> None:
         self.points, self.nominal, self.model, self.fixed = points, nominal, model, fixed
         self.coplanar = points.coplanar
+        self.free = free_parameters(model, tuple(fixed))
         self.camera: Camera | None = None
 
     def distances(self, keep: Mask) -> Array:
-        """Distances (n,) px of all points from the camera fitted to those kept."""
-        p, b, sd, survey = self.points.take(keep).thinned(ENOUGH_TO_JUDGE)
+        """Studentised distances (n,) px of all points from the camera fitted to those kept."""
+        chosen = np.flatnonzero(keep)
+        if chosen.size > ENOUGH_TO_JUDGE:
+            chosen = chosen[np.sort(np.random.default_rng(0).permutation(chosen.size)[:ENOUGH_TO_JUDGE])]
+        fitted = np.zeros(keep.size, bool)
+        fitted[chosen] = True
+        few = self.points.take(chosen)
         fit = fit_camera(
-            p,
-            b,
+            few.p,
+            few.b,
             self.nominal,
             model=self.model,
             fixed=self.fixed,
-            sd=sd,
-            survey=survey,
+            sd=few.sd,
+            survey=few.survey,
             near=self.camera,
             coplanar=self.coplanar,
             tolerance=1e-3,
@@ -160,10 +205,12 @@ class _Judge:
         if fit is None:
             raise NoCamera(_NOTHING_FITS)
         self.camera = fit.camera if fit.converged else None
-        return distances(fit.camera, self.points.p, self.points.b)
+        at = derivatives(fit.camera, self.points.p, fit.uncertainty.pivot)
+        J = at.by_parameter[..., [PARAMETERS.index(name) for name in self.free]]
+        return studentised(self.points.b - at.projected, J, fitted)
 
 
-def with_unexplained_noise(points: Points, found: Belonging) -> Points:
+def with_unexplained_noise(points: Points, found: Inliers) -> Points:
     """The points, their sd raised all alike until it explains the scatter that they show.
 
     A noise foretold far too small (a rigid picture, a survey whose tolerance nobody gave) would weigh the points by
@@ -184,12 +231,20 @@ _NOTHING_FITS = (
 
 def calibrated(points: Points, task: Task) -> Answer:
     """The camera by the task's method. Raises NoCamera when there is none."""
-    return _by_closed_form(points, task) if task.closed else _by_refinement(points, task)
+    answer = _by_closed_form(points, task) if task.closed else _by_refinement(points, task)
+    if not np.isfinite(answer.fit.rms_px):
+        lost = int((~np.isfinite(answer.fit.residuals).all(-1)).sum())
+        cure = "Set calibration.refine: full" if task.closed else "Add points"
+        raise NoCamera(
+            f"{lost} of {points.n} points lie behind the camera that was found, or beyond the fold of its lens. "
+            f"{cure}, or check what calibration.fix holds."
+        )
+    return answer
 
 
 def _by_closed_form(points: Points, task: Task) -> Answer:
     """The closed form, at the given centre or the best; its uncertainty is that of a fit with the same freedom."""
-    p, b, sd, survey = points
+    p, b = points.p, points.b
     nominal, held, edge = task.nominal, task.held, False
     try:
         if task.refine == "centre":
@@ -204,7 +259,7 @@ def _by_closed_form(points: Points, task: Task) -> Answer:
         ) from None
     centre = () if task.refine == "centre" else ("Cx", "Cy")
     free = free_parameters("tsai", (*task.fixed, *centre))
-    at = refine(camera, p, b, free=free, sd=sd, survey=survey, max_iterations=0)
+    at = refine(camera, p, b, free=free, sd=points.sd, survey=points.survey, max_iterations=0)
     return Answer(camera, at.uncertainty, at._replace(converged=True, message=""), "tsai", None, edge)
 
 
@@ -216,8 +271,17 @@ def _by_refinement(points: Points, task: Task) -> Answer:
         raise NoCamera(_NOTHING_FITS)
     ladder = None
     if task.model == "auto":
-        p, b, sd, survey = points.thinned(ENOUGH_TO_CHOOSE)
-        ladder = climb(p, b, start.camera, fixed=task.fixed, priors=task.priors, sd=sd, survey=survey)
+        some = points.thinned(ENOUGH_TO_CHOOSE)
+        ladder = climb(
+            some.p,
+            some.b,
+            start.camera,
+            fixed=task.fixed,
+            priors=task.priors,
+            sd=some.sd,
+            survey=some.survey,
+            clips=some.clips,
+        )
         model, start = ladder.model, ladder.fit  # coarse as yet
     done = points.n == few.n and ladder is None
     fit = start if done else _fit(points, task, model, start.camera)
@@ -226,17 +290,16 @@ def _by_refinement(points: Points, task: Task) -> Answer:
 
 
 def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> Fit | None:
-    p, b, sd, survey = points
     free = free_parameters(model, tuple(task.fixed))
     return fit_camera(
-        p,
-        b,
+        points.p,
+        points.b,
         task.nominal,
         model=model,
         fixed=task.fixed,
         priors={name: prior for name, prior in task.priors.items() if name in free},
-        sd=sd,
-        survey=survey,
+        sd=points.sd,
+        survey=points.survey,
         near=near,
         coplanar=near is None and points.coplanar,
     )
@@ -246,5 +309,5 @@ def noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
     """The noise, px, that the richest lens leaves, its parameters counted; NaN where the points are too few."""
     if points.n < RICH_LENS_POINTS:
         return float("nan")
-    fit = _fit(points.thinned(ENOUGH_TO_JUDGE), task._replace(priors={}), "affine", near)
+    fit = _fit(points.thinned(ENOUGH_TO_JUDGE), task._replace(priors={}), RICHEST, near)
     return fit.sigma_px if fit else float("nan")

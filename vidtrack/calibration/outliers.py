@@ -1,9 +1,12 @@
-"""Find the calibration points that do not belong, before they pull the camera; and say which tags were mixed up.
+"""Distinguish inliers from outliers among calibration points before the outliers pull the camera.
 
 One wrong point in 64 bends a least-squares camera by more than all the noise together, and then hides in the bend.
 So a first camera comes from random small samples, judged by the better part of the points only; from there the
-set of trusted points grows and shrinks with a camera fitted to it, by a scale that bad points cannot move.
-Sources: Fischler and Bolles (1981); Rousseeuw's least trimmed squares with concentration steps (1999).
+set of inliers grows and shrinks with a camera fitted to it, by a scale that outliers cannot move. Each residual is
+judged by its own variance: a fit follows a point of high leverage (few neighbours, the rim of the picture) and leaves
+little of its error, and it predicts such a point badly where it was not fitted.
+Sources: Fischler and Bolles (1981); Rousseeuw's least trimmed squares with concentration steps (1999); Cook and
+Weisberg (1982) for leverage.
 """
 
 from __future__ import annotations
@@ -34,6 +37,9 @@ SMALLEST_SCALE = 0.02
 
 FALSE_ALARMS = 1e-3
 """Good points rejected, on average, in a whole calibration, were the noise normal."""
+
+LEAST_REDUNDANCY = 0.02
+"""Share of its own variance that is left to a residual at least: below, rounding and the lens model decide."""
 
 HEAVY_TAILS = 1.25
 """ASSUME: real noise strays somewhat farther than normal noise, and no lens model is quite right at the rim."""
@@ -117,13 +123,34 @@ def _length(off: Array) -> Array:
 def robust_scale(distances: ArrayLike, n_parameters: int = 0) -> float:
     """Noise of one coordinate, from the median of distances (n,) in the plane, unmoved by bad ones.
 
-    For normal noise the median of the squared distance is 2 ln 2 variances. The n_parameters that were fitted have
-    shrunk the distances; Rousseeuw's factor 1 + 5 / (spare points) allows for chance in few points.
+    For normal noise the median of the squared distance is 2 ln 2 variances. The distances are those of `studentised`,
+    so that fitting has not shrunk them; Rousseeuw's factor 1 + 5 / (redundancy) allows for chance in few points.
     """
     r = np.asarray(distances, float)
-    spare = max(2 * r.size - n_parameters, 2)
-    shrunk = np.sqrt(spare / (2 * r.size))
-    return float(np.median(r) / np.sqrt(2 * np.log(2)) / shrunk * (1 + 5 / spare))
+    redundancy = max(2 * r.size - n_parameters, 2)
+    return float(np.median(r) / np.sqrt(2 * np.log(2)) * (1 + 5 / redundancy))
+
+
+def studentised(residuals: Array, J: Array, fitted: Mask) -> Array:
+    """Lengths (n,), px, of residuals (n, 2), each divided by its own standard deviation in units of the noise.
+
+    J        (n, 2, k) derivatives of the projections by the parameters that were fitted
+    fitted   (n,) the points of the fit
+    With H = J_i (J^T J)^-1 J_i^T of the fitted points the residual of a fitted point has the covariance I - H, that of
+    another one I + H. inf where a point does not project.
+    """
+    seen = np.isfinite(residuals).all(-1)
+    A = J[fitted & seen].reshape(-1, J.shape[-1])
+    size = np.linalg.norm(A, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    _, s, Vt = np.linalg.svd(A / size, full_matrices=False)
+    root = Vt[s > 1e-9 * s[0]].T / s[s > 1e-9 * s[0]]  # root root^T = (A^T A)^-1
+    own = np.nan_to_num(J / size) @ root
+    H = own @ np.swapaxes(own, -1, -2)
+    values, axes = np.linalg.eigh(H)
+    variance = np.where(fitted[:, None], np.maximum(1 - values, LEAST_REDUNDANCY), 1 + values)
+    along = (np.nan_to_num(residuals)[:, None, :] @ axes)[:, 0]
+    return np.where(seen, np.sqrt((along**2 / variance).sum(-1)), np.inf)
 
 
 def limit_for(n: int) -> float:
@@ -143,7 +170,7 @@ def trusted(
     floor: float = SMALLEST_SCALE,
     rounds: int = 20,
 ) -> tuple[Mask, Array, float]:
-    """The points that belong: fit, measure all, keep those within the limit, until the set stays the same.
+    """The inliers: fit, measure all, keep those within the limit, until the set stays the same.
 
     start       (n,) points to begin with
     distances   gives the distances (n,), px (or px over the sd expected), of all points from a camera fitted to a set;
@@ -157,8 +184,10 @@ def trusted(
         r = distances(keep)
         scale = max(robust_scale(r, n_parameters), floor)
         again = r <= limit_for(len(r)) * scale
-        if (again == keep).all() or any((again == old).all() for old in seen):
+        if (again == keep).all():
             return again, r, scale
+        if any((again == old).all() for old in seen):  # points that belong only while they are left out
+            return again & keep, r, scale
         seen.append(keep)
         keep = again
     return keep, r, scale

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,24 +11,28 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.calibration.diagnosis import left_out, misfit
 from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.one_camera import (
     Answer,
-    Belonging,
+    Inliers,
     NoCamera,
     Points,
     Task,
-    belonging,
     better_part,
     calibrated,
+    inliers,
     noise_with_rich_lens,
     with_unexplained_noise,
 )
 from vidtrack.calibration.outliers import ENOUGH, Mixup, limit_for, mixups
-from vidtrack.calibration.refine import Uncertainty, free_parameters
+from vidtrack.calibration.refine import Uncertainty, covariances, free_parameters
+from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
+from vidtrack.geometry.jacobian import derivatives
+from vidtrack.geometry.lens_terms import RICHEST
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""
@@ -37,8 +40,6 @@ CENTROID_SD_PX = 0.1
 SMALLEST_SD_PX = 0.02
 """ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
 
-Prior = Mapping[str, tuple[float, float]]
-Fix = Mapping[str, float | None] | Sequence[str]
 Rows = NDArray[np.intp]
 
 
@@ -50,7 +51,12 @@ class Calibration(NamedTuple):
     points: pd.DataFrame  # the sightings, with used, reason, residual_x, residual_y (px)
     search: pd.DataFrame | None  # the error over Cx, Cy and the sensor's width
     record: dict[str, Any]  # what camera.json holds beside the camera
-    warnings: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as lines."""
+        return tuple(f"{finding.text} {finding.cure}".strip() for finding in self.findings)
 
 
 def calibrate(
@@ -60,10 +66,11 @@ def calibrate(
     Cx: float | None = None,
     Cy: float | None = None,
     sensor: tuple[float, float] | None = None,
-    model: str = "tsai",
+    model: str = "auto",
     refine: str = "full",
     fix: Fix = (),
     prior: Prior | None = None,
+    reject: str = "auto",
     sigma: float = 0.0,
     camera: str = "",
     units: str = "in",
@@ -76,26 +83,27 @@ def calibrate(
     image_size   px, (width, height)
     Cx, Cy       px, where the optical axis is thought to be; default: the middle of the picture
     sensor       mm, (width, height) of the area that the frame covers; default: dx = dy = 1 px
-    model        tsai, tsai2, brown, affine, or auto: the plainest that foretells held-out points as well as any
+    model        one of LENS_MODELS, or auto: the plainest that predicts held-out points as well as any
     refine       linear: closed form at Cx, Cy; centre: also searches Cx, Cy; full or bundle: every parameter
     fix          names that are held (Sx at 1, Cx and Cy as given, lens terms at 0), or names with values
     prior        name: (mean, standard deviation)
+    reject       auto: outliers are left out; off: every point is used
     sigma        units, survey tolerance (1 sigma) of points that have none of their own
     search       whether to map the error over Cx, Cy and the sensor's width
     seed         of the random samples by which bad points are found
-    Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `warnings`.
+    Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `findings`.
     """
     where = f"cameras.{camera}" if camera else "calibrate"
-    task = _task(where, image_size, Cx, Cy, sensor, model, refine, fix, prior)
+    task = task_from_settings(where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject)
     table = sightings.reset_index(drop=True).assign(tag=sightings["tag"].astype(str).to_numpy())
     _check_tags(where, table)
     rows = _usable(table)
-    points = _points(table, rows, sigma)
+    points = stated = _points(table, rows, sigma)
     _refuse(where, points, task)
     best = better_part(points, seed=seed)
     _refuse_mirror(where, points.take(best), task.nominal)
     try:
-        found = belonging(points, task, best)
+        found = inliers(points, task, best)
         good = with_unexplained_noise(points.take(found.keep), found)
         _refuse(where, good, task, among=points.n)
         answer = calibrated(good, task)
@@ -105,75 +113,21 @@ def calibrate(
     noise = found.scale if np.isfinite(found.scale) else answer.fit.sigma_px
     mixed = mixups(places, points.b, ~found.keep, max(limit_for(points.n) * noise, 1.0))
     tags = table["tag"].iloc[rows].tolist()
-    told = _points_table(table, rows, tags, found, points.b - places, mixed)
+    used = _points_table(table, rows, tags, found, points.b - places, mixed)
     mapped = _searched(good, task, answer) if search else None
-    lines = [*_rejections(tags, found, points.b - places, mixed), *_doubts(good, task, answer)]
-    warnings = tuple(f"{where}: {line}" for line in lines)
+    findings = [
+        *_outlier_findings(tags, points, found, points.b - places, mixed, answer),
+        *_doubts(stated.take(found.keep), good, task, answer, units),
+    ]
+    findings = [finding._replace(text=f"{where}: {finding.text}") for finding in findings]
     record = _record(answer, task, good, table, mapped) | {
         "units": units,
         "settings": _settings(Cx, Cy, sensor, task, sigma),
-        "warnings": list(warnings),
+        "warnings": [f"{finding.text} {finding.cure}".strip() for finding in findings],
+        "findings": as_records(findings),
     }
     named = answer.camera.with_(name=camera)
-    return Calibration(named, answer.uncertainty, told, _search_table(mapped, task), record, warnings)
-
-
-def _task(
-    where: str,
-    image_size: tuple[int, int],
-    Cx: float | None,
-    Cy: float | None,
-    sensor: tuple[float, float] | None,
-    model: str,
-    refine: str,
-    fix: Fix,
-    prior: Prior | None,
-) -> Task:
-    width, height = image_size
-    dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
-    nominal = Nominal(
-        (width - 1) / 2 if Cx is None else Cx, (height - 1) / 2 if Cy is None else Cy, dx, dy, (width, height)
-    )
-    priors = {name: (float(mean), float(sd)) for name, (mean, sd) in (prior or {}).items()}
-    task = Task(nominal, model, refine, _fixed(where, fix, nominal), priors)
-    if problems := _unfit_settings(task):
-        raise VidtrackError(*(f"{where}: {problem}" for problem in problems))
-    return task
-
-
-def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:
-    given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
-    default = {"Sx": 1.0, "Cx": nominal.Cx, "Cy": nominal.Cy, **dict.fromkeys(COEFFICIENTS, 0.0)}
-    values: dict[str, float] = {}
-    for name, value in given.items():
-        if value is None and name not in default:
-            cure = "Give it one: fix: {f: 12.5}." if name == "f" else f"Known are {', '.join([*default, 'f'])}."
-            raise VidtrackError(f"{where}: calibration.fix: {name} has no value to be held at. {cure}")
-        values[name] = default[name] if value is None else float(value)
-    return values
-
-
-def _unfit_settings(task: Task) -> list[str]:
-    """Settings that contradict each other, a line each."""
-    if task.model not in (*LENS_MODELS, "auto"):
-        return [f"calibration.model: {task.model!r} is not {', '.join(LENS_MODELS)} or auto."]
-    if task.refine not in ("linear", "centre", "full", "bundle"):
-        return [f"calibration.refine: {task.refine!r} is not linear, centre, full or bundle."]
-    problems = []
-    if task.closed:
-        if task.model not in ("tsai", "auto"):
-            problems.append(f"model {task.model} has no closed form. Set calibration.refine: full, or model: tsai.")
-        if others := sorted(set(task.fixed) - {"Sx", "Cx", "Cy", "kappa1"}):
-            problems.append(f"the closed form cannot hold {', '.join(others)}. Set calibration.refine: full.")
-        if task.priors:
-            problems.append("the closed form takes no prior. Set calibration.refine: full, or drop calibration.prior.")
-        return problems
-    free = free_parameters("affine" if task.model == "auto" else task.model, tuple(task.fixed))
-    for name in task.priors:
-        if name not in free:
-            why = "is held by calibration.fix" if name in task.fixed else f"is no parameter of model {task.model}"
-            problems.append(f"calibration.prior: {name} {why}. Drop the prior, or free the parameter.")
-    return problems
+    return Calibration(named, answer.uncertainty, used, _search_table(mapped, task), record, tuple(findings))
 
 
 def _check_tags(where: str, table: pd.DataFrame) -> None:
@@ -207,7 +161,8 @@ def _points(table: pd.DataFrame, rows: Rows, sigma: float) -> Points:
     sd = _centroid_sd(table, rows)
     if sd is None and survey.any():
         sd = np.full((len(rows), 2), CENTROID_SD_PX)
-    return Points(numbers[:, :3], numbers[:, 3:], sd, survey if survey.any() else None)
+    clips = table["clip"].astype(str).to_numpy(np.str_)[rows] if "clip" in table else None
+    return Points(numbers[:, :3], numbers[:, 3:], sd, survey if survey.any() else None, clips)
 
 
 def _centroid_sd(table: pd.DataFrame, rows: Rows) -> Array | None:
@@ -229,11 +184,13 @@ def _centroid_sd(table: pd.DataFrame, rows: Rows) -> Array | None:
 
 def _refuse(where: str, points: Points, task: Task, among: int | None = None) -> None:
     """The gates that no camera passes; the first that is shut speaks."""
-    flat_meant = points.n > 2 and points.coplanar and "Sx" in task.fixed
+    free = free_parameters("tsai" if task.model == "auto" else task.model)
+    known = [name for name in free if name in task.fixed or name in task.priors]
+    flat_meant = points.n > 2 and points.coplanar and "Sx" in known
     line = (
-        gates.too_few(points.n, task.refine, task.model, coplanar=flat_meant)
+        gates.too_few(points.n, task.refine, task.model, coplanar=flat_meant, known=len(known))
         or gates.straight(points.p)
-        or gates.coplanar(points.p, task.refine, tuple(task.fixed))
+        or gates.coplanar(points.p, task.refine, known)
         or gates.disagreeing(points.n, among or points.n)
     )
     if line:
@@ -249,7 +206,7 @@ def _refuse_mirror(where: str, best: Points, nominal: Nominal) -> None:
 
 
 def _points_table(
-    table: pd.DataFrame, rows: Rows, tags: list[str], found: Belonging, errors: Array, mixed: list[Mixup]
+    table: pd.DataFrame, rows: Rows, tags: list[str], found: Inliers, errors: Array, mixed: list[Mixup]
 ) -> pd.DataFrame:
     """The sightings with used, reason and the reprojection error; every point stays."""
     used = np.zeros(len(table), bool)
@@ -275,38 +232,62 @@ def _off(distance: float, scale: float) -> str:
     return f"{distance:.3g} px off, {distance / scale:.0f} times the noise"
 
 
-def _rejections(tags: list[str], found: Belonging, errors: Array, mixed: list[Mixup]) -> list[str]:
+def _outlier_findings(
+    tags: list[str], points: Points, found: Inliers, errors: Array, mixed: list[Mixup], answer: Answer
+) -> list[Finding]:
     pairs = [m for m in mixed if m.mutual and m.point < m.place]
-    told = {i for m in pairs for i in (m.point, m.place)}
-    rest = [i for i in np.flatnonzero(~found.keep).tolist() if i not in told]
+    findings = [gates.swapped(tags[m.point], tags[m.place]) for m in pairs]
+    rest = ~found.keep
+    rest[[i for m in pairs for i in (m.point, m.place)]] = False
     far = float(np.nanmax(np.hypot(*errors[rest].T), initial=0.0))
-    lines = [gates.swapped(tags[m.point], tags[m.place]) for m in pairs]
-    if line := gates.rejected([tags[i] for i in rest], len(tags), far):
-        lines.append(line)
+    clips = [""] * len(tags) if points.clips is None else points.clips.tolist()
+    centre = (answer.camera.Cx, answer.camera.Cy)
+    if finding := left_out(tags, clips, points.p, points.b, rest, centre, far, answer.model):
+        findings.append(finding)
     if len(tags) < ENOUGH:
-        lines.append(f"{len(tags)} points are too few to find a bad one among. Use {ENOUGH} or more.")
-    return lines
+        text = f"{len(tags)} points are too few to find an outlier among."
+        findings.append(Finding("note", "outliers-not-sought", text, f"Use {ENOUGH} or more."))
+    return findings
 
 
-def _doubts(good: Points, task: Task, answer: Answer) -> list[str]:
-    """What the gates have to say of a camera that can be had."""
-    lines = [
+def _doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str) -> list[Finding]:
+    """What the checks find of a camera that can be had; `stated` has the noise as it was given."""
+    camera, fit = answer.camera, answer.fit
+    findings = [
         gates.nearly_coplanar(good.p),
-        gates.folded(answer.camera),
+        gates.folded(camera),
         gates.bunched(good.b, task.nominal.image_size),
-        gates.unsure(answer.camera, answer.uncertainty),
+        gates.unsure(camera, answer.uncertainty),
     ]
     if good.coplanar:
-        lines.append(f"points in one plane: Tsai's coplanar method, with Sx held at {answer.camera.Sx:g}.")
-        lines.append(gates.facing(answer.camera, good.p))
+        text = f"points in one plane: Tsai's coplanar method, with Sx held at {camera.Sx:g}."
+        findings += [Finding("note", "points-coplanar", text), gates.facing(camera, good.p)]
     if answer.at_edge:
-        lines.append(gates.at_edge(task.nominal.Cx, task.nominal.Cy, REACH_PX))
-    if answer.fit.message:
-        lines.append(f"{answer.fit.message}. Add points, or hold parameters with calibration.fix.")
-    if not (task.closed or task.fixed or task.model in ("auto", "affine")):
-        rich = noise_with_rich_lens(good, task, answer.camera)
-        lines.append(gates.plain_lens(answer.fit.sigma_px, rich, answer.model))
-    return [line for line in lines if line]
+        findings.append(gates.at_edge(task.nominal.Cx, task.nominal.Cy, REACH_PX))
+    if fit.message:
+        cure = "Add points, or hold parameters with calibration.fix."
+        findings.append(Finding("doubtful", "fit-not-settled", f"{fit.message}.", cure))
+    plain = None
+    if not (task.closed or task.fixed or task.model in ("auto", RICHEST)):
+        plain = gates.plain_lens(fit.sigma_px, noise_with_rich_lens(good, task, camera), answer.model)
+        findings.append(plain)
+    if plain is None and not task.closed:
+        findings.append(_misfit(stated, answer, units))
+    return [finding for finding in findings if finding]
+
+
+def _misfit(stated: Points, answer: Answer, units: str) -> Finding | None:
+    """Whether the residuals are as large as the stated noise of centroids and survey."""
+    if stated.sd is None:
+        return None
+    C = covariances(answer.camera, stated.p, stated.sd, stated.survey)
+    expected = float(np.sqrt(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2)))
+    centroids = float(np.sqrt(np.median((stated.sd**2).mean(1))))
+    B = derivatives(answer.camera, stated.p, stated.p.mean(0)).by_point
+    px_per_unit = float(np.sqrt(np.nanmedian((B**2).sum((1, 2)) / 2)))
+    sigma = 0.0 if stated.survey is None else float(np.median(stated.survey))
+    survey_px = float(np.sqrt(max(expected**2 - centroids**2, 0.0)))
+    return misfit(answer.fit.sigma_px, expected, survey_px, 1 / px_per_unit, sigma, units)
 
 
 def _searched(good: Points, task: Task, answer: Answer) -> SearchMap:

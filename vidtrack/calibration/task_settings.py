@@ -1,0 +1,74 @@
+"""From what the config says of a calibration to the task that `one_camera` does; contradictions are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from vidtrack.calibration.initial_fit import Nominal
+from vidtrack.calibration.one_camera import Task
+from vidtrack.calibration.refine import free_parameters
+from vidtrack.errors import VidtrackError
+from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST
+
+Prior = Mapping[str, tuple[float, float]]
+Fix = Mapping[str, float | None] | Sequence[str]
+
+
+def task_from_settings(
+    where: str,
+    image_size: tuple[int, int],
+    Cx: float | None,
+    Cy: float | None,
+    sensor: tuple[float, float] | None,
+    model: str,
+    refine: str,
+    fix: Fix,
+    prior: Prior | None,
+    reject: str = "auto",
+) -> Task:
+    """The task that the settings describe. VidtrackError, a line a problem, where they contradict each other."""
+    width, height = image_size
+    dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
+    nominal = Nominal(
+        (width - 1) / 2 if Cx is None else Cx, (height - 1) / 2 if Cy is None else Cy, dx, dy, (width, height)
+    )
+    priors = {name: (float(mean), float(sd)) for name, (mean, sd) in (prior or {}).items()}
+    task = Task(nominal, model, refine, _fixed(where, fix, nominal), priors, reject != "off")
+    if problems := _unfit_settings(task):
+        raise VidtrackError(*(f"{where}: {problem}" for problem in problems))
+    return task
+
+
+def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:
+    given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
+    default = {"Sx": 1.0, "Cx": nominal.Cx, "Cy": nominal.Cy, **dict.fromkeys(COEFFICIENTS, 0.0)}
+    values: dict[str, float] = {}
+    for name, value in given.items():
+        if value is None and name not in default:
+            cure = "Give it one: fix: {f: 12.5}." if name == "f" else f"Known are {', '.join([*default, 'f'])}."
+            raise VidtrackError(f"{where}: calibration.fix: {name} has no value to be held at. {cure}")
+        values[name] = default[name] if value is None else float(value)
+    return values
+
+
+def _unfit_settings(task: Task) -> list[str]:
+    """Settings that contradict each other, a line each."""
+    if task.model not in (*LENS_MODELS, "auto"):
+        return [f"calibration.model: {task.model!r} is not {', '.join(LENS_MODELS)} or auto."]
+    if task.refine not in ("linear", "centre", "full", "bundle"):
+        return [f"calibration.refine: {task.refine!r} is not linear, centre, full or bundle."]
+    problems = []
+    if task.closed:
+        if task.model not in ("tsai", "auto"):
+            problems.append(f"model {task.model} has no closed form. Set calibration.refine: full, or model: tsai.")
+        if others := sorted(set(task.fixed) - {"Sx", "Cx", "Cy", "kappa1"}):
+            problems.append(f"the closed form cannot hold {', '.join(others)}. Set calibration.refine: full.")
+        if task.priors:
+            problems.append("the closed form takes no prior. Set calibration.refine: full, or drop calibration.prior.")
+        return problems
+    free = free_parameters(RICHEST if task.model == "auto" else task.model, tuple(task.fixed))
+    for name in task.priors:
+        if name not in free:
+            why = "is held by calibration.fix" if name in task.fixed else f"is no parameter of model {task.model}"
+            problems.append(f"calibration.prior: {name} {why}. Drop the prior, or free the parameter.")
+    return problems
