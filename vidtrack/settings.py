@@ -71,6 +71,28 @@ class Clock(Section):
     rate_ppm: float = Field(0.0, description="parts per million by which the camera's time runs slow")
 
 
+LENS = (
+    "the lens; tsai: f, Sx, Cx, Cy and one radial term, kappa1; tsai2: a second one, kappa2; tsai3: a "
+    "third one, kappa3 (lenses beyond 90 degrees); brown: kappa1, kappa2 and the tangential terms p1, p2; affine: "
+    "skewed pixel axes (skew) too; prism: all of these and a thin prism, s1, s2; auto: the plainest of them that "
+    "predicts points held out of the fit as well as a richer one"
+)
+"""What the words of `model` mean."""
+
+LensModel = Literal["tsai", "tsai2", "tsai3", "brown", "affine", "prism", "auto"]
+ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2"]
+Fix = Annotated[dict[ParameterName, float | None], BeforeValidator(_fixed)]
+Prior = dict[ParameterName, tuple[float, Positive]]
+
+
+class CameraCalibration(Section):
+    """What is known of one camera; it is added to what `calibration` says of all cameras, and counts before it."""
+
+    model: LensModel | None = Field(None, description=f"{LENS}. Null: as under calibration")
+    fix: Fix = Field({}, description="parameters of this camera that are not refined, as calibration.fix")
+    prior: Prior = Field({}, description="what is known of this camera's parameters, as calibration.prior")
+
+
 class Camera(Section):
     """One camera: where its optical axis meets the frame buffer, its sensor, its clock."""
 
@@ -83,6 +105,9 @@ class Camera(Section):
         None,
         description="[left, top, width, height]: the part of the calibration's picture that the runs' pictures show, "
         "px of the calibration's picture from its top left corner; default: the whole of it, where the shapes agree",
+    )
+    calibration: CameraCalibration = Field(
+        CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
         Clock(),
@@ -155,20 +180,15 @@ class Clip(DetectChange):
     )
 
 
-ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2"]
-
-
 class Calibration(Section):
     """How the cameras are calibrated."""
 
     sigma: Annotated[float, Field(ge=0)] = Field(
         0.0, description="world units, survey tolerance (1 sigma) where points.csv has none"
     )
-    model: Literal["tsai", "tsai2", "brown", "affine", "auto"] = Field(
-        "tsai",
-        description="the lens; tsai: f, Sx, Cx, Cy and one radial term, kappa1; tsai2: a second one, kappa2; brown: "
-        "tangential terms p1, p2 too; affine: skewed pixel axes (skew) too; auto: the plainest of them that predicts "
-        "points held out of the fit as well as a richer one",
+    model: LensModel = Field(
+        "auto",
+        description=LENS,
     )
     refine: Literal["linear", "centre", "full", "bundle"] = Field(
         "full",
@@ -176,14 +196,15 @@ class Calibration(Section):
         "centre: the same, and Cx, Cy searched for the least error; full: every parameter of one camera by non-linear "
         "least squares; bundle: all cameras and the surveyed points together, the survey tolerance as prior",
     )
+    reject: Literal["auto", "off"] = Field(
+        "auto", description="auto: points that agree with no camera are left out and named; off: every point is used"
+    )
     clips: dict[Name, Clip] = Field(
         {}, description="clip: what it shows; every folder in calibration/ is a clip, whether or not it is named here"
     )
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
-    fix: Annotated[dict[ParameterName, float | None], BeforeValidator(_fixed)] = Field(
-        {}, description="parameters that are not refined: a list of names, or names with values"
-    )
-    prior: dict[ParameterName, tuple[float, Positive]] = Field({}, description="parameter: [mean, standard deviation]")
+    fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
+    prior: Prior = Field({}, description="parameter: [mean, standard deviation]")
 
 
 class Reference(Section):

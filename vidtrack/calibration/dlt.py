@@ -30,6 +30,7 @@ def dlt(p: ArrayLike, b: ArrayLike) -> Array:
 
     p  (..., n, 3)  world units, not in one plane; n >= 6
     b  (..., n, 2)  px
+    Not finite where the points settle no matrix.
     Raises ValueError for fewer than 6 points.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
@@ -38,14 +39,16 @@ def dlt(p: ArrayLike, b: ArrayLike) -> Array:
     P = _direct(p, b)
     depth = (p @ P[..., 2, :3, None])[..., 0] + P[..., 2, 3:]
     sign = np.where((depth > 0).mean(-1) >= 0.5, 1.0, -1.0)
-    return np.asarray(P * (sign / np.linalg.norm(P[..., 2, :3], axis=-1))[..., None, None])
+    with np.errstate(divide="ignore", invalid="ignore"):  # points that settle no matrix: it projects nothing
+        return np.asarray(P * (sign / np.linalg.norm(P[..., 2, :3], axis=-1))[..., None, None])
 
 
 def project_dlt(P: Array, p: ArrayLike) -> Array:
     """Frame buffer px (..., n, 2) of world points (..., n, 3) by matrices P (..., 3, 4); NaN behind the camera."""
     p = np.asarray(p, float)
-    h = p @ np.swapaxes(P[..., :3], -1, -2) + P[..., None, :, 3]
-    return np.asarray(h[..., :2] / np.where(h[..., 2:] > 0, h[..., 2:], np.nan))
+    with np.errstate(invalid="ignore"):
+        h = p @ np.swapaxes(P[..., :3], -1, -2) + P[..., None, :, 3]
+        return np.asarray(h[..., :2] / np.where(h[..., 2:] > 0, h[..., 2:], np.nan))
 
 
 def homography(q: ArrayLike, b: ArrayLike) -> Array:

@@ -26,6 +26,12 @@ Names = Sequence[Sequence[str]]
 Priors = Sequence[Mapping[str, tuple[float, float]]]
 
 
+def priors_for(prior: Priors | Mapping[str, tuple[float, float]] | None, free: Names) -> Priors:
+    """For each camera its priors, {name: (mean, sd)}, on parameters that are free; given for each, or one for all."""
+    each = [prior or {}] * len(free) if prior is None or isinstance(prior, Mapping) else prior
+    return [{name: own[name] for name in own if name in names} for own, names in zip(each, free, strict=True)]
+
+
 class Linearised(NamedTuple):
     """How every camera sees every point, to first order; NaN where a camera cannot see it."""
 

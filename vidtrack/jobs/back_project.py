@@ -17,7 +17,7 @@ def run(job: Job) -> None:
         [read_parquet(path) for path in job.paths("points")],
         refine=job.settings["refine"],
         free=[each.uncertainty.names for each in calibrated if each.uncertainty] or None,
-        prior=job.settings["prior"],
+        prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
         sigma=job.settings["sigma"],
         units=job.settings["units"],
     )

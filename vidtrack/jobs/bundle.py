@@ -29,7 +29,7 @@ def run(job: Job) -> None:
         [read_parquet(path) for path in job.paths("points")],
         free=[each.uncertainty.names for each in alone if each.uncertainty],
         sigma=job.settings["sigma"],
-        prior=job.settings["prior"],
+        prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
     )
     for warning in done.records[0]["bundle"]["warnings"]:
         sys.stderr.write(f"warning: calibration: {warning}\n")

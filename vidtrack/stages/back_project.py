@@ -15,7 +15,7 @@ from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, located_covariance,
 from vidtrack.calibration.field_of_view import diagonal_field
 from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.measures import measures
-from vidtrack.calibration.normal_equations import Names, Priors
+from vidtrack.calibration.normal_equations import Names, Priors, priors_for
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.findings import Finding, as_records
@@ -55,7 +55,7 @@ def back_project(
     *,
     refine: str = "full",
     free: Names | None = None,
-    prior: Mapping[str, tuple[float, float]] | None = None,
+    prior: Priors | Mapping[str, tuple[float, float]] | None = None,
     sigma: float = 0.0,
     units: str = "",
 ) -> BackProjection:
@@ -66,7 +66,7 @@ def back_project(
     refine   how the cameras were calibrated, and so how they are refitted without the held-out points
     free     for each camera the parameters that its calibration freed; default: those of Tsai's model
     sigma    units, survey tolerance of points that have none of their own
-    prior    what was known beforehand of any parameter: {name: (mean, sd)}
+    prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
     In mode `full` and `bundle` the refits weigh the survey's sigma against the centroid noise that the sights show.
     Sights that the calibration rejected are projected too, but locate nothing. With one camera there is nothing to
     locate: the positions are NaN, the measures in the picture remain.
@@ -75,7 +75,7 @@ def back_project(
     b = shared.b_used
     located = locate_points(cameras, b) if len(cameras) > 1 else None
     names = free or [free_parameters("tsai")] * len(cameras)
-    priors = [{name: known for name, known in (prior or {}).items() if name in own} for own in names]
+    priors = priors_for(prior, names)
     noise = _noise(cameras, shared, b, names, priors)
     out = held_out(shared.p, b, _refit(refine, cameras, shared, b, names, priors, noise))
     table = _table(cameras, points, shared, located, out)

@@ -12,7 +12,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.bundle import Bundle, bundle
-from vidtrack.calibration.normal_equations import Names
+from vidtrack.calibration.normal_equations import Names, Priors, priors_for
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.errors import VidtrackError
@@ -37,7 +37,7 @@ def refine_together(
     *,
     free: Names | None = None,
     sigma: float = 0.0,
-    prior: Mapping[str, tuple[float, float]] | None = None,
+    prior: Priors | Mapping[str, tuple[float, float]] | None = None,
 ) -> Bundled:
     """Refine m cameras and their calibration points together (see `vidtrack.calibration.bundle`).
 
@@ -45,13 +45,13 @@ def refine_together(
     points   for each its points.parquet: clip, tag, x, y, z, sigma, Xf, Yf, used; only used sights count
     free     for each camera the names of its free parameters; default: those of Tsai's model
     sigma    units, survey tolerance of points that have none of their own
-    prior    what is known beforehand of any parameter: {name: (mean, sd)}
+    prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
     Raises VidtrackError where no sigma is known, for then there is nothing to gain, or where the sights do not
     settle the parameters.
     """
     shared = side_by_side(points, sigma=sigma)
     names = free or [free_parameters("tsai")] * len(cameras)
-    priors = [{name: told for name, told in (prior or {}).items() if name in own} for own in names]
+    priors = priors_for(prior, names)
     if not (shared.sigma[shared.used.any(0)] > 0).any():
         raise VidtrackError(
             "calibration.sigma: 0, so the survey is taken for exact and a bundle has nothing to share. "

@@ -67,18 +67,30 @@ def calibrate(settings: Settings, camera: str) -> Order:
         "Cx": own.Cx,
         "Cy": own.Cy,
         "sensor": own.sensor,
-        "model": how.model,
+        "model": own.calibration.model or how.model,
         "refine": how.refine,
-        "fix": how.fix,
-        "prior": how.prior,
+        "fix": _fix(settings, camera),
+        "prior": _prior(settings, camera),
+        "reject": how.reject,
         "sigma": how.sigma,
     }
+
+
+def _fix(settings: Settings, camera: str) -> Order:
+    both = (settings.calibration.fix, settings.cameras[camera].calibration.fix)
+    return {str(name): value for fix in both for name, value in fix.items()}
+
+
+def _prior(settings: Settings, camera: str) -> Order:
+    here = settings.cameras[camera].calibration
+    return {name: p for name, p in {**settings.calibration.prior, **here.prior}.items() if name not in here.fix}
 
 
 def bundle(settings: Settings, cameras: list[str]) -> Order:
     """How all cameras are refined together."""
     how = settings.calibration
-    return {"units": settings.units, "cameras": cameras, "fix": how.fix, "prior": how.prior, "sigma": how.sigma}
+    prior = {camera: _prior(settings, camera) for camera in cameras}
+    return {"units": settings.units, "cameras": cameras, "prior": prior, "sigma": how.sigma}
 
 
 def back_project(settings: Settings, cameras: list[str]) -> Order:
@@ -88,8 +100,7 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
         "units": settings.units,
         "cameras": cameras,
         "refine": how.refine,
-        "fix": how.fix,
-        "prior": how.prior,
+        "prior": {camera: _prior(settings, camera) for camera in cameras},
         "sigma": how.sigma,
     }
 
