@@ -280,7 +280,7 @@ def equidistant(p, f=300.0, centre=(319.5, 239.5)):
 
 def fisheye(n=120, seed=0, noise=0.02):
     rng = np.random.default_rng(seed)
-    p = rng.uniform([-150, -90, 100], [150, 90, 160], (n, 3))
+    p = rng.uniform([-140, -85, 100], [140, 85, 160], (n, 3))
     b = equidistant(p) + rng.normal(0, noise, (n, 2))
     return pd.DataFrame(
         {"tag": [str(i) for i in range(n)], "x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "Xf": b[:, 0], "Yf": b[:, 1]}

@@ -32,8 +32,9 @@ MAJORITY = 0.6
 MOST_JUDGES = 300
 """Points that judge the samples, where there are more."""
 
-SMALLEST_SCALE = 0.02
-"""ASSUME: px, no centroid is better than this; exact (simulated) points are not rejected over rounding."""
+SMALLEST_SCALE = 0.05
+"""ASSUME: px, no centroid and lens model together are better than this: exact (simulated) points are not rejected over
+rounding, nor those at the rim of a wide lens over a third of a pixel."""
 
 FALSE_ALARMS = 1e-3
 """Good points rejected, on average, in a whole calibration, were the noise normal."""
