@@ -42,7 +42,7 @@ def test_the_contracts_example_is_understood():
         }
     )
     assert settings.calibration.clips["row1"].tags == tuple(str(n) for n in range(1, 17))
-    assert settings.runs["pluck"].bodies["float"]["b"] == (6.0, 0.0, 0.0)
+    assert settings.runs["pluck"].bodies["float"].targets["b"] == (6.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -59,8 +59,8 @@ class Response(NamedTuple):
     phase_deg: Estimate
 
 
-def fundamental_frequency(t: ArrayLike, x: ArrayLike, expected: float | None = None) -> float:
-    """The frequency, Hz, of a regular record (n,): that with the least residual of a sine with mean and drift.
+def fundamental_frequency(t: ArrayLike, x: ArrayLike, expected: float | None = None) -> Estimate:
+    """The frequency, Hz, of a regular record (n,): that with the least residual of two harmonics with mean and drift.
 
     expected   Hz, where it is known to some 10 %; else the largest line of the spectrum is refined
     """
@@ -85,7 +85,13 @@ def fundamental_frequency(t: ArrayLike, x: ArrayLike, expected: float | None = N
     answer = minimize_scalar(
         left, bounds=(trials[max(0, best - 1)], trials[min(24, best + 1)]), method="bounded", options={"xatol": 1e-9}
     )
-    return float(answer.x)
+    f = float(answer.x)
+    J = _design(ts, f, ts.mean(), 2)
+    solution, *_ = np.linalg.lstsq(J, xs, rcond=None)
+    turning = 2 * np.pi * (ts - ts.mean())
+    by_f = sum(h * turning * (solution[2 * h + 1] * J[:, 2 * h] - solution[2 * h] * J[:, 2 * h + 1]) for h in (1, 2))
+    covariance = parameter_covariance(np.column_stack([J, by_f]), xs - J @ solution)
+    return Estimate(f, t_factor(len(ts) - 7) * float(np.sqrt(covariance[-1, -1])))
 
 
 def fit_harmonics(t: ArrayLike, x: ArrayLike, f: float, *, n_harmonics: int = 3, t0: float = 0.0) -> Harmonics:
@@ -126,7 +132,7 @@ def fit_harmonics(t: ArrayLike, x: ArrayLike, f: float, *, n_harmonics: int = 3,
         phase_deg=phase,
         periods=periods,
         samples_a_period=float(1 / (f * step)),
-        steadiness=float(np.nanstd(own, ddof=1) / abs(coefficients[0])),
+        steadiness=float(np.nanstd(own, ddof=1) / abs(coefficients[0])) if coefficients[0] else float("nan"),
         rms=float(np.sqrt(np.mean(residual**2))),
     )
 

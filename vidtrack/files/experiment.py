@@ -98,6 +98,14 @@ def point_tags(experiment: Experiment) -> list[str]:
     return list(checked_csv(experiment.points, POINTS)["tag"]) if experiment.points else []
 
 
+def channels_path(settings: Settings, run: Run) -> str | None:
+    """Where the records of a run's other instruments lie; None where the config names none."""
+    own = settings.runs.get(run.name)
+    if own is None or own.channels is None:
+        return None
+    return within(settings.experiment, "runs", run.name, own.channels.file)
+
+
 def reference_columns(run: Run) -> list[str]:
     """The names of the columns of a run's reference.csv."""
     with open(run.reference or "", encoding="utf-8-sig") as file:

@@ -9,6 +9,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.csv_checked import PICKS, POINTS, TARGETS, TRUTH, Columns, checked_csv
 from vidtrack.files.experiment import (
     Experiment,
+    channels_path,
     look_through,
     profiles,
     reference_columns,
@@ -166,14 +167,21 @@ def _check_run_settings(name: str, settings: Settings, experiment: Experiment) -
                 problems.append(f"{place}.reference.{key}: {run.reference} has no column {column!r}; {hint}")
     if own.reference and own.reference.target and own.reference.target not in names:
         problems.append(f"{place}.reference.target: no target {own.reference.target!r}; known: {', '.join(names)}.")
-    for body, members in own.bodies.items():
-        for target in members:
+    for body, parts in own.bodies.items():
+        for target in parts.targets:
             if target not in names:
                 problems.append(f"{place}.bodies.{body}.{target}: no such target; known: {', '.join(names)}.")
-        if len(members) < 3:
+        if len(parts.targets) < 3:
             problems.append(
-                f"{place}.bodies.{body}: {len(members)} targets; six degrees of freedom need three or more."
+                f"{place}.bodies.{body}: {len(parts.targets)} targets; six degrees of freedom need three or more."
             )
+    if own.analysis and own.bodies and own.axes is None:
+        problems.append(
+            f"{place}.axes: motions of a body need directions. Say which way waves travel and which is up, as in "
+            "axes: {waves: +x, up: +z}."
+        )
+    if own.channels and not os.path.isfile(path := channels_path(settings, run) or ""):
+        problems.append(f"{place}.channels.file: no such file as {path}. Put it there or correct the path.")
     if own.waterline and run.videos:
         camera = own.waterline.camera
         follower = camera or next(iter(run.videos))

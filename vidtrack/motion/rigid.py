@@ -209,3 +209,15 @@ def quaternion(R: ArrayLike) -> Array:
     turns = np.where((known[1:] * known[:-1]).sum(-1) < 0, -1.0, 1.0)
     q[good] = known * np.cumprod(np.concatenate([[1.0], turns]))[:, None]
     return q
+
+
+def rotation_from_quaternion(q: ArrayLike) -> Array:
+    """R (n, 3, 3) of unit quaternions (n, 4) w, x, y, z; NaN where one is missing."""
+    from scipy.spatial.transform import Rotation
+
+    given: Array = np.asarray(q, float)
+    R = np.full((len(given), 3, 3), np.nan)
+    good = np.isfinite(given).all(-1)
+    if good.any():
+        R[good] = Rotation.from_quat(given[good][:, [1, 2, 3, 0]]).as_matrix()
+    return R

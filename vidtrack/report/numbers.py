@@ -31,7 +31,7 @@ def measured(value: Any, sd: Any, digits: int = 4) -> tuple[str, str]:
         return number(value, digits), number(sd, 2)
     rounded = float(f"{sd:.1e}")  # 0.0996 is 0.10, not 0.100
     decimals = 1 - math.floor(math.log10(rounded))
-    if decimals <= 6:
+    if decimals <= 6 or (decimals <= 9 and abs(value) >= 0.01):
         return f"{round(value, decimals):.{max(decimals, 0)}f}", f"{round(sd, decimals):.{max(decimals, 0)}f}"
     power = math.floor(math.log10(max(abs(value), sd)))
     scale, places = 10.0**-power, max(decimals + power, 0)

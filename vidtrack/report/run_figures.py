@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures import bodies, comparison, tracking, trajectories, waterline
+from vidtrack.figures import analysis, bodies, comparison, tracking, trajectories, waterline
 from vidtrack.results import Results, RunResults
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def run_figures(name: str, results: Results, colours: Mapping[str, str], units: 
     if "trajectories" in own.tables:
         yield from _positions(name, own, _survey(results), units)
         yield from _motion(name, own, units)
+        yield from _analysed(name, own)
     if own.centroids:
         yield from _tracks(name, own, colours)
 
@@ -59,6 +60,22 @@ def _motion(name: str, own: RunResults, units: str) -> Iterator[Captioned]:
             "Six degrees of freedom; two standard deviations shaded",
             bodies.six_degrees(own.tables["bodies"], units, name),
         )
+
+
+def _analysed(name: str, own: RunResults) -> Iterator[Captioned]:
+    decay, waves = own.record("analysis").get("decay") or {}, own.record("analysis").get("waves") or {}
+    if decay.get("fit"):
+        caption = "Free decay: the equation of motion over the data, what is left, and the decrement of half cycles"
+        yield caption, analysis.free_decay(decay, name)
+    if waves.get("cycle"):
+        yield (
+            "The mean cycle of the wave; one standard deviation over the cycles shaded",
+            analysis.mean_cycle(waves, name),
+        )
+    found = [other for other, own in (waves.get("responses") or {}).items() if "coherence" in own]
+    if found:
+        caption = "Response to the waves; 95 % bands shaded, only where the coherence is at least 0.6"
+        yield caption, analysis.transfer_functions(waves, found[:6], name)
 
 
 def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[Captioned]:

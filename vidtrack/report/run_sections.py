@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vidtrack.report.analysis_sections import analysis_tables
 from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
 from vidtrack.results import RunResults
@@ -22,6 +23,7 @@ def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure
         run_up_table(own.record("waterline"), units),
         clock_table(locate),
         correspondence_table(locate, units),
+        *analysis_tables(own.record("analysis"), units),
         bodies_table(own.record("bodies"), units),
         smoothing_table(own.record("kinematics"), units),
     ]

@@ -22,6 +22,7 @@ COLUMNS = {
     "rms": "world",
     **dict.fromkeys(("sigma_x", "sigma_y", "sigma_z"), "world"),
     **dict.fromkeys(("sigma_roll", "sigma_pitch", "sigma_yaw"), "deg"),
+    "covariance": "",
     "n_targets": "",
     "flag": "",
 }
@@ -43,6 +44,7 @@ def bodies(trajectories: pd.DataFrame, bodies: Bodies, *, where: str = "bodies")
     trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, timecode]; world units
     bodies         body: {target: its place in the body's axes}; the body's origin is the point that is reported,
                    so measure from the centre of gravity to have its motion
+    covariance: (36,) row by row, of small turns about the world axes (rad) and of the origin (world units).
     roll, pitch, yaw: degrees, intrinsic z-y'-x'' (yaw, then pitch, then roll), unwrapped over time.
     flag: missing (fewer than three targets), collinear, misfit (not where a rigid body has them: a target slipped
     or two were swapped), vertical (pitch beyond 85 degrees: trust the quaternion). A flagged first two are NaN.
@@ -134,7 +136,7 @@ def _one(trajectories: pd.DataFrame, name: str, targets: Mapping[str, Sequence[f
     columns |= {f"q{a}": q[:, i] for i, a in enumerate("wxyz")} | {"rms": pose.rms}
     columns |= {f"sigma_{a}": shift_sd[:, i] for i, a in enumerate("xyz")}
     columns |= {f"sigma_{a}": turn_sd[:, i] for i, a in enumerate(("roll", "pitch", "yaw"))}
-    columns |= {"n_targets": pose.n_targets}
+    columns |= {"covariance": list(pose.covariance.reshape(-1, 36)), "n_targets": pose.n_targets}
     flags = {
         "missing": pose.n_targets < 3,
         "collinear": pose.collinear,

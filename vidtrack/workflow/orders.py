@@ -143,7 +143,23 @@ def kinematics(settings: Settings) -> Order:
 
 def bodies(settings: Settings, run: str) -> Order:
     """Which targets make a body, and where they sit in it."""
-    return {"units": settings.units, "run": run, "bodies": _own(settings, run).bodies}
+    own = _own(settings, run).bodies
+    return {"units": settings.units, "run": run, "bodies": {name: body.targets for name, body in own.items()}}
+
+
+def analysis(settings: Settings, run: str) -> Order:
+    """What is estimated from a run's motions."""
+    own = _own(settings, run)
+    wanted = own.analysis.model_dump() if own.analysis else {}
+    return {
+        "units": settings.units,
+        "run": run,
+        "points": {name: body.named for name, body in own.bodies.items()},
+        "axes": own.axes.model_dump() if own.axes else None,
+        "decay": wanted.get("decay"),
+        "waves": wanted.get("waves"),
+        "channels": own.channels.model_dump(exclude={"file"}) if own.channels else None,
+    }
 
 
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:

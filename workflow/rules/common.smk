@@ -19,7 +19,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
-from vidtrack.files.experiment import Experiment, profiles, within
+from vidtrack.files.experiment import Experiment, channels_path, profiles, within
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings import settings_from_config
 from vidtrack.workflow import orders

@@ -1,7 +1,7 @@
 # Needs: the centroid tables of a run and, in mode space, the calibration of its cameras; where clocks are sought, what
 # its recordings' sound and light tell of them.
-# Makes: runs/<run>/clocks.json, trajectories, kinematics and, where the config names bodies, bodies; the water's edge on
-# transects.
+# Makes: runs/<run>/clocks.json, trajectories, kinematics and, where the config names bodies, bodies; motions, decay and
+# waves where it asks for an analysis; the water's edge on transects.
 
 # What follows targets; a run of mode waterline has none.
 LOCATED = list(dict.fromkeys(run for run, _ in TRACKS))
@@ -10,6 +10,11 @@ MODES = {
     for name in EXPERIMENT.runs
 }
 BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
+ANALYSED = [
+    name
+    for name, run in SETTINGS.runs.items()
+    if (run.analysis or run.axes) and name in LOCATED
+]
 CLOCKED = [run for run in LOCATED if orders.clocks(SETTINGS, EXPERIMENT, run)["sought"]]
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))
@@ -26,6 +31,11 @@ LOCATIONS = [
 ]
 LOCATIONS += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
 LOCATIONS += [f"{RESULTS}/runs/{run}/waterline.parquet" for run in WATERLINES]
+LOCATIONS += [
+    f"{RESULTS}/runs/{run}/{name}"
+    for run in ANALYSED
+    for name in ("analysis.json", "motions.parquet")
+]
 
 
 def recordings(run):
@@ -45,6 +55,9 @@ for run in CLOCKED:
     BOOK.add("clocks", orders.clocks(SETTINGS, EXPERIMENT, run), recordings(run), run)
 for run in BODIED:
     BOOK.add("bodies", orders.bodies(SETTINGS, run), [], run)
+for run in ANALYSED:
+    channels = channels_path(SETTINGS, EXPERIMENT.runs[run])
+    BOOK.add("analysis", orders.analysis(SETTINGS, run), [channels], run)
 for run, camera in WATERLINES.items():
     BOOK.add(
         "waterline",
@@ -171,6 +184,34 @@ rule bodies:
         "printf '%s\\n' {params:q} | python -m vidtrack bodies --account {output.account:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
         " --output record {output.record:q}"
+
+
+rule analysis:
+    input:
+        trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
+        bodies=results(
+            lambda w: (
+                f"{RESULTS}/runs/{w.run}/bodies.parquet" if w.run in BODIED else []
+            )
+        ),
+        channels=lambda w: ancient(
+            channels_path(SETTINGS, EXPERIMENT.runs[w.run]) or []
+        ),
+    output:
+        record=f"{RESULTS}/runs/{{run}}/analysis.json",
+        motions=f"{RESULTS}/runs/{{run}}/motions.parquet",
+        account=account("analysis", "{run}"),
+    log:
+        f"{LOGS}/analysis/{{run}}.log",
+    params:
+        **order("analysis", "run"),
+    message:
+        "Motions, decay and waves of {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack analysis --account {output.account:q} --log {log:q}"
+        " --input trajectories {input.trajectories:q} --input bodies {input.bodies:q}"
+        " --input channels {input.channels:q}"
+        " --output record {output.record:q} --output motions {output.motions:q}"
 
 
 rule waterline:

@@ -1,0 +1,367 @@
+"""Stage analysis: motions at named points, free decay, waves and the response to them, with 95 % intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.analysis.decay import free_decay
+from vidtrack.analysis.harmonics import (
+    FEW_SAMPLES_A_PERIOD,
+    Harmonics,
+    fit_harmonics,
+    fundamental_frequency,
+    phase_average,
+    response,
+)
+from vidtrack.analysis.interval import Estimate
+from vidtrack.analysis.motions import DEGREES_OF_FREEDOM, basin_axes, motions_at, statistics, watch_circle
+from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum, transfer
+from vidtrack.arrays import Array
+from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding
+from vidtrack.motion.rigid import rotation_from_quaternion
+
+COLUMNS = {
+    "time_s": "s",
+    "body": "",
+    "point": "",
+    **dict.fromkeys(DEGREES_OF_FREEDOM[:3], "world"),
+    **dict.fromkeys(DEGREES_OF_FREEDOM[3:], "deg"),
+    **dict.fromkeys([f"sigma_{name}" for name in DEGREES_OF_FREEDOM[:3]], "world"),
+    **dict.fromkeys([f"sigma_{name}" for name in DEGREES_OF_FREEDOM[3:]], "deg"),
+}
+
+REGULAR = 0.9
+"""Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""
+FEW_CYCLES = 5
+"""Fewer cycles make a decay's or a regular wave's numbers doubtful."""
+LITTLE_COHERENCE = 0.6
+"""A transfer function is quoted where the squared coherence is at least so much."""
+
+
+class Series(NamedTuple):
+    """One measured quantity against time: t (n,) s, x (n,) and its sigma (n,), NaN where missing; its unit."""
+
+    t: Array
+    x: Array
+    sigma: Array
+    unit: str
+
+
+class Analysis(NamedTuple):
+    """motions: a row for each sample, body and point; record: what analysis.json tells; findings."""
+
+    motions: pd.DataFrame
+    record: dict[str, Any]
+    findings: list[Finding]
+
+
+def analysis(
+    trajectories: pd.DataFrame,
+    bodies: pd.DataFrame | None = None,
+    channels: pd.DataFrame | None = None,
+    *,
+    points: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
+    axes: Mapping[str, str] | None = None,
+    decay: Mapping[str, Any] | None = None,
+    waves: Mapping[str, Any] | None = None,
+    units: str = "",
+    where: str = "analysis",
+) -> Analysis:
+    """Analyse one run.
+
+    trajectories   time_s, target, x, y, z, sigma_x, sigma_y, sigma_z; world units
+    bodies         bodies.parquet of the run, with the covariance of each pose
+    channels       time_s and a column for each other instrument, on the video's clock
+    points         body: {point: place in the body's axes}; the body's origin is always one of them
+    axes           waves, up: directions in the world, such as +x and +z; needed for bodies
+    decay          series, drop_half_cycles, quadratic, end: see `free_decay`
+    waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s
+    A series is named <target>.<x|y|z>, <body>.<surge ... yaw>, <body>@<point>.<surge ... yaw>, or by its channel.
+    Raises VidtrackError where a name fits no series, or bodies come without axes.
+    """
+    motions, about = _motions(bodies, points or {}, axes, where)
+    series = _series(trajectories, motions, channels, units)
+    record: dict[str, Any] = {"units": units, "axes": dict(axes or {}), **about}
+    findings: list[Finding] = []
+    if decay is not None:
+        record["decay"], found = _decay(series, decay, where)
+        findings += found
+    if waves is not None:
+        record["waves"], found = _waves(series, waves, where)
+        findings += found
+    return Analysis(motions, record, findings)
+
+
+def _motions(
+    bodies: pd.DataFrame | None,
+    points: Mapping[str, Mapping[str, Sequence[float]]],
+    axes: Mapping[str, str] | None,
+    where: str,
+) -> tuple[pd.DataFrame, dict[str, Any]]:
+    if bodies is None or bodies.empty:
+        return pd.DataFrame({name: [] for name in COLUMNS}), {}
+    if axes is None:
+        raise VidtrackError(
+            f"{where}: the run has bodies but no axes: say in which directions waves travel and which way is up, "
+            "as in axes: {waves: +x, up: +z}."
+        )
+    try:
+        basin = basin_axes(axes["waves"], axes["up"])
+    except ValueError as problem:
+        raise VidtrackError(f"{where}.axes: {problem}. Name two perpendicular directions.") from None
+    tables: list[pd.DataFrame] = []
+    about: dict[str, Any] = {}
+    for name, rows in bodies.groupby("body", sort=False):
+        R = rotation_from_quaternion(rows[["qw", "qx", "qy", "qz"]].to_numpy(float))
+        covariance = np.array(rows["covariance"].to_list(), float).reshape(-1, 6, 6)
+        for point, place in {"origin": (0.0, 0.0, 0.0), **points.get(str(name), {})}.items():
+            try:
+                found = motions_at(rows[["x", "y", "z"]].to_numpy(float), R, covariance, place, basin)
+            except ValueError as problem:
+                raise VidtrackError(f"{where}: body {name}: {problem}. See bodies.parquet for the reason.") from None
+            columns: dict[str, Any] = {"time_s": rows["time_s"].to_numpy(), "body": str(name), "point": point}
+            columns |= {dof: found.motion[:, i] for i, dof in enumerate(DEGREES_OF_FREEDOM)}
+            columns |= {f"sigma_{dof}": found.sigma[:, i] for i, dof in enumerate(DEGREES_OF_FREEDOM)}
+            tables.append(pd.DataFrame(columns))
+            radius, _ = watch_circle(found.motion)
+            about.setdefault(str(name), {})[point] = {
+                "at_rest": found.rest,
+                "watch_circle": radius,
+                **{dof: _fields(statistics(found.motion[:, i])) for i, dof in enumerate(DEGREES_OF_FREEDOM)},
+            }
+    return pd.concat(tables, ignore_index=True)[list(COLUMNS)], {"motions": about}
+
+
+def _series(
+    trajectories: pd.DataFrame, motions: pd.DataFrame, channels: pd.DataFrame | None, units: str
+) -> dict[str, Series]:
+    found: dict[str, Series] = {}
+    for target, rows in trajectories.groupby(trajectories["target"].astype(str), sort=False):
+        for axis in "xyz":
+            if rows[axis].notna().any():
+                found[f"{target}.{axis}"] = _one_series(rows, axis, units)
+    for (body, point), rows in motions.groupby(["body", "point"], sort=False):
+        name = str(body) if point == "origin" else f"{body}@{point}"
+        for i, dof in enumerate(DEGREES_OF_FREEDOM):
+            found[f"{name}.{dof}"] = _one_series(rows, dof, units if i < 3 else "deg")
+    if channels is not None:
+        t = channels["time_s"].to_numpy(float)
+        for name in channels.columns.drop("time_s"):
+            x = channels[name].to_numpy(float)
+            found[str(name)] = Series(t, x, np.full(len(t), np.nan), "")
+    return found
+
+
+def _one_series(rows: pd.DataFrame, column: str, unit: str) -> Series:
+    rows = rows.sort_values("time_s").drop_duplicates("time_s")
+    sigma = rows[f"sigma_{column}"].to_numpy(float) if f"sigma_{column}" in rows else np.full(len(rows), np.nan)
+    return Series(rows["time_s"].to_numpy(float), rows[column].to_numpy(float), sigma, unit)
+
+
+def _named(series: Mapping[str, Series], name: str, where: str) -> Series:
+    if name not in series:
+        known = ", ".join(series) or "none"
+        raise VidtrackError(f"{where}: no series '{name}'; there are {known}. Correct the name.")
+    return series[name]
+
+
+def _liveliest(series: Mapping[str, Series]) -> str:
+    """The series that moves most against its own noise; bodies before targets."""
+    of_bodies = {name: own for name, own in series.items() if name.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM}
+
+    def motion(name: str) -> float:
+        own = series[name]
+        noise = np.nanmedian(own.sigma) if np.isfinite(own.sigma).any() else np.nan
+        return float(np.nan_to_num(np.nanstd(own.x) / noise if noise > 0 else 0.0))
+
+    return max(of_bodies or series, key=motion)
+
+
+def _decay(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> tuple[dict[str, Any], list[Finding]]:
+    if not series:
+        return {}, [
+            Finding("bad", "decay-without-motion", "free decay: nothing was located", "See the run's findings.")
+        ]
+    name = how.get("series") or _liveliest(series)
+    own = _named(series, name, f"{where}.decay.series")
+    options = {key: how[key] for key in ("drop_half_cycles", "quadratic", "end") if how.get(key) is not None}
+    try:
+        found = free_decay(own.t, own.x, **options)
+    except ValueError as problem:
+        text = f"free decay of {name}: {problem}"
+        cure = "Name the degree of freedom that was released (analysis.decay.series), or drop fewer half cycles."
+        return {"series": name, "problem": str(problem)}, [Finding("bad", "decay-not-found", text, cure)]
+    record = {
+        "series": name,
+        "unit": own.unit,
+        "Td_s": _fields(found.Td),
+        "fn_Hz": _fields(found.fn),
+        "zeta": _fields(found.zeta),
+        "quadratic": _fields(found.b),
+        "rest": _fields(found.rest),
+        "release_s": found.release,
+        "cycles": found.cycles,
+        "rms": found.rms,
+        "decrement": {"zeta": _fields(found.p), "quadratic": _fields(found.q)},
+        "half_cycles": found.extremes._asdict(),
+        "fit": {"time_s": own.t[found.used], "measured": own.x[found.used], "fitted": found.fitted[found.used]},
+        "energy": _energy(series, name),
+        "equation": "x'' + 2 zeta wn x' + b |x'| x' + wn^2 (x - c) = 0",
+    }
+    findings = []
+    if found.cycles < FEW_CYCLES:
+        text = f"free decay of {name}: {found.cycles:.1f} cycles could be used"
+        findings.append(Finding("note", "decay-few-cycles", text, "Displace the body farther, or repeat the test."))
+    noise = float(np.nanmedian(own.sigma)) if np.isfinite(own.sigma).any() else float("nan")
+    if found.rms > 5 * noise:
+        text = f"free decay of {name}: the fit leaves {found.rms:.2g} {own.unit}, {found.rms / noise:.0f} times sigma"
+        cure = (
+            "Another degree of freedom is in the motion, or damping is neither linear nor quadratic: see the residual."
+        )
+        findings.append(Finding("doubtful", "decay-misfit", text, cure))
+    return record, findings
+
+
+def _energy(series: Mapping[str, Series], name: str) -> dict[str, float]:
+    """The variance of the other degrees of freedom of the same body, as a share of the variance of `name`'s kind."""
+    group, dof = name.rsplit(".", 1)
+    kinds = (DEGREES_OF_FREEDOM[:3], DEGREES_OF_FREEDOM[3:], ("x", "y", "z"))
+    alike = next((kind for kind in kinds if dof in kind), ())
+    whole = np.nanvar(series[name].x)
+    others = [other for other in alike if other != dof and f"{group}.{other}" in series]
+    return {other: float(np.nanvar(series[f"{group}.{other}"].x) / whole) for other in others if whole > 0}
+
+
+def _waves(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> tuple[dict[str, Any], list[Finding]]:
+    name = how["elevation"]
+    own = _cut(_named(series, name, f"{where}.waves.elevation"), how)
+    period = how.get("period")
+    findings: list[Finding] = []
+    try:
+        f = fundamental_frequency(own.t, own.x, None if period is None else 1 / period)
+        wave = fit_harmonics(own.t, own.x, f.value)
+    except ValueError as problem:
+        cure = "Give the whole record of the wave, on the video's clock (channels.offset_s)."
+        return {"elevation": name}, [Finding("bad", "wave-not-found", f"waves: {name}: {problem}", cure)]
+    explained = 1 - wave.rms**2 / float(np.nanvar(own.x[np.isfinite(own.x)]))
+    kind = how.get("kind") or "auto"
+    regular = kind == "regular" or (kind == "auto" and explained > REGULAR)
+    record: dict[str, Any] = {"elevation": name, "kind": "regular" if regular else "irregular"}
+    motions = {other: _cut(s, how) for other, s in series.items() if other != name}
+    if regular:
+        record |= _regular(own, f, wave, motions)
+        if wave.samples_a_period < FEW_SAMPLES_A_PERIOD:
+            text = (
+                f"waves: {wave.samples_a_period:.0f} samples a period of {name}; {FEW_SAMPLES_A_PERIOD} are asked for"
+            )
+            findings.append(Finding("note", "few-samples-a-period", text, "Record at a higher rate."))
+        if wave.periods < FEW_CYCLES:
+            text = f"waves: only {wave.periods} whole periods of {name} could be used"
+            findings.append(Finding("doubtful", "few-periods", text, "Record a longer stretch of steady waves."))
+    else:
+        irregular, found = _irregular(own, motions, how, name)
+        record |= irregular
+        findings += found
+    return record, findings
+
+
+def _regular(own: Series, f: Estimate, wave: Harmonics, motions: Mapping[str, Series]) -> dict[str, Any]:
+    phase, mean, sd = phase_average(own.t, own.x, wave.f)
+    record: dict[str, Any] = {
+        "T_s": _fields(Estimate(1 / f.value, f.half_width / f.value**2)),
+        "H": _fields(Estimate(2 * wave.amplitude[0].value, 2 * wave.amplitude[0].half_width)),
+        "harmonics": [_fields(a) for a in wave.amplitude],
+        "periods": wave.periods,
+        "samples_a_period": wave.samples_a_period,
+        "steadiness": wave.steadiness,
+        "cycle": {"phase": phase, "mean": mean, "sd": sd},
+        "phase_means": "degrees by which the response follows the crest at the gauge",
+        "responses": {},
+    }
+    for name, motion in motions.items():
+        if not np.nanstd(motion.x) > 0:
+            continue
+        try:
+            found = fit_harmonics(motion.t, motion.x, wave.f)
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        ratio = response(wave, found)
+        record["responses"][name] = {
+            "unit": motion.unit,
+            "mean": _fields(found.mean),
+            "harmonics": [_fields(a) for a in found.amplitude],
+            "rao": _fields(ratio.ratio),
+            "phase_deg": _fields(ratio.phase_deg),
+            "steadiness": found.steadiness,
+        }
+    return record
+
+
+def _irregular(
+    own: Series, motions: Mapping[str, Series], how: Mapping[str, Any], name: str
+) -> tuple[dict[str, Any], list[Finding]]:
+    try:
+        step, x = evenly(own.t, own.x)
+    except ValueError as problem:
+        cure = "Record a longer stretch without gaps."
+        return {}, [Finding("bad", "wave-not-found", f"waves: {name}: {problem}", cure)]
+    resolution = how.get("resolution")
+    of_wave = spectrum(step, x, resolution=resolution)
+    single = single_waves(step, x)
+    record: dict[str, Any] = {
+        **sea_state(of_wave)._asdict(),
+        "H13": single.H13,
+        "Hmax": single.Hmax,
+        "n_waves": len(single.height),
+        "spectrum": {"f_Hz": of_wave.f, "S": of_wave.S, "low": of_wave.low, "high": of_wave.high},
+        "degrees_of_freedom": of_wave.freedom,
+        "responses": {},
+    }
+    good = np.isfinite(own.t) & np.isfinite(own.x)
+    for other, motion in motions.items():
+        measured = np.isfinite(motion.x)
+        if measured.mean() < 0.98:
+            continue
+        try:
+            own_step, y = evenly(motion.t, motion.x)
+        except ValueError:
+            continue
+        begin = motion.t[measured][0]
+        grid = begin + own_step * np.arange(len(y))
+        inside = (grid >= own.t[good][0]) & (grid <= own.t[good][-1])
+        if inside.sum() < 64:
+            continue
+        at_motion = np.interp(grid[inside], own.t[good], own.x[good])
+        found = transfer(own_step, at_motion, y[inside], resolution=resolution)
+        quoted = found.coherence >= LITTLE_COHERENCE
+        record["responses"][other] = {
+            "unit": motion.unit,
+            "f_Hz": found.f,
+            "rao": np.where(quoted, np.abs(found.H), np.nan),
+            "rao_half_width": np.where(quoted, 1.96 * found.sd_ratio * np.abs(found.H), np.nan),
+            "phase_deg": np.where(quoted, -np.degrees(np.angle(found.H)), np.nan),
+            "phase_half_width_deg": np.where(quoted, np.degrees(1.96 * found.sd_ratio), np.nan),
+            "coherence": found.coherence,
+            "averages": found.averages,
+        }
+    return record, []
+
+
+def _cut(series: Series, how: Mapping[str, Any]) -> Series:
+    start, end = how.get("start"), how.get("end")
+    use = np.ones(len(series.t), bool)
+    if start is not None:
+        use &= series.t >= start
+    if end is not None:
+        use &= series.t <= end
+    return Series(series.t[use], series.x[use], series.sigma[use], series.unit)
+
+
+def _fields(of: NamedTuple) -> dict[str, Any]:
+    """A result as it is written: its fields by name, those of Estimates within."""
+    return {key: _fields(value) if isinstance(value, Estimate) else value for key, value in of._asdict().items()}
