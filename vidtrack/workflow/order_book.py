@@ -43,6 +43,7 @@ class OrderBook:
         self._code = Fingerprints(os.path.join(cache, "code.json"))
         self._asked: dict[Key, tuple[Mapping[str, Any], tuple[str, ...]]] = {}
         self._orders: dict[Key, Order] = {}
+        self._rules: dict[str, str] = {}
 
     def add(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> None:
         """Note that a job is wanted.
@@ -57,10 +58,7 @@ class OrderBook:
         key = (rule, *parts)
         if key not in self._orders:
             settings, raw = self._asked[key]
-            modules = f"vidtrack.jobs.{rule}", "vidtrack.workflow.entry"
-            used = {name: LIBRARIES[name] for name in self._code.libraries(*modules)}
-            code = {"code": self._code.of(*modules), "libraries": versions(used)}
-            self._orders[key] = Order(canonical(settings), canonical(self._files(raw)), canonical(code))
+            self._orders[key] = Order(canonical(settings), canonical(self._files(raw)), self._code_of(rule))
         return self._orders[key]
 
     def check(self) -> None:
@@ -127,6 +125,13 @@ class OrderBook:
             self._code.save()
         except OSError:
             return
+
+    def _code_of(self, rule: str) -> str:
+        if rule not in self._rules:
+            modules = f"vidtrack.jobs.{rule}", "vidtrack.workflow.entry"
+            used = {name: LIBRARIES[name] for name in self._code.libraries(*modules)}
+            self._rules[rule] = canonical({"code": self._code.of(*modules), "libraries": versions(used)})
+        return self._rules[rule]
 
     def _files(self, raw: tuple[str, ...]) -> dict[str, str]:
         files: dict[str, str] = {}
