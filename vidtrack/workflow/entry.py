@@ -29,10 +29,13 @@ from vidtrack.workflow.provenance import (
     write_account,
 )
 
+OPTIONS = ("--settings", "--input", "--output", "--account", "--log", "--threads", "--help", "-h")
+
 
 def main(argv: Sequence[str]) -> int:
     """Run one job; 0 when its outputs stand, 1 when it failed and said why, 130 when someone pressed Ctrl-C."""
-    arguments = _parser().parse_args(argv)
+    # a path may begin with a dash
+    arguments = _parser().parse_args([a if a in OPTIONS or not a.startswith("-") else f"./{a}" for a in argv])
     try:
         _clear(arguments)
         order = _order(arguments.settings)

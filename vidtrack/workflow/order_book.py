@@ -8,6 +8,7 @@ future, nor a folder that was moved or copied, changes the answer.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
@@ -62,11 +63,16 @@ class OrderBook:
         return self._orders[key]
 
     def check(self) -> None:
-        """Open each recording whose content is new; VidtrackError, a line each, for what cannot be read or written."""
+        """Open each recording whose content is new.
+
+        VidtrackError, a line each, for what cannot be named, read or written.
+        """
+        raw_paths = [path for _, raw in self._asked.values() for path in raw]
+        if unnamable := _unnamable([self.folder, *raw_paths]):
+            raise VidtrackError(*unnamable)
         fresh = {
             path: None
-            for _, raw in self._asked.values()
-            for path in raw
+            for path in raw_paths
             if os.path.splitext(path)[1].lower() not in NO_RECORDING and not self._knows(path)
         }
         problems = [line for path in fresh for line in _unreadable(path)]
@@ -159,6 +165,19 @@ class OrderBook:
             return self._checksums.of(within(self.folder, name)) == checksum
         except OSError:
             return False
+
+
+def _unnamable(paths: Iterable[str]) -> list[str]:
+    """Files and folders whose names Snakemake or a line of text cannot carry, a line each."""
+    found: dict[str, None] = {}
+    for path in paths:
+        if bad := re.search(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", path):
+            end = path.find("/", bad.start())
+            found[path if end < 0 else path[:end]] = None
+    return [
+        f"{path!r}: a name may hold no braces, line breaks or other control characters, and must be UTF-8. Rename it."
+        for path in found
+    ]
 
 
 def _unreadable(path: str) -> tuple[str, ...]:
