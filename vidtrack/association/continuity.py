@@ -1,0 +1,156 @@
+"""Whether two stretches of one course, with a gap between, are one motion: judged by how this run's targets move.
+
+A polynomial is fitted to the last samples of the one and the first of the other together with a jump in place and in
+velocity at the middle of the gap. The jump is a linear function of the samples, so its covariance for true courses is
+measured on all stretches of the run that have no gap: no model of the motion is assumed, and noise, waves and throws
+count as they are. Of several windows and degrees the one is used whose jumps are smallest, gap by gap. The background
+is a jump between two places and velocities of the run taken at random.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from vidtrack.arrays import Array
+
+LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40, 60)
+"""Samples used on a side: the largest of these that hangs together."""
+WINDOWS = ((3, 1), (4, 1), (6, 2), (8, 2), (12, 3), (16, 3), (24, 5), (40, 7), (60, 0))
+"""Samples on a side and degree of the polynomial that are tried."""
+ENOUGH, MOST = 20, 600
+"""Stretches that a covariance is measured on, at least and at most."""
+TAIL = 4.0
+"""Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
+FLOOR = -30.0
+"""Nats, the least that a jump may tell."""
+
+
+class _Law(NamedTuple):
+    """A jump as a function of samples and what true courses make of it."""
+
+    kx: int
+    ky: int
+    weights: Array  # (r, kx + ky): jump, and jump of velocity where r is 2
+    inverse: Array  # (d r, d r) of the covariance
+    log_det: float
+
+
+class Motion:
+    """How targets of a run move, from stretches (L, d) of places at consecutive moments; d = 3, or 2 in a plane."""
+
+    def __init__(self, stretches: Sequence[Array]) -> None:
+        self._stretches = [s for s in stretches if len(s) > 1]
+        d = stretches[0].shape[1] if len(stretches) else 3
+        self.dimension = d
+        places = np.concatenate(stretches) if len(stretches) else np.zeros((0, d))
+        steps = [np.diff(s, axis=0) for s in self._stretches]
+        speed = np.concatenate(steps) if steps else np.zeros((0, d))
+        self._place = 2 * _spread(places, d)
+        self._speed = 2 * _spread(speed, d)
+        self._laws: dict[tuple[int, int, int], _Law | None] = {}
+
+    def evidence(self, before: Array, after: Array, gap: int) -> float:
+        """Nats for one course rather than two; 0 where this run tells nothing of such a gap.
+
+        before, after   (k, d) places at consecutive moments; `gap` moments from the last before to the first after
+        """
+        kx, ky = _length(len(before)), _length(len(after))
+        key = (kx, ky, gap)
+        if key not in self._laws:
+            self._laws[key] = self._law(*key)
+        law = self._laws[key]
+        if law is None:
+            return 0.0
+        x = np.concatenate([before[-law.kx :], after[: law.ky]])
+        jump = (law.weights @ x).ravel()
+        n = jump.size
+        chi2 = float(jump @ law.inverse @ jump)
+        own = _log_t(chi2, law.log_det, n)
+        background = self._background(n // self.dimension)
+        chi2 = float(jump @ background[0] @ jump)
+        return max(own - _log_t(chi2, background[1], n), FLOOR)
+
+    def _background(self, rows: int) -> tuple[Array, float]:
+        d = self.dimension
+        S = np.zeros((d * rows, d * rows))
+        S[:d, :d] = self._place
+        if rows > 1:
+            S[d:, d:] = self._speed
+        return np.linalg.inv(S), float(np.linalg.slogdet(S)[1])
+
+    def _law(self, kx: int, ky: int, gap: int) -> _Law | None:
+        best: _Law | None = None
+        most = 0.0
+        tried = set()
+        for window, degree in WINDOWS:
+            a, b = min(window, kx), min(window, ky)
+            if (a, b, degree) in tried:
+                continue
+            tried.add((a, b, degree))
+            law = self._measured(a, b, degree, gap)
+            if law is not None:
+                told = self._background(len(law.weights))[1] - law.log_det
+                if told > most:
+                    best, most = law, told
+        return best
+
+    def _measured(self, kx: int, ky: int, degree: int, gap: int) -> _Law | None:
+        weights = _jump(kx, ky, degree, gap)
+        if weights is None:
+            return None
+        n = kx + gap - 1 + ky
+        windows = [sliding_window_view(s, n, axis=0) for s in self._stretches if len(s) >= n]
+        total = sum(len(w) for w in windows)
+        if total < ENOUGH:
+            return None
+        step = max(1, total // MOST)
+        some = np.concatenate([w[i % step :: step] for i, w in enumerate(windows)])  # (m, d, n)
+        ends = np.concatenate([some[..., :kx], some[..., n - ky :]], -1)
+        jumps = np.einsum("rk,mdk->mrd", weights, ends).reshape(len(some), -1)
+        S = jumps.T @ jumps / len(jumps)
+        # few courses do not tell how different others are; nor may any direction be taken as exact
+        S = S * (1 + 10 / len(jumps)) + np.eye(len(S)) * 1e-6 * np.trace(S) / len(S) + 1e-30 * np.eye(len(S))
+        # of a t distribution of TAIL degrees with this covariance
+        scale = S * (TAIL - 2) / TAIL
+        return _Law(kx, ky, weights, np.linalg.inv(scale), float(np.linalg.slogdet(scale)[1]))
+
+
+def _length(n: int) -> int:
+    return max(k for k in LENGTHS if k <= max(n, 1))
+
+
+def _spread(values: Array, d: int) -> Array:
+    if len(values) < 2:
+        return np.eye(d)
+    S = np.cov(values.T)
+    return np.asarray(S + np.eye(d) * (1e-3 * np.trace(S) / d + 1e-30))
+
+
+def _log_t(chi2: float, log_det: float, n: int) -> float:
+    """Log density of a t distribution of TAIL degrees in n dimensions, but for what all of the same n share."""
+    return -0.5 * log_det - 0.5 * (TAIL + n) * float(np.log1p(chi2 / TAIL))
+
+
+@lru_cache(maxsize=4096)
+def _jump(kx: int, ky: int, degree: int, gap: int) -> Array | None:
+    """Weights (r, kx + ky) of samples in the jump and the jump of velocity, per moment; None for too few samples."""
+    both = min(kx, ky) > 1
+    if kx + ky < degree + 2 + both:
+        return None
+    t = np.concatenate([np.arange(1 - kx, 1), gap + np.arange(ky)]) - gap / 2
+    scale = np.abs(t).max()
+    columns = [(t / scale) ** p for p in range(degree + 1)]
+    side = np.sign(t)
+    columns.append(side / 2)
+    if both:
+        # a change of velocity: the other coefficients take its mean
+        columns.append(np.abs(t) / 2)
+    A = np.stack(columns, -1)
+    if np.linalg.matrix_rank(A, tol=1e-9) < A.shape[1]:
+        return None
+    return np.asarray(np.linalg.pinv(A)[degree + 1 :])

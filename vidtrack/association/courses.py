@@ -1,0 +1,120 @@
+"""The courses of groups: where they are in space at the moments at which two of their cameras see them.
+
+Also of pairs of groups as if they were one target, and what the motion says of that at the seams: the places where
+the joint course passes from what one of them tells to what the other one, or only both together, tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.continuity import LENGTHS, Motion
+from vidtrack.association.tracklets import LONGEST_GAP, Tracklets
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.triangulate import locate_points
+
+AROUND = LENGTHS[-1]
+"""Moments on either side of the shorter group that a joint course is made for."""
+SEAMS = 4
+"""Seams of a joint course that are judged, at most: the longest."""
+
+
+class Rows(NamedTuple):
+    """All rows of all cameras' tracklets."""
+
+    camera: Ints  # (N,)
+    moment: Ints  # (N,)
+    node: Ints  # (N,)
+    b: Array  # (N, 2) px
+    sd: Array  # (N, 2) px, the calibration's share included
+    n_moments: int
+
+
+class Course(NamedTuple):
+    """Places (k, d) at moments (k,), rising; `source` tells which of two groups each rests on: 1, 2, or 3 for both."""
+
+    moment: Ints
+    place: Array
+    source: Ints
+
+
+def rows_of(tracklets: Sequence[Tracklets], begin: Ints, bias_px: float) -> Rows:
+    """All rows, by node; begin (n_cameras + 1,) as of `groups.nodes_of`."""
+    camera = np.repeat(np.arange(len(tracklets)), [len(t.sample) for t in tracklets])
+    moment = np.concatenate([t.sample for t in tracklets])
+    node = np.concatenate([t.owner + begin[i] for i, t in enumerate(tracklets)])
+    sd = np.sqrt(np.concatenate([t.sd for t in tracklets]) ** 2 + bias_px**2)
+    n = int(moment.max(initial=-1)) + 1
+    return Rows(camera, moment, node, np.concatenate([t.b for t in tracklets]), sd, n)
+
+
+def courses(cameras: Sequence[Camera], rows: Rows, chosen: Sequence[tuple[Ints, Ints]]) -> list[Course]:
+    """The joint course of each choice: rows, and for each row 1 or 2, the part that it belongs to."""
+    if not chosen:
+        return []
+    of = np.repeat(np.arange(len(chosen)), [len(r) for r, _ in chosen])
+    row = np.concatenate([r for r, _ in chosen]).astype(np.intp)
+    part = np.concatenate([p for _, p in chosen]).astype(np.intp)
+    key, place = np.unique(of * rows.n_moments + rows.moment[row], return_inverse=True)
+    b = np.full((len(cameras), len(key), 2), np.nan)
+    sd = np.ones(b.shape)
+    b[rows.camera[row], place] = rows.b[row]
+    sd[rows.camera[row], place] = rows.sd[row]
+    first, second = (np.bincount(place[part == k], minlength=len(key)) for k in (1, 2))
+    fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= 2)
+    point = locate_points(cameras, b[:, fixed], sd=sd[:, fixed], min_angle_deg=0.0).point
+    good = np.isfinite(point[:, 0])
+    fixed, point = fixed[good], point[good]
+    source = np.where(first[fixed] >= 2, 1, np.where(second[fixed] >= 2, 2, 3))
+    owner, moment = np.divmod(key[fixed], max(rows.n_moments, 1))
+    edges = np.searchsorted(owner, np.arange(len(chosen) + 1))
+    return [
+        Course(moment[i:j], point[i:j], source[i:j]) for i, j in zip(edges[:-1], edges[1:], strict=True)
+    ]
+
+
+def filled(course: Course) -> Course:
+    """The same with straight lines over gaps of at most LONGEST_GAP moments between places of one source."""
+    gap = np.diff(course.moment)
+    short = (gap > 1) & (gap <= LONGEST_GAP + 1) & (np.diff(course.source) == 0)
+    if not short.any():
+        return course
+    extra = np.concatenate([course.moment[i] + np.arange(1, gap[i]) for i in np.flatnonzero(short)])
+    at = np.searchsorted(course.moment, extra) - 1
+    share = ((extra - course.moment[at]) / gap[at])[:, None]
+    between = course.place[at] * (1 - share) + course.place[at + 1] * share
+    moment = np.concatenate([course.moment, extra])
+    order = np.argsort(moment)
+    place = np.concatenate([course.place, between])[order]
+    return Course(moment[order], place, np.concatenate([course.source, course.source[at]])[order])
+
+
+def stretches(course: Course) -> list[tuple[int, int]]:
+    """First and last index + 1 of each stretch of consecutive moments of one source."""
+    cut = np.flatnonzero((np.diff(course.moment) != 1) | (np.diff(course.source) != 0)) + 1
+    edges = [0, *cut.tolist(), len(course.moment)]
+    return [(i, j) for i, j in zip(edges[:-1], edges[1:], strict=True) if j > i]
+
+
+def motion_of(some: Sequence[Course], dimension: int) -> Motion:
+    """How the targets of a run move, from their courses."""
+    pieces = [c.place[i:j] for c in map(filled, some) for i, j in stretches(c)]
+    return Motion(pieces or [np.zeros((0, dimension))])
+
+
+def seam_evidence(course: Course, motion: Motion) -> tuple[float, int]:
+    """What the motion says, nats, of a joint course; and the number of seams judged."""
+    course = filled(course)
+    parts = stretches(course)
+    seams = []
+    for (i, j), (k, m) in zip(parts[:-1], parts[1:], strict=True):
+        if course.source[j - 1] != course.source[k]:
+            gap = int(course.moment[k] - course.moment[j - 1])
+            seams.append((min(j - i, m - k), course.place[i:j][-AROUND:], course.place[k:m][:AROUND], gap))
+    seams.sort(key=lambda s: -s[0])
+    told = [motion.evidence(before, after, gap) for _, before, after, gap in seams[:SEAMS]]
+    return float(sum(told)), len(told)

@@ -1,0 +1,176 @@
+"""Tracklets joined to groups, each of one target, as far as lines of sight tell beyond doubt.
+
+A group holds tracklets of any camera; two of one camera never at one moment. It is worth the sum of its pairs'
+values. Groups are joined, those with the clearest margin first, while what is gained is larger by `MARGIN` than what
+any other choice would gain that excludes it; what remains contested stays apart, for the motion to decide.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, insort
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Ints
+from vidtrack.association.pairs import LOSS, Pairs
+from vidtrack.association.tracklets import Tracklets
+
+MARGIN = float(np.log(1000.0))
+"""Nats by which a choice must be likelier than the next one."""
+TOUCHES = 2
+"""Moments that two tracklets may overlap in without fitting, at a loss; with more they contradict each other."""
+
+Span = tuple[int, int, int]
+"""First and last moment of a tracklet, and its node."""
+
+
+class Nodes(NamedTuple):
+    """The tracklets of all cameras, numbered through."""
+
+    camera: list[int]
+    first: list[int]
+    last: list[int]
+    begin: Ints  # (n_cameras + 1,) number of each camera's first tracklet
+
+
+def nodes_of(tracklets: Sequence[Tracklets]) -> Nodes:
+    """Number the tracklets through, camera by camera."""
+    begin = np.concatenate([[0], np.cumsum([t.n for t in tracklets])]).astype(np.intp)
+    camera = np.repeat(np.arange(len(tracklets)), np.diff(begin)).tolist()
+    return Nodes(
+        camera,
+        np.concatenate([t.first for t in tracklets]).tolist() if tracklets else [],
+        np.concatenate([t.last for t in tracklets]).tolist() if tracklets else [],
+        begin,
+    )
+
+
+class Groups:
+    """A partition of the nodes; `value` tells what joining two groups is worth."""
+
+    def __init__(self, nodes: Nodes, n_cameras: int) -> None:
+        n = len(nodes.camera)
+        self.nodes, self.n_cameras = nodes, n_cameras
+        self.root = list(range(n))
+        self.members: dict[int, list[int]] = {i: [i] for i in range(n)}
+        self.spans: dict[int, list[list[Span]]] = {}
+        self.pair: dict[tuple[int, int], float] = {}
+        self.friends: list[list[int]] = [[] for _ in range(n)]
+        for i in range(n):
+            own: list[list[Span]] = [[] for _ in range(n_cameras)]
+            own[nodes.camera[i]].append((nodes.first[i], nodes.last[i], i))
+            self.spans[i] = own
+
+    def add(self, i: int, j: int, pairs: Pairs) -> None:
+        """Take in the pairs of cameras i and j."""
+        begin = self.nodes.begin
+        for a, b, value in zip(
+            (pairs.a + begin[i]).tolist(), (pairs.b + begin[j]).tolist(), pairs.value.tolist(), strict=True
+        ):
+            self.pair[(a, b) if a < b else (b, a)] = value
+            if value > 0:
+                self.friends[a].append(b)
+                self.friends[b].append(a)
+
+    def of(self, node: int) -> int:
+        """The group of a node."""
+        return self.root[node]
+
+    def value(self, g: int, h: int) -> float:
+        """Nats that joining two groups is worth; -inf where they contradict each other."""
+        if len(self.members[g]) < len(self.members[h]):
+            g, h = h, g
+        total = 0.0
+        for camera, spans in enumerate(self.spans[h]):
+            for first, last, node in spans:
+                for other, theirs in enumerate(self.spans[g]):
+                    if not theirs:
+                        continue
+                    k = bisect_left(theirs, (first, -1, -1))
+                    if k and theirs[k - 1][1] >= first:
+                        k -= 1
+                    while k < len(theirs) and theirs[k][0] <= last:
+                        low, high, who = theirs[k]
+                        k += 1
+                        if other == camera:
+                            return -np.inf
+                        worth = self.pair.get((node, who) if node < who else (who, node))
+                        if worth is None:
+                            shared = min(high, last) - max(low, first) + 1
+                            if shared > TOUCHES:
+                                return -np.inf
+                            worth = -LOSS * shared
+                        total += worth
+        return total
+
+    def join(self, g: int, h: int) -> int:
+        """Join two groups; returns the one that holds both."""
+        if len(self.members[g]) < len(self.members[h]):
+            g, h = h, g
+        for node in self.members[h]:
+            self.root[node] = g
+        for camera, spans in enumerate(self.spans.pop(h)):
+            for span in spans:
+                insort(self.spans[g][camera], span)
+        self.members[g] += self.members.pop(h)
+        return g
+
+    def neighbours(self, g: int) -> set[int]:
+        """Groups that hold a tracklet that fits one of this group's."""
+        return {self.root[w] for node in self.members[g] for w in self.friends[node]} - {g}
+
+    def join_the_clear(self, margin: float = MARGIN) -> None:
+        """Join groups round by round while any choice is clear."""
+        active: Iterable[int] = list(self.members)
+        while True:
+            worth = self._worths(active)
+            partners: dict[int, list[tuple[float, int]]] = defaultdict(list)
+            for (g, h), value in worth.items():
+                partners[g].append((value, h))
+                partners[h].append((value, g))
+            clear = []
+            for (g, h), value in worth.items():
+                lead = value - max(self._rival(g, h, partners[g], value), self._rival(h, g, partners[h], value), 0.0)
+                if lead > margin:
+                    clear.append((lead, g, h))
+            clear.sort(reverse=True)
+            touched: set[int] = set()
+            changed: set[int] = set()
+            for _, g, h in clear:
+                if g in touched or h in touched:
+                    continue
+                touched |= {g, h}
+                changed.add(self.join(g, h))
+            if not changed:
+                return
+            active = changed | {n for g in changed for n in self.neighbours(g)}
+
+    def _worths(self, active: Iterable[int]) -> dict[tuple[int, int], float]:
+        """What joining is worth, for all groups that have something to gain from a group that is active or near one."""
+        near = set(active)
+        near |= {n for g in list(near) for n in self.neighbours(g)}
+        out: dict[tuple[int, int], float] = {}
+        for g in near:
+            for h in self.neighbours(g):
+                key = (g, h) if g < h else (h, g)
+                if key not in out:
+                    value = self.value(g, h)
+                    if value > 0:
+                        out[key] = value
+        return out
+
+    def _rival(self, g: int, h: int, partners: Sequence[tuple[float, int]], value: float) -> float:
+        """The most that g gains from a partner that cannot be joined with it and h alike."""
+        best = 0.0
+        for worth, other in partners:
+            if other != h and worth > max(best, value - MARGIN) and self.value(other, h) <= 0:
+                best = worth
+        return best
+
+
+def labels(groups: Groups) -> Ints:
+    """The group (n_nodes,) of each node, numbered from 0 in order of their first node."""
+    return np.unique(np.array(groups.root, np.intp), return_inverse=True)[1].astype(np.intp)

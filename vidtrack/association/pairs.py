@@ -1,0 +1,189 @@
+"""Evidence that two tracklets of different cameras show one target: how well their lines of sight meet.
+
+For tangents u_a, u_b of one target e = u_b . E u_a is zero (`geometry.epipolar`), and noise of both pictures gives it
+the variance of its gradient by the pixels (Sampson 1982): chi^2 = e^2 / var, one degree of freedom a moment. A pair is
+worth, moment by moment, the log-likelihood of one target over that of two that happen to be there:
+
+    value = sum over common moments of  max(GAIN - chi^2 / 2, -LOSS)
+
+GAIN is what false pairs leave: their misses move smoothly, so that they are not foretold by the whole picture but by
+the miss just before. A moment may cost LOSS at most: a bad centroid does not part two tracklets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.tracklets import Tracklets
+from vidtrack.geometry.camera import (
+    Camera,
+    distorted_from_frame_buffer,
+    undistorted_from_distorted,
+    undistorted_jacobian,
+)
+from vidtrack.geometry.epipolar import essential
+
+GAIN = 3.0
+"""# ASSUME: nats a moment; a false pair's miss is foretold by its last one to some 20 standard deviations."""
+LOSS = 5.0
+CHUNK = 16
+"""Moments looked at together."""
+
+
+class Rays(NamedTuple):
+    """The rows of one camera's tracklets as tangents, with what a standard deviation of each pixel changes in them."""
+
+    u: Array  # (N, 3) Xu/f, Yu/f, 1
+    by_x: Array  # (N, 2) change of (u, v) by one px of Xf
+    by_y: Array  # (N, 2) and of Yf
+
+
+class Pairs(NamedTuple):
+    """Pairs of tracklets of cameras a and b that fit at some moments; all other pairs that overlap contradict."""
+
+    a: Ints  # (P,)
+    b: Ints  # (P,)
+    n: Ints  # (P,) common moments
+    value: Array  # (P,) nats
+    square: Array  # (P,) px^2, variance of a picture's coordinates that the misses tell, over the moments that fit
+    noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain
+
+
+def rays_of(camera: Camera, b: Array) -> Rays:
+    """Tangents of frame-buffer positions b (N, 2) px."""
+    d = distorted_from_frame_buffer(camera, b)
+    u = undistorted_from_distorted(camera, d) / camera.f
+    J = undistorted_jacobian(camera, d) / camera.f
+    by_x = J[..., 0] * (camera.dx / camera.Sx)
+    by_y = J[..., 1] * camera.dy - J[..., 0] * (camera.skew * camera.dy / camera.Sx)
+    return Rays(np.concatenate([u, np.ones((len(u), 1))], -1), by_x, by_y)
+
+
+def pairs_of(
+    cameras: tuple[Camera, Camera],
+    tracklets: tuple[Tracklets, Tracklets],
+    rays: tuple[Rays, Rays],
+    bias_px: float,
+    moments: Ints,
+) -> Pairs:
+    """All pairs of two cameras' tracklets that fit, at the given moments.
+
+    bias_px   standard deviation, px, of what the calibration leaves, in each picture
+    """
+    E = essential(*cameras)
+    E = E / max(float(np.linalg.norm(E)), 1e-300)
+    A, B = (_by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True))
+    E32 = E.astype(np.float32)
+    to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
+    to_a = B.u @ E32
+    bound_a = _bound(to_b, A.reach)
+    bound_b = _bound(to_a, B.reach)[..., ::-1]
+    found = []
+    for start in range(0, len(moments), CHUNK):
+        part = slice(start, start + CHUNK)
+        e = to_b[part] @ B.u[part].transpose(0, 2, 1)
+        near = e * e <= bound_a[part] @ bound_b[part].transpose(0, 2, 1)
+        at, i, j = np.nonzero(near)
+        found.append((at + start, i, j))
+    at, i, j = (np.concatenate(c) for c in zip(*found, strict=True)) if found else (np.zeros(0, np.intp),) * 3
+    row_a, row_b = A.row[at, i], B.row[at, j]
+    real = (row_a >= 0) & (row_b >= 0)
+    row_a, row_b = row_a[real], row_b[real]
+    chi2, slope, noise = _sampson(E, tracklets, rays, row_a, row_b, bias_px)
+    fits = chi2 < 2 * (GAIN + LOSS)
+    row_a, row_b, chi2, slope, noise = (x[fits] for x in (row_a, row_b, chi2, slope, noise))
+    code = tracklets[0].owner[row_a].astype(np.int64) * max(tracklets[1].n, 1) + tracklets[1].owner[row_b]
+    code, pair, n_fit = np.unique(code, return_inverse=True, return_counts=True)
+    a, b = np.divmod(code, max(tracklets[1].n, 1))
+    common = np.maximum(_common(tracklets, a, b, moments), n_fit)
+    worth, square, spread = (
+        np.bincount(pair, w, len(code)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
+    )
+    return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / n_fit, spread / n_fit - bias_px**2)
+
+
+class _View(NamedTuple):
+    """Rows at the moments wanted, up to m at each: arrays (M, m, ..), float32, zeros where there is none."""
+
+    row: Ints  # (M, m), -1 for none
+    u: Array  # (M, m, 3)
+    reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
+
+
+def _by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -> _View:
+    place = np.minimum(np.searchsorted(moments, tracklets.sample), max(len(moments) - 1, 0))
+    there = np.isfinite(rays.u[:, 0]) & (moments[place] == tracklets.sample if len(moments) else False)
+    rows = np.flatnonzero(there)
+    rows = rows[np.argsort(place[rows], kind="stable")]
+    counts = np.bincount(place[rows], minlength=len(moments))
+    slot = np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    shape = (len(moments), int(counts.max(initial=0)))
+    row = np.full(shape, -1, np.intp)
+    row[place[rows], slot] = rows
+    u, reach = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    u[place[rows], slot] = rays.u[rows]
+    sd = np.sqrt(tracklets.sd[rows] ** 2 + bias_px**2)
+    both = (rays.by_x[rows] * sd[:, :1]) ** 2 + (rays.by_y[rows] * sd[:, 1:]) ** 2
+    reach[place[rows], slot] = np.sqrt(both.sum(-1))
+    return _View(row, u, reach)  # type: ignore[arg-type]
+
+
+def _bound(line: Array, reach: Array) -> Array:
+    """(M, m, 2): factors whose products over two views sum to no less than the variance of e, times the gate."""
+    gate = np.sqrt(2 * (GAIN + LOSS)) * 1.01  # float32 is not exact
+    return np.stack([(line[..., :2] ** 2).sum(-1) * gate, reach**2 * gate], -1)
+
+
+def _sampson(
+    E: Array,
+    tracklets: tuple[Tracklets, Tracklets],
+    rays: tuple[Rays, Rays],
+    row_a: Ints,
+    row_b: Ints,
+    bias_px: float,
+) -> tuple[Array, Array, Array]:
+    """chi^2, squared gradient of e by the four pixel coordinates and variance of e, (n,), of pairs of rows."""
+    u_a, u_b = rays[0].u[row_a], rays[1].u[row_b]
+    line_b, line_a = u_a @ E.T, u_b @ E
+    e = np.einsum("ni,ni->n", line_b, u_b)
+    slope, noise = np.zeros(e.size), np.zeros(e.size)
+    for line, ray, own, row in ((line_a, rays[0], tracklets[0], row_a), (line_b, rays[1], tracklets[1], row_b)):
+        for axis, by in enumerate((ray.by_x, ray.by_y)):
+            g2 = np.einsum("ni,ni->n", line[:, :2], by[row]) ** 2
+            slope += g2
+            noise += g2 * (own.sd[row, axis] ** 2 + bias_px**2)
+    noise = np.maximum(noise, 1e-300)
+    return e * e / noise, np.maximum(slope, 1e-300), noise
+
+
+def _common(tracklets: tuple[Tracklets, Tracklets], a: Ints, b: Ints, moments: Ints) -> Ints:
+    """How many of the moments pairs of tracklets share, (P,), at least: gaps of the two may not coincide."""
+    A, B = tracklets
+    low, high = np.maximum(A.first[a], B.first[b]), np.minimum(A.last[a], B.last[b])
+    span = np.searchsorted(moments, high, "right") - np.searchsorted(moments, low)
+    gaps = [t.last - t.first + 1 - np.diff(t.start) for t in tracklets]
+    return np.maximum(span - gaps[0][a] - gaps[1][b], 0)
+
+
+def bias_of(pairs: Sequence[Pairs], least: float, most: float) -> float:
+    """Standard deviation, px, of what the calibration leaves, from pairs that are each other's best and long enough.
+
+    The median over such pairs of what their noise does not explain; widened, as half of them are worse.
+    """
+    extra: list[Array] = []
+    for p in pairs:
+        if not p.a.size:
+            continue
+        best_a, best_b = np.full(p.a.max() + 1, -np.inf), np.full(p.b.max() + 1, -np.inf)
+        np.maximum.at(best_a, p.a, p.value)
+        np.maximum.at(best_b, p.b, p.value)
+        good = (p.value >= best_a[p.a]) & (p.value >= best_b[p.b]) & (p.n >= 8) & (p.value > 0)
+        extra.append(p.square[good] - p.noise[good])
+    found = np.concatenate(extra) if extra else np.zeros(0)
+    if not found.size:
+        return most
+    return float(np.clip(1.5 * np.sqrt(max(np.percentile(found, 75), 0.0)), least, most))
