@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Ints
 from vidtrack.association.continuity import Motion
 from vidtrack.association.courses import AROUND, Course, Rows, courses, motion_of, seam_evidence
 from vidtrack.association.groups import MARGIN, Groups
@@ -19,8 +19,12 @@ from vidtrack.geometry.camera import Camera
 
 Pair = tuple[int, int]
 
-FARTHEST = 200
-"""Moments that a gap may last to be bridged by the motion."""
+REACHES = (8, 30, 100, 400)
+"""Moments that a gap may last to be bridged by the motion: short ones first, so that few are left for long ones."""
+
+
+FASTER = 2.0
+"""Times the fastest speed seen in a picture, that a target may have while it is not seen."""
 
 
 class Bridges:
@@ -31,6 +35,8 @@ class Bridges:
         self.order = np.lexsort((rows.moment, rows.node))
         self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
         self.known: dict[tuple[Pair, int, int], float] = {}
+        self.first, self.last = groups.nodes.first, groups.nodes.last
+        self.farthest = REACHES[0]
         self.pictures = [self._pictured(c) for c in range(len(cameras))]
         self.space: Motion | None = None
 
@@ -49,12 +55,6 @@ class Bridges:
         """Rows of tracklets."""
         return np.concatenate([self.order[self.edges[n] : self.edges[n + 1]] for n in nodes])
 
-    def span(self, g: int) -> tuple[int, int]:
-        """First and last moment of a group."""
-        nodes = self.groups.members[g]
-        first, last = self.groups.nodes.first, self.groups.nodes.last
-        return min(first[n] for n in nodes), max(last[n] for n in nodes)
-
     def group_courses(self) -> dict[int, Course]:
         """The course of every group that two cameras see."""
         several = [g for g, spans in self.groups.spans.items() if sum(bool(s) for s in spans) >= 2]
@@ -71,7 +71,7 @@ class Bridges:
         pairs = self._candidates()
         version = {g: len(m) for g, m in self.groups.members.items()}
         fresh = [p for p in pairs if (p, version[p[0]], version[p[1]]) not in self.known]
-        sights = {p: self.groups.value(*p) for p in fresh}
+        sights = {p: self.groups.value(*p) if self._reachable(*p) else -np.inf for p in fresh}
         real = [p for p in fresh if np.isfinite(sights[p])]
         chosen = [self._joint(p) for p in real]
         made = courses(self.cameras, self.rows, chosen)
@@ -86,6 +86,23 @@ class Bridges:
             self.known[pair, version[pair[0]], version[pair[1]]] = sights[pair] + moved
         return {p: self.known[p, version[p[0]], version[p[1]]] for p in pairs}
 
+    def _reachable(self, g: int, h: int) -> bool:
+        """Whether one group can become the other in every picture, at FASTER times the run's fastest speed there."""
+        (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
+        if max(a, c) <= min(b, d):
+            return True
+        before, after = (g, h) if b < c else (h, g)
+        for camera, motion in enumerate(self.pictures):
+            one, other = self.groups.spans[before][camera], self.groups.spans[after][camera]
+            if one and other:
+                last, first = one[-1], other[0]
+                i, j = self.order[self.edges[last[2] + 1] - 1], self.order[self.edges[first[2]]]
+                apart = self.rows.b[i] - self.rows.b[j]
+                reach = FASTER * motion.fastest * (first[0] - last[1]) + 10 * float(self.rows.sd[i].max())
+                if float(np.hypot(*apart)) > reach:
+                    return False
+        return True
+
     def _in_pictures(self, row: Ints, part: Ints) -> float:
         total = 0.0
         for camera, motion in enumerate(self.pictures):
@@ -97,73 +114,84 @@ class Bridges:
         return total
 
     def _joint(self, pair: Pair) -> tuple[Ints, Ints]:
-        """The rows of two groups about the shorter one, and which of them each belongs to."""
-        spans = [self.span(g) for g in pair]
-        low, high = min(spans, key=lambda s: s[1] - s[0])
+        """The rows of two groups about where one passes into the other, and which of them each belongs to."""
+        (a, b), (c, d) = (self.groups.span[g] for g in pair)
+        if max(a, c) > min(b, d):  # one after the other
+            low, high = min(b, d) - AROUND, max(a, c) + AROUND
+        else:
+            low, high = ((a, b) if b - a <= d - c else (c, d))
+            low, high = low - AROUND, high + AROUND
         rows, parts = [], []
         for k, g in enumerate(pair):
             nodes = [
-                n
-                for n in self.groups.members[g]
-                if self.groups.nodes.first[n] <= high + FARTHEST and self.groups.nodes.last[n] >= low - FARTHEST
+                n for n in self.groups.members[g] if self.first[n] <= high and self.last[n] >= low
             ]
-            if not nodes:
-                continue
-            row = self.rows_of_nodes(nodes)
+            row = self.rows_of_nodes(nodes) if nodes else np.zeros(0, np.intp)
+            row = row[(self.rows.moment[row] >= low) & (self.rows.moment[row] <= high)]
             rows.append(row)
             parts.append(np.full(len(row), k + 1))
         return np.concatenate(rows), np.concatenate(parts)
 
     def _candidates(self) -> list[Pair]:
-        """Pairs of groups that fit, or of which one ends, in some camera or altogether, shortly before the other."""
+        """Pairs of groups that fit, or one of which ends shortly before the other begins, altogether or in a camera."""
         groups = self.groups
         out = {(min(g, h), max(g, h)) for g in groups.members for h in groups.neighbours(g)}
-        spans = {g: self.span(g) for g in groups.members}
-        begins = sorted((s[0], g) for g, s in spans.items())
+        begins = sorted((s[0], g) for g, s in groups.span.items())
         first = np.array([b for b, _ in begins])
-        for g, (_, last) in spans.items():
-            for k in range(int(np.searchsorted(first, last + 1)), int(np.searchsorted(first, last + FARTHEST, "right"))):
-                h = begins[k][1]
-                out.add((min(g, h), max(g, h)))
-        # one that lies in a gap of another, in its own camera
-        for g, own in groups.spans.items():
-            for h in self._fill_gaps(g, own, spans):
-                out.add((min(g, h), max(g, h)))
+        for g, (_, last) in groups.span.items():
+            i, j = np.searchsorted(first, (last + 1, last + self.farthest + 1)).tolist()
+            out |= {(min(g, h), max(g, h)) for _, h in begins[i:j]}
+        for camera in range(len(self.cameras)):
+            out |= self._in_gaps(camera)
         return sorted(out)
 
-    def _fill_gaps(self, g: int, own: list[list[tuple[int, int, int]]], spans: dict[int, tuple[int, int]]) -> list[int]:
-        """Single tracklets that lie in a gap of the group in their camera."""
-        out = []
-        for camera, theirs in enumerate(own):
-            if not theirs:
+    def _in_gaps(self, camera: int) -> set[Pair]:
+        """Groups of this camera alone with those that have a short enough gap there in which they lie."""
+        groups = self.groups
+        single = sorted((*groups.span[g], g) for g in groups.members if groups.cameras(g) == 1 and groups.spans[g][camera])
+        first = np.array([s[0] for s in single])
+        out: set[Pair] = set()
+        for g, spans in groups.spans.items():
+            own, whole = spans[camera], groups.span[g]
+            if groups.cameras(g) == 1:
                 continue
-            for h, (low, high) in self._single[camera].items():
-                k = np.searchsorted([s[0] for s in theirs], high, "right")
-                if (not k or theirs[k - 1][1] < low) and h != g and low <= spans[g][1] and high >= spans[g][0]:
-                    out.append(h)
-        return out
-
-    @property
-    def _single(self) -> dict[int, dict[int, tuple[int, int]]]:
-        out: dict[int, dict[int, tuple[int, int]]] = defaultdict(dict)
-        for g, nodes in self.groups.members.items():
-            if len({self.groups.nodes.camera[n] for n in nodes}) == 1:
-                out[self.groups.nodes.camera[nodes[0]]][g] = self.span(g)
+            edges = [(whole[0] - 1, whole[0] - 1), *((a, b) for a, b, _ in own), (whole[1] + 1, whole[1] + 1)]
+            for (_, before), (after, _) in zip(edges[:-1], edges[1:], strict=True):
+                i, j = np.searchsorted(first, (before + 1, after)).tolist()
+                near = (s for s in single[i:j] if s[1] < after)
+                out |= {
+                    (min(g, h), max(g, h))
+                    for a, b, h in near
+                    if a - before <= self.farthest or after - b <= self.farthest
+                }
         return out
 
     def join_the_clear(self, margin: float = MARGIN, bonus: float = 0.0) -> None:
-        """Join pairs round by round while any is clear; `bonus` nats for every pair, where targets are known to last."""
+        """Join pairs round by round while any is clear.
+
+        bonus   nats for one course after the other in space, where targets are known neither to come nor to go
+        """
+        for self.farthest in REACHES:
+            self._join_within(margin, bonus)
+
+    def _join_within(self, margin: float, bonus: float) -> None:
         while True:
-            worth = {p: w + bonus for p, w in self.worths().items() if w + bonus > 0}
+            worth = {p: w + bonus * self._may_last(*p) for p, w in self.worths().items()}
+            worth = {p: w for p, w in worth.items() if w > 0}
             clear = clear_pairs(self.groups, worth, margin)
             touched: set[int] = set()
-            for _, (g, h) in clear:
+            for lead, (g, h) in clear:
                 if g in touched or h in touched:
                     continue
                 touched |= {g, h}
-                self.groups.join(g, h)
+                self.groups.join(g, h, lead)
             if not touched:
                 return
+
+
+    def _may_last(self, g: int, h: int) -> bool:
+        (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
+        return max(a, c) > min(b, d) and min(self.groups.cameras(g), self.groups.cameras(h)) >= 2
 
 
 def clear_pairs(groups: Groups, worth: dict[Pair, float], margin: float) -> list[tuple[float, Pair]]:
@@ -194,8 +222,3 @@ def clear_pairs(groups: Groups, worth: dict[Pair, float], margin: float) -> list
         if lead > margin:
             out.append((lead, (g, h)))
     return sorted(out, reverse=True)
-
-
-def as_array(x: Sequence[float]) -> Array:
-    """Values as an array."""
-    return np.asarray(x, float)

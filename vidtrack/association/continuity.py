@@ -14,16 +14,17 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from vidtrack.arrays import Array
 
-LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 40, 60)
+LENGTHS = (1, 2, 3, 5, 8, 12, 24, 60)
 """Samples used on a side: the largest of these that hangs together."""
-WINDOWS = ((3, 1), (4, 1), (6, 2), (8, 2), (12, 3), (16, 3), (24, 5), (40, 7), (60, 0))
+WINDOWS = ((3, 1), (5, 2), (8, 2), (12, 3), (24, 5), (60, 7), (60, 0))
 """Samples on a side and degree of the polynomial that are tried."""
-ENOUGH, MOST = 20, 600
+ENOUGH, MOST = 20, 300
 """Stretches that a covariance is measured on, at least and at most."""
+FINE = 20
+"""Moments of a gap up to which each length has a law of its own; longer ones share it with some like them."""
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
 FLOOR = -30.0
@@ -44,12 +45,15 @@ class Motion:
     """How targets of a run move, from stretches (L, d) of places at consecutive moments; d = 3, or 2 in a plane."""
 
     def __init__(self, stretches: Sequence[Array]) -> None:
-        self._stretches = [s for s in stretches if len(s) > 1]
         d = stretches[0].shape[1] if len(stretches) else 3
         self.dimension = d
         places = np.concatenate(stretches) if len(stretches) else np.zeros((0, d))
-        steps = [np.diff(s, axis=0) for s in self._stretches]
-        speed = np.concatenate(steps) if steps else np.zeros((0, d))
+        lengths = np.array([len(s) for s in stretches], np.intp)
+        self._places = places
+        # samples of the same stretch from each one on, itself counted
+        self._remain = np.repeat(np.cumsum(lengths), lengths) - np.arange(len(places))
+        speed = np.diff(places, axis=0)[self._remain[:-1] > 1]
+        self.fastest = float(np.linalg.norm(speed, axis=-1).max(initial=0.0))
         self._place = 2 * _spread(places, d)
         self._speed = 2 * _spread(speed, d)
         self._laws: dict[tuple[int, int, int], _Law | None] = {}
@@ -60,6 +64,7 @@ class Motion:
         before, after   (k, d) places at consecutive moments; `gap` moments from the last before to the first after
         """
         kx, ky = _length(len(before)), _length(len(after))
+        gap = gap if gap <= FINE else round(gap / 10 ** (r := int(np.log10(gap)) - 1)) * 10**r
         key = (kx, ky, gap)
         if key not in self._laws:
             self._laws[key] = self._law(*key)
@@ -104,14 +109,12 @@ class Motion:
         if weights is None:
             return None
         n = kx + gap - 1 + ky
-        windows = [sliding_window_view(s, n, axis=0) for s in self._stretches if len(s) >= n]
-        total = sum(len(w) for w in windows)
-        if total < ENOUGH:
+        starts = np.flatnonzero(self._remain >= n)
+        if starts.size < ENOUGH:
             return None
-        step = max(1, total // MOST)
-        some = np.concatenate([w[i % step :: step] for i, w in enumerate(windows)])  # (m, d, n)
-        ends = np.concatenate([some[..., :kx], some[..., n - ky :]], -1)
-        jumps = np.einsum("rk,mdk->mrd", weights, ends).reshape(len(some), -1)
+        starts = starts[:: max(1, starts.size // MOST)]
+        ends = np.concatenate([np.arange(kx), np.arange(n - ky, n)])
+        jumps = np.einsum("rk,mkd->mrd", weights, self._places[starts[:, None] + ends]).reshape(starts.size, -1)
         S = jumps.T @ jumps / len(jumps)
         # few courses do not tell how different others are; nor may any direction be taken as exact
         S = S * (1 + 10 / len(jumps)) + np.eye(len(S)) * 1e-6 * np.trace(S) / len(S) + 1e-30 * np.eye(len(S))

@@ -57,6 +57,8 @@ class Groups:
         self.root = list(range(n))
         self.members: dict[int, list[int]] = {i: [i] for i in range(n)}
         self.spans: dict[int, list[list[Span]]] = {}
+        self.span: dict[int, tuple[int, int]] = {i: (nodes.first[i], nodes.last[i]) for i in range(n)}
+        self.lead: dict[int, float] = dict.fromkeys(range(n), np.inf)
         self.pair: dict[tuple[int, int], float] = {}
         self.friends: list[list[int]] = [[] for _ in range(n)]
         for i in range(n):
@@ -74,10 +76,6 @@ class Groups:
             if value > 0:
                 self.friends[a].append(b)
                 self.friends[b].append(a)
-
-    def of(self, node: int) -> int:
-        """The group of a node."""
-        return self.root[node]
 
     def value(self, g: int, h: int) -> float:
         """Nats that joining two groups is worth; -inf where they contradict each other."""
@@ -106,10 +104,13 @@ class Groups:
                         total += worth
         return total
 
-    def join(self, g: int, h: int) -> int:
-        """Join two groups; returns the one that holds both."""
+    def join(self, g: int, h: int, lead: float = np.inf) -> int:
+        """Join two groups, likelier by `lead` nats than any other choice; returns the one that holds both."""
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
+        self.lead[g] = min(lead, self.lead[g], self.lead.pop(h))
+        (a, b), (c, d) = self.span[g], self.span.pop(h)
+        self.span[g] = (min(a, c), max(b, d))
         for node in self.members[h]:
             self.root[node] = g
         for camera, spans in enumerate(self.spans.pop(h)):
@@ -117,6 +118,10 @@ class Groups:
                 insort(self.spans[g][camera], span)
         self.members[g] += self.members.pop(h)
         return g
+
+    def cameras(self, g: int) -> int:
+        """How many cameras a group has tracklets of."""
+        return sum(bool(s) for s in self.spans[g])
 
     def neighbours(self, g: int) -> set[int]:
         """Groups that hold a tracklet that fits one of this group's."""
@@ -139,11 +144,11 @@ class Groups:
             clear.sort(reverse=True)
             touched: set[int] = set()
             changed: set[int] = set()
-            for _, g, h in clear:
+            for lead, g, h in clear:
                 if g in touched or h in touched:
                     continue
                 touched |= {g, h}
-                changed.add(self.join(g, h))
+                changed.add(self.join(g, h, lead))
             if not changed:
                 return
             active = changed | {n for g in changed for n in self.neighbours(g)}
