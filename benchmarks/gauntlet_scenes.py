@@ -169,6 +169,8 @@ def _course(
     low, high = (0.3, 1.5) if plan.motion == "waves" else (0.05, 0.35)
     hz = rng.uniform(low, high, (K, terms, 3)) * plan.speed
     amplitude = rng.uniform(0.2, 1.0, (K, terms, 3)) * (0.12 if plan.motion == "waves" else 0.25) * plan.reach
+    if plan.motion == "waves":  # all ride on the same waves
+        hz = np.broadcast_to(rng.uniform(low, high, (1, terms, 1)), hz.shape)
     phase = rng.uniform(0, 2 * np.pi, (K, terms, 3))
     middle = _inside(K, room, rng)
     start = rng.uniform(0.1, 0.6, K) * length

@@ -208,17 +208,20 @@ def clear_pairs(groups: Groups, worth: dict[Pair, float], margin: float) -> list
             exclude[key] = groups.value(g, h) < 0
         return exclude[key]
 
+    def best(g: int, but: Pair) -> float:
+        return max((w for k, w in partners[g].items() if k not in but), default=0.0)
+
     out = []
     for (g, h), value in worth.items():
         if value <= margin:
             continue
-        mine = [(0.0, -1)] + [(w, k) for k, w in partners[g].items() if k != h and excludes(k, h)]
-        theirs = [(0.0, -1)] + [(w, k) for k, w in partners[h].items() if k != g and excludes(k, g)]
+        mine = [(w, k) for k, w in partners[g].items() if k != h and excludes(k, h)]
+        theirs = [(w, k) for k, w in partners[h].items() if k != g and excludes(k, g)]
         lead = value
-        for w, k in mine:
-            for v, m in theirs:
-                freed = partners[k].get(m, 0.0) if k >= 0 and m >= 0 else 0.0
-                lead = min(lead, value + freed - w - v)
+        for w, k in mine:  # g goes with k; what h then gets, against what k gets else
+            lead = min(lead, value + best(k, (g, h)) - w - best(h, (g, k)))
+        for v, m in theirs:
+            lead = min(lead, value + best(m, (g, h)) - v - best(g, (h, m)))
         if lead > margin:
             out.append((lead, (g, h)))
     return sorted(out, reverse=True)

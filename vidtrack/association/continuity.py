@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
 
 LENGTHS = (1, 2, 3, 5, 8, 12, 24, 60)
 """Samples used on a side: the largest of these that hangs together."""
@@ -23,6 +23,10 @@ WINDOWS = ((3, 1), (5, 2), (8, 2), (12, 3), (24, 5), (60, 7), (60, 0))
 """Samples on a side and degree of the polynomial that are tried."""
 ENOUGH, MOST = 20, 300
 """Stretches that a covariance is measured on, at least and at most."""
+LEARNT = (12, 24, 60)
+"""Samples before a gap from which the place behind it is foretold by weights that the run itself teaches."""
+LEARNT_FROM = 4
+"""Moments: in shorter gaps polynomials do as well."""
 FINE = 20
 """Moments of a gap up to which each length has a law of its own; longer ones share it with some like them."""
 TAIL = 4.0
@@ -94,33 +98,67 @@ class Motion:
         tried = set()
         for window, degree in WINDOWS:
             a, b = min(window, kx), min(window, ky)
-            if (a, b, degree) in tried:
-                continue
-            tried.add((a, b, degree))
-            law = self._measured(a, b, degree, gap)
-            if law is not None:
-                told = self._background(len(law.weights))[1] - law.log_det
+            if (a, b, degree) not in tried:
+                tried.add((a, b, degree))
+                weights = _jump(a, b, degree, gap)
+                law = None if weights is None else self._measured(a, b, gap, weights, weights)
+                told = 0.0 if law is None else self._background(len(law.weights))[1] - law.log_det
+                if told > most:
+                    best, most = law, told
+        if gap > LEARNT_FROM:
+            for k in LEARNT:
+                law = self._learnt(k, min(ky, 5), gap) if k <= kx and ky > 1 else None
+                told = 0.0 if law is None else self._background(len(law.weights))[1] - law.log_det
                 if told > most:
                     best, most = law, told
         return best
 
-    def _measured(self, kx: int, ky: int, degree: int, gap: int) -> _Law | None:
-        weights = _jump(kx, ky, degree, gap)
-        if weights is None:
-            return None
-        n = kx + gap - 1 + ky
+    def _starts(self, n: int) -> Ints:
+        """Where stretches of n samples begin, at most MOST of them; none where there are fewer than ENOUGH."""
         starts = np.flatnonzero(self._remain >= n)
         if starts.size < ENOUGH:
+            return starts[:0]
+        return starts[:: max(1, starts.size // MOST)]
+
+    def _measured(self, kx: int, ky: int, gap: int, odd: Array, even: Array) -> _Law | None:
+        """What true courses make of a jump; those of the odd half of the run by its own weights, so of the even one."""
+        n = kx + gap - 1 + ky
+        starts = self._starts(n)
+        if not starts.size:
             return None
-        starts = starts[:: max(1, starts.size // MOST)]
         ends = np.concatenate([np.arange(kx), np.arange(n - ky, n)])
-        jumps = np.einsum("rk,mkd->mrd", weights, self._places[starts[:, None] + ends]).reshape(starts.size, -1)
+        x = self._places[starts[:, None] + ends]
+        half = starts.size // 2
+        jumps = np.concatenate(
+            [np.einsum("rk,mkd->mrd", odd, x[:half]), np.einsum("rk,mkd->mrd", even, x[half:])]
+        ).reshape(starts.size, -1)
         S = jumps.T @ jumps / len(jumps)
         # few courses do not tell how different others are; nor may any direction be taken as exact
-        S = S * (1 + 10 / len(jumps)) + np.eye(len(S)) * 1e-6 * np.trace(S) / len(S) + 1e-30 * np.eye(len(S))
-        # of a t distribution of TAIL degrees with this covariance
-        scale = S * (TAIL - 2) / TAIL
-        return _Law(kx, ky, weights, np.linalg.inv(scale), float(np.linalg.slogdet(scale)[1]))
+        apart = int((self._remain >= n).sum()) / n + 1
+        S = S * (1 + 10 / apart) + np.eye(len(S)) * (1e-6 * np.trace(S) / len(S) + 1e-30)
+        scale = S * (TAIL - 2) / TAIL  # of a t distribution with this covariance
+        return _Law(kx, ky, (odd + even) / 2, np.linalg.inv(scale), float(np.linalg.slogdet(scale)[1]))
+
+    def _learnt(self, kx: int, ky: int, gap: int) -> _Law | None:
+        """Place and velocity after the gap foretold from kx samples before it, as least squares of this run tell."""
+        n = kx + gap - 1 + ky
+        starts = self._starts(n)
+        if starts.size * self.dimension < 4 * kx:
+            return None
+        ends = np.concatenate([np.arange(kx), np.arange(n - ky, n)])
+        x = self._places[starts[:, None] + ends]
+        x = (x - x[:, kx - 1 : kx]).transpose(0, 2, 1)  # (m, d, k) from the last place before
+        t = np.arange(ky)
+        line = np.linalg.pinv(np.stack([np.ones(ky), t], -1))  # place and velocity (2, ky)
+        half = starts.size // 2
+        weights = []
+        for part in (slice(half, None), slice(0, half)):
+            A, y = x[part, :, : kx - 1].reshape(-1, kx - 1), x[part, :, kx:].reshape(-1, ky) @ line.T
+            ridge = np.eye(kx - 1) * 1e-6 * np.trace(A.T @ A) / max(kx - 1, 1)
+            W = np.linalg.solve(A.T @ A + ridge, A.T @ y).T  # (2, kx - 1)
+            last = np.array([1.0, 0.0]) - W.sum(1)
+            weights.append(np.concatenate([-W, -last[:, None], line], 1))
+        return self._measured(kx, ky, gap, *weights)
 
 
 def _length(n: int) -> int:
