@@ -30,8 +30,8 @@ LEAST_BIAS_PX = 0.02
 """# ASSUME: px, what a calibration leaves at least."""
 SOME = 200
 """Moments, evenly spread, that tell what the calibration leaves."""
-LASTING = 20.0
-"""Nats for one target rather than one that vanishes and another that appears, where their number is known."""
+LASTING = 40.0
+"""Nats, at most, for one target rather than one that vanishes and another that appears, where their number is known."""
 FEWEST = 5
 """Moments with a fix that a trajectory has, at least, or all there are."""
 

@@ -6,6 +6,7 @@ are joined, the clearest first, while the next best way to give their parts to o
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
 
@@ -18,13 +19,15 @@ from vidtrack.association.groups import MARGIN, Groups
 from vidtrack.geometry.camera import Camera
 
 Pair = tuple[int, int]
+Point = tuple[float, float]
+Local = tuple[tuple[int, ...], tuple[int, ...]]
 
 REACHES = (8, 30, 100, 400)
 """Moments that a gap may last to be bridged by the motion: short ones first, so that few are left for long ones."""
 
 
 FASTER = 2.0
-"""Times the fastest speed seen in a picture, that a target may have while it is not seen."""
+"""Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
 
 class Bridges:
@@ -34,9 +37,10 @@ class Bridges:
         self.cameras, self.rows, self.groups = cameras, rows, groups
         self.order = np.lexsort((rows.moment, rows.node))
         self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
-        self.known: dict[tuple[Pair, int, int], float] = {}
+        self.known: dict[Local, float] = {}
         self.first, self.last = groups.nodes.first, groups.nodes.last
         self.farthest = REACHES[0]
+        self.heads, self.tails = self._ends(0), self._ends(-1)
         self.pictures = [self._pictured(c) for c in range(len(cameras))]
         self.space: Motion | None = None
 
@@ -68,40 +72,70 @@ class Bridges:
 
     def worths(self) -> dict[Pair, float]:
         """What joining is worth, nats, for all pairs of groups that fit or that a short gap parts."""
-        pairs = self._candidates()
-        version = {g: len(m) for g, m in self.groups.members.items()}
-        fresh = [p for p in pairs if (p, version[p[0]], version[p[1]]) not in self.known]
-        sights = {p: self.groups.value(*p) if self._reachable(*p) else -np.inf for p in fresh}
-        real = [p for p in fresh if np.isfinite(sights[p])]
-        chosen = [self._joint(p) for p in real]
-        made = courses(self.cameras, self.rows, chosen)
-        for pair in fresh:
-            self.known[pair, version[pair[0]], version[pair[1]]] = -np.inf
-        for pair, rows, course in zip(real, chosen, made, strict=True):
+        pairs = [p for p in self._candidates() if self._reachable(*p)]
+        sights = {p: self.groups.value(*p) for p in pairs}
+        out: dict[Pair, float] = {}
+        fresh: list[tuple[Pair, Local, tuple[Ints, Ints]]] = []
+        for pair in pairs:
+            if np.isfinite(sights[pair]):
+                local, window = self._local(pair)
+                if local not in self.known:
+                    fresh.append((pair, local, self._joint(local, window)))
+                else:
+                    out[pair] = sights[pair] + self.known[local]
+        made = courses(self.cameras, self.rows, [rows for _, _, rows in fresh])
+        for (pair, local, rows), course in zip(fresh, made, strict=True):
             moved, seams = 0.0, 0
             if self.space is not None and len(course.moment):
                 moved, seams = seam_evidence(course, self.space)
             if not seams:
                 moved = self._in_pictures(*rows)
-            self.known[pair, version[pair[0]], version[pair[1]]] = sights[pair] + moved
-        return {p: self.known[p, version[p[0]], version[p[1]]] for p in pairs}
+            self.known[local] = moved
+            out[pair] = sights[pair] + moved
+        return out
 
     def _reachable(self, g: int, h: int) -> bool:
-        """Whether one group can become the other in every picture, at FASTER times the run's fastest speed there."""
-        (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
-        if max(a, c) <= min(b, d):
-            return True
-        before, after = (g, h) if b < c else (h, g)
-        for camera, motion in enumerate(self.pictures):
-            one, other = self.groups.spans[before][camera], self.groups.spans[after][camera]
-            if one and other:
-                last, first = one[-1], other[0]
-                i, j = self.order[self.edges[last[2] + 1] - 1], self.order[self.edges[first[2]]]
-                apart = self.rows.b[i] - self.rows.b[j]
-                reach = FASTER * motion.fastest * (first[0] - last[1]) + 10 * float(self.rows.sd[i].max())
-                if float(np.hypot(*apart)) > reach:
-                    return False
+        """Whether one group can become the other in every picture, by FASTER times the run's speeds and bends there."""
+        groups = self.groups
+        if len(groups.members[g]) > len(groups.members[h]):
+            g, h = h, g
+        for camera, (few, many) in enumerate(zip(groups.spans[g], groups.spans[h], strict=True)):
+            if not many:
+                continue
+            for i, (first, last, node) in enumerate(few):
+                k = bisect_left(many, (first, -1, -1))
+                if k and many[k - 1][1] < first and (not i or few[i - 1][0] < many[k - 1][0]):
+                    if not self._reached(camera, many[k - 1][2], node):
+                        return False
+                if k < len(many) and many[k][0] > last and (i + 1 == len(few) or few[i + 1][0] > many[k][0]):
+                    if not self._reached(camera, node, many[k][2]):
+                        return False
         return True
+
+    def _reached(self, camera: int, one: int, other: int) -> bool:
+        """Whether a tracklet can go on as another one of the same picture, that begins after its end."""
+        motion = self.pictures[camera]
+        (x, y), v, sd = self.tails[one]
+        (X, Y), w, _ = self.heads[other]
+        gap = self.first[other] - self.last[one]
+        if np.hypot(X - x, Y - y) > FASTER * motion.fastest * gap + 10 * sd:
+            return False
+        bend = FASTER * motion.sharpest * gap * (gap + 3) / 2 + 10 * sd * (1 + gap)
+        return (v is None or np.hypot(X - x - gap * v[0], Y - y - gap * v[1]) <= bend) and (
+            w is None or np.hypot(X - x - gap * w[0], Y - y - gap * w[1]) <= bend
+        )
+
+    def _ends(self, which: int) -> list[tuple[Point, Point | None, float]]:
+        """Place, velocity a moment and sd, px, of each tracklet at its first (0) or last (-1) sample."""
+        out: list[tuple[Point, Point | None, float]] = []
+        for node in range(len(self.groups.root)):
+            rows = self.order[self.edges[node] : self.edges[node + 1]]
+            some = rows[:3] if which == 0 else rows[-3:]
+            b, t = self.rows.b[some], self.rows.moment[some]
+            v = None if len(some) < 3 else tuple(((b[-1] - b[0]) / (t[-1] - t[0])).tolist())
+            at = b[which]
+            out.append(((float(at[0]), float(at[1])), v, float(self.rows.sd[some[which]].max())))
+        return out
 
     def _in_pictures(self, row: Ints, part: Ints) -> float:
         total = 0.0
@@ -113,24 +147,26 @@ class Bridges:
                 total += seam_evidence(self._seen(mine[order], parts[order]), motion)[0]
         return total
 
-    def _joint(self, pair: Pair) -> tuple[Ints, Ints]:
-        """The rows of two groups about where one passes into the other, and which of them each belongs to."""
+    def _local(self, pair: Pair) -> tuple[Local, tuple[int, int]]:
+        """The tracklets of two groups about where one passes into the other, and from when to when that is."""
         (a, b), (c, d) = (self.groups.span[g] for g in pair)
         if max(a, c) > min(b, d):  # one after the other
-            low, high = min(b, d) - AROUND, max(a, c) + AROUND
+            low, high = min(b, d), max(a, c)
         else:
-            low, high = ((a, b) if b - a <= d - c else (c, d))
-            low, high = low - AROUND, high + AROUND
-        rows, parts = [], []
-        for k, g in enumerate(pair):
-            nodes = [
-                n for n in self.groups.members[g] if self.first[n] <= high and self.last[n] >= low
-            ]
+            low, high = (a, b) if b - a <= d - c else (c, d)
+        low, high = low - AROUND, high + AROUND
+        one, other = (
+            tuple(n for n in self.groups.members[g] if self.first[n] <= high and self.last[n] >= low) for g in pair
+        )
+        return (one, other), (low, high)
+
+    def _joint(self, local: Local, window: tuple[int, int]) -> tuple[Ints, Ints]:
+        """The rows of those tracklets at that time, and which of the two groups each belongs to."""
+        rows = []
+        for nodes in local:
             row = self.rows_of_nodes(nodes) if nodes else np.zeros(0, np.intp)
-            row = row[(self.rows.moment[row] >= low) & (self.rows.moment[row] <= high)]
-            rows.append(row)
-            parts.append(np.full(len(row), k + 1))
-        return np.concatenate(rows), np.concatenate(parts)
+            rows.append(row[(self.rows.moment[row] >= window[0]) & (self.rows.moment[row] <= window[1])])
+        return np.concatenate(rows), np.repeat([1, 2], [len(r) for r in rows])
 
     def _candidates(self) -> list[Pair]:
         """Pairs of groups that fit, or one of which ends shortly before the other begins, altogether or in a camera."""
@@ -169,14 +205,14 @@ class Bridges:
     def join_the_clear(self, margin: float = MARGIN, bonus: float = 0.0) -> None:
         """Join pairs round by round while any is clear.
 
-        bonus   nats for one course after the other in space, where targets are known neither to come nor to go
+        bonus   nats, at most, for one course after another in space, where it is known how many targets there are
         """
         for self.farthest in REACHES:
             self._join_within(margin, bonus)
 
     def _join_within(self, margin: float, bonus: float) -> None:
         while True:
-            worth = {p: w + bonus * self._may_last(*p) for p, w in self.worths().items()}
+            worth = {p: w + self._lasting(*p, bonus) for p, w in self.worths().items()}
             worth = {p: w for p, w in worth.items() if w > 0}
             clear = clear_pairs(self.groups, worth, margin)
             touched: set[int] = set()
@@ -189,9 +225,12 @@ class Bridges:
                 return
 
 
-    def _may_last(self, g: int, h: int) -> bool:
+    def _lasting(self, g: int, h: int, most: float) -> float:
+        """Nats for one target that lasts: as many as the shorter course has moments, at most `most`."""
         (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
-        return max(a, c) > min(b, d) and min(self.groups.cameras(g), self.groups.cameras(h)) >= 2
+        if max(a, c) <= min(b, d) or min(self.groups.cameras(g), self.groups.cameras(h)) < 2:
+            return 0.0
+        return min(most, float(b - a + 1), float(d - c + 1))
 
 
 def clear_pairs(groups: Groups, worth: dict[Pair, float], margin: float) -> list[tuple[float, Pair]]:

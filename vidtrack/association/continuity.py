@@ -21,7 +21,7 @@ LENGTHS = (1, 2, 3, 5, 8, 12, 24, 60)
 """Samples used on a side: the largest of these that hangs together."""
 WINDOWS = ((3, 1), (5, 2), (8, 2), (12, 3), (24, 5), (60, 7), (60, 0))
 """Samples on a side and degree of the polynomial that are tried."""
-ENOUGH, MOST = 20, 300
+ENOUGH, MOST = 20, 200
 """Stretches that a covariance is measured on, at least and at most."""
 LEARNT = (12, 24, 60)
 """Samples before a gap from which the place behind it is foretold by weights that the run itself teaches."""
@@ -58,6 +58,8 @@ class Motion:
         self._remain = np.repeat(np.cumsum(lengths), lengths) - np.arange(len(places))
         speed = np.diff(places, axis=0)[self._remain[:-1] > 1]
         self.fastest = float(np.linalg.norm(speed, axis=-1).max(initial=0.0))
+        bend = np.diff(places, 2, axis=0)[self._remain[:-2] > 2]
+        self.sharpest = float(np.linalg.norm(bend, axis=-1).max(initial=0.0))
         self._place = 2 * _spread(places, d)
         self._speed = 2 * _spread(speed, d)
         self._laws: dict[tuple[int, int, int], _Law | None] = {}
@@ -98,7 +100,7 @@ class Motion:
         tried = set()
         for window, degree in WINDOWS:
             a, b = min(window, kx), min(window, ky)
-            if (a, b, degree) not in tried:
+            if gap / 2 <= window <= 16 * gap and (a, b, degree) not in tried:
                 tried.add((a, b, degree))
                 weights = _jump(a, b, degree, gap)
                 law = None if weights is None else self._measured(a, b, gap, weights, weights)
