@@ -106,7 +106,9 @@ def main() -> None:
 
 def told(method: str, kinds: list[str], outcomes: list[Outcome], scenes: bool) -> None:
     """The table."""
-    head = f"{'located %':>10} {'IDF1':>7} {'HOTA':>7} {'false':>6} {'fixes':>8} {'worst %':>8} {'below 97':>8} {'s':>7}"
+    head = (
+        f"{'located %':>10} {'IDF1':>7} {'HOTA':>7} {'false':>6} {'fixes':>8} {'worst %':>8} {'below 97':>8} {'s':>7}"
+    )
     print(f"{method:24} {head}")
     for kind in [*kinds, "all"]:
         own = [o for o in outcomes if kind in ("all", o.kind)]

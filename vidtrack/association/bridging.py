@@ -6,6 +6,7 @@ are joined, the clearest first, while the next best way to give their parts to o
 
 from __future__ import annotations
 
+import itertools
 from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
@@ -51,9 +52,7 @@ class Bridges:
         return motion_of([self._seen(r) for r in own], 2)
 
     def _seen(self, row: Ints, source: Ints | None = None) -> Course:
-        return Course(
-            self.rows.moment[row], self.rows.b[row], np.ones(len(row), np.intp) if source is None else source
-        )
+        return Course(self.rows.moment[row], self.rows.b[row], np.ones(len(row), np.intp) if source is None else source)
 
     def rows_of_nodes(self, nodes: Sequence[int]) -> Ints:
         """Rows of tracklets."""
@@ -104,12 +103,12 @@ class Bridges:
                 continue
             for i, (first, last, node) in enumerate(few):
                 k = bisect_left(many, (first, -1, -1))
-                if k and many[k - 1][1] < first and (not i or few[i - 1][0] < many[k - 1][0]):
-                    if not self._reached(camera, many[k - 1][2], node):
-                        return False
-                if k < len(many) and many[k][0] > last and (i + 1 == len(few) or few[i + 1][0] > many[k][0]):
-                    if not self._reached(camera, node, many[k][2]):
-                        return False
+                before = k > 0 and many[k - 1][1] < first and (not i or few[i - 1][0] < many[k - 1][0])
+                after = k < len(many) and many[k][0] > last and (i + 1 == len(few) or few[i + 1][0] > many[k][0])
+                if before and not self._reached(camera, many[k - 1][2], node):
+                    return False
+                if after and not self._reached(camera, node, many[k][2]):
+                    return False
         return True
 
     def _reached(self, camera: int, one: int, other: int) -> bool:
@@ -184,7 +183,9 @@ class Bridges:
     def _in_gaps(self, camera: int) -> set[Pair]:
         """Groups of this camera alone with those that have a short enough gap there in which they lie."""
         groups = self.groups
-        single = sorted((*groups.span[g], g) for g in groups.members if groups.cameras(g) == 1 and groups.spans[g][camera])
+        single = sorted(
+            (*groups.span[g], g) for g in groups.members if groups.cameras(g) == 1 and groups.spans[g][camera]
+        )
         first = np.array([s[0] for s in single])
         out: set[Pair] = set()
         for g, spans in groups.spans.items():
@@ -192,7 +193,7 @@ class Bridges:
             if groups.cameras(g) == 1:
                 continue
             edges = [(whole[0] - 1, whole[0] - 1), *((a, b) for a, b, _ in own), (whole[1] + 1, whole[1] + 1)]
-            for (_, before), (after, _) in zip(edges[:-1], edges[1:], strict=True):
+            for (_, before), (after, _) in itertools.pairwise(edges):
                 i, j = np.searchsorted(first, (before + 1, after)).tolist()
                 near = (s for s in single[i:j] if s[1] < after)
                 out |= {
@@ -223,7 +224,6 @@ class Bridges:
                 self.groups.join(g, h, lead)
             if not touched:
                 return
-
 
     def _lasting(self, g: int, h: int, most: float) -> float:
         """Nats for one target that lasts: as many as the shorter course has moments, at most `most`."""

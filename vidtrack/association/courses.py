@@ -6,6 +6,7 @@ the joint course passes from what one of them tells to what the other one, or on
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -72,9 +73,7 @@ def courses(cameras: Sequence[Camera], rows: Rows, chosen: Sequence[tuple[Ints, 
     source = np.where(first[fixed] >= 2, 1, np.where(second[fixed] >= 2, 2, 3))
     owner, moment = np.divmod(key[fixed], max(rows.n_moments, 1))
     edges = np.searchsorted(owner, np.arange(len(chosen) + 1))
-    return [
-        Course(moment[i:j], point[i:j], source[i:j]) for i, j in zip(edges[:-1], edges[1:], strict=True)
-    ]
+    return [Course(moment[i:j], point[i:j], source[i:j]) for i, j in itertools.pairwise(edges)]
 
 
 def filled(course: Course) -> Course:
@@ -97,7 +96,7 @@ def stretches(course: Course) -> list[tuple[int, int]]:
     """First and last index + 1 of each stretch of consecutive moments of one source."""
     cut = np.flatnonzero((np.diff(course.moment) != 1) | (np.diff(course.source) != 0)) + 1
     edges = [0, *cut.tolist(), len(course.moment)]
-    return [(i, j) for i, j in zip(edges[:-1], edges[1:], strict=True) if j > i]
+    return [(i, j) for i, j in itertools.pairwise(edges) if j > i]
 
 
 def motion_of(some: Sequence[Course], dimension: int) -> Motion:
@@ -111,7 +110,7 @@ def seam_evidence(course: Course, motion: Motion) -> tuple[float, int]:
     course = filled(course)
     parts = stretches(course)
     seams = []
-    for (i, j), (k, m) in zip(parts[:-1], parts[1:], strict=True):
+    for (i, j), (k, m) in itertools.pairwise(parts):
         if course.source[j - 1] != course.source[k]:
             gap = int(course.moment[k] - course.moment[j - 1])
             seams.append((min(j - i, m - k), course.place[i:j][-AROUND:], course.place[k:m][:AROUND], gap))

@@ -95,7 +95,8 @@ def pairs_of(
     row_a, row_b = row_a[real], row_b[real]
     chi2, slope, noise = _sampson(E, tracklets, rays, row_a, row_b, bias_px)
     fits = chi2 < 2 * (GAIN + LOSS)
-    row_a, row_b, chi2, slope, noise = (x[fits] for x in (row_a, row_b, chi2, slope, noise))
+    row_a, row_b = row_a[fits], row_b[fits]
+    chi2, slope, noise = chi2[fits], slope[fits], noise[fits]
     code = tracklets[0].owner[row_a].astype(np.int64) * max(tracklets[1].n, 1) + tracklets[1].owner[row_b]
     code, pair, n_fit = np.unique(code, return_inverse=True, return_counts=True)
     a, b = np.divmod(code, max(tracklets[1].n, 1))
@@ -166,7 +167,7 @@ def _common(tracklets: tuple[Tracklets, Tracklets], a: Ints, b: Ints, moments: I
     low, high = np.maximum(A.first[a], B.first[b]), np.minimum(A.last[a], B.last[b])
     span = np.searchsorted(moments, high, "right") - np.searchsorted(moments, low)
     gaps = [t.last - t.first + 1 - np.diff(t.start) for t in tracklets]
-    return np.maximum(span - gaps[0][a] - gaps[1][b], 0)
+    return np.asarray(np.maximum(span - gaps[0][a] - gaps[1][b], 0), np.intp)
 
 
 def bias_of(pairs: Sequence[Pairs], least: float, most: float) -> float:
