@@ -1,6 +1,6 @@
 """The gauntlet: random scenes, from trajectories in space to tracklets and back.
 
-    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method new today] [--workers 2]
+    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method NAME ...] [--workers 2]
 
 For each kind of scene: the share located of the samples that two cameras saw, IDF1, HOTA, fixes beyond five sigma, the
 worst scene and the time that association takes. See gauntlet_scenes and gauntlet_metrics.
@@ -20,7 +20,6 @@ from gauntlet_scenes import KINDS, Scene, View, scene
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import associate
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.correspondence import match_tracks
 
 
 class Outcome(NamedTuple):
@@ -38,18 +37,7 @@ def by_association(s: Scene) -> list[Ints]:
     return list(associate(cameras, [v.tracklets for v in s.views], targets=s.targets).trajectory)
 
 
-def by_today(s: Scene) -> list[Ints]:
-    """The same by the correspondence of whole tracks that was before."""
-    cameras = [v.camera for v in s.views]
-    dense = []
-    for v in s.views:
-        b = np.full((v.tracklets.n, v.t.size, 2), np.nan)
-        b[v.tracklets.owner, v.tracklets.sample] = v.tracklets.b
-        dense.append(b)
-    return list(match_tracks(cameras, dense, tolerance_px=3.0, targets=s.targets).target)
-
-
-METHODS = {"new": by_association, "today": by_today}
+METHODS = {"association": by_association}
 
 
 def put_together(views: list[View], trajectory: list[Ints]) -> tuple[Array, Array]:
@@ -78,7 +66,7 @@ def outcome(kind: str, seed: int, method: str) -> Outcome:
     seconds = time.process_time() - start
     b, sd = put_together(s.views, trajectory)
     t = s.views[0].t
-    located = locate_points([v.camera for v in s.views], b, sd=sd, reject=3.0, min_angle_deg=0.0)
+    located = locate_points([v.camera for v in s.views], b, sd=sd, reject=3.0)
     truth, present = s.truth(t), s.present(t)
     counts = counted(truth, wanted_of(s), present, located.point, located.covariance, s.diameter)
     return Outcome(kind, seed, counts, seconds)
@@ -89,7 +77,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", nargs="*", default=list(KINDS))
-    parser.add_argument("--method", nargs="*", default=["new"], choices=list(METHODS))
+    parser.add_argument("--method", nargs="*", default=["association"], choices=list(METHODS))
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--scenes", action="store_true", help="a line for each scene that is not whole")
     args = parser.parse_args()

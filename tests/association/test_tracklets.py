@@ -11,7 +11,8 @@ from vidtrack.association.tracklets import (
     COLUMNS,
     ENDED,
     LONGEST_GAP,
-    split_tracks,
+    may_change,
+    pieces_of,
     tracklet_table,
     tracklets_of,
 )
@@ -61,20 +62,22 @@ def test_a_table_without_a_measured_sample_has_no_tracklet():
 
 
 @given(hnp.arrays(bool, st.tuples(st.integers(1, 3), st.integers(1, 30))), st.integers(0, 29))
-def test_split_tracks_keep_every_sample_and_bridge_no_long_gap(there, change):
-    b = np.where(there[..., None], np.arange(there.size * 2.0).reshape(*there.shape, 2), np.nan)
+def test_tracks_fall_to_pieces_that_keep_every_sample_and_bridge_no_long_gap(there, change):
+    b = np.where(there[..., None], 1.0, np.nan) * np.ones(2)
     broken = np.zeros(there.shape, bool)
     broken[:, change % there.shape[1]] = True
-    pieces, track = split_tracks(b, np.ones(b.shape), broken)
-    assert pieces.n == len(track)
-    owner = track[pieces.owner] if pieces.n else np.zeros(0, int)
-    assert sorted(zip(owner, pieces.sample, strict=True)) == sorted(zip(*np.nonzero(there), strict=True))
-    assert (pieces.b == b[owner, pieces.sample]).all()
-    for first, last, k in zip(pieces.first, pieces.last, range(pieces.n), strict=True):
-        sample = pieces.sample[pieces.start[k] : pieces.start[k + 1]]
-        assert (np.diff(sample) >= 1).all()
+    piece = pieces_of(b, broken)
+    assert ((piece >= 0) == there).all()
+    for k in range(piece.max() + 1):
+        track, sample = np.nonzero(piece == k)
+        assert len(set(track)) == 1
         assert (np.diff(sample) <= LONGEST_GAP + 1).all()
-        assert not first < change % there.shape[1] <= last
+        assert not sample[0] < change % there.shape[1] <= sample[-1]
+
+
+def test_a_track_may_change_where_it_was_merged_and_where_it_is_recovered():
+    flag = np.array([["", "merged;predicted", "", "lost", "recovered", "recovered", "edge"]], object)
+    assert may_change(flag)[0].tolist() == [False, True, False, False, True, False, False]
 
 
 def test_rows_in_any_order_become_tracklets():

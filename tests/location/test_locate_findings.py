@@ -11,8 +11,9 @@ TURNED |= {"evidence": 200.0, "moves_over_sigma": 12.0}
 WELL = {
     "correspondence": {
         "tolerance_px": 3.0,
-        "targets": {"t1": {"ambiguous": False, "error_px": 0.02, "runner_up_px": 9.0}},
+        "targets": {"t1": {"ambiguous": False, "error_px": 0.02, "odds": 1e12}},
         "unmatched": {},
+        "left_over": {},
     },
     "volume": {"share_outside": 0.01, "farthest_outside": 2.0},
     "samples": {"n": 100, "disagree": 0, "mean_miss": 0.05, "mean_miss_where_disagreed": None},
@@ -44,10 +45,10 @@ def test_a_run_that_went_well_has_none():
     [
         ("correspondence__targets", {}, "bad", "no two cameras' tracks lie within 3 px"),
         (
-            "correspondence__targets",
-            {"a": {"ambiguous": True, "error_px": 0.021, "runner_up_px": 0.034}},
+            "correspondence__left_over",
+            {"cam1": [{"samples": 7, "reason": "contested"}, {"samples": 5, "reason": "alone"}]},
             "doubtful",
-            "target a: another match explains the tracks about as well (0.021 against 0.034 px)",
+            "cam1: 7 samples fit several targets about as well, and are used for none",
         ),
         ("correspondence__unmatched", {"cam2": ["t3", "t4"]}, "doubtful", "the same target as t3, t4"),
         ("volume__share_outside", 0.6, "doubtful", "60 % of the samples lie outside the calibrated volume, by up to"),

@@ -77,7 +77,7 @@ def associate(
     bridges.learn()
     bridges.join_the_clear()
     if targets is not None:
-        bridges.join_the_clear(bonus=LASTING)
+        bridges.join_to(targets, LASTING)
     courses = bridges.group_courses()
     chosen = _chosen(courses, targets)
     return _told(groups, tracklets, chosen, bias)

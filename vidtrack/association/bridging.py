@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_left
-from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,10 +15,9 @@ import numpy as np
 from vidtrack.arrays import Ints
 from vidtrack.association.continuity import Motion
 from vidtrack.association.courses import AROUND, Course, Rows, courses, motion_of, seam_evidence
-from vidtrack.association.groups import MARGIN, Groups
+from vidtrack.association.groups import MARGIN, TOUCHES, Groups, Pair, Worth, clear_pairs
 from vidtrack.geometry.camera import Camera
 
-Pair = tuple[int, int]
 Point = tuple[float, float]
 Local = tuple[tuple[int, ...], tuple[int, ...]]
 
@@ -27,6 +25,7 @@ REACHES = (8, 30, 100, 400)
 """Moments that a gap may last to be bridged by the motion: short ones first, so that few are left for long ones."""
 
 
+FARTHEST = 1 << 40
 FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
@@ -69,19 +68,19 @@ class Bridges:
         """Measure how targets move in space, from the groups as they are."""
         self.space = motion_of([c for c in self.group_courses().values() if len(c.moment)], 3)
 
-    def worths(self) -> dict[Pair, float]:
+    def worths(self) -> dict[Pair, Worth]:
         """What joining is worth, nats, for all pairs of groups that fit or that a short gap parts."""
         pairs = [p for p in self._candidates() if self._reachable(*p)]
-        sights = {p: self.groups.value(*p) for p in pairs}
-        out: dict[Pair, float] = {}
+        sights = {p: self.groups.sights(*p) for p in pairs}
+        out: dict[Pair, Worth] = {}
         fresh: list[tuple[Pair, Local, tuple[Ints, Ints]]] = []
         for pair in pairs:
-            if np.isfinite(sights[pair]):
+            if np.isfinite(sights[pair][0]):
                 local, window = self._local(pair)
                 if local not in self.known:
                     fresh.append((pair, local, self._joint(local, window)))
                 else:
-                    out[pair] = sights[pair] + self.known[local]
+                    out[pair] = Worth(sights[pair][0], self.known[local], sights[pair][1])
         made = courses(self.cameras, self.rows, [rows for _, _, rows in fresh])
         for (pair, local, rows), course in zip(fresh, made, strict=True):
             moved, seams = 0.0, 0
@@ -90,7 +89,7 @@ class Bridges:
             if not seams:
                 moved = self._in_pictures(*rows)
             self.known[local] = moved
-            out[pair] = sights[pair] + moved
+            out[pair] = Worth(sights[pair][0], moved, sights[pair][1])
         return out
 
     def _reachable(self, g: int, h: int) -> bool:
@@ -203,64 +202,38 @@ class Bridges:
                 }
         return out
 
-    def join_the_clear(self, margin: float = MARGIN, bonus: float = 0.0) -> None:
-        """Join pairs round by round while any is clear.
-
-        bonus   nats, at most, for one course after another in space, where it is known how many targets there are
-        """
+    def join_the_clear(self, margin: float = MARGIN) -> None:
+        """Join pairs round by round while any is clear, over longer and longer gaps."""
         for self.farthest in REACHES:
-            self._join_within(margin, bonus)
+            while self._join_some(self.worths(), margin, len(self.groups.root)):
+                pass
 
-    def _join_within(self, margin: float, bonus: float) -> None:
+    def join_to(self, targets: int, bonus: float, margin: float = MARGIN) -> None:
+        """Join courses one after another while there are more than so many targets.
+
+        bonus   nats, at most, for one target that lasts rather than one that goes and another one that comes
+        """
+        self.farthest = FARTHEST
         while True:
-            worth = {p: w + self._lasting(*p, bonus) for p, w in self.worths().items()}
-            worth = {p: w for p, w in worth.items() if w > 0}
-            clear = clear_pairs(self.groups, worth, margin)
-            touched: set[int] = set()
-            for lead, (g, h) in clear:
-                if g in touched or h in touched:
-                    continue
+            several = [g for g in self.groups.members if self.groups.cameras(g) >= 2]
+            surplus = len(several) - targets
+            worth = {p: w._replace(motion=w.motion + self._lasting(*p, bonus)) for p, w in self.worths().items()}
+            if surplus <= 0 or not self._join_some(worth, margin, surplus):
+                return
+
+    def _join_some(self, worth: dict[Pair, Worth], margin: float, most: int) -> bool:
+        """Join the clear pairs, each group in one of them, at most so many; whether there was any."""
+        touched: set[int] = set()
+        gain = {p: w for p, w in worth.items() if w.sights + w.motion > 0}
+        for lead, (g, h) in clear_pairs(self.groups, gain, margin):
+            if g not in touched and h not in touched and len(touched) < 2 * most:
                 touched |= {g, h}
                 self.groups.join(g, h, lead)
-            if not touched:
-                return
+        return bool(touched)
 
     def _lasting(self, g: int, h: int, most: float) -> float:
         """Nats for one target that lasts: as many as the shorter course has moments, at most `most`."""
         (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
-        if max(a, c) <= min(b, d) or min(self.groups.cameras(g), self.groups.cameras(h)) < 2:
+        if max(a, c) <= min(b, d) - TOUCHES or min(self.groups.cameras(g), self.groups.cameras(h)) < 2:
             return 0.0
         return min(most, float(b - a + 1), float(d - c + 1))
-
-
-def clear_pairs(groups: Groups, worth: dict[Pair, float], margin: float) -> list[tuple[float, Pair]]:
-    """Pairs whose lead over the best other way is above the margin, the clearest first, with their leads."""
-    partners: dict[int, dict[int, float]] = defaultdict(dict)
-    for (g, h), value in worth.items():
-        partners[g][h] = value
-        partners[h][g] = value
-    exclude: dict[Pair, bool] = {}
-
-    def excludes(g: int, h: int) -> bool:
-        key = (min(g, h), max(g, h))
-        if key not in exclude:
-            exclude[key] = groups.value(g, h) < 0
-        return exclude[key]
-
-    def best(g: int, but: Pair) -> float:
-        return max((w for k, w in partners[g].items() if k not in but), default=0.0)
-
-    out = []
-    for (g, h), value in worth.items():
-        if value <= margin:
-            continue
-        mine = [(w, k) for k, w in partners[g].items() if k != h and excludes(k, h)]
-        theirs = [(w, k) for k, w in partners[h].items() if k != g and excludes(k, g)]
-        lead = value
-        for w, k in mine:  # g goes with k; what h then gets, against what k gets else
-            lead = min(lead, value + best(k, (g, h)) - w - best(h, (g, k)))
-        for v, m in theirs:
-            lead = min(lead, value + best(m, (g, h)) - v - best(g, (h, m)))
-        if lead > margin:
-            out.append((lead, (g, h)))
-    return sorted(out, reverse=True)

@@ -67,7 +67,7 @@ def courses(cameras: Sequence[Camera], rows: Rows, chosen: Sequence[tuple[Ints, 
     sd[rows.camera[row], place] = rows.sd[row]
     first, second = (np.bincount(place[part == k], minlength=len(key)) for k in (1, 2))
     fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= 2)
-    point = locate_points(cameras, b[:, fixed], sd=sd[:, fixed], min_angle_deg=0.0).point
+    point = locate_points(cameras, b[:, fixed], sd=sd[:, fixed], most_unsure=np.inf).point
     good = np.isfinite(point[:, 0])
     fixed, point = fixed[good], point[good]
     source = np.where(first[fixed] >= 2, 1, np.where(second[fixed] >= 2, 2, 3))

@@ -23,8 +23,25 @@ MARGIN = float(np.log(1000.0))
 TOUCHES = 2
 """Moments that two tracklets may overlap in without fitting, at a loss; with more they contradict each other."""
 
+CHANCE = 3.0
+"""Standard deviations of the noise in a difference of likelihoods that is taken for chance."""
+
 Span = tuple[int, int, int]
 """First and last moment of a tracklet, and its node."""
+Pair = tuple[int, int]
+
+UNFIT: tuple[None, int] = (None, 0)
+
+
+class Worth(NamedTuple):
+    """What joining two groups is worth, nats: by their lines of sight, over n misses, and by the motion."""
+
+    sights: float
+    motion: float
+    n: int
+
+
+NOTHING = Worth(0.0, 0.0, 0)
 
 
 class Nodes(NamedTuple):
@@ -59,7 +76,7 @@ class Groups:
         self.spans: dict[int, list[list[Span]]] = {}
         self.span: dict[int, tuple[int, int]] = {i: (nodes.first[i], nodes.last[i]) for i in range(n)}
         self.lead: dict[int, float] = dict.fromkeys(range(n), np.inf)
-        self.pair: dict[tuple[int, int], float] = {}
+        self.pair: dict[Pair, tuple[float | None, int]] = {}
         self.friends: list[list[int]] = [[] for _ in range(n)]
         for i in range(n):
             own: list[list[Span]] = [[] for _ in range(n_cameras)]
@@ -69,19 +86,22 @@ class Groups:
     def add(self, i: int, j: int, pairs: Pairs) -> None:
         """Take in the pairs of cameras i and j."""
         begin = self.nodes.begin
-        for a, b, value in zip(
-            (pairs.a + begin[i]).tolist(), (pairs.b + begin[j]).tolist(), pairs.value.tolist(), strict=True
-        ):
-            self.pair[(a, b) if a < b else (b, a)] = value
+        columns = ((pairs.a + begin[i]).tolist(), (pairs.b + begin[j]).tolist(), pairs.value.tolist(), pairs.n.tolist())
+        for a, b, value, n in zip(*columns, strict=True):
+            self.pair[(a, b) if a < b else (b, a)] = value, n
             if value > 0:
                 self.friends[a].append(b)
                 self.friends[b].append(a)
 
     def value(self, g: int, h: int) -> float:
         """Nats that joining two groups is worth; -inf where they contradict each other."""
+        return self.sights(g, h)[0]
+
+    def sights(self, g: int, h: int) -> tuple[float, int]:
+        """The same, and the number of misses that it is the sum over."""
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
-        total = 0.0
+        total, count = 0.0, 0
         for camera, spans in enumerate(self.spans[h]):
             for first, last, node in spans:
                 for other, theirs in enumerate(self.spans[g]):
@@ -94,15 +114,16 @@ class Groups:
                         low, high, who = theirs[k]
                         k += 1
                         if other == camera:
-                            return -np.inf
-                        worth = self.pair.get((node, who) if node < who else (who, node))
+                            return -np.inf, 0
+                        worth, n = self.pair.get((node, who) if node < who else (who, node), UNFIT)
                         if worth is None:
-                            shared = min(high, last) - max(low, first) + 1
-                            if shared > TOUCHES:
-                                return -np.inf
-                            worth = -LOSS * shared
+                            n = min(high, last) - max(low, first) + 1
+                            if n > TOUCHES:
+                                return -np.inf, 0
+                            worth = -LOSS * n
                         total += worth
-        return total
+                        count += n
+        return total, count
 
     def join(self, g: int, h: int, lead: float = np.inf) -> int:
         """Join two groups, likelier by `lead` nats than any other choice; returns the one that holds both."""
@@ -131,49 +152,81 @@ class Groups:
         """Join groups round by round while any choice is clear."""
         active: Iterable[int] = list(self.members)
         while True:
-            worth = self._worths(active)
-            partners: dict[int, list[tuple[float, int]]] = defaultdict(list)
-            for (g, h), value in worth.items():
-                partners[g].append((value, h))
-                partners[h].append((value, g))
-            clear = []
-            for (g, h), value in worth.items():
-                lead = value - max(self._rival(g, h, partners[g], value), self._rival(h, g, partners[h], value), 0.0)
-                if lead > margin:
-                    clear.append((lead, g, h))
-            clear.sort(reverse=True)
-            touched: set[int] = set()
             changed: set[int] = set()
-            for lead, g, h in clear:
-                if g in touched or h in touched:
-                    continue
-                touched |= {g, h}
-                changed.add(self.join(g, h, lead))
+            touched: set[int] = set()
+            for lead, (g, h) in clear_pairs(self, self._worths(active), margin):
+                if g not in touched and h not in touched:
+                    touched |= {g, h}
+                    changed.add(self.join(g, h, lead))
             if not changed:
                 return
             active = changed | {n for g in changed for n in self.neighbours(g)}
 
-    def _worths(self, active: Iterable[int]) -> dict[tuple[int, int], float]:
+    def _worths(self, active: Iterable[int]) -> dict[Pair, Worth]:
         """What joining is worth, for all groups that have something to gain from a group that is active or near one."""
         near = set(active)
         near |= {n for g in list(near) for n in self.neighbours(g)}
-        out: dict[tuple[int, int], float] = {}
+        out: dict[Pair, Worth] = {}
         for g in near:
             for h in self.neighbours(g):
                 key = (g, h) if g < h else (h, g)
                 if key not in out:
-                    value = self.value(g, h)
+                    value, n = self.sights(g, h)
                     if value > 0:
-                        out[key] = value
+                        out[key] = Worth(value, 0.0, n)
         return out
 
-    def _rival(self, g: int, h: int, partners: Sequence[tuple[float, int]], value: float) -> float:
-        """The most that g gains from a partner that cannot be joined with it and h alike."""
-        best = 0.0
-        for worth, other in partners:
-            if other != h and worth > max(best, value - MARGIN) and self.value(other, h) <= 0:
-                best = worth
-        return best
+
+def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list[tuple[float, Pair]]:
+    """Pairs whose lead over the best other way is above the margin, the clearest first, with their leads.
+
+    The other way gives a part of the pair to a rival, and what is then left, on both sides, to the best that it could
+    not have otherwise.
+    """
+    partners: dict[int, dict[int, Worth]] = defaultdict(dict)
+    for (g, h), value in worth.items():
+        partners[g][h] = value
+        partners[h][g] = value
+    exclude: dict[Pair, bool] = {}
+
+    def excludes(g: int, h: int) -> bool:
+        key = (min(g, h), max(g, h))
+        if key not in exclude:
+            exclude[key] = groups.value(g, h) < 0
+        return exclude[key]
+
+    def best(g: int, but: Pair, beside: int) -> Worth:
+        """The best partner of g that it could not have beside another one."""
+        able = (w for k, w in partners[g].items() if k not in but and excludes(k, beside))
+        return max(able, key=_total, default=NOTHING)
+
+    out = []
+    for (g, h), value in worth.items():
+        lead = _total(value)
+        for one, other in ((g, h), (h, g)):
+            for k, w in partners[one].items():
+                if lead <= margin:
+                    break
+                if k != other and excludes(k, other):
+                    lead = min(lead, _lead((value, best(k, (g, h), one)), (w, best(other, (one, k), one))))
+        if lead > margin:
+            out.append((lead, (g, h)))
+    return sorted(out, reverse=True)
+
+
+def _total(worth: Worth) -> float:
+    return worth.sights + worth.motion
+
+
+def _lead(ours: tuple[Worth, Worth], theirs: tuple[Worth, Worth]) -> float:
+    """Nats by which two pairs are likelier than two others.
+
+    Where both fit, noise alone makes the sums of n misses' chi^2 / 2 differ by sqrt(n / 2): so much tells nothing.
+    """
+    sights = sum(w.sights for w in ours) - sum(w.sights for w in theirs)
+    noise = CHANCE * np.sqrt(sum(w.n for w in (*ours, *theirs)) / 2)
+    motion = sum(w.motion for w in ours) - sum(w.motion for w in theirs)
+    return float(np.sign(sights) * max(abs(sights) - noise, 0.0) + motion)
 
 
 def labels(groups: Groups) -> Ints:

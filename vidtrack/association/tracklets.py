@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 
@@ -87,24 +88,38 @@ def tracklets_of(owner: Sequence[int] | Ints, sample: Ints, b: Array, sd: Array)
     return Tracklets(start, np.asarray(sample, np.intp)[order], b[order], sd[order])
 
 
-def split_tracks(b: Array, sd: Array, broken: Bools | None = None) -> tuple[Tracklets, Ints]:
-    """Tracklets of tracks b (n, M, 2) px, NaN where lost; and the track (n_tracklets,) that each is a part of.
+def pieces_of(b: Array, broken: Bools | None = None) -> Ints:
+    """The tracklet (n, M), numbered from 0, that each sample of tracks b (n, M, 2) px is of; -1 where it is lost.
 
-    sd       (n, M, 2) px
     broken   (n, M) samples at which a track may have changed over to another target: a tracklet begins there
     A track is also broken where more than LONGEST_GAP samples in a row are missing.
     """
+    out = np.full(b.shape[:2], -1, np.intp)
     track, sample = np.nonzero(np.isfinite(b).all(-1))
-    if not track.size:
-        return Tracklets(np.zeros(1, np.intp), sample, np.zeros((0, 2)), np.zeros((0, 2))), track
     new = np.ones(track.size, bool)
     new[1:] = (np.diff(track) != 0) | (np.diff(sample) > LONGEST_GAP + 1)
     if broken is not None:
         # a change anywhere since the track's last measured sample breaks it there
         changes = np.cumsum(broken, axis=1)[track, sample]
         new[1:] |= (np.diff(changes) != 0) & (np.diff(track) == 0)
-    start = np.append(np.flatnonzero(new), track.size).astype(np.intp)
-    return Tracklets(start, sample, b[track, sample], sd[track, sample]), track[start[:-1]]
+    out[track, sample] = np.cumsum(new) - 1
+    return out
+
+
+def may_change(flag: NDArray[np.object_]) -> Bools:
+    """Samples (n, M) at which a track may have changed over to another target, from the flags of a centroid table.
+
+    Those in which it was one with another, and the first after a gap that was found by a wider search.
+    """
+    merged, again, lost = (_says(flag, word) for word in ("merged", "recovered", "lost"))
+    after = np.zeros(flag.shape, bool)
+    after[:, 1:] = (lost | merged)[:, :-1]
+    return np.asarray(merged | (again & after))
+
+
+def _says(flag: NDArray[np.object_], word: str) -> Bools:
+    kinds, which = np.unique(flag.astype(str), return_inverse=True)
+    return np.asarray(np.array([word in kind for kind in kinds], bool)[which].reshape(flag.shape))
 
 
 def tracklet_table(centroids: DataFrame) -> DataFrame:

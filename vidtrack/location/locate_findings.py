@@ -58,12 +58,10 @@ def _correspondence(record: Record) -> list[Finding]:
             "auto), a camera that was moved after its calibration, tracks of different things (see the tracks)."
         )
         out.append(Finding("bad", "nothing-matched", text, cure))
-    for name, target in match["targets"].items():
-        if target["ambiguous"]:
-            text = (
-                f"target {name}: another match explains the tracks about as well ({target['error_px']:.3g} against "
-                f"{target['runner_up_px']:.3g} px)"
-            )
+    for camera, own in match["left_over"].items():
+        n = sum(each["samples"] for each in own if each["reason"] == "contested")
+        if n:
+            text = f"{camera}: {n} samples fit several targets about as well, and are used for none"
             cure = "Name the targets in targets.csv, or add a camera."
             out.append(Finding("doubtful", "match-ambiguous", text, cure))
     for camera, tracks in match["unmatched"].items():

@@ -7,15 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.associate import NONE
 from vidtrack.geometry.triangulate import Located
 from vidtrack.location.centroid_noise import Noise
-from vidtrack.location.correspondence import NONE, Correspondence
+from vidtrack.location.matching import Match
 from vidtrack.location.run_clocks import RunClocks
 from vidtrack.location.sight_misses import Misses
-from vidtrack.location.views import View
+from vidtrack.location.views import View, of_samples
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock
+
+MOST_TOLD = float(np.log(1e12))
+"""Nats beyond which odds are as good as certain."""
 
 
 def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: RunClocks) -> dict[str, Any]:
@@ -54,32 +58,66 @@ def _said(timing: Timing, used: bool) -> dict[str, Any]:
 
 
 def match_record(
-    views: Sequence[View], match: Correspondence, labels: Sequence[str], located: Located, tolerance_px: float
+    views: Sequence[View], match: Match, located: Located, at: Array, tolerance_px: float
 ) -> dict[str, Any]:
-    """Which tracks make each target, how well they fit, in px and in world units, and what is left over."""
+    """Which tracks make each target, how well they fit, in px and in world units, how surely, and what is left over."""
     scale = _world_per_px(views, located)
     targets = {}
-    for k, label in enumerate(labels):
+    whose = [of_samples(v.piece, t) for v, t in zip(views, match.trajectory, strict=True)]
+    for k, label in enumerate(match.labels):
+        lead = float(match.lead[k])
         targets[label] = {
             "tracks": {
-                v.name: [v.tracks[i] for i in np.flatnonzero(t == k)] for v, t in zip(views, match.target, strict=True)
+                v.name: [v.tracks[i] for i in np.flatnonzero((own == k).any(1))]
+                for v, own in zip(views, whose, strict=True)
             },
             "error_px": float(match.error_px[k]),
             "error": float(match.error_px[k]) * scale,
-            "runner_up_px": float(match.runner_up_px[k]),
-            "ambiguous": bool(match.ambiguous[k]),
+            "odds": float(np.exp(min(lead, MOST_TOLD))) if np.isfinite(lead) else None,
+            "ambiguous": any(
+                ((reason[v.piece] == "contested") & (v.piece != NONE))[(own == k).any(1)].any()
+                for v, own, reason in zip(views, whose, match.reason, strict=True)
+                if reason.size
+            ),
             "moments": int(match.n_common[k]),
+            **_span(located.point[k], at),
         }
-    unmatched = {
-        v.name: [v.tracks[i] for i in np.flatnonzero(t == NONE)] for v, t in zip(views, match.target, strict=True)
-    }
     return {
         "tolerance_px": tolerance_px,
         "tolerance": tolerance_px * scale,
         "world_per_px": scale,
+        "bias_px": match.bias_px if np.isfinite(match.bias_px) else None,
         "targets": targets,
-        "unmatched": {name: tracks for name, tracks in unmatched.items() if tracks},
+        "unmatched": {v.name: own for v, own in zip(views, _unmatched(views, whose), strict=True) if own},
+        "left_over": {v.name: own for v, own in zip(views, _left_over(views, match), strict=True) if own},
     }
+
+
+def _span(point: Array, at: Array) -> dict[str, float | None]:
+    """When a target (M, 3) is located first and last, s."""
+    found = at[np.isfinite(point[:, 0])]
+    return {"start_s": float(found[0]) if found.size else None, "end_s": float(found[-1]) if found.size else None}
+
+
+def _unmatched(views: Sequence[View], whose: Sequence[Ints]) -> list[list[str]]:
+    """Tracks of each camera none of whose samples is of a target, though they have some."""
+    return [
+        [v.tracks[i] for i in np.flatnonzero((own == NONE).all(1) & (v.piece != NONE).any(1))]
+        for v, own in zip(views, whose, strict=True)
+    ]
+
+
+def _left_over(views: Sequence[View], match: Match) -> list[list[dict[str, Any]]]:
+    """Tracklets of each camera that are of no target: from when to when, and why."""
+    out = []
+    for view, trajectory, reason in zip(views, match.trajectory, match.reason, strict=True):
+        own = []
+        for piece in np.flatnonzero(trajectory == NONE):
+            track, sample = np.nonzero(view.piece == piece)
+            span = {"start_s": float(view.t[sample.min()]), "end_s": float(view.t[sample.max()])}
+            own.append({"track": view.tracks[int(track[0])], **span, "samples": track.size, "reason": reason[piece]})
+        out.append(own)
+    return out
 
 
 def _world_per_px(views: Sequence[View], located: Located) -> float:

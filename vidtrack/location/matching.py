@@ -1,15 +1,42 @@
-"""Which tracks of a run are one target, by the names that the user gave them or else along epipolar lines."""
+"""Which tracklets of a run are one target, by the names that the user gave their tracks or else by association."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import linear_sum_assignment
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.associate import NONE, associate
 from vidtrack.findings import Finding
-from vidtrack.location.correspondence import NONE, Correspondence, by_target, match_errors, match_tracks
-from vidtrack.location.views import Seen, View
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.location.views import Labels, Seen, View, by_trajectory, of_samples, tracklets_seen
+
+MAX_SAMPLES = 400
+"""Moments, evenly spread, that an error is taken over."""
+FEWEST = 5
+"""Moments over which a tracklet is judged by itself, at least."""
+ELSEWHERE = 0.01
+"""Of the weight of the first camera's names, that of the others'."""
+GIVEN = 1e6
+"""Weight of a name that the user gave, in samples of others."""
+
+
+class Match(NamedTuple):
+    """What `matched` returns: m trajectories."""
+
+    labels: list[str]  # their names
+    trajectory: tuple[Ints, ...]  # for each camera (n_pieces,): that of each tracklet; NONE
+    reason: tuple[Labels, ...]  # for each camera (n_pieces,): why a tracklet is of none; '' where it is of one
+    error_px: Array  # (m,) rms distance from the epipolar curves, px
+    lead: Array  # (m,) nats by which the least sure join of each is likelier than any other; inf where names tell
+    n_common: Ints  # (m,) moments at which two cameras or more saw it
+    bias_px: float  # what the calibration was found to leave; NaN where names tell
 
 
 def matched(
@@ -19,27 +46,84 @@ def matched(
     limit: int | None,
     tolerance_px: float,
     findings: list[Finding],
-) -> tuple[Correspondence, list[str]]:
-    """Which tracks are one target, and the targets' names; what is doubtful is added to the findings."""
-    cameras, tracks = [v.camera for v in views], [s.b for s in seen]
-    same = _by_name(views, tracks, names)
-    if same is not None and not (same.error_px > tolerance_px).any():
-        return same, [n for n in names or [] if any(n in v.tracks for v in views)]
-    match = match_tracks(cameras, tracks, tolerance_px=tolerance_px, targets=limit)
+) -> Match:
+    """Which tracklets are one target, and the targets' names; what is doubtful is added to the findings."""
+    same = _by_name(views, seen, names)
+    if same is not None and not _any_off(views, seen, same, tolerance_px):
+        return same
+    match = _by_association(views, seen, names, limit, tolerance_px)
     if same is not None:
-        if len(match.error_px) < len(same.error_px) or match.ambiguous.any():
-            return _only_choice(same, tolerance_px, findings), list(names or [])
-        findings.append(_exchanged(views, same, match, _labels(views, match, names)))
-    if not len(match.error_px) and all(len(v.tracks) == 1 for v in views):
+        if len(match.labels) < len(same.labels):
+            return _only_choice(same, tolerance_px, findings)
+        findings.append(_exchanged(views, same, match))
+    if not match.labels and all(len(v.tracks) == 1 for v in views):
         # one target in every camera: there is nothing else that it could be
-        target = tuple(np.zeros(1, np.intp) for _ in views)
-        error = match_errors(cameras, tracks)
-        alone = Correspondence(target, error, np.full(1, np.inf), np.zeros(1, bool), np.zeros(1, np.intp))
-        return _only_choice(alone, tolerance_px, findings), _labels(views, alone, names)
-    return match, _labels(views, match, names)
+        label = views[0].tracks[0]
+        alone = [v._replace(tracks=[label]) for v in views]
+        only = _by_name(alone, seen, [label])
+        if only is not None:
+            return _only_choice(only, tolerance_px, findings)
+    return match
 
 
-def _only_choice(match: Correspondence, tolerance_px: float, findings: list[Finding]) -> Correspondence:
+def match_errors(cameras: Sequence[Camera], seen: Sequence[ArrayLike]) -> Array:
+    """Rms distance (m,), px, of what the cameras see of each target, (m, M, 2) each, from the epipolar curves.
+
+    NaN for a target that no two cameras see at one moment.
+    """
+    b = [np.asarray(s, float) for s in seen]
+    b = [s[:, _spread(b)] for s in b]
+    total, n = np.zeros(len(b[0])), np.zeros(len(b[0]))
+    for i, j in combinations(range(len(b)), 2):
+        d2 = np.maximum(
+            epipolar_distance(cameras[i], cameras[j], b[i], b[j]) ** 2,
+            epipolar_distance(cameras[j], cameras[i], b[j], b[i]) ** 2,
+        )
+        total += np.nansum(d2, -1)
+        n += np.isfinite(d2).sum(-1)
+    return np.sqrt(np.where(n > 0, total, np.nan) / np.maximum(n, 1))
+
+
+def _spread(b: Sequence[Array]) -> Ints:
+    """Up to MAX_SAMPLES of the moments at which two cameras or more see anything, evenly spread."""
+    seen = np.sum([np.isfinite(t[..., 0]).any(0) for t in b], 0) >= 2
+    moments = np.flatnonzero(seen)
+    if not moments.size:
+        return np.arange(min(1, b[0].shape[1]))
+    return np.asarray(moments[np.linspace(0, moments.size - 1, min(moments.size, MAX_SAMPLES)).round().astype(int)])
+
+
+def _by_association(
+    views: Sequence[View], seen: Sequence[Seen], names: list[str] | None, limit: int | None, tolerance_px: float
+) -> Match:
+    cameras = [v.camera for v in views]
+    tracklets, numbers = zip(*(tracklets_seen(s) for s in seen), strict=True)
+    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px)
+    trajectory, reason = [], []
+    for view, number, own, why in zip(views, numbers, found.trajectory, found.reason, strict=True):
+        trajectory.append(np.full(view.n_pieces, NONE, np.intp))
+        reason.append(np.full(view.n_pieces, "no moment shared", object))
+        trajectory[-1][number], reason[-1][number] = own, why
+    labels = _labels(views, seen, trajectory, found.m, names)
+    return _match(views, seen, labels, trajectory, reason, found.lead, found.bias_px)
+
+
+def _match(
+    views: Sequence[View],
+    seen: Sequence[Seen],
+    labels: list[str],
+    trajectory: Sequence[Ints],
+    reason: Sequence[Labels],
+    lead: Array,
+    bias_px: float,
+) -> Match:
+    b = [by_trajectory(s.b, s.piece, t, len(labels)) for s, t in zip(seen, trajectory, strict=True)]
+    common = (np.sum([np.isfinite(x[..., 0]) for x in b], 0) >= 2).sum(-1)
+    error = match_errors([v.camera for v in views], b)
+    return Match(labels, tuple(trajectory), tuple(reason), error, lead, common, bias_px)
+
+
+def _only_choice(match: Match, tolerance_px: float, findings: list[Finding]) -> Match:
     """A match by name or number that the epipolar lines contradict, for want of another."""
     never = int(np.isnan(match.error_px).sum())
     if never:
@@ -56,18 +140,18 @@ def _only_choice(match: Correspondence, tolerance_px: float, findings: list[Find
     return match
 
 
-def _exchanged(views: Sequence[View], same: Correspondence, match: Correspondence, labels: Sequence[str]) -> Finding:
+def _exchanged(views: Sequence[View], same: Match, match: Match) -> Finding:
     """Which names mean another target than in most cameras."""
+    shown = [_shown(v, t, match.labels) for v, t in zip(views, match.trajectory, strict=True)]
     wrong = []
-    for view, target in zip(views, match.target, strict=True):
-        others = [v for v in views if v is not view]
-        for track, k in zip(view.tracks, target, strict=True):
-            if k != NONE and labels[k] != track:
+    for view, own in zip(views, shown, strict=True):
+        for track, label in own:
+            if label != track:
                 fellows = [
-                    f"{v.name}'s {v.tracks[i]}"
-                    for v, t in zip(views, match.target, strict=True)
-                    if v in others
-                    for i in np.flatnonzero(t == k)
+                    f"{v.name}'s {other}"
+                    for v, theirs in zip(views, shown, strict=True)
+                    for other, name in theirs
+                    if v is not view and name == label
                 ]
                 wrong.append(f"{view.name}'s {track} is {' and '.join(fellows)}")
     text = (
@@ -78,26 +162,77 @@ def _exchanged(views: Sequence[View], same: Correspondence, match: Correspondenc
     return Finding("doubtful", "names-exchanged", text, "Correct the names in targets.csv.")
 
 
-def _by_name(views: Sequence[View], tracks: Sequence[Array], names: list[str] | None) -> Correspondence | None:
-    """The correspondence that the names tell, where the user gave them and every track bears one."""
+def _shown(view: View, trajectory: Ints, labels: Sequence[str]) -> list[tuple[str, str]]:
+    """Each track of a camera with the name of each target that it shows."""
+    whose = of_samples(view.piece, trajectory)
+    return [
+        (track, labels[k])
+        for track, own in zip(view.tracks, whose, strict=True)
+        for k in np.unique(own[own != NONE]).tolist()
+    ]
+
+
+def _by_name(views: Sequence[View], seen: Sequence[Seen], names: list[str] | None) -> Match | None:
+    """What the names tell, where the user gave them and every track bears one."""
     if names is None or not all(set(v.tracks) <= set(names) for v in views):
         return None
     shown = [n for n in names if any(n in v.tracks for v in views)]
-    target = tuple(np.array([shown.index(n) for n in v.tracks], np.intp) for v in views)
-    seen = [by_target(b, t, len(shown)) for b, t in zip(tracks, target, strict=True)]
-    common = (np.sum([np.isfinite(b[..., 0]) for b in seen], 0) >= 2).sum(-1)
-    nobody = np.full(len(shown), np.inf)
-    errors = match_errors([v.camera for v in views], seen)
-    return Correspondence(target, errors, nobody, np.zeros(len(shown), bool), common)
+    trajectory, reason = [], []
+    for v in views:
+        own = np.full(v.n_pieces, NONE, np.intp)
+        track, sample = np.nonzero(v.piece != NONE)
+        own[v.piece[track, sample]] = np.array([shown.index(n) for n in v.tracks], np.intp)[track]
+        trajectory.append(own)
+        reason.append(np.full(v.n_pieces, "", object))
+    return _match(views, seen, shown, trajectory, reason, np.full(len(shown), np.inf), float("nan"))
 
 
-def _labels(views: Sequence[View], match: Correspondence, names: list[str] | None) -> list[str]:
-    """Each target's name: the user's where a track bears one, else its track's in the first camera that shows it."""
-    labels: list[str] = []
-    for k in range(len(match.error_px)):
-        own = [v.tracks[i] for v, t in zip(views, match.target, strict=True) for i in np.flatnonzero(t == k)]
-        named = [n for n in own if names is not None and n in names]
-        wanted = sorted(named, key=lambda n: -named.count(n)) + own  # the name that most cameras give it
-        free = [n for n in wanted if n not in labels] or [f"t{i}" for i in range(1, k + 2) if f"t{i}" not in labels]
-        labels.append(free[0])
-    return labels
+def _any_off(views: Sequence[View], seen: Sequence[Seen], same: Match, tolerance_px: float) -> bool:
+    """Whether any target, or any tracklet of one, lies off its epipolar lines by more than the tolerance, rms."""
+    if (same.error_px > tolerance_px).any():
+        return True
+    m = len(same.labels)
+    b = [by_trajectory(s.b, s.piece, t, m) for s, t in zip(seen, same.trajectory, strict=True)]
+    for i, s in enumerate(seen):
+        whose = of_samples(s.piece, same.trajectory[i])
+        track, moment = np.nonzero(whose != NONE)
+        piece = s.piece[track, moment]
+        for j in range(len(seen)):
+            if j == i:
+                continue
+            there = b[j][whose[track, moment], moment]
+            d2 = epipolar_distance(views[j].camera, views[i].camera, there, s.b[track, moment]) ** 2
+            known = np.isfinite(d2)
+            n = np.bincount(piece[known], minlength=views[i].n_pieces)
+            total = np.bincount(piece[known], d2[known], minlength=views[i].n_pieces)
+            if (total > tolerance_px**2 * n)[n >= FEWEST].any():
+                return True
+    return False
+
+
+def _labels(
+    views: Sequence[View], seen: Sequence[Seen], trajectory: Sequence[Ints], m: int, names: list[str] | None
+) -> list[str]:
+    """Each trajectory's name: that of the tracks that show it, one to one.
+
+    Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
+    as they are followed, and the first camera decides.
+    """
+    known = list(dict.fromkeys([*(names or []), *(n for v in views for n in v.tracks)]))
+    votes = np.zeros((m, len(known)))
+    for i, (view, s, own) in enumerate(zip(views, seen, trajectory, strict=True)):
+        whose = of_samples(s.piece, own)
+        for name, piece, row in zip(view.tracks, s.piece, whose, strict=True):
+            column = known.index(name)
+            weight = 1.0 if i == 0 else ELSEWHERE
+            there = np.flatnonzero(piece != NONE)
+            if names is not None and name in names and there.size:
+                row = np.where(piece == piece[there[0]], row, NONE)
+                weight = GIVEN * (1 + ELSEWHERE * (i == 0)) / there.size
+            np.add.at(votes[:, column], row[row != NONE], weight)
+    labels = [""] * m
+    for k, best in zip(*linear_sum_assignment(-votes), strict=True):
+        if votes[k, best] > 0:
+            labels[k] = known[best]
+    free = (f"t{i}" for i in range(1, 2 * m + len(known) + 1) if f"t{i}" not in known)
+    return [label or next(free) for label in labels]

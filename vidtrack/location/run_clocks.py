@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
-from vidtrack.location.correspondence import by_target
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks, estimate_clocks
-from vidtrack.location.views import View, brought
+from vidtrack.location.views import View, brought, by_trajectory
 from vidtrack.timing.agreement import Agreement, Timing, agreed
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.resample import common_times, interval
@@ -124,11 +123,11 @@ class _Search(NamedTuple):
         times = [clock.corrected(view.t) for view, clock in zip(views, start, strict=True)]
         at, _ = common_times(times)
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
-        match, labels = matched(views, seen, self.names, self.limit, self.tolerance_px + _slip_px(views), [])
+        match = matched(views, seen, self.names, self.limit, self.tolerance_px + _slip_px(views), [])
         return estimate_clocks(
             [v.camera for v in views],
             [v.t for v in views],
-            [by_target(v.b, t, len(labels)) for v, t in zip(views, match.target, strict=True)],
+            [by_trajectory(v.b, v.piece, t, len(match.labels)) for v, t in zip(views, match.trajectory, strict=True)],
             free=self.free,
             clocks=start,
             max_offset_s=reach_s,

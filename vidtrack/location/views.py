@@ -8,17 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.associate import NONE
+from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.location.correspondence import NONE, Indices
 from vidtrack.timing.resample import resample
 
 Labels = NDArray[np.object_]
 
 
 class View(NamedTuple):
-    """One camera's centroids: n tracks at T moments."""
+    """One camera's centroids: n tracks at T moments, and the tracklets that the tracks are made of."""
 
     name: str
     camera: Camera
@@ -30,6 +31,12 @@ class View(NamedTuple):
     sd: Array  # (n, T, 2) px; 1 where nobody knows
     flag: Labels  # (n, T)
     has_sd: bool
+    piece: Ints  # (n, T) the tracklet of each sample, numbered from 0 in a camera; NONE where there is none
+
+    @property
+    def n_pieces(self) -> int:
+        """How many tracklets there are."""
+        return int(self.piece.max(initial=NONE)) + 1
 
 
 def same_day(views: Sequence[View]) -> list[View]:
@@ -46,6 +53,7 @@ class Seen(NamedTuple):
     sd: Array  # (n, M, 2)
     flag: Labels  # (n, M)
     between: bool  # whether any moment lies between samples
+    piece: Ints  # (n, M) the tracklet of each sample; NONE where there is none
 
 
 def brought(view: View, t: Array, at: Array) -> Seen:
@@ -55,13 +63,42 @@ def brought(view: View, t: Array, at: Array) -> Seen:
     """
     moved = resample(t, view.b, at)
     if not view.t.size:
-        return Seen(moved.values, np.full(moved.values.shape, np.nan), np.full(moved.gain.shape, "", object), False)
+        nothing = np.full(moved.gain.shape, NONE, np.intp)
+        unknown = np.full(moved.values.shape, np.nan)
+        return Seen(moved.values, unknown, np.full(moved.gain.shape, "", object), False, nothing)
     before, after = np.clip(moved.before, 0, t.size - 1), np.clip(moved.after, 0, t.size - 1)
     sd = np.maximum(view.sd[:, before], view.sd[:, after]) * moved.gain[..., None]
     a, b = view.flag[:, before], view.flag[:, after]
     flag = np.asarray(np.where(a == b, a, joined(a, b)), object)
     flag[:, (moved.before < 0) | (moved.after >= t.size)] = ""
-    return Seen(moved.values, sd, flag, bool((moved.before != moved.after).any()))
+    piece = view.piece[:, before]
+    one = (piece == view.piece[:, after]) & np.isfinite(moved.values).all(-1)
+    values = np.where(one[..., None], moved.values, np.nan)
+    return Seen(values, sd, flag, bool((moved.before != moved.after).any()), np.where(one, piece, NONE))
+
+
+def tracklets_seen(seen: Seen) -> tuple[Tracklets, Ints]:
+    """The tracklets that have any sample at these moments, and their numbers (n,) in the camera."""
+    track, moment = np.nonzero(seen.piece != NONE)
+    number, owner = np.unique(seen.piece[track, moment], return_inverse=True)
+    return tracklets_of(owner, moment, seen.b[track, moment], seen.sd[track, moment]), number
+
+
+def by_trajectory(values: Array, piece: Ints, trajectory: Ints, m: int) -> Array:
+    """Values of tracks (n, T, k) put together by trajectory, (m, T, k); NaN where none has a sample.
+
+    piece   (n, T) the tracklet of each sample; trajectory (n_pieces,) that of each tracklet, NONE where it has none
+    """
+    out = np.full((m, *values.shape[1:]), np.nan)
+    whose = of_samples(piece, trajectory)
+    track, moment = np.nonzero(whose != NONE)
+    out[whose[track, moment], moment] = values[track, moment]
+    return out
+
+
+def of_samples(piece: Ints, trajectory: Ints) -> Ints:
+    """The trajectory (n, T) of each sample; NONE."""
+    return np.append(trajectory, NONE)[piece]
 
 
 def joined(a: Labels, b: Labels) -> Labels:
@@ -69,11 +106,20 @@ def joined(a: Labels, b: Labels) -> Labels:
     return np.asarray(np.where(a == "", b, np.where(b == "", a, a + ";" + b)), object)
 
 
-def flags_by_target(seen: Seen, target: Indices, m: int) -> Labels:
-    """A camera's flags put together by target, (m, M)."""
+def flags_by_trajectory(seen: Seen, trajectory: Ints, m: int) -> Labels:
+    """A camera's flags put together by trajectory, (m, M).
+
+    Where a track has no sample, its flag goes to the trajectory that its last tracklet was of, or else its next one.
+    """
     out = np.full((m, seen.flag.shape[1]), "", object)
-    for track in np.flatnonzero(target != NONE):
-        out[target[track]] = joined(out[target[track]], seen.flag[track])
+    for flag, whose in zip(seen.flag, of_samples(seen.piece, trajectory), strict=True):
+        known = np.flatnonzero(whose != NONE)
+        if not known.size:
+            continue
+        last = np.searchsorted(known, np.arange(whose.size), "right") - 1
+        owner = whose[known[np.maximum(last, 0)]]
+        moment = np.flatnonzero(flag != "")
+        out[owner[moment], moment] = joined(out[owner[moment], moment], flag[moment])
     return out
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.association.tracklets import may_change, pieces_of
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
 from vidtrack.geometry.calibration_error import CameraUncertainty
@@ -18,7 +19,6 @@ from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.centroid_noise import noise_factor
-from vidtrack.location.correspondence import Correspondence, by_target
 from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -28,12 +28,22 @@ from vidtrack.location.locate_record import (
     sight_line_record,
     volume_record,
 )
-from vidtrack.location.matching import matched
+from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.sight_misses import sight_misses
-from vidtrack.location.views import Labels, Seen, View, brought, flags_by_target, joined, same_day, timecodes
+from vidtrack.location.views import (
+    Labels,
+    Seen,
+    View,
+    brought,
+    by_trajectory,
+    flags_by_trajectory,
+    joined,
+    same_day,
+    timecodes,
+)
 from vidtrack.location.volume import distance_outside
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.resample import COINCIDE, common_times, interval
@@ -114,8 +124,8 @@ def locate(
 
     at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
-    match, labels = matched(views, seen, names, limit, reach, findings)
-    b, sd = _by_target(seen, match, len(labels))
+    match = matched(views, seen, names, limit, reach, findings)
+    b, sd = _by_target(seen, match)
     fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
     lag = 3 if any(s.between for s in seen) else 1
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
@@ -137,14 +147,14 @@ def locate(
     misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at)
     if max_miss is not None:
         located = _without_far(located, max_miss)
-    table = _table(at, timecodes(views, times, at, whose), labels, located)
+    table = _table(at, timecodes(views, times, at, whose), match.labels, located)
     table["flag"] = _flags(views, seen, match, located, max_miss).ravel()
     outside = _outside(points, volume, table)
     if outside is not None:
         table["outside"] = outside > 0
     record: dict[str, Any] = {"mode": "space", "units": units, "cameras": [v.name for v in views]}
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
-    record |= {"correspondence": match_record(views, match, labels, located, reach)}
+    record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     findings += findings_of(record, units)
@@ -206,7 +216,8 @@ def _view(name: str, table: pd.DataFrame, camera: Camera, uncertainty: CameraUnc
     timecode = np.full(t.size, "", object)
     if "timecode" in table:
         timecode[column] = table["timecode"].fillna("").astype(str)
-    return View(name, camera, uncertainty, t, timecode, [str(x) for x in labels], b, sd, flag, has_sd)
+    piece = pieces_of(b, may_change(flag))
+    return View(name, camera, uncertainty, t, timecode, [str(x) for x in labels], b, sd, flag, has_sd, piece)
 
 
 def _given_clocks(
@@ -242,10 +253,12 @@ def _recorded_twice(times: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
     return at[twice], whose[twice]
 
 
-def _by_target(seen: Sequence[Seen], match: Correspondence, m: int) -> tuple[Array, Array]:
+def _by_target(seen: Sequence[Seen], match: Match) -> tuple[Array, Array]:
     """Positions and their standard deviations, px (n_cameras, m, M, 2), target by target."""
-    b = [by_target(s.b, t, m) for s, t in zip(seen, match.target, strict=True)]
-    sd = [by_target(s.sd, t, m) for s, t in zip(seen, match.target, strict=True)]
+    m = len(match.labels)
+    both = list(zip(seen, match.trajectory, strict=True))
+    b = [by_trajectory(s.b, s.piece, t, m) for s, t in both]
+    sd = [by_trajectory(s.sd, s.piece, t, m) for s, t in both]
     return np.stack(b), np.stack(sd)
 
 
@@ -310,7 +323,7 @@ def _table(at: Array, timecode: Labels, labels: Sequence[str], located: Located)
 
 
 def _flags(
-    views: Sequence[View], seen: Sequence[Seen], match: Correspondence, located: Located, max_miss: float | None
+    views: Sequence[View], seen: Sequence[Seen], match: Match, located: Located, max_miss: float | None
 ) -> Labels:
     """What is to be said of every sample (m, M): the fix first, then camera by camera."""
     flag = np.full(located.miss.shape, "", object)
@@ -320,8 +333,11 @@ def _flags(
     flag[located.disagree] = "disagree"
     if max_miss is not None:
         flag[located.miss > max_miss] = "far"
-    for view, s, target, left_out in zip(views, seen, match.target, located.left_out, strict=True):
-        own = flags_by_target(s, target, len(flag))
+    told_of = zip(views, seen, match.trajectory, match.reason, located.left_out, strict=True)
+    for view, s, trajectory, reason, left_out in told_of:
+        contested = np.append(reason == "contested", False)[s.piece]
+        with_contested = np.where(contested, joined(s.flag, np.full(s.flag.shape, "contested", object)), s.flag)
+        own = flags_by_trajectory(s._replace(flag=with_contested), trajectory, len(flag))
         own[left_out] = joined(own[left_out], np.full(int(left_out.sum()), "left_out", object))
         said = own != ""
         told = [";".join(f"{view.name}:{part}" for part in dict.fromkeys(x.split(";"))) for x in own[said]]

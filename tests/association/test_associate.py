@@ -1,0 +1,143 @@
+"""Tracklets of several cameras are joined to trajectories as far as that is beyond doubt, and no farther."""
+
+import numpy as np
+import pytest
+
+from tests.association.swarm import T, as_tracklets, seen, swarm, who
+from vidtrack.association.associate import NONE, associate
+from vidtrack.simulate.rig import thesis_rig
+
+
+def associated(cameras, tracks, orders, **options):
+    pieces, of = zip(*map(as_tracklets, tracks), strict=True)
+    found = associate(cameras, pieces, **options)
+    return found, who(found, of, orders), of
+
+
+@pytest.mark.parametrize("n_cameras", [2, 3, 4])
+def test_thirty_targets_each_lost_for_a_second_are_thirty_trajectories(n_cameras):
+    rng = np.random.default_rng(n_cameras)
+    cameras = thesis_rig(n_cameras)
+    tracks, orders = seen(cameras, swarm(30, rng), rng)
+    for track in tracks:
+        for one in track:
+            start = rng.integers(0, 120)
+            one[start : start + 30] = np.nan
+    found, told, _ = associated(cameras, tracks, orders, targets=30)
+    assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(30)]
+    assert all(n == n_cameras for _, n in told)
+    assert (found.lead > np.log(1000)).all()
+
+
+def test_what_the_calibration_leaves_is_found_from_the_run():
+    rng = np.random.default_rng(0)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(8, rng), rng)
+    assert associated(cameras, tracks, orders)[0].bias_px < 0.1
+    tracks[1] = tracks[1] + [0.0, 0.8]  # a camera that has turned a little
+    found, told, _ = associated(cameras, tracks, orders)
+    assert 0.3 < found.bias_px < 1
+    assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(8)]
+
+
+def test_a_few_bad_samples_part_no_tracklets():
+    rng = np.random.default_rng(0)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(5, rng), rng)
+    tracks[0][:, 40:44] += 200
+    assert sorted(map(sorted, (t for t, _ in associated(cameras, tracks, orders)[1]))) == [[k] for k in range(5)]
+
+
+def test_there_are_never_more_trajectories_than_targets():
+    rng = np.random.default_rng(1)
+    cameras = thesis_rig(3)
+    tracks, orders = seen(cameras, swarm(4, rng), rng)
+    for track, order in zip(tracks, orders, strict=True):
+        track[order >= 2, 60:] = np.nan
+    found, told, _ = associated(cameras, tracks, orders, targets=2)
+    assert sorted(map(sorted, (t for t, _ in told))) == [[0], [1]]  # those seen longest
+    assert {"surplus"} <= {w for reason in found.reason for w in reason} <= {"", "surplus"}
+
+
+def test_of_few_targets_those_that_move_come_before_what_stands():
+    rng = np.random.default_rng(1)
+    cameras = thesis_rig(3)
+    p = swarm(3, rng)
+    p[0] = p[0, :1]
+    tracks, orders = seen(cameras, p, rng)
+    for track, order in zip(tracks, orders, strict=True):
+        track[order != 0, 100:] = np.nan
+    told = associated(cameras, tracks, orders, targets=2)[1]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[1], [2]]
+
+
+def test_clutter_and_what_one_camera_alone_sees_are_of_no_trajectory_and_it_is_said_why():
+    rng = np.random.default_rng(2)
+    cameras = thesis_rig(2)
+    p = swarm(3, rng)
+    tracks, orders = seen(cameras, p, rng)
+    keep = orders[1] != 0
+    tracks[1], orders[1] = tracks[1][keep], orders[1][keep]
+    tracks[0] = np.concatenate([tracks[0], np.broadcast_to([30.0, 400.0], (1, 150, 2))])
+    orders[0] = np.append(orders[0], 9)
+    found, told, _ = associated(cameras, tracks, orders)
+    assert sorted(map(sorted, (t for t, _ in told))) == [[1], [2]]
+    left = found.trajectory[0] == NONE
+    assert set(orders[0][left]) == {0, 9}
+    assert (found.reason[0][left] == "alone").all()
+
+
+def test_two_targets_in_one_epipolar_plane_are_contested_until_another_camera_settles_it():
+    # both swing along the line that joins the cameras: all views of both lie on one epipolar line
+    along = thesis_rig(2)[1].position - thesis_rig(2)[0].position
+    along /= np.linalg.norm(along)
+    swing = np.sin(3 * T)[:, None] * along
+    rng = np.random.default_rng(3)
+    p = np.stack([4 * swing, 8 * along + 3 * swing[::-1]])
+    tracks, orders = seen(thesis_rig(2), p, rng)
+    found, told, _ = associated(thesis_rig(2), tracks, orders)
+    assert told == []
+    assert (np.concatenate(found.reason) == "contested").all()
+    tracks, orders = seen(thesis_rig(3), p, rng)
+    assert sorted(map(sorted, (t for t, _ in associated(thesis_rig(3), tracks, orders)[1]))) == [[0], [1]]
+
+
+def test_when_all_cameras_are_blind_the_motion_tells_who_is_who():
+    rng = np.random.default_rng(5)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(6, rng), rng)
+    for track in tracks:
+        track[:, 70:80] = np.nan
+    told = associated(cameras, tracks, orders)[1]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(6)]
+
+
+def test_targets_that_swap_places_unseen_are_not_guessed():
+    # two at rest, nobody sees them for a second, two at rest half-way between: nothing tells which is which
+    rng = np.random.default_rng(6)
+    cameras = thesis_rig(2)
+    p = np.zeros((2, 150, 3))
+    p[0, :60] = [0, 0, 0]
+    p[1, :60] = [10, 5, 0]
+    p[0, 90:] = [5, -5, 3]
+    p[1, 90:] = [5, 10, -3]
+    tracks, orders = seen(cameras, p, rng)
+    for track in tracks:
+        track[:, 60:90] = np.nan
+    for targets in (None, 2):
+        told = associated(cameras, tracks, orders, targets=targets)[1]
+        assert all(len(t) == 1 for t, _ in told)
+        assert len(told) == (4 if targets is None else 2)
+
+
+def test_tracklets_that_share_no_moment_make_no_trajectory():
+    rng = np.random.default_rng(6)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(1, rng), rng)
+    tracks[0][:, :80] = np.nan
+    tracks[1][:, 80:] = np.nan
+    assert associated(cameras, tracks, orders)[0].m == 0
+
+
+def test_no_tracklets_make_no_trajectories():
+    assert associated(thesis_rig(2), [np.zeros((0, 5, 2))] * 2, [np.zeros(0, int)] * 2)[0].m == 0

@@ -1,0 +1,64 @@
+"""Courses that go on over a gap are told from those that do not, by how the run's own targets move."""
+
+import numpy as np
+import pytest
+
+from vidtrack.association.continuity import FLOOR, Motion
+
+
+def waves(n, rng, M=300, hz=(0.5, 0.8), noise=0.001):
+    """Courses (n, M, 3) of targets that ride on the same two waves about places of their own."""
+    t = np.arange(M)[:, None] / 30
+    p = rng.uniform(-1, 1, (n, 1, 3))
+    for f in hz:
+        p = p + rng.uniform(0.03, 0.1, (n, 1, 3)) * np.sin(2 * np.pi * f * t + rng.uniform(0, 6.3, (n, 1, 3)))
+    return p + rng.normal(0, noise, (n, M, 3))
+
+
+@pytest.mark.parametrize("gap", [1, 2, 5, 15, 40])
+def test_one_course_is_likelier_than_two_over_short_and_long_gaps(gap):
+    rng = np.random.default_rng(gap)
+    courses = waves(8, rng)
+    motion = Motion(list(courses))
+    fresh = waves(8, rng)  # others on the same waves
+    right = [motion.evidence(c[40:100], c[99 + gap : 159 + gap], gap) for c in courses]
+    wrong = [
+        motion.evidence(c[40:100], d[99 + gap : 159 + gap], gap)
+        for i, c in enumerate(courses)
+        for j, d in enumerate(courses)
+        if i != j
+    ]
+    assert min(right) > 3
+    assert min(right) > max(wrong)
+    assert max(wrong) < 0
+    assert np.isfinite([motion.evidence(c[:3], c[2 + gap :][:3], gap) for c in fresh]).all()
+
+
+def test_two_that_pass_through_one_place_are_told_apart_by_their_velocities():
+    rng = np.random.default_rng(0)
+    t = np.arange(-100, 100)[:, None] / 30
+    courses = [c + rng.normal(0, 0.001, c.shape) for c in (t * [0.3, 0.1, 0], t * [-0.3, 0.1, 0.02])]
+    motion = Motion(courses)
+    (a, b), (c, d) = ((x[60:98], x[103:140]) for x in courses)
+    assert motion.evidence(a, b, 6) > 5
+    assert motion.evidence(c, d, 6) > 5
+    assert motion.evidence(a, d, 6) < 0
+    assert motion.evidence(c, b, 6) < 0
+
+
+def test_a_jump_tells_no_more_than_its_floor_and_a_gap_that_was_never_measured_nothing():
+    motion = Motion(list(waves(3, np.random.default_rng(1))))
+    c = waves(1, np.random.default_rng(2))[0]
+    assert motion.evidence(c[:30], c[31:60] + 1e3, 2) < -10
+    assert motion.evidence(c[:30], c[31:60] + 1e30, 2) >= FLOOR
+    assert motion.evidence(c[:30], c[31:60], 1000) == 0.0
+    assert Motion([np.zeros((0, 3))]).evidence(c[:30], c[31:60], 2) == 0.0
+
+
+def test_evidence_is_calibrated_noise_alone_makes_no_target_two():
+    # half of true courses have a jump below the median; even the worst of many is not refuted
+    rng = np.random.default_rng(3)
+    courses = waves(10, rng, noise=0.01)
+    motion = Motion(list(courses))
+    told = [motion.evidence(c[s : s + 20], c[s + 23 : s + 43], 4) for c in courses for s in range(0, 240, 7)]
+    assert min(told) > 0

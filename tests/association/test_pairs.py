@@ -1,0 +1,77 @@
+"""Pairs of tracklets are worth what their lines of sight tell, moment by moment."""
+
+import numpy as np
+import pytest
+
+from tests.association.swarm import as_tracklets, seen, swarm
+from vidtrack.association.pairs import GAIN, LOSS, bias_of, pairs_of, rays_of
+from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.simulate.rig import thesis_rig
+
+CAMERAS = tuple(thesis_rig(2))
+
+
+def pairs(tracks, bias_px=0.0, moments=None, noise=0.1):
+    pieces = tuple(as_tracklets(t, noise)[0] for t in tracks)
+    rays = tuple(rays_of(c, p.b) for c, p in zip(CAMERAS, pieces, strict=True))
+    return pairs_of(CAMERAS, pieces, rays, bias_px, np.arange(tracks[0].shape[1]) if moments is None else moments)
+
+
+def test_a_true_pair_is_worth_its_gain_less_half_a_nat_a_moment():
+    rng = np.random.default_rng(0)
+    tracks, orders = seen(CAMERAS, swarm(20, rng), rng)
+    found = pairs(tracks)
+    true = orders[0][found.a] == orders[1][found.b]
+    assert true.sum() == 20
+    assert (found.n[true] == 150).all()
+    # chi^2 of one degree of freedom has mean 1; 20 x 150 of them have it to 0.026
+    assert found.value[true].sum() / 3000 == pytest.approx(GAIN - 0.5, abs=0.04)
+    assert found.value[~true].max() < 0.2 * found.value[true].min()
+    assert found.noise[true] == pytest.approx(np.full(20, 0.01))
+    assert found.square[true].mean() == pytest.approx(0.01, rel=0.1)
+
+
+def test_a_moment_costs_no_more_than_its_loss():
+    rng = np.random.default_rng(1)
+    tracks, _ = seen(CAMERAS, swarm(1, rng), rng)
+    whole = pairs(tracks).value[0]
+    tracks[0][:, 40:50] += 300
+    assert whole - pairs(tracks).value[0] == pytest.approx(10 * (GAIN - 0.5 + LOSS), abs=5)
+
+
+def test_chi2_is_the_squared_epipolar_distance_over_its_variance():
+    rng = np.random.default_rng(2)
+    tracks, _ = seen(CAMERAS, swarm(1, rng)[:, :1], rng, noise=0.0)
+    tracks[1] = tracks[1] + [0.3, 0.4]
+    # all noise in the second picture: there the first-order distance over its sd is chi
+    pieces = tuple(as_tracklets(t, sd)[0] for t, sd in zip(tracks, (1e-9, 0.2), strict=True))
+    rays = tuple(rays_of(c, p.b) for c, p in zip(CAMERAS, pieces, strict=True))
+    found = pairs_of(CAMERAS, pieces, rays, 0.0, np.arange(1))
+    d = epipolar_distance(*CAMERAS, tracks[0][0], tracks[1][0])[0]
+    assert GAIN - found.value[0] == pytest.approx((d / 0.2) ** 2 / 2, rel=1e-6)
+
+
+def test_what_is_left_by_the_calibration_widens_every_miss():
+    rng = np.random.default_rng(3)
+    tracks, _ = seen(CAMERAS, swarm(3, rng), rng)
+    tracks[1] = tracks[1] + [0, 1.0]
+    assert pairs(tracks, 1.0).value.max() > 2 * 150
+    assert not (pairs(tracks, 0.0).value > 0).any()
+    assert 0.2 < bias_of([pairs(tracks, 1.0)], 0.02, 2.0) < 1.5
+
+
+def test_some_moments_tell_the_same_as_all_of_them_in_proportion():
+    rng = np.random.default_rng(4)
+    tracks, _ = seen(CAMERAS, swarm(2, rng), rng)
+    tracks[0][0, 30:60] = np.nan
+    some = pairs(tracks, moments=np.arange(0, 150, 5))
+    assert some.n.max() == 30
+    assert some.value.max() == pytest.approx(pairs(tracks).value.max() / 5, rel=0.1)
+
+
+def test_tracklets_without_a_common_moment_are_no_pair():
+    rng = np.random.default_rng(5)
+    tracks, _ = seen(CAMERAS, swarm(1, rng), rng)
+    tracks[0][:, :75], tracks[1][:, 75:] = np.nan, np.nan
+    assert not pairs(tracks).a.size
+    assert bias_of([pairs(tracks)], 0.02, 0.7) == 0.7
