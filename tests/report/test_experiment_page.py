@@ -15,6 +15,9 @@ LOST = {
 }
 
 
+MADE = {"vidtrack": "1", "commit": "0123456789abcdef", "libraries": {"numpy": "2.0"}}
+
+
 def run(**more):
     table = pd.DataFrame({"time_s": T, "target": "t1", "x": np.sin(T), "y": np.cos(T), "z": 0 * T, "flag": ""})
     table = table.assign(sigma_x=0.01, sigma_y=0.01, sigma_z=0.01)
@@ -23,7 +26,7 @@ def run(**more):
 
 
 def page(results, runs):
-    return experiment_page(results, units="m", cameras=["cam1"], runs=runs, title="tank", version="1")
+    return experiment_page(results, units="m", cameras=["cam1"], runs=runs, title="tank", provenance=MADE)
 
 
 def keys(sections):
@@ -62,6 +65,12 @@ def test_a_page_is_made_also_of_runs_and_cameras_that_failed():
     assert keys(made.sections) == [("calibration", []), ("runs", [("run-empty", [])])]
     assert captions(made.sections[1].sections[0]) == []
     assert made.verdict.reasons[0].text == "cam1.mov: no picture could be decoded."
+
+
+def test_the_foot_says_the_units_and_by_what_the_page_was_made():
+    units, made = page(Results(), []).footer
+    assert "unit of length is m" in units
+    assert made.startswith("Made by vidtrack 1, commit 0123456789ab, numpy 2.0.")
 
 
 def test_a_search_of_few_places_has_no_map():

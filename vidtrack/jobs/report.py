@@ -17,6 +17,6 @@ def run(job: Job) -> None:
         cameras=list(order["cameras"]),
         runs=list(order["runs"]),
         title=order["title"],
-        version=job.provenance["vidtrack"],
+        provenance=job.provenance,
     )
     write_page(job.outputs["report"], page)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
+from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
 
@@ -76,9 +77,10 @@ def _measures_table(back: Record, units: str) -> Table:
             cells = [number(measure.get(k), 3) for k in ("mean", "sd", "max", "sse")]
             rows.append([camera, titles.get(key, key.replace("_", " ")), *cells])
     return Table(
-        "Each camera's error by Willson's four measures; a normalised one of 1 is no larger than a pixel's own width",
+        "Each camera's error by Willson's four measures",
         ["camera", "measure", "mean", "sd", "max", "sum of squares"],
         rows,
+        ABOUT["measures"],
     )
 
 
@@ -91,7 +93,8 @@ def stability_section(record: Record, units: str) -> Section:
         shift = number(pick(own, "picture_shift_px", "mean"), 3)
         rows.append([name, moved, *cells, shift])
     header = ["camera", "moved", f"by ({units})", "± sd", "turned (deg)", "± sd", "in the picture (px)"]
-    return Section("stability", "Before and after the test", tables=[Table("Movement of each camera", header, rows)])
+    table = Table("Movement of each camera", header, rows, ABOUT["movement"])
+    return Section("stability", "Before and after the test", tables=[table])
 
 
 def _axis_table(back: Record, held: Record, units: str) -> Table:
@@ -111,7 +114,7 @@ def _axis_table(back: Record, held: Record, units: str) -> Table:
     mean3d = [number(r.get(k), 3) for r in (back, held) for k in ("mean_3d", "max_3d")]
     rows.append(["in space", *mean3d, number(pick(back, "floor", "mean_3d"), 3)])
     header = ["axis", "mean", "max", "held out: mean", "max", "floor by noise"]
-    return Table(f"Located minus surveyed, {units}", header, rows)
+    return Table(f"Located minus surveyed, {units}", header, rows, ABOUT["axis"])
 
 
 def _error_table(back: Record, units: str) -> Table:
@@ -127,8 +130,9 @@ def _error_table(back: Record, units: str) -> Table:
                 number(pick(back, "worst", axis, "error"), 3),
             ]
         )
-    caption = "Mean error as a share of the largest distance between points and of the diagonal field; the worst point"
-    return Table(caption, ["axis", "of the distance", "of the field", "worst tag", f"its error ({units})"], rows)
+    caption = "Mean error as a share of the largest distance and of the diagonal field; the worst point"
+    header = ["axis", "of the distance", "of the field", "worst tag", f"its error ({units})"]
+    return Table(caption, header, rows, ABOUT["share"])
 
 
 def _parameter_table(camera: Record, units: str) -> Table:
@@ -147,8 +151,8 @@ def _parameter_table(camera: Record, units: str) -> Table:
     ]
     rows += [[f"position {a}", number(v, 6), "–", units] for a, v in zip(AXES, camera["position"], strict=True)]
     rows += [[name, "–", number(value, 2), unit.get(name, "")] for name, value in errors.items() if name not in camera]
-    caption = "Parameters and standard errors; omega and t: attitude and place about the middle of the points"
-    return Table(caption, ["parameter", "value", "± 1 sd", "unit"], rows)
+    header = ["parameter", "value", "± 1 sd", "unit"]
+    return Table("Parameters and standard deviations", header, rows, ABOUT["parameters"])
 
 
 def _floor_line(back: Record, units: str) -> str:

@@ -26,12 +26,13 @@ FEWEST = 9
 
 
 def experiment_page(
-    results: Results, *, units: str, cameras: Sequence[str], runs: Sequence[str], title: str, version: str = ""
+    results: Results, *, units: str, cameras: Sequence[str], runs: Sequence[str], title: str, provenance: Record
 ) -> Page:
     """Compose the page.
 
     cameras   all cameras of the config, in its order: each has one colour throughout
     runs      all runs of the experiment, in their order
+    provenance   of the page: vidtrack, commit, libraries
     """
     colours = camera_colours(cameras)
     sections = []
@@ -44,8 +45,21 @@ def experiment_page(
             for name, own in known.items()
         ]
         sections.append(Section("runs", "Runs", tables=[run_sections.runs_table(known, units)], sections=each))
-    footer = f"vidtrack {version}. The unit of length is {units} unless said otherwise; px are frame buffer pixels."
-    return Page(title, _lead(results.back, runs, units), verdict_section(results, units), sections, (footer,))
+    lead, verdict = _lead(results.back, runs, units), verdict_section(results, units)
+    return Page(title, lead, verdict, sections, _footer(provenance, units))
+
+
+def _footer(provenance: Record, units: str) -> tuple[str, ...]:
+    """Units, and by which program the page was made; settings and checksums are in each file that it was made of."""
+    made = [f"vidtrack {provenance.get('vidtrack', '')}"]
+    if provenance.get("commit"):
+        made.append(f"commit {str(provenance['commit'])[:12]}")
+    made += [f"{name} {version}" for name, version in (provenance.get("libraries") or {}).items()]
+    return (
+        f"The unit of length is {units} unless said otherwise; px are frame buffer pixels.",
+        f"Made by {', '.join(made)}. Settings and the checksums of what people recorded and wrote stand under "
+        "`provenance` in every file of results/.",
+    )
 
 
 def _calibration(results: Results, units: str) -> list[Section]:

@@ -10,17 +10,18 @@ from vidtrack.findings import Level
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a header; the first column names the row."""
+    """Rows under a header; the first column names the row. `about` explains it to a reader new to the method."""
 
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
+    about: str = ""
 
     @property
     def worded(self) -> list[bool]:
         """Of each column, whether it holds words, to be read from the left, and not numbers."""
         columns = zip(*self.rows, strict=True) if self.rows else [[name] for name in self.header]
-        return [any(cell[:1].isalpha() for cell in cells) for cells in columns]
+        return [any(c[:1].isalpha() for c in cells) or set(cells) <= {"", "–"} for cells in columns]
 
 
 @dataclass(frozen=True)

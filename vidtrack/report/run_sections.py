@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vidtrack.report.analysis_sections import analysis_tables
+from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
 from vidtrack.results import RunResults
@@ -104,7 +105,7 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
         )
     header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target, mean", "range"]
     header += ["gain", "offset"] if stretched else []
-    return Table("Reading and tracking", header, rows)
+    return Table("Reading and tracking", header, rows, ABOUT["reading"])
 
 
 def _pixel_counts(targets: Sequence[Record]) -> tuple[str, str]:
@@ -126,7 +127,7 @@ def clock_table(locate: Record) -> Table | None:
         offset = measured(1000 * own["offset_s"], 1000 * sd if sd is not None else None, 5)
         rate = measured(own["rate_ppm"], own.get("rate_ppm_sd"))
         rows.append([camera, *offset, *rate, str(own.get("source"))])
-    return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows)
+    return Table("Clocks", ["camera", "offset (ms)", "± sd", "rate (ppm)", "± sd", "from"], rows, ABOUT["clocks"])
 
 
 def clock_lines(locate: Record) -> list[str]:
@@ -174,7 +175,7 @@ def correspondence_table(locate: Record, units: str) -> Table | None:
     tolerance = f"{number(pick(locate, 'correspondence', 'tolerance_px'))} px"
     world = f"{number(pick(locate, 'correspondence', 'tolerance'), 3)} {units}"
     caption = f"Which track is which target; a match may lie {tolerance} ({world}) from its epipolar line"
-    return Table(caption, ["target", *cameras, "error (px)", f"error ({units})", ""], rows)
+    return Table(caption, ["target", *cameras, "error (px)", f"error ({units})", ""], rows, ABOUT["correspondence"])
 
 
 def comparison_table(comparison: Record, units: str) -> Table | None:
@@ -191,7 +192,7 @@ def comparison_table(comparison: Record, units: str) -> Table | None:
         ("n", "samples"),
     ):
         rows.append([title, *(number(pick(comparison, when, key), 4) for when in ("before", "after"))])
-    return Table("Reference against video", ["", "as recorded", "lag removed"], rows)
+    return Table("Reference against video", ["", "as recorded", "lag removed"], rows, ABOUT["comparison"])
 
 
 def truth_table(comparison: Record, units: str) -> Table | None:
@@ -206,7 +207,7 @@ def truth_table(comparison: Record, units: str) -> Table | None:
     part = truth.get("one_over")
     mean = f"{number(truth.get('mean'), 3)} {units}, {one_over(1 / part if part else None)} of the diagonal field"
     caption = f"Video minus truth.csv, {units}; mean error in space {mean}"
-    return Table(caption, ["axis", "bias", "mean error", "rms", "max"], rows)
+    return Table(caption, ["axis", "bias", "mean error", "rms", "max"], rows, ABOUT["truth"])
 
 
 def run_up_table(record: Record, units: str) -> Table | None:
@@ -220,7 +221,7 @@ def run_up_table(record: Record, units: str) -> Table | None:
         heights = (number(own[key], 4) for key in ("mean_z", "sd_z", "lowest_z", "highest_z", "R2_z"))
         rows.append([name, number(own["frames"]), found, *heights, number(own["crests"])])
     header = ["transect", "frames", "edge found", f"mean z ({units})", "sd", "lowest", "highest", "R2", "crests"]
-    return Table("Run-up: height z of the water's edge; R2: exceeded by 2 % of the crests", header, rows)
+    return Table("Run-up: height z of the water's edge", header, rows, ABOUT["run-up"])
 
 
 def bodies_table(record: Record, units: str) -> Table | None:
@@ -233,7 +234,7 @@ def bodies_table(record: Record, units: str) -> Table | None:
     if not rows:
         return None
     header = ["body", "samples", "located", f"targets off the rigid body ({units} rms)", "flags"]
-    return Table("Bodies", header, rows)
+    return Table("Bodies", header, rows, ABOUT["bodies"])
 
 
 def smoothing_table(record: Record, units: str) -> Table | None:
@@ -245,6 +246,4 @@ def smoothing_table(record: Record, units: str) -> Table | None:
     if not rows:
         return None
     header = ["target, axis", f"scatter ({units})", "over sigma", "knots every (s)"]
-    return Table(
-        "Smoothing; scatter over sigma is 1 where sigma is right, less where it holds lasting errors", header, rows
-    )
+    return Table("Smoothing of the positions", header, rows, ABOUT["smoothing"])

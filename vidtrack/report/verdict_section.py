@@ -7,6 +7,7 @@ from math import hypot
 from typing import Any
 
 from vidtrack.findings import LEVELS
+from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, pick, share
 from vidtrack.report.page import Reason, Table, Verdict
 from vidtrack.results import CameraResults, Results, RunResults
@@ -65,7 +66,7 @@ def _runs_table(results: Results, runs: Record, units: str) -> Table:
         cells = [share(located / n if n else None, 3), _sigma(own), lag, _first(judgement)]
         rows.append([name, judgement["verdict"], *cells])
     header = ["run", "verdict", "located", f"mean sigma ({units})", "lag of the video (s)", "what to look at"]
-    return Table("Runs", header, rows)
+    return Table("Runs", header, rows, ABOUT["runs"])
 
 
 def _located(own: RunResults) -> tuple[int, int]:
@@ -99,7 +100,7 @@ def _cameras_table(results: Results, cameras: Record) -> Table:
         ]
         rows.append([name, judgement["verdict"], *cells])
     header = ["camera", "verdict", "points used", "reprojection error (px rms)", "f", "lens model", "what to look at"]
-    return Table("Cameras", header, rows)
+    return Table("Cameras", header, rows, ABOUT["cameras"])
 
 
 def _first(judgement: Record) -> str:

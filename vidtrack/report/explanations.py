@@ -1,0 +1,71 @@
+"""What each table of the report is, for a reader who does not know the method: shown on request, below the table."""
+
+from __future__ import annotations
+
+ABOUT = {
+    "runs": (
+        "Located: share of the samples that have a position. Mean sigma: the expected error of a position (one "
+        "standard deviation, all axes together) as the calibration and the centroids' noise make it. Lag: by how "
+        "much the video shows the motion later than the contact sensor."
+    ),
+    "cameras": (
+        "Reprojection error: the distance in the picture between where a calibration point is seen and where the "
+        "calibrated camera would show it, root mean square. f: focal length with its standard deviation."
+    ),
+    "axis": (
+        "Every calibration point is located by the cameras like a target, and the survey is subtracted. Held out: "
+        "the point itself was left out of the calibration first, so that this is the error of a new point. Floor "
+        "by noise: what exactly known cameras would reach with the same centroid noise."
+    ),
+    "share": (
+        "The mean errors beside the size of what is measured: the largest distance between two points, and the "
+        "diagonal of the picture at the mean distance of the points. The worst tag is where to look first."
+    ),
+    "measures": (
+        "Willson's measures of calibration error. Distorted: in the picture as recorded; undistorted: after the "
+        "lens distortion is removed; object space: how far the line of sight passes from the surveyed point; "
+        "normalised: that distance over the rounding error of a pixel at the point, so that 1 is as good as whole "
+        "pixels allow."
+    ),
+    "parameters": (
+        "Tsai's camera. Cx, Cy: where the optical axis meets the picture. f: focal length. Sx: scale of the "
+        "columns. kappa and the further terms: the lens distortion. Position: of the camera's centre in the "
+        "world. omega, t: standard deviations of its attitude and place about the middle of the points, where "
+        "they are least correlated."
+    ),
+    "movement": (
+        "Each camera calibrated again by the clips filmed after the test, compared with before. In the picture: "
+        "how far a still point would have moved. Moved: yes where a camera at rest would show as much once in "
+        "1000 times."
+    ),
+    "comparison": (
+        "reference = gain x video + bias, by least squares, before and after the lag between the two clocks is "
+        "removed. The limits within which 95 % of the differences lie stand in comparison.json."
+    ),
+    "truth": (
+        "Positions minus those of truth.csv, a better instrument, which no other stage reads. Bias: the mean "
+        "error with its sign; mean error: without it."
+    ),
+    "reading": (
+        "How each recording was read and the targets followed in it. Measured: share of samples with a centroid. "
+        "Flags: why the others have none, or a worse one; docs/reference.md explains each."
+    ),
+    "clocks": (
+        "What is added to each camera's time so that all share one. The rate says by how much a camera's clock "
+        "runs slow, in parts per million: 50 ppm are 3 ms a minute."
+    ),
+    "correspondence": (
+        "Which track of each camera is which target. A point seen in one camera lies on a line in another one's "
+        "picture, the epipolar line: the error is the distance from it, over the whole run."
+    ),
+    "run-up": ("Height of the water's edge on each transect. R2: the height that 2 % of the crests exceed."),
+    "bodies": (
+        "A rigid body is fitted to its targets in every sample. Off the rigid body: the distance between where "
+        "targets are and where the body has them."
+    ),
+    "smoothing": (
+        "Velocities and accelerations come from a smoothing spline. Scatter: of the positions about it. Over "
+        "sigma: 1 where sigma is all noise; less where sigma holds errors that last, as of the calibration."
+    ),
+}
+"""By table."""
