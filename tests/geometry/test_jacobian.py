@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from tests.geometry.test_camera import cameras, straight_on
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives, rotation_from_vector, stepped
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives, position_covariance, rotation_from_vector, stepped
+from vidtrack.simulate.rig import thesis_rig
 
 some = settings(max_examples=30, deadline=None)
 
@@ -85,3 +86,16 @@ def test_small_rotations_keep_their_precision():
 def test_a_step_that_makes_no_camera_is_refused():
     with pytest.raises(ValueError, match="positive"):
         stepped(straight_on(), np.zeros(3), {"f": -20.0})
+
+
+def test_the_centres_covariance_is_that_of_cameras_drawn_from_the_parameters_covariance():
+    """Four thousand cameras with small random errors: their covariance is good to a tenth."""
+    rng = np.random.default_rng(3)
+    camera, pivot = thesis_rig()[0], np.array([3.0, -2.0, 5.0])
+    names = ("omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z", "f")
+    A = rng.normal(0, 1, (7, 7)) * np.array([1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.01])[:, None]
+    steps = rng.multivariate_normal(np.zeros(7), A @ A.T, 4000)
+    places = np.array([stepped(camera, pivot, dict(zip(names, step, strict=True))).position for step in steps])
+    predicted = position_covariance(camera, names, pivot, A @ A.T)
+    scale = np.sqrt(np.outer(np.diagonal(predicted), np.diagonal(predicted)))
+    assert np.cov(places.T) / scale == pytest.approx(predicted / scale, abs=0.1)

@@ -17,7 +17,8 @@ CAMERA = {
     "f": 10.95027,
     "Sx": 1.01947,
     "kappa1": 0.000748792,
-    "position": [-79.2, 1.0, 2.0],
+    "position": [-79.2129, 1.0, 2.0],
+    "position_sd": [1.2570, 1.0, 1.0],
     "standard_errors": {"Cx": 5.127, "f": 0.07185, "kappa1": 0.00024984, "omega_x": 0.0072},
 }
 
@@ -28,7 +29,7 @@ def test_parameters_are_rounded_to_their_standard_errors_and_have_units():
     assert rows["Cx"] == ["264.4", "5.1", "px"]
     assert rows["f"] == ["10.950", "0.072", "mm"]
     assert rows["Cy"] == ["227.974", "–", "px"]
-    assert rows["position x"] == ["-79.2", "–", "in"]
+    assert rows["position x"] == ["-79.2", "1.3", "in"]
     assert rows["omega_x"] == ["–", "0.0072", "rad"]
 
 

@@ -12,6 +12,7 @@ from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.jacobian import position_covariance
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
 
 SCALARS = ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")
@@ -52,6 +53,8 @@ def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mappin
     own["position"] = camera.position.tolist()
     if uncertainty is not None:
         own |= _uncertainty_record(uncertainty)
+        known = uncertainty.names, uncertainty.pivot, uncertainty.covariance
+        own["position_sd"] = np.sqrt(np.diagonal(position_covariance(camera, *known))).tolist()
     return {**own, **{key: value for key, value in extra.items() if key not in own}}
 
 

@@ -10,7 +10,7 @@ covariance of the parameters stays well conditioned wherever the origin lies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -111,6 +111,19 @@ def stepped(camera: Camera, pivot: ArrayLike, step: Mapping[str, float]) -> Came
     T = camera.R @ pivot + camera.T + shift - R @ pivot
     rest = {name: getattr(camera, name) + step[name] for name in PARAMETERS[6:] if name in step}
     return camera.with_(R=R, T=T, **rest)
+
+
+def position_covariance(camera: Camera, names: Sequence[str], pivot: ArrayLike, covariance: ArrayLike) -> Array:
+    """Covariance (3, 3), world units^2, of the perspective centre, of that of the parameters `names` about the pivot.
+
+    The centre is pivot - R^T exp(-omega) t, so it moves by R^T (omega x t - dt); f and the lens do not move it.
+    """
+    t = camera.R @ np.asarray(pivot, float) + camera.T
+    moved = {f"t_{axis}": -np.eye(3)[k] for k, axis in enumerate("xyz")}
+    moved |= {f"omega_{axis}": np.cross(np.eye(3)[k], t) for k, axis in enumerate("xyz")}
+    J = camera.R.T @ np.stack([moved.get(name, np.zeros(3)) for name in names], -1)
+    by_position: Array = J @ np.asarray(covariance, float) @ J.T
+    return by_position
 
 
 def rotation_from_vector(omega: ArrayLike) -> Array:

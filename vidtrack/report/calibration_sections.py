@@ -149,7 +149,11 @@ def _parameter_table(camera: Record, units: str) -> Table:
         for name in ("Cx", "Cy", "f", "Sx", *COEFFICIENTS)
         if name in camera
     ]
-    rows += [[f"position {a}", number(v, 6), "–", units] for a, v in zip(AXES, camera["position"], strict=True)]
+    known = camera.get("position_sd") or [None] * 3
+    rows += [
+        [f"position {axis}", *measured(value, sd, 6), units]
+        for axis, value, sd in zip(AXES, camera["position"], known, strict=True)
+    ]
     rows += [[name, "–", number(value, 2), unit.get(name, "")] for name, value in errors.items() if name not in camera]
     header = ["parameter", "value", "± 1 sd", "unit"]
     return Table("Parameters and standard deviations", header, rows, ABOUT["parameters"])
