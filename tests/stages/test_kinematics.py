@@ -31,14 +31,6 @@ def test_each_target_has_its_velocity_and_acceleration():
     assert all(0.8 < axis["noise_ratio"] < 1.2 for axis in told)
 
 
-def test_differences_are_there_as_the_thesis_s_reference():
-    table, told = kinematics(trajectories(), method="differences")
-    b = table[table["target"] == "b"]
-    assert b["vx"].iloc[5] == pytest.approx((b["x"].iloc[6] - b["x"].iloc[4]) * 15)
-    assert told == []
-    assert table["sigma_vx"].isna().all()
-
-
 def test_a_missing_sample_stays_missing_and_flags_are_kept():
     given = trajectories()
     given.loc[[100, 101], ["x", "y", "z"]] = np.nan
@@ -53,11 +45,6 @@ def test_a_missing_sample_stays_missing_and_flags_are_kept():
     assert b.loc[0, "flag"] == "edge"
 
 
-def test_an_unknown_method_is_refused():
-    with pytest.raises(ValueError, match="no method 'magic'"):
-        kinematics(trajectories(), method="magic")
-
-
 def test_a_run_without_a_located_target_gives_an_empty_table():
     assert list(kinematics(trajectories().iloc[:0])[0]) == list(COLUMNS)
 
@@ -65,6 +52,6 @@ def test_a_run_without_a_located_target_gives_an_empty_table():
 def test_the_job_writes_units_into_the_table(tmp_path):
     source, out = str(tmp_path / "t.parquet"), str(tmp_path / "k.parquet")
     write_parquet(source, trajectories(), units="in", provenance={})
-    job.run(Job({"units": "in"}, {"trajectories": source}, {"kinematics": out}))
+    job.run(Job({"units": "in"}, {"trajectories": source}, {"kinematics": out, "record": str(tmp_path / "k.json")}))
     assert read_units(out)["ax"] == "in/s^2"
     assert len(read_parquet(out)) == 600

@@ -9,9 +9,8 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: trajectories. outputs: kinematics, record. settings: units[, method, noise]."""
-    options = {name: job.settings[name] for name in ("method", "noise") if name in job.settings}
-    table, told = kinematics(read_parquet(job.path("trajectories")), **options)
+    """inputs: trajectories. outputs: kinematics, record. settings: units."""
+    table, told = kinematics(read_parquet(job.path("trajectories")))
     units = job.settings["units"]
     write_parquet(job.outputs["kinematics"], table, units=units, provenance=job.provenance, columns=COLUMNS)
     write_json(job.outputs["record"], {"units": units, "smoothing": told}, job.provenance)

@@ -55,7 +55,7 @@ def motion(t: ArrayLike, p: ArrayLike, sigma: ArrayLike | None = None, *, noise:
         if not np.isfinite(places[:, k]).any():
             continue
         known = sigma is not None and np.isfinite(np.asarray(sigma, float)[:, k]).any()
-        smoothed = smooth(t, places[:, k], np.asarray(sigma, float)[:, k] if known else None, noise=noise)
+        smoothed = smooth(t, places[:, k], np.asarray(sigma, float)[:, k] if known else None, noise=noise, impacts=True)
         state[:, k], sd[:, k] = smoothed.state, smoothed.sd
         outlier |= smoothed.outlier
         used |= smoothed.piece >= 0

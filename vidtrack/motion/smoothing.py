@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.motion.impacts import velocity_jumps
+from vidtrack.motion.spline_basis import Basis, PieceFit
 
 DEGREE = 7
 FEWEST = 6
@@ -27,6 +29,12 @@ LONGEST_MISSING = 2
 """ASSUME: a piece goes on over this many missing samples in a row; a longer gap parts the record."""
 CLOSEST = 1.5
 """Sample intervals, the narrowest spacing of knots that is tried."""
+ENDS, APART = 2, 3
+"""Samples at an end of a piece that are never outliers, and from one outlier to the next."""
+MOST_OUTLIERS = 0.2
+"""Share of outliers beyond which it is the spline that errs."""
+IMPACT_SD = (30.0, 15.0, 8.0)
+"""Jumps of velocity, in sd, at which the record is tried to be parted."""
 COST = 1.4
 """What a parameter counts for in the cross-validation (Kim & Gu 2004)."""
 
@@ -61,13 +69,16 @@ def smooth(
     *,
     noise: str = "estimated",
     reject: float = 6.0,
+    impacts: bool = False,
 ) -> Smooth:
     """Smooth one record.
 
     t       (n,)  s, rising; y (n,) with NaN where a sample is missing
     sigma   scalar or (n,), unit of y, or None
     noise   estimated: sigma is relative, the record tells the rest; known: sigma is believed
-    reject  a sample that misses what the others foretell by more than this many sd carries no weight
+    reject  a single sample that misses what the others predict by more than this many sd carries no weight. Where
+            several in a row do, the spline is too stiff, and none is left out
+    impacts whether the record is parted where the velocity jumps (see `velocity_jumps`)
     Raises ValueError when t does not rise, shapes differ, or the noise is said to be known and no sigma is given.
     """
     time: Array = np.asarray(t, float)
@@ -86,13 +97,12 @@ def smooth(
     known = noise == "known"
     weight = np.where(used, relative, np.inf) ** -2.0
     record = _Record(time, value, weight, piece, known)
+    outlier = record.outliers(*record.best()[:1], reject)
+    record = record.without(outlier)
+    if impacts:
+        record = record.parted()
+        piece = record.piece
     plan, fits, factor = record.best()
-    outlier[used] = np.abs(record.missed(fits, factor))[used] > reject
-    if outlier.any() and outlier.sum() < 0.2 * used.sum():
-        record.weight[outlier] = 0.0
-        plan, fits, factor = record.best()
-    else:
-        outlier[:] = False
     lost = record.lost(plan, fits, factor)
     for fit in fits:
         state[fit.rows], sd[fit.rows] = fit.state, np.sqrt(factor**2 * fit.variance + lost**2)
@@ -125,13 +135,6 @@ def between(smoothed: Smooth, at: ArrayLike, derivative: int = 0) -> Array:
     return answer
 
 
-class _Fit(NamedTuple):
-    rows: NDArray[np.intp]
-    state: Array  # (m, 3)
-    variance: Array  # (m, 3) for unit factor
-    spline: Any
-
-
 Plan = tuple[float, int]
 """Spacing of knots, s (inf: no knots but the ends), and the degree."""
 
@@ -140,15 +143,67 @@ class _Record:
     """All pieces of one record, which share one plan."""
 
     def __init__(self, t: Array, y: Array, weight: Array, piece: NDArray[np.intp], known: bool) -> None:
-        self.t, self.y, self.weight, self.known = t, y, weight, known
+        self.t, self.y, self.weight, self.piece, self.known = t, y, weight, piece, known
         self.parts = [np.flatnonzero(piece == k) for k in np.unique(piece[piece >= 0])]
         self.longest = max(float(np.ptp(t[rows])) for rows in self.parts)
         self.interval = float(np.median(np.concatenate([np.diff(t[rows]) for rows in self.parts])))
 
-    def best(self) -> tuple[Plan, list[_Fit], float]:
-        """The plan that foretells best, its fits, and the factor on sigma."""
+    def without(self, outlier: NDArray[np.bool_]) -> _Record:
+        """The same record, some of its samples without weight."""
+        return _Record(self.t, self.y, np.where(outlier, 0.0, self.weight), self.piece, self.known)
+
+    def outliers(self, plan: Plan, reject: float) -> NDArray[np.bool_]:
+        """Single samples (n,) that the others contradict: without them their neighbours fit.
+
+        The end samples of a piece never are: beyond the others nothing predicts them.
+        """
+        fits = self.fits(plan)
+        missed = np.abs(self.missed(fits, self.factor(fits)))
+        tried = np.zeros(len(self.y), bool)
+        for rows in self.parts:
+            inner = rows[ENDS:-ENDS]
+            for row in inner[np.argsort(-missed[inner])]:
+                near = slice(max(row - APART, 0), row + APART + 1)
+                if missed[row] > reject and not tried[near].any():
+                    tried[row] = True
+        if not tried.any() or tried.sum() > MOST_OUTLIERS * (self.weight > 0).sum():
+            return np.zeros(len(self.y), bool)
+        rest = self.without(tried)
+        fits = rest.fits(plan)
+        again = np.abs(rest.missed(fits, rest.factor(fits)))
+        for row in np.flatnonzero(tried):
+            near = slice(max(row - APART, 0), row + APART + 1)
+            off = abs(self.y[row] - _at_sample(fits, int(row))) * np.sqrt(self.weight[row])
+            tried[row] = again[near].max() <= reject and off > reject * rest.factor(fits)
+        return tried
+
+    def parted(self) -> _Record:
+        """The record, its pieces parted at impacts where that predicts samples better."""
+        best, lowest = self, self.lowest()
+        size = np.zeros(len(self.t))
+        for rows in self.parts:
+            size[rows] = velocity_jumps(self.t[rows], self.y[rows], self.weight[rows])
+        for least in IMPACT_SD:
+            piece = self.piece.copy()
+            for row in np.flatnonzero(size > least):
+                piece[row:] = np.where(piece[row:] == piece[row], piece.max() + 1, piece[row:])
+            parted = _Record(self.t, self.y, self.weight, piece, self.known)
+            score = parted.lowest()
+            if score < lowest:
+                best, lowest = parted, score
+        return best
+
+    def lowest(self) -> float:
+        """The score of the best plan."""
+        return min(self.score(plan) for plan in self.plans())
+
+    def plans(self) -> list[Plan]:
         most = _steps(self.longest / (CLOSEST * self.interval))
-        plans = [*((np.inf, d) for d in range(2, DEGREE)), *((self.longest / m, DEGREE) for m in most)]
+        return [*((np.inf, d) for d in range(2, DEGREE)), *((self.longest / m, DEGREE) for m in most)]
+
+    def best(self) -> tuple[Plan, list[PieceFit], float]:
+        """The plan that predicts best, its fits, and the factor on sigma."""
+        plans = self.plans()
         scores = [self.score(plan) for plan in plans]
         plan, score = min(zip(plans, scores, strict=True), key=lambda pair: pair[1])
         if plan[0] < self.longest:  # look closer between the neighbours
@@ -161,7 +216,7 @@ class _Record:
         """Generalised cross-validation, or Mallows' Cp where the noise is known; the lower the better."""
         misfit, parameters = 0.0, 0
         for rows in self.parts:
-            basis = _Basis(self.t[rows], *plan)
+            basis = Basis(self.t[rows], *plan)
             c = basis.coefficients(self.y[rows], self.weight[rows])
             if c is None:
                 return np.inf
@@ -172,17 +227,24 @@ class _Record:
             return np.inf
         return misfit + 2 * COST * parameters if self.known else misfit / spare**2
 
-    def fits(self, plan: Plan) -> list[_Fit]:
-        return [_Basis(self.t[rows], *plan).fit(rows, self.y[rows], self.weight[rows]) for rows in self.parts]
+    def fits(self, plan: Plan) -> list[PieceFit]:
+        return [self._fit(rows, plan) for rows in self.parts]
 
-    def factor(self, fits: list[_Fit]) -> float:
+    def _fit(self, rows: NDArray[np.intp], plan: Plan) -> PieceFit:
+        """The fit of one piece; by a parabola where it holds too few samples for the plan."""
+        basis, y, weight = Basis(self.t[rows], *plan), self.y[rows], self.weight[rows]
+        if basis.coefficients(y, weight) is None:
+            basis = Basis(self.t[rows], np.inf, 2)
+        return basis.fit(rows, y, weight)
+
+    def factor(self, fits: list[PieceFit]) -> float:
         if self.known:
             return 1.0
         spare = int((self.weight > 0).sum()) - sum(len(fit.spline.c) for fit in fits)
         misfit = sum(float((self.weight[f.rows] * (self.y[f.rows] - f.state[:, 0]) ** 2).sum()) for f in fits)
         return float(np.sqrt(misfit / max(spare, 1)))
 
-    def missed(self, fits: list[_Fit], factor: float) -> Array:
+    def missed(self, fits: list[PieceFit], factor: float) -> Array:
         """Sample minus spline in sd of that difference, (n,); by a robust scale unless the noise is known."""
         missed = np.zeros(len(self.y))
         for fit in fits:
@@ -194,7 +256,7 @@ class _Record:
         rounding = 1e-12 * float(np.abs(self.y[used]).max()) * float(np.sqrt(np.median(self.weight[used])))
         return missed / max(scale, rounding, 1e-300)
 
-    def lost(self, plan: Plan, fits: list[_Fit], factor: float) -> Array:
+    def lost(self, plan: Plan, fits: list[PieceFit], factor: float) -> Array:
         """Rms motion (3,) that the knots are too far apart to follow: what closer knots add beyond their noise."""
         closer = (plan[0] * 0.75, DEGREE) if np.isfinite(plan[0]) else (np.inf, plan[1] + 1)
         if not np.isfinite(self.score(closer)):
@@ -208,6 +270,14 @@ class _Record:
         return np.sqrt(np.maximum(excess / n, 0.0))
 
 
+def _at_sample(fits: list[PieceFit], row: int) -> float:
+    for fit in fits:
+        where = np.flatnonzero(fit.rows == row)
+        if where.size:
+            return float(fit.state[where[0], 0])
+    return float("nan")
+
+
 def _steps(most: float) -> list[int]:
     """Numbers of knot intervals to try: 1, 2, 3, then by the factor 1.3."""
     steps, m = [], 1.0
@@ -215,100 +285,3 @@ def _steps(most: float) -> list[int]:
         steps.append(round(m))
         m = max(m + 1, m * 1.3)
     return steps
-
-
-class _Basis:
-    """B-splines on one piece, and their derivatives, at the sample times; sparse."""
-
-    def __init__(self, t: Array, spacing: float, degree: int) -> None:
-        from scipy.interpolate import BSpline
-
-        extent = float(t[-1] - t[0])
-        intervals = max(1, round(extent / spacing)) if np.isfinite(spacing) else 1
-        self.degree = degree = min(degree, len(t) - 2)
-        ends = np.full(degree, t[0]), np.full(degree, t[-1])
-        self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
-        self.size = intervals + degree
-        self.t = t
-        matrix = BSpline.design_matrix(t, self.knots, degree)
-        # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
-        self.values: Array = matrix.data.reshape(len(t), degree + 1)
-        self.first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
-
-    def at(self, c: Array) -> Array:
-        """The spline at the samples, from its coefficients."""
-        return np.asarray((self.values * c[self.first[:, None] + np.arange(self.degree + 1)]).sum(1))
-
-    def _normal(self, weight: Array) -> Array:
-        """The lower band of the normal matrix."""
-        band = np.zeros((self.degree + 1, self.size))
-        for offset in range(self.degree + 1):
-            for j in range(self.degree + 1 - offset):
-                product = weight * self.values[:, j] * self.values[:, j + offset]
-                band[offset] += np.bincount(self.first + j, product, self.size)
-        return band
-
-    def _right(self, wy: Array) -> Array:
-        columns = (self.first[:, None] + np.arange(self.degree + 1)).ravel()
-        return np.bincount(columns, (self.values * wy[:, None]).ravel(), self.size).astype(np.float64)
-
-    def coefficients(self, y: Array, weight: Array) -> Array | None:
-        """Least squares; None where some B-spline has no sample to hold it."""
-        from scipy.linalg import LinAlgError, solveh_banded
-
-        band = self._normal(weight)
-        if self.size > int((weight > 0).sum()) or band[0].min() <= 1e-9 * band[0].max():
-            return None
-        try:
-            c: Array = solveh_banded(band, self._right(weight * y), lower=True, check_finite=False)
-            return c
-        except LinAlgError:
-            return None
-
-    def fit(self, rows: NDArray[np.intp], y: Array, weight: Array) -> _Fit:
-        """Position, velocity and acceleration at the samples and their variances for unit sigma."""
-        from scipy.interpolate import BSpline
-
-        c = self.coefficients(y, weight)
-        assert c is not None
-        inverse = self._inverse(self._normal(weight))
-        state, variance = [], []
-        for derivative in range(3):
-            D = self._derivative(derivative)
-            state.append(D @ c)
-            variance.append(np.asarray((D @ inverse).multiply(D).sum(axis=1)).ravel())
-        return _Fit(rows, np.stack(state, -1), np.stack(variance, -1), BSpline(self.knots, c, self.degree))
-
-    def _derivative(self, order: int) -> Any:
-        """The matrix (m, size) that gives the derivative at the samples from the coefficients (de Boor, ch. X)."""
-        from scipy.interpolate import BSpline
-        from scipy.sparse import diags, eye
-
-        knots, k = self.knots, self.degree
-        D: Any = eye(self.size, format="csr")
-        for _ in range(order):
-            width = knots[k + 1 : -1] - knots[1 : -k - 1]
-            step = diags([-k / width, k / width], [0, 1], shape=(len(width), len(width) + 1))
-            D, knots, k = step @ D, knots[1:-1], k - 1
-        return (BSpline.design_matrix(self.t, knots, k) @ D).tocsr()
-
-    def _inverse(self, band: Array) -> Any:
-        """The inverse of the normal matrix within its band, sparse.
-
-        Elements die away by half a knot (B-splines of seventh degree), so unit vectors 70 apart share one solve.
-        """
-        from scipy.linalg import cho_solve_banded, cholesky_banded
-        from scipy.sparse import csr_matrix
-
-        factor = cholesky_banded(band, lower=True, check_finite=False)
-        apart = min(self.size, 70)
-        unit = np.zeros((self.size, apart))
-        columns = np.arange(self.size)
-        unit[columns, columns % apart] = 1
-        answer = cho_solve_banded((factor, True), unit, check_finite=False)
-        offset = np.arange(-self.degree, self.degree + 1)
-        i = columns[:, None] + offset
-        inside = (i >= 0) & (i < self.size)
-        j = np.broadcast_to(columns[:, None], i.shape)[inside]
-        i = i[inside]
-        return csr_matrix((answer[i, j % apart], (i, j)), shape=(self.size, self.size))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vidtrack.motion.kinematics import finite_differences, motion
+from vidtrack.motion.kinematics import motion
 
 _AXES = ("x", "y", "z")
 COLUMNS = {
@@ -23,22 +23,20 @@ COLUMNS = {
 }
 
 
-def kinematics(
-    trajectories: pd.DataFrame, *, method: str = "spline", noise: str = "estimated"
-) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
-    """Velocity and acceleration of every target, a row for each of its rows; and what to tell about the smoothing.
+def kinematics(trajectories: pd.DataFrame) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
+    """Smoothed motion of every target, and for each target and axis what the smoothing found.
 
-    trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, flag]; world units
-    method   spline (see `vidtrack.motion.smoothing`) | differences (central, as the thesis; no sigma)
-    noise    estimated: sigma is taken as relative and the record tells the rest | known: sigma is believed
+    trajectories   time_s, target, x, y, z[, sigma_x, sigma_y, sigma_z, flag]; world units. sigma is taken as relative:
+                   the record shows the rest
     Where a sample is missing its row is NaN; a record is not bridged over gaps of more than two samples. flag
-    adds to the trajectory's own: edge (an end of the record or of a gap: acceleration at least twice as unsure as
-    the median), outlier (contradicted by its neighbours, not used), short (too few samples between gaps).
+    adds to the trajectory's own: edge (an end of the record, of a gap or beside an impact: acceleration at least twice
+    as uncertain as the median), outlier (contradicted by its neighbours, not used), short (too few samples
+    between gaps).
     """
     tables, told = [], []
     for target, rows in trajectories.groupby("target", sort=True):
         rows = rows.sort_values("time_s").drop_duplicates("time_s")
-        table, about = _one(rows, str(target), method, noise)
+        table, about = _one(rows, str(target))
         tables.append(table)
         told += about
     if not tables:
@@ -46,25 +44,19 @@ def kinematics(
     return pd.concat(tables, ignore_index=True), told
 
 
-def _one(rows: pd.DataFrame, target: str, method: str, noise: str) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
+def _one(rows: pd.DataFrame, target: str) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
     t, p = rows["time_s"].to_numpy(float), rows[list(_AXES)].to_numpy(float)
     flag = rows["flag"].fillna("").astype(str).to_numpy(object) if "flag" in rows else np.full(len(rows), "", object)
-    if method == "differences":
-        velocity, acceleration = finite_differences(t, p)
-        position, sigma, told = p, np.full((*p.shape, 3), np.nan), []
-    elif method == "spline":
-        given = rows[[f"sigma_{a}" for a in _AXES]].to_numpy(float) if "sigma_x" in rows else None
-        m = motion(t, p, given, noise=noise)
-        position, velocity, acceleration, sigma = m.position, m.velocity, m.acceleration, m.sigma
-        for name, where in (("edge", m.edge), ("outlier", m.outlier), ("short", m.short)):
-            flag = np.where(where, np.where(flag == "", name, flag + ";" + name), flag)
-        told = [
-            {"target": target, "axis": a, "noise_sd": sd, "noise_ratio": ratio, "spacing_s": spacing}
-            for a, sd, ratio, spacing in zip(_AXES, m.noise_sd, m.noise_ratio, m.spacing_s, strict=True)
-            if np.isfinite(sd)
-        ]
-    else:
-        raise ValueError(f"no method '{method}'; there are spline and differences")
+    given = rows[[f"sigma_{a}" for a in _AXES]].to_numpy(float) if "sigma_x" in rows else None
+    m = motion(t, p, given)
+    position, velocity, acceleration, sigma = m.position, m.velocity, m.acceleration, m.sigma
+    for name, where in (("edge", m.edge), ("outlier", m.outlier), ("short", m.short)):
+        flag = np.where(where, np.where(flag == "", name, flag + ";" + name), flag)
+    told = [
+        {"target": target, "axis": a, "noise_sd": sd, "noise_ratio": ratio, "spacing_s": spacing}
+        for a, sd, ratio, spacing in zip(_AXES, m.noise_sd, m.noise_ratio, m.spacing_s, strict=True)
+        if np.isfinite(sd)
+    ]
     columns: dict[str, Any] = {"time_s": t, "target": target}
     for k, a in enumerate(_AXES):
         columns |= {a: position[:, k], f"v{a}": velocity[:, k], f"a{a}": acceleration[:, k]}

@@ -1,0 +1,117 @@
+"""B-splines on one unbroken piece of a record: least-squares coefficients, derivatives and their variances, sparse."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+
+
+class PieceFit(NamedTuple):
+    """A fitted piece: its rows of the record, position, velocity, acceleration, their variances, the spline."""
+
+    rows: NDArray[np.intp]
+    state: Array  # (m, 3)
+    variance: Array  # (m, 3) for unit factor
+    spline: Any
+
+
+class Basis:
+    """B-splines on one piece, and their derivatives, at the sample times; sparse."""
+
+    def __init__(self, t: Array, spacing: float, degree: int) -> None:
+        from scipy.interpolate import BSpline
+
+        extent = float(t[-1] - t[0])
+        intervals = max(1, round(extent / spacing)) if np.isfinite(spacing) else 1
+        self.degree = degree = min(degree, len(t) - 2)
+        ends = np.full(degree, t[0]), np.full(degree, t[-1])
+        self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
+        self.size = intervals + degree
+        self.t = t
+        matrix = BSpline.design_matrix(t, self.knots, degree)
+        # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
+        self.values: Array = matrix.data.reshape(len(t), degree + 1)
+        self.first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
+
+    def at(self, c: Array) -> Array:
+        """The spline at the samples, from its coefficients."""
+        return np.asarray((self.values * c[self.first[:, None] + np.arange(self.degree + 1)]).sum(1))
+
+    def _normal(self, weight: Array) -> Array:
+        """The lower band of the normal matrix."""
+        band = np.zeros((self.degree + 1, self.size))
+        for offset in range(self.degree + 1):
+            for j in range(self.degree + 1 - offset):
+                product = weight * self.values[:, j] * self.values[:, j + offset]
+                band[offset] += np.bincount(self.first + j, product, self.size)
+        return band
+
+    def _right(self, wy: Array) -> Array:
+        columns = (self.first[:, None] + np.arange(self.degree + 1)).ravel()
+        return np.bincount(columns, (self.values * wy[:, None]).ravel(), self.size).astype(np.float64)
+
+    def coefficients(self, y: Array, weight: Array) -> Array | None:
+        """Least squares; None where some B-spline has no sample to hold it."""
+        from scipy.linalg import LinAlgError, solveh_banded
+
+        band = self._normal(weight)
+        if self.size > int((weight > 0).sum()) or band[0].min() <= 1e-9 * band[0].max():
+            return None
+        try:
+            c: Array = solveh_banded(band, self._right(weight * y), lower=True, check_finite=False)
+            return c
+        except LinAlgError:
+            return None
+
+    def fit(self, rows: NDArray[np.intp], y: Array, weight: Array) -> PieceFit:
+        """Position, velocity and acceleration at the samples and their variances for unit sigma."""
+        from scipy.interpolate import BSpline
+
+        c = self.coefficients(y, weight)
+        if c is None:
+            raise ValueError(f"{len(rows)} samples cannot hold a spline of {self.size} coefficients")
+        inverse = self._inverse(self._normal(weight))
+        state, variance = [], []
+        for derivative in range(3):
+            D = self._derivative(derivative)
+            state.append(D @ c)
+            variance.append(np.asarray((D @ inverse).multiply(D).sum(axis=1)).ravel())
+        return PieceFit(rows, np.stack(state, -1), np.stack(variance, -1), BSpline(self.knots, c, self.degree))
+
+    def _derivative(self, order: int) -> Any:
+        """The matrix (m, size) that gives the derivative at the samples from the coefficients (de Boor, ch. X)."""
+        from scipy.interpolate import BSpline
+        from scipy.sparse import diags, eye
+
+        knots, k = self.knots, self.degree
+        D: Any = eye(self.size, format="csr")
+        for _ in range(order):
+            width = knots[k + 1 : -1] - knots[1 : -k - 1]
+            step = diags([-k / width, k / width], [0, 1], shape=(len(width), len(width) + 1))
+            D, knots, k = step @ D, knots[1:-1], k - 1
+        return (BSpline.design_matrix(self.t, knots, k) @ D).tocsr()
+
+    def _inverse(self, band: Array) -> Any:
+        """The inverse of the normal matrix within its band, sparse.
+
+        Elements die away by half a knot (B-splines of seventh degree), so unit vectors 70 apart share one solve.
+        """
+        from scipy.linalg import cho_solve_banded, cholesky_banded
+        from scipy.sparse import csr_matrix
+
+        factor = cholesky_banded(band, lower=True, check_finite=False)
+        apart = min(self.size, 70)
+        unit = np.zeros((self.size, apart))
+        columns = np.arange(self.size)
+        unit[columns, columns % apart] = 1
+        answer = cho_solve_banded((factor, True), unit, check_finite=False)
+        offset = np.arange(-self.degree, self.degree + 1)
+        i = columns[:, None] + offset
+        inside = (i >= 0) & (i < self.size)
+        j = np.broadcast_to(columns[:, None], i.shape)[inside]
+        i = i[inside]
+        return csr_matrix((answer[i, j % apart], (i, j)), shape=(self.size, self.size))
