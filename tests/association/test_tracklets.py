@@ -11,6 +11,7 @@ from vidtrack.association.tracklets import (
     COLUMNS,
     ENDED,
     LONGEST_GAP,
+    lanes,
     may_change,
     pieces_of,
     tracklet_table,
@@ -78,6 +79,19 @@ def test_tracks_fall_to_pieces_that_keep_every_sample_and_bridge_no_long_gap(the
 def test_a_track_may_change_where_it_was_merged_and_where_it_is_recovered():
     flag = np.array([["", "merged;predicted", "", "lost", "recovered", "recovered", "edge"]], object)
     assert may_change(flag)[0].tolist() == [False, True, False, False, True, False, False]
+
+
+@given(st.lists(st.tuples(st.integers(0, 40), st.integers(0, 10)), min_size=1, max_size=20))
+def test_lanes_hold_tracklets_one_after_another_with_a_moment_between(spans):
+    first, length = np.array(spans).T
+    last = first + length
+    lane = lanes(first, last)
+    for k in range(lane.max() + 1):
+        own = np.flatnonzero(lane == k)
+        own = own[np.argsort(first[own])]
+        assert (first[own[1:]] >= last[own[:-1]] + 2).all()
+    busy = [((first <= t) & (t <= last + 1)).sum() for t in range(60)]
+    assert lane.max() + 1 <= max(busy)
 
 
 def test_rows_in_any_order_become_tracklets():

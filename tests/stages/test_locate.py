@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from vidtrack.association.tracklets import COLUMNS as COLUMNS_OF_TRACKLETS
 from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
@@ -397,3 +398,24 @@ def test_a_camera_that_turned_after_its_calibration_is_said():
     assert (finding["level"], finding["code"]) == ("bad", "sight-lines-miss")
     assert "cam2 turned by 1.3" in finding["text"]
     assert record["warnings"] == [f"{finding['text']}. {finding['cure']}"]
+
+
+def test_a_target_that_a_camera_took_for_none_is_found_among_what_else_it_followed():
+    rng = np.random.default_rng(9)
+    cameras = thesis_rig(2)
+    tables = {c.name: centroids(c, {"t1": pluck, "t2": other}, rng=rng) for c in cameras}
+    both = tables["cam2"]
+    lost = both["target"] == "t2"
+    tables["cam2"] = both.assign(
+        Xf=both["Xf"].where(~lost), Yf=both["Yf"].where(~lost), flag=np.where(lost, "lost", "")
+    )
+    without = locate(tables, {c.name: (c, None) for c in cameras}, targets=2)
+    assert without.trajectories["x"].notna().sum() == 240
+    cut = both[lost].assign(tracklet=np.arange(240) // 80, target="")
+    extra = {"cam2": cut.reindex(columns=list(COLUMNS_OF_TRACKLETS))}
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets=2, tracklets=extra)
+    off, _ = errors(located, {"t1": pluck, "t2": other})
+    assert len(off) == 480
+    assert np.linalg.norm(off, axis=-1).max() < 0.2
+    assert located.trajectories["target"].unique().tolist() == ["t1", "t2"]
+    assert located.record["correspondence"]["left_over"] == {}

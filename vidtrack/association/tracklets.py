@@ -88,6 +88,17 @@ def tracklets_of(owner: Sequence[int] | Ints, sample: Ints, b: Array, sd: Array)
     return Tracklets(start, np.asarray(sample, np.intp)[order], b[order], sd[order])
 
 
+def lanes(first: Ints, last: Ints) -> Ints:
+    """A lane (n,) for each tracklet from its first to its last moment, so that those of one are two moments apart."""
+    out = np.zeros(len(first), np.intp)
+    free: list[int] = []  # the last moment of each lane
+    for k in np.argsort(first, kind="stable").tolist():
+        lane = next((i for i, end in enumerate(free) if end + 2 <= first[k]), len(free))
+        free[lane : lane + 1] = [int(last[k])]
+        out[k] = lane
+    return out
+
+
 def pieces_of(b: Array, broken: Bools | None = None) -> Ints:
     """The tracklet (n, M), numbered from 0, that each sample of tracks b (n, M, 2) px is of; -1 where it is lost.
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: centroids, readings; cameras, points and, where clocks are sought, clocks (mode space); sightings (mode
-    plane, where there are any); labelling of the cameras whose calibration is used.
+    """inputs: centroids, readings; tracklets, cameras, points and, where clocks are sought, clocks (mode space);
+    sightings (mode plane, where there are any); labelling of the cameras whose calibration is used.
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane[,
     max_miss].
@@ -44,14 +44,18 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     codes = {n: code_from_record(read_json(p)) for n, p in zip(names, job.paths("readings"), strict=False)}
     scale = run_scale(codes, f"runs.{job.settings['run']}")
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
+    followed = {name: read_parquet(path) for name, path in zip(names, job.paths("tracklets"), strict=False)}
     for name, later in scale.shift.items():
         tables[name]["time_s"] += later
+        if name in followed:
+            followed[name]["time_s"] += later
     calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
     located, record = locate(
         tables,
         calibrated,
         pictures=_pictures(job, sizes),
+        tracklets=followed,
         points=dict(zip(names, points, strict=True)) if points else None,
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],

@@ -68,7 +68,7 @@ def match_record(
         lead = float(match.lead[k])
         targets[label] = {
             "tracks": {
-                v.name: [v.tracks[i] for i in np.flatnonzero((own == k).any(1))]
+                v.name: [v.tracks[i] for i in np.flatnonzero((own == k).any(1)) if v.tracks[i]]
                 for v, own in zip(views, whose, strict=True)
             },
             "error_px": float(match.error_px[k]),
@@ -102,18 +102,20 @@ def _span(point: Array, at: Array) -> dict[str, float | None]:
 def _unmatched(views: Sequence[View], whose: Sequence[Ints]) -> list[list[str]]:
     """Tracks of each camera none of whose samples is of a target, though they have some."""
     return [
-        [v.tracks[i] for i in np.flatnonzero((own == NONE).all(1) & (v.piece != NONE).any(1))]
+        [v.tracks[i] for i in np.flatnonzero((own == NONE).all(1) & (v.piece != NONE).any(1)) if v.tracks[i]]
         for v, own in zip(views, whose, strict=True)
     ]
 
 
 def _left_over(views: Sequence[View], match: Match) -> list[list[dict[str, Any]]]:
-    """Tracklets of each camera that are of no target: from when to when, and why."""
+    """Tracklets of each camera's targets that are of no trajectory: from when to when, and why."""
     out = []
     for view, trajectory, reason in zip(views, match.trajectory, match.reason, strict=True):
         own = []
         for piece in np.flatnonzero(trajectory == NONE):
             track, sample = np.nonzero(view.piece == piece)
+            if not view.tracks[int(track[0])]:
+                continue
             span = {"start_s": float(view.t[sample.min()]), "end_s": float(view.t[sample.max()])}
             own.append({"track": view.tracks[int(track[0])], **span, "samples": track.size, "reason": reason[piece]})
         out.append(own)

@@ -56,10 +56,10 @@ def matched(
         if len(match.labels) < len(same.labels):
             return _only_choice(same, tolerance_px, findings)
         findings.append(_exchanged(views, same, match))
-    if not match.labels and all(len(v.tracks) == 1 for v in views):
+    if not match.labels and all(len(v.named) == 1 for v in views):
         # one target in every camera: there is nothing else that it could be
-        label = views[0].tracks[0]
-        alone = [v._replace(tracks=[label]) for v in views]
+        label = views[0].named[0]
+        alone = [v._replace(tracks=[label if name else "" for name in v.tracks]) for v in views]
         only = _by_name(alone, seen, [label])
         if only is not None:
             return _only_choice(only, tolerance_px, findings)
@@ -168,22 +168,24 @@ def _shown(view: View, trajectory: Ints, labels: Sequence[str]) -> list[tuple[st
     return [
         (track, labels[k])
         for track, own in zip(view.tracks, whose, strict=True)
+        if track
         for k in np.unique(own[own != NONE]).tolist()
     ]
 
 
 def _by_name(views: Sequence[View], seen: Sequence[Seen], names: list[str] | None) -> Match | None:
     """What the names tell, where the user gave them and every track bears one."""
-    if names is None or not all(set(v.tracks) <= set(names) for v in views):
+    if names is None or not all(set(v.named) <= set(names) for v in views):
         return None
     shown = [n for n in names if any(n in v.tracks for v in views)]
     trajectory, reason = [], []
     for v in views:
         own = np.full(v.n_pieces, NONE, np.intp)
         track, sample = np.nonzero(v.piece != NONE)
-        own[v.piece[track, sample]] = np.array([shown.index(n) for n in v.tracks], np.intp)[track]
+        which = np.array([shown.index(n) if n else NONE for n in v.tracks], np.intp)
+        own[v.piece[track, sample]] = which[track]
         trajectory.append(own)
-        reason.append(np.full(v.n_pieces, "", object))
+        reason.append(np.where(own == NONE, "unnamed", "").astype(object))
     return _match(views, seen, shown, trajectory, reason, np.full(len(shown), np.inf), float("nan"))
 
 
@@ -218,11 +220,13 @@ def _labels(
     Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
     as they are followed, and the first camera decides.
     """
-    known = list(dict.fromkeys([*(names or []), *(n for v in views for n in v.tracks)]))
+    known = list(dict.fromkeys([*(names or []), *(n for v in views for n in v.named)]))
     votes = np.zeros((m, len(known)))
     for i, (view, s, own) in enumerate(zip(views, seen, trajectory, strict=True)):
         whose = of_samples(s.piece, own)
         for name, piece, row in zip(view.tracks, s.piece, whose, strict=True):
+            if not name:
+                continue
             column = known.index(name)
             weight = 1.0 if i == 0 else ELSEWHERE
             there = np.flatnonzero(piece != NONE)

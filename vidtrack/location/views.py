@@ -26,12 +26,17 @@ class View(NamedTuple):
     uncertainty: CameraUncertainty | None
     t: Array  # (T,) s, by the camera's own clock
     timecode: Labels  # (T,)
-    tracks: list[str]
+    tracks: list[str]  # their names; '' for what was followed besides the targets
     b: Array  # (n, T, 2) px
     sd: Array  # (n, T, 2) px; 1 where nobody knows
     flag: Labels  # (n, T)
     has_sd: bool
     piece: Ints  # (n, T) the tracklet of each sample, numbered from 0 in a camera; NONE where there is none
+
+    @property
+    def named(self) -> list[str]:
+        """Names of the targets' tracks."""
+        return [name for name in self.tracks if name]
 
     @property
     def n_pieces(self) -> int:

@@ -11,11 +11,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.association.tracklets import may_change, pieces_of
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
-from vidtrack.geometry.calibration_error import CameraUncertainty
-from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.centroid_noise import noise_factor
@@ -33,6 +30,7 @@ from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.sight_misses import sight_misses
+from vidtrack.location.view_tables import view_of
 from vidtrack.location.views import (
     Labels,
     Seen,
@@ -78,6 +76,7 @@ def locate(
     points: Mapping[str, pd.DataFrame] | None = None,
     volume: ArrayLike | None = None,
     pictures: Mapping[str, Pictures] | None = None,
+    tracklets: Mapping[str, pd.DataFrame] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -95,13 +94,14 @@ def locate(
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
     volume         (n, 3) calibration points, where `points` is not given
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
+    tracklets      camera: all that it followed, `association.tracklets.COLUMNS`; None: what `centroids` has
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge.
     Raises VidtrackError for fewer than two calibrated cameras or cameras that share no moment.
     """
     shown, findings = windows(pictures or {}, where)
-    views = same_day(_views(centroids, cameras, shown, where))
+    views = same_day(_views(centroids, tracklets or {}, cameras, shown, where))
     if points is not None:
         points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
     names = None if targets is None or isinstance(targets, int) else list(targets)
@@ -181,7 +181,11 @@ def _without_chance(located: Located) -> Located:
 
 
 def _views(
-    centroids: Mapping[str, pd.DataFrame], cameras: Mapping[str, Any], shown: Mapping[str, Window], where: str
+    centroids: Mapping[str, pd.DataFrame],
+    tracklets: Mapping[str, pd.DataFrame],
+    cameras: Mapping[str, Any],
+    shown: Mapping[str, Window],
+    where: str,
 ) -> list[View]:
     if missing := [name for name in centroids if name not in cameras]:
         raise VidtrackError(
@@ -193,31 +197,9 @@ def _views(
             f"{where}: mode space needs two cameras or more; there is {names}. Add a camera, or use mode: plane."
         )
     return [
-        _view(name, table, *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)))
+        view_of(name, table, tracklets.get(name), *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)))
         for name, table in centroids.items()
     ]
-
-
-def _view(name: str, table: pd.DataFrame, camera: Camera, uncertainty: CameraUncertainty | None) -> View:
-    time = table["time_s"].to_numpy(float)
-    t, column = np.unique(time, return_inverse=True)
-    codes, labels = pd.factorize(table["target"].astype(str), sort=False)
-    b = np.full((len(labels), t.size, 2), np.nan)
-    b[codes, column] = table[["Xf", "Yf"]].to_numpy(float)
-    sd = np.ones(b.shape)
-    has_sd = {"sd_x", "sd_y"} <= set(table.columns) and bool(np.isfinite(table["sd_x"]).any())
-    if has_sd:
-        own = table[["sd_x", "sd_y"]].to_numpy(float)
-        usual = np.nanmedian(own, axis=0)
-        sd[codes, column] = np.where(np.isfinite(own) & (own > 0), own, usual)
-    flag = np.full(b.shape[:2], "", object)
-    if "flag" in table:
-        flag[codes, column] = table["flag"].fillna("").astype(str)
-    timecode = np.full(t.size, "", object)
-    if "timecode" in table:
-        timecode[column] = table["timecode"].fillna("").astype(str)
-    piece = pieces_of(b, may_change(flag))
-    return View(name, camera, uncertainty, t, timecode, [str(x) for x in labels], b, sd, flag, has_sd, piece)
 
 
 def _given_clocks(

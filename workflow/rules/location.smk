@@ -116,6 +116,7 @@ rule clocks:
 rule locate:
     input:
         centroids=of_cameras("centroids/{camera}.parquet"),
+        tracklets=of_cameras("tracklets/{camera}.parquet"),
         readings=of_cameras("centroids/{camera}.json"),
         cameras=results(lambda w: calibrations(w.run, "camera.json")),
         points=results(lambda w: calibrations(w.run, "points.parquet")),
@@ -142,7 +143,8 @@ rule locate:
         "Locating the targets of {wildcards.run}"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack locate --account {output.account:q} --log {log:q}"
-        " --input centroids {input.centroids:q} --input readings {input.readings:q}"
+        " --input centroids {input.centroids:q} --input tracklets {input.tracklets:q}"
+        " --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
         " --input labelling {input.labelling:q} --input clocks {input.clocks:q}"
         " --output trajectories {output.trajectories:q} --output csv {output.csv:q} --output record {output.record:q}"
