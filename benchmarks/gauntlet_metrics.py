@@ -21,7 +21,7 @@ class Counts(NamedTuple):
     wanted: int  # samples that two cameras saw
     located: int  # of those, with a fix within the gate
     fixes: int
-    false: int  # fixes farther than five sigma, and than a hair, from every target
+    false: int  # fixes farther than five sigma, in any coordinate, from every target
     id_true: int  # samples on the identity that fits best
     id_missed: int
     id_false: int
@@ -47,8 +47,8 @@ class Matched(NamedTuple):
     moment: Array
 
 
-def counted(truth: Array, wanted: Bools, present: Bools, fix: Array, covariance: Array, gate: float) -> Counts:
-    """Counts of trajectories fix (m, M, 3) against truth (K, M, 3); wanted, present (K, M); gate in world units."""
+def counted(truth: Array, wanted: Bools, present: Bools, fix: Array, sigma: Array, gate: float) -> Counts:
+    """Counts of fix and sigma (m, M, 3) against truth (K, M, 3); wanted, present (K, M); gate in the world."""
     found = np.isfinite(fix[..., 0])
     distance = _distances(truth, present, fix)  # (M, K, m)
     right = _right(distance, gate)
@@ -62,7 +62,7 @@ def counted(truth: Array, wanted: Bools, present: Bools, fix: Array, covariance:
     k, j = linear_sum_assignment(-pairs) if pairs.size else ([], [])
     id_true = int(pairs[k, j].sum())
     total = int(wanted.sum())
-    false = _false(truth, present, fix, covariance)
+    false = _false(truth, present, fix, sigma)
     return Counts(
         total,
         located,
@@ -99,15 +99,13 @@ def _right(distance: Array, gate: float) -> Matched:
     return Matched(*(np.concatenate(column).astype(float) for column in zip(*rows, strict=True)))
 
 
-def _false(truth: Array, present: Bools, fix: Array, covariance: Array) -> int:
-    """Fixes beyond five sigma of every target that is there."""
+def _false(truth: Array, present: Bools, fix: Array, sigma: Array) -> int:
+    """Fixes beyond five sigma, in any coordinate, of every target that is there."""
     j, moment = np.nonzero(np.isfinite(fix[..., 0]))
     bad = np.ones(j.size, bool)
-    S = covariance[j, moment]
     for k in range(len(truth)):
-        e = fix[j, moment] - truth[k, moment]
-        chi2 = np.einsum("ni,ni->n", e, np.linalg.solve(S, e[..., None])[..., 0])
-        bad &= ~((chi2 <= 25.0) & present[k, moment])
+        e = np.abs(fix[j, moment] - truth[k, moment]) / sigma[j, moment]
+        bad &= ~((e <= 5).all(-1) & present[k, moment])
     return int(bad.sum())
 
 

@@ -12,7 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
+from vidtrack.association.associate import NONE
+from vidtrack.association.offsets import shift_worths
+from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.findings import Finding
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks, estimate_clocks
@@ -38,6 +41,9 @@ What it says may then be mere noise, and be off by more than its standard error 
 
 REACH_S = 1.0
 """How far from the clocks that the cameras came with motion alone is searched."""
+
+CLEARLY = 1.2
+"""Times what a shift of no more than a sample is worth, that another one must be worth to be begun from."""
 
 FITS = 2.0
 """Times the least epipolar error that still explains the tracks, as for an ambiguous clock."""
@@ -92,7 +98,7 @@ def run_clocks(
     motion, before = None, np.nan
     if moving:
         search = _Search(views, names, limit, tolerance_px, moving)
-        alone = search.found(start, [REACH_S] * len(views))
+        alone = search.found(_begun(search, start, apart), [REACH_S] * len(views))
         motion, before = _settled(search, alone, apart, start, length, step), alone.error_before_px
         for i in moving:
             by_motion = Timing(motion.clocks[i], motion.covariance[i])
@@ -133,6 +139,40 @@ class _Search(NamedTuple):
             max_offset_s=reach_s,
             bias_px=BIAS_PX,
         )
+
+
+def _begun(search: _Search, start: Sequence[Clock], apart: Sequence[Agreement]) -> list[Clock]:
+    """Clocks to begin with: those of cameras of which nothing else tells, shifted to where their tracklets fit best.
+
+    With many targets nobody knows who is who a few samples off; then no refinement can find the offset.
+    """
+    views, out = search.views, list(start)
+    step = min(interval(v.t) for v in views)
+    first = min(float(v.t[0]) for v in views)
+    pieces = [
+        _tracklets(v, np.rint((c.corrected(v.t) - first) / step).astype(np.intp))
+        for v, c in zip(views, start, strict=True)
+    ]
+    bias = (search.tolerance_px + _slip_px(views) / 2) / 3
+    reach = int(REACH_S / step)
+    shifts = np.arange(-reach, reach + 1)
+    known = [i for i in range(len(views)) if i not in search.free]
+    for i in search.free:
+        if not apart[i].timing.tells:
+            worth = np.sum(
+                [shift_worths((views[k].camera, views[i].camera), (pieces[k], pieces[i]), shifts, bias) for k in known],
+                axis=0,
+            )
+            best = int(np.argmax(worth))
+            if worth[best] > CLEARLY * worth[reach - 1 : reach + 2].max():
+                out[i] = Clock(out[i].offset_s + float(shifts[best]) * step, out[i].rate_ppm)
+    return out
+
+
+def _tracklets(view: View, moment: Ints) -> Tracklets:
+    """A camera's tracklets at moments (T,) of its samples."""
+    track, sample = np.nonzero(view.piece != NONE)
+    return tracklets_of(view.piece[track, sample], moment[sample], view.b[track, sample], view.sd[track, sample])
 
 
 def _settled(
