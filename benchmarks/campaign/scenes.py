@@ -1,0 +1,86 @@
+"""Random laboratories: rigs, lenses, surveys, targets; small pictures and short runs, so that hundreds can be made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+SIZE = (384, 288)
+SENSOR = (6.4, 4.8)
+RATE = 30
+DURATION_S = 2.0
+
+
+def random_scene(rng: np.random.Generator) -> dict[str, Any]:
+    """A scenario as `vidtrack.simulate` reads it: nothing is wrong with it."""
+    n_cameras = int(rng.choice([2, 2, 2, 3, 4]))
+    start = rng.uniform(-20, 20)
+    bearings = start + np.sort(rng.choice(np.arange(-150, 180, 30), n_cameras, replace=False))
+    if n_cameras == 2:  # neither side by side nor face to face
+        bearings = start + np.array([0.0, rng.uniform(50, 120)])
+    cameras = {}
+    for k, pan in enumerate(bearings):
+        cameras[f"cam{k + 1}"] = {
+            "pan_deg": float(pan - 90),
+            "tilt_deg": float(rng.uniform(25, 50)),
+            "roll_deg": float(rng.normal(0, 1)),
+            "target": [float(v) for v in rng.normal(0, 1.0, 3)],
+            "distance": float(rng.uniform(110, 160)),
+            "size": list(SIZE),
+            "sensor": list(SENSOR),
+            "field": float(rng.uniform(62, 72)),
+            "Sx": float(rng.uniform(0.995, 1.01)),
+            "kappa1": float(rng.uniform(-5e-4, 2e-3)),
+            "centre": [float((SIZE[0] - 1) / 2 + rng.normal(0, 4)), float((SIZE[1] - 1) / 2 + rng.normal(0, 4))],
+        }
+    n_targets = int(rng.choice([1, 1, 2, 3]))
+    error = float(rng.choice([0.0, 0.01, 0.03]))
+    return {
+        "seed": int(rng.integers(1, 2**31)),
+        "units": "in",
+        "cameras": cameras,
+        "picture": {
+            "background": float(rng.uniform(16, 45)),
+            "contrast": float(rng.uniform(110, 190)),
+            "noise": float(rng.uniform(1, 4)),
+            "blur_px": 0.6,
+        },
+        "recording": {"rate": str(RATE), "tape": {"codec": "mjpeg", "container": "mov", "options": {"qscale": 2}}},
+        "calibration": {
+            "points": {"rows": 3, "wires": 4, "balls": 3, "spacing": [10, 9, 8]},
+            "diameter": 1.6,
+            "frames": 3,
+            "survey": {"error": error, "distribution": "normal"},
+            "clips": {
+                "front": {"tags": "1-12", "picks": "1, 3, 5, 8, 10, 12"},
+                "middle": {"tags": "13-24"},
+                "rear": {"tags": "25-36"},
+            },
+        },
+        "runs": {"test": run_of(rng, n_targets)},
+    }
+
+
+def run_of(rng: np.random.Generator, n_targets: int) -> dict[str, Any]:
+    """Targets that swing about places apart from each other."""
+    return {
+        "start": "10:00:00:00",
+        "duration_s": DURATION_S,
+        "boxes": bool(rng.random() < 0.5),
+        "targets": {f"t{k + 1}": {"diameter": 1.6, "motion": motion_of(rng, k, n_targets)} for k in range(n_targets)},
+    }
+
+
+def motion_of(rng: np.random.Generator, k: int, n_targets: int) -> dict[str, Any]:
+    """One target's swing; targets keep more than two diameters from each other."""
+    place = [0.0, (k - (n_targets - 1) / 2) * 8.0, float(rng.uniform(-4, 4))]
+    along = [1.0, float(rng.normal(0, 0.1)), float(rng.normal(0, 0.3))]
+    return {
+        "at": place,
+        "oscillations": [
+            {"along": along, "amplitude": float(rng.uniform(4, 10)), "hz": float(rng.uniform(0.4, 1.1))}
+            | {"phase_deg": float(rng.uniform(0, 360))},
+            {"along": [0, 0, 1], "amplitude": float(rng.uniform(0, 2)), "hz": float(rng.uniform(0.5, 1.5))},
+        ],
+    }
