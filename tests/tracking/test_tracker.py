@@ -281,7 +281,7 @@ def test_an_empty_picture_has_no_targets():
 
 
 def test_every_flag_has_its_word():
-    assert len(FLAGS) == 8
+    assert len(FLAGS) == 9
     assert FLAGS[(MERGED).bit_length() - 1] == "merged"
     assert FLAGS[(CORRUPT).bit_length() - 1] == "corrupt"
 

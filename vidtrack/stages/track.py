@@ -20,7 +20,7 @@ from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.assessment import line, missing_targets, more_than_asked, scattering
+from vidtrack.tracking.assessment import line, missing_targets, more_than_asked, repeated_pictures, scattering
 from vidtrack.tracking.clip import FEW, Clip, DetectSettings, batches
 from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detection.background_picture import background_of
@@ -28,6 +28,7 @@ from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
+from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import begun_anywhere, begun_in_boxes, followed_backwards, late_comers, with_earlier
 from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
 from vidtrack.tracking.tracker import Tracker
@@ -97,16 +98,17 @@ def track(
     """
     names, boxes = _named(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    used = between(frames, info, start, end, where="detect")
+    repeats = RepeatedPictures()
+    used = repeats.over(between(frames, info, start, end, where="detect"))
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset)
-    clip = Clip(batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, detect)
+    clip = Clip(batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, detect, repeats.indices)
     if boxes is not None:
         begun = begun_in_boxes(clip, boxes)
     else:
         begun = begun_anywhere(clip, len(names), box, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
-    static = static_clutter(samples, backgrounds, clip.detection, begun.places)
+    static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast)
     whole = WholePicture(backgrounds, clip.detection, static)
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
@@ -125,6 +127,8 @@ def track(
     moment = _moments(stamps, clip.order)
     lines = len(set(moment.offset))
     time = lines * (moment.time * float(info.rate) + moment.offset)
+    repeated = np.repeat(np.array(repeats.flags, bool), lines)
+    rows = with_resting(rows, repeated, lines)
     rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
     columns = _Columns(moment, info)
     table = _table(rows, columns, names, begun.starts)
@@ -137,6 +141,7 @@ def track(
         *missing_targets(rows, names, begun.expected, clip.detection),
         *more_than_asked(cut, len(rows.flag), len(names)),
         *_fields_checked(rows, moment),
+        *repeated_pictures(repeats.flags, rows),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
     return Tracked(table, tracklets, diagnostics, found)

@@ -12,23 +12,26 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding, Level
 from vidtrack.tracking.detection.background_picture import bright_mask
+from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import STANDS_OUT
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.state import EDGE, LOST, MERGED, SMALL, Rows, present
+from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
 from vidtrack.tracking.tracklets import Tracklets
 
 
 @dataclass(frozen=True)
 class Limits:
     """Shares of the samples: below `bad` a target measured is hardly tracked, below `doubtful` partly; a track besides
-    the targets that lasts `long` may be a target as well.
+    the targets that lasts `long` may be a target as well; a larger share of samples than `repeated` that
+    show the picture before is no accident.
     """
 
     bad: float = 0.1
     doubtful: float = 0.9
     long: float = 0.5
+    repeated: float = 0.02
 
 
 LIMITS = Limits()
@@ -43,7 +46,7 @@ _WHY = (
 class InBox(NamedTuple):
     """What a start box shows in the first sample.
 
-    contrast  grey levels, of its brightest pixels over what is usual in it (turned bright)
+    contrast  grey levels, of its brightest pixels over what is usual in it, or in the picture where that is darker
     peak      grey level, as stored: the largest in the box, or the smallest for dark targets
     cut       something bright goes on beyond the box; size (2,) px, width and height of the whole of it
     outside   what stands out nearest to the box is so far from its middle, px; NaN: nothing does
@@ -62,6 +65,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
     mask = bright_mask(image, detection)
     _, labels, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8)
     rows, columns = image.shape
+    usual = background_level(image, scale=detection.scale)
     told = []
     for x, y, width, height in boxes:
         row, high = float(sample.row(np.array([y]))[0]), height / sample.lines
@@ -81,7 +85,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
         peak = float(few.mean())
         told.append(
             InBox(
-                peak - float(np.median(light)),
+                peak - min(float(np.median(light)), usual),
                 255.0 - peak if detection.dark else peak,
                 cut,
                 (int(stats[most, 2]), int(stats[most, 3]) * sample.lines),
@@ -184,6 +188,19 @@ def scattering(seen: Scatter, names: Sequence[str]) -> list[Finding]:
         for i, name in enumerate(names)
         if seen.rough[i]
     ]
+
+
+def repeated_pictures(flags: Sequence[bool], rows: Rows) -> list[Finding]:
+    """How many pictures repeat the one before, flags (frames,), where that has cost samples of moving targets."""
+    lost = (rows.flag & REPEATED > 0).any(axis=1).mean() if len(rows.flag) else 0.0
+    if not lost:
+        return []
+    level: Level = "note" if lost < LIMITS.repeated else "doubtful"
+    text = (
+        f"{sum(flags)} of {len(flags)} pictures repeat the one before, bit by bit: moving targets are flagged repeated "
+        "there and not measured."
+    )
+    return [Finding(level, "pictures-repeat", text, "Copy the recording again, without a change of frame rate.")]
 
 
 def line(finding: Finding) -> str:

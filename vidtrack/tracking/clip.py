@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -13,10 +13,12 @@ from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection.contrast_stretch import BITS, Stretch, stretch
-from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd
+from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
+GRAINY = 5.0
+"""Grey levels of noise above which a part of it may be a still grain of the scene."""
 FEW = 12
 """Frames that a clip is opened with."""
 
@@ -37,14 +39,18 @@ class Clip:
     """A recording as it is tracked.
 
     opening, batches  frames that were read to begin with, and those to come; stretched where that is needed
+    repeated   indices of frames that repeat the one before; it may grow while frames are read
     order      "frame", or the field that comes first
     detection  for its samples; level: the clip's threshold, grey level of pictures turned bright
     """
 
-    def __init__(self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings) -> None:
+    def __init__(
+        self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
+    ) -> None:
         self.opening, self.batches = _more([], batches, FEW), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
+        self._repeated = repeated
         self._info, self._settings, self._levels = info, detect, self._wanted(info, detect)
         self._noise = noise_sd(self.opening[0].luma, scale=255.0 / (2**info.bits - 1))
         self._stretch()
@@ -64,9 +70,12 @@ class Clip:
         """Samples in order of time: one a frame, or its two fields."""
         rate = float(self._info.rate)
         if self.order == "frame":
-            return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt) for f in frames]
+            return [Sample(f.luma, float(f.time) * rate, 0, 1, f.corrupt, f.index in self._repeated) for f in frames]
         fields = ((f, field) for f in frames for field in split(f.luma, self.order))
-        return [Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt) for f, d in fields]
+        return [
+            Sample(d.luma, 2 * (float(f.time) * rate + d.offset), d.parity, 2, f.corrupt, f.index in self._repeated)
+            for f, d in fields
+        ]
 
     def told(self) -> dict[str, Any]:
         """How it is seen, for the diagnostics."""
@@ -95,12 +104,31 @@ class Clip:
         self.opening, self.batches = through(self.opening), map(through, self.batches)
         self._info, self._noise = replace(self._info, bits=BITS), self._noise * levels.gain
 
+    def _flicker(self, scale: float) -> float:
+        """How much pixels change from picture to picture, grey levels, where that is plainly less than the noise."""
+        samples = self.samples(self.opening)
+        pairs = list(zip(samples, samples[samples[0].lines :], strict=False))
+        if self._noise < GRAINY or not pairs:
+            return 0.0
+        a, b = (sample(one.luma, scale) for one in pairs[len(pairs) // 2])
+        change = float(np.median(np.abs(a - b))) / (0.6745 * 2**0.5)
+        return max(change, self._noise / 4) if change < self._noise / 2 else 0.0
+
     def _judge(self) -> None:
         """Set detection and level by the first frame."""
         full, detect = float(2**self._info.bits - 1), self._settings
         level = None if detect.threshold == "auto" else float(detect.threshold)
         dark = detect.polarity == "dark"
-        self.detection = Detection(255.0 / full, full, dark, level, self._noise, detect.centroid, detect.min_pixels)
+        self.detection = Detection(
+            scale=255.0 / full,
+            full=full,
+            dark=dark,
+            threshold=level,
+            noise=self._noise,
+            flicker=self._flicker(255.0 / full),
+            centroid=detect.centroid,
+            min_pixels=detect.min_pixels,
+        )
         self.level = _level(self.samples(self.opening[:1])[0], self.detection)
 
 

@@ -35,6 +35,8 @@ ENOUGH = 0.9
 """Share of the targets that are found moving; the others may stand still."""
 COMPACT = 0.45
 """Of 1 for a disc: what is less compact is taken for a target only where it plainly moves."""
+DIM = 1.05
+"""Times the least level: where even the brighter of what moves asks for no higher one, all of it is dim."""
 MOST = 400
 """Blobs a sample that are linked, the most massive ones."""
 
@@ -130,12 +132,19 @@ def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detect
 def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
     """Blobs that stand out of the background picture."""
     over = cv2.subtract(detection.bright(sample.luma), background)
-    level = max(SIGMAS * detection.noise * 1.5, 2 * LEAST_CONTRAST)
-    some = over[:: 1 + over.size // 100_000]
-    strong = some[some > level / detection.scale]
-    if strong.size:
-        level = max(level, 0.4 * float(np.percentile(strong, 90)) * detection.scale)
+    least = max(SIGMAS * detection.moving_noise * 1.5, 2 * LEAST_CONTRAST)
+    level = _level_of(over, least, detection)
+    if level < DIM * least:  # half of what a dim target shows is below: its pixels together are above far more noise
+        over = cv2.blur(over, (3, 3))
+        level = _level_of(over, max(least / 3, LEAST_CONTRAST), detection)
     return _blobs_above(sample, over, detection, level)
+
+
+def _level_of(over: Picture, least: float, detection: Detection) -> float:
+    """A share of the way to the brighter of what stands out by at least so much, grey levels."""
+    some = over[:: 1 + over.size // 100_000]
+    strong = some[some > least / detection.scale]
+    return max(least, 0.4 * float(np.percentile(strong, 90)) * detection.scale) if strong.size else least
 
 
 def _blobs_above(sample: Sample, picture: Picture, detection: Detection, level: float | None) -> Blobs:

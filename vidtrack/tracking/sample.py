@@ -15,6 +15,7 @@ class Sample(NamedTuple):
     """A picture to measure.
 
     luma    (rows, width) as stored; time  samples after the first
+    corrupt, repeated  the picture is damaged; it is the one before once more: it measures nothing
     parity  0 or 1 and lines 2 for a field, 0 and 1 for a whole frame
     """
 
@@ -23,6 +24,7 @@ class Sample(NamedTuple):
     parity: int = 0
     lines: int = 1
     corrupt: bool = False
+    repeated: bool = False
 
     def row(self, y: Array) -> Array:
         """The sample's rows at Yf, px."""

@@ -18,7 +18,9 @@ class Detection:
     scale       grey levels (0-255) a stored value; full: the largest stored value
     dark        targets are darker than the background
     threshold   grey level as the user wrote it; None: automatic, half-way between each target and its background
-    noise       grey levels, standard deviation of a pixel
+    noise       grey levels, standard deviation of a pixel beside others
+    flicker     grey levels, standard deviation of a pixel from picture to picture, where a still grain makes it less
+                than the noise; 0: it is the noise
     centroid    kernel that measures; min_pixels: fewer are not a target
     """
 
@@ -27,8 +29,14 @@ class Detection:
     dark: bool = False
     threshold: float | None = None
     noise: float = 1.0
+    flicker: float = 0.0
     centroid: Kind = "weighted"
     min_pixels: int = 4
+
+    @property
+    def moving_noise(self) -> float:
+        """Grey levels, standard deviation of a pixel that nothing moves over."""
+        return self.flicker or self.noise
 
     def bright(self, picture: Picture) -> Picture:
         """The picture with targets brighter than the background."""

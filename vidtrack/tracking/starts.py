@@ -9,16 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import mutual_best
 from vidtrack.tracking.assessment import InBox, in_boxes
 from vidtrack.tracking.clip import Clip
+from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
-from vidtrack.tracking.initialisation import ENOUGH, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.initialisation import ENOUGH, FIRST, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.measurement.background import STANDS_OUT
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import SHORTEST, Trail
+
+FAST = 0.2
+"""Of its box, px a sample: a target that moves less is found in the box in the next sample anyway."""
 
 
 class Begun(NamedTuple):
@@ -27,6 +33,7 @@ class Begun(NamedTuple):
     starts, clutter  as `Tracker` takes them; places (n, 4) as `static_clutter` does
     waiting          targets that have not been seen yet; how: in words, which were found by what
     expected         what each start box shows; None where the targets were found
+    contrast         grey levels, of the faintest target; NaN where none is known
     """
 
     starts: Starts
@@ -35,6 +42,7 @@ class Begun(NamedTuple):
     waiting: list[int]
     how: str
     expected: list[InBox] | None
+    contrast: float
 
 
 def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
@@ -43,7 +51,10 @@ def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
     clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], clip.detection)
     corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
     own = start_places(samples[0], corners, clip.detection)
-    return Begun(starts_in_boxes(boxes), clutter, own, [], "start boxes", in_boxes(samples[0], boxes, clip.detection))
+    shown = in_boxes(samples[0], boxes, clip.detection)
+    plain = [one.contrast for one in shown if one.contrast > STANDS_OUT * clip.detection.noise]
+    starts = _with_fast(starts_in_boxes(boxes), samples, clip.detection)
+    return Begun(starts, clutter, own, [], "start boxes", shown, min(plain, default=np.nan))
 
 
 def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> Begun:
@@ -56,8 +67,9 @@ def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> B
         found = find_targets(samples, n, clip.detection)
     trails = found.trails
     own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
+    contrast = min((float(np.median(trail.contrast)) for trail in trails), default=np.nan)
     how = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
-    return Begun(starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how, None)
+    return Begun(starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how, None, contrast)
 
 
 def starts_in_boxes(boxes: Array) -> Starts:
@@ -75,6 +87,32 @@ def starts_in_boxes(boxes: Array) -> Starts:
         unknown,
         np.full((n, 2), np.nan),
     )
+
+
+def _with_fast(starts: Starts, samples: Sequence[Sample], detection: Detection) -> Starts:
+    """The starts with velocity and looks of what moves fast through a box in the first samples: from the box alone such
+    a target would be lost before its velocity is known.
+    """
+    if len(samples) < SHORTEST:
+        return starts
+    some = samples[: FIRST + 1]
+    trails = [
+        trail
+        for trail in find_movers(some, background_of(samples, detection), detection, len(starts.first))
+        if trail.sample[0] == 0 and len(trail.sample) > 2
+    ]
+    if not trails:
+        return starts
+    begun = starts_of_trails(trails, len(trails), (0.0, 0.0))
+    off = np.abs(starts.position[:, None] - begun.position) / starts.box[:, None]
+    fast = np.hypot(*begun.velocity.T) > FAST * starts.box.min(axis=1)[:, None]
+    cost = np.where((off < 0.5).all(axis=-1) & fast, np.hypot(off[..., 0], off[..., 1]), np.inf)
+    chosen = mutual_best(cost)
+    who, of = np.flatnonzero(chosen >= 0), chosen[chosen >= 0]
+    new = Starts._make(column.copy() for column in starts)
+    for name in ("position", "velocity", "acceleration", "pixels", "contrast", "background", "size"):
+        getattr(new, name)[who] = getattr(begun, name)[of]
+    return new
 
 
 def starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float]) -> Starts:

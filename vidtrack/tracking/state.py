@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 
-LOST, RECOVERED, PREDICTED, EDGE, SATURATED, MERGED, SMALL, CORRUPT = (1 << bit for bit in range(8))
-FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small", "corrupt")
+LOST, RECOVERED, PREDICTED, EDGE, SATURATED, MERGED, SMALL, CORRUPT, REPEATED = (1 << bit for bit in range(9))
+FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small", "corrupt", "repeated")
 """The words of the flags, by bit."""
 
 X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(13)
@@ -237,8 +237,9 @@ class TargetState:
         return replace(self, missing=missing)
 
     def found(self, found: Found) -> TargetState:
-        """With targets that were found in the last sample."""
+        """With targets found in the last sample; the box of one that is seen for the first time is forgotten."""
         positions, missing = self.positions.copy(), self.missing.copy()
+        positions[:, found.who[~np.isfinite(self.appearance.pixels[found.who])]] = np.nan
         positions[-1, found.who] = found.values[[X, Y]].T
         missing[found.who] = 0
         return replace(self, appearance=self.appearance.found(found), positions=positions, missing=missing)

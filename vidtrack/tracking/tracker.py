@@ -35,6 +35,7 @@ from vidtrack.tracking.state import (
     MEASURED,
     PREDICTED,
     RECOVERED,
+    REPEATED,
     SATURATED,
     Rows,
     Searched,
@@ -141,7 +142,7 @@ class Tracker:
         self._lines = samples[0].lines
         self._start(samples[0].time)
         k = min(self._how_many(), len(samples))
-        k = next((j for j, sample in enumerate(samples[:k]) if sample.corrupt), k)
+        k = next((j for j, sample in enumerate(samples[:k]) if sample.corrupt or sample.repeated), k)
         if k == 0:
             self._pass_over(samples[0])
             return 1
@@ -327,10 +328,10 @@ class Tracker:
         return block
 
     def _pass_over(self, sample: Sample) -> None:
-        """A damaged picture: whatever it shows is no measurement."""
+        """A damaged picture, or the one before once more: whatever it shows is no measurement of this moment."""
         times = np.array([sample.time])
         block = self._blank([sample], self._predicted(times))
-        block.flag[:] = CORRUPT | PREDICTED
+        block.flag[:] = (CORRUPT if sample.corrupt else REPEATED) | PREDICTED
         self.state = self.state.remembering(times, block.values[:2].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)
         self._keep(block, times)

@@ -36,7 +36,7 @@ class Ghosts:
 
     shift_px: float = 0.8
     alike: float = 0.4
-    largest: float = 0.25
+    largest: float = 0.5
     slim: float = 0.5
     fill: float = 0.45
 

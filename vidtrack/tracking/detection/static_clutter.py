@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above, background_map
-from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS, automatic, background_level
+from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SHARE, SIGMAS, automatic, background_level
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
 Mask = NDArray[np.uint8]
 
-PULLS = 0.5
-"""Share of the automatic threshold above which a thing beside a target already pulls its centroid."""
+PULLS = 0.2
+"""Share of a target's contrast above which a thing beside it pulls its centroid by more than its fit can mend."""
 SOFT = 1.0
 """px about a target's box in which its soft edge lies."""
 ROOM = 4.0
@@ -80,13 +80,18 @@ def _any_within(sums: NDArray[np.int32], edges: Array) -> Bools:
 
 
 def static_clutter(
-    samples: Sequence[Sample], backgrounds: Mapping[int, NDArray[Any]], detection: Detection, own: Array
+    samples: Sequence[Sample],
+    backgrounds: Mapping[int, NDArray[Any]],
+    detection: Detection,
+    own: Array,
+    contrast: float = np.nan,
 ) -> StaticClutter | None:
     """What stands about while the targets are elsewhere; None where nothing does, or the whole scene is as bright.
 
     samples      the opening of the recording; backgrounds of it, turned bright, as `background_of` makes them
     own          (n, 4) left, top, right, bottom px: where the targets begin. What lies wholly in such a box is a
                  target at rest; where no target is seen apart in it, all of it is left to the target
+    contrast     grey levels, of the faintest target; NaN: not known, and what is brightest in the scene counts instead
     """
     sums = {}
     for parity, background in backgrounds.items():
@@ -94,7 +99,7 @@ def static_clutter(
         boxes = own.copy()
         boxes[:, 1::2] = first.row(boxes[:, 1::2])
         mask = _without(
-            _bright_things(background, detection), bright_mask(detection.bright(first.luma), detection), boxes
+            _bright_things(background, detection, contrast), bright_mask(detection.bright(first.luma), detection), boxes
         )
         if mask.any() and mask.mean() < CROWDED:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
@@ -133,14 +138,16 @@ def places(positions: Sequence[Array], sizes: Sequence[Array], lines: int) -> Ar
     return boxes
 
 
-def _bright_things(background: NDArray[Any], detection: Detection) -> Mask:
+def _bright_things(background: NDArray[Any], detection: Detection, contrast: float) -> Mask:
     """1 where the background picture stands out of its surroundings so much that a centroid would be pulled."""
     if detection.level is not None:
         return above(background, detection.level / detection.scale)
     even = background_map(background, detection.scale, detection.noise)
     grey = background.astype(np.float32) * np.float32(detection.scale)
     over = grey - (np.float32(background_level(background, scale=detection.scale)) if even is None else even)
-    least = max(SIGMAS * detection.noise, LEAST_CONTRAST, PULLS * automatic(over, detection.noise))
+    if np.isnan(contrast):
+        contrast = automatic(over, detection.noise) / SHARE
+    least = max(SIGMAS * detection.noise, LEAST_CONTRAST, PULLS * contrast)
     return (over > np.float32(least)).view(np.uint8)
 
 

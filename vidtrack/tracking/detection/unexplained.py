@@ -55,8 +55,8 @@ class WholePicture:
         self.static = static
         self._background = {parity: picture.copy() for parity, picture in backgrounds.items()}
         self._detection = detection
-        self._least = max(SIGMAS * detection.noise, LEAST_CONTRAST)
-        self._drop = max(UNEXPLAINED.darker * detection.noise, LEAST_CONTRAST) / detection.scale
+        self._least = max(SIGMAS * detection.moving_noise, LEAST_CONTRAST)
+        self._drop = max(UNEXPLAINED.darker * detection.moving_noise, LEAST_CONTRAST) / detection.scale
 
     def candidates(self, sample: Sample, middle: Array, size: Array, contrast: float) -> Blobs:
         """Blobs of a sample away from targets at middles (n, 2) px of these sizes (n, 2) px.

@@ -1,0 +1,157 @@
+"""Circumstances that recordings come with: each target is measured right, or it is said why not."""
+
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.discs import picture
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
+
+RATE = Fraction(30)
+SHAPE = (200, 260)
+
+
+def circle(k=60, n=1, *, radius=55.0, period=60.0):
+    t = 2 * np.pi * (np.arange(k)[:, None] / period + np.arange(n) / n)
+    return np.stack([130 + radius * np.cos(t), 100 + radius * np.sin(t)], axis=-1)
+
+
+def recorded(path, *, radius=5.0, contrast=150.0, noise=3.0, shape=SHAPE, level=30.0):
+    rng = np.random.default_rng(0)
+    frames = [
+        Frame(
+            i,
+            i / RATE,
+            picture(shape, [(*p, radius) for p in at], level=level, contrast=contrast, noise=noise, rng=rng),
+            False,
+            None,
+        )
+        for i, at in enumerate(path)
+    ]
+    return frames, VideoInfo(shape[1], shape[0], RATE, field_order="progressive")
+
+
+def boxes(*rows):
+    return pd.DataFrame(rows, columns=["target", "Xf", "Yf"])
+
+
+def off(tracked, path):
+    """px from the nearest ball, (samples, targets), NaN where not measured."""
+    n = tracked.centroids["target"].nunique()
+    at = tracked.centroids[["Xf", "Yf"]].to_numpy().reshape(-1, n, 2)
+    return np.linalg.norm(at[:, :, None] - path[:, None], axis=-1).min(axis=-1)
+
+
+def codes(tracked):
+    return [finding.code for finding in tracked.findings]
+
+
+@pytest.mark.parametrize("contrast", [16, 20, 24, 28])
+def test_dim_targets_in_noise_are_found_whole_and_not_by_their_crumbs(contrast):
+    path = circle()
+    tracked = track(*recorded(path, radius=4.0, contrast=contrast))
+    assert np.isfinite(off(tracked, path)).mean() > 0.98
+    assert np.nanmax(off(tracked, path)) < 0.6
+    assert tracked.centroids["pixels"].median() > 30
+
+
+@pytest.mark.parametrize("settings", [{}, {"threshold": 150}])
+def test_a_still_grain_of_the_scene_does_not_hide_a_bright_target(settings):
+    grain = np.clip(60 + np.random.default_rng(5).normal(0, 18, SHAPE), 0, 255)
+    path = circle()
+    tracked = track(*recorded(path, contrast=160, noise=2.0, level=grain), **settings)
+    assert np.isfinite(off(tracked, path)).all()
+    assert np.nanmax(off(tracked, path)) < 0.5
+
+
+@pytest.mark.parametrize("speed", [6, 20, 40])
+def test_a_start_box_never_makes_it_worse(speed):
+    x = np.arange(20, 440, speed, dtype=float)
+    path = np.stack([x, np.full(x.size, 60.0)], axis=-1)[:, None]
+    frames, info = recorded(path, shape=(120, 460))
+    tracked = track(frames, info, start_boxes=boxes(["a", *path[0, 0]]))
+    assert np.isfinite(off(tracked, path)).all()
+    assert np.nanmax(off(tracked, path)) < 0.1
+
+
+def test_faint_smears_beside_the_course_of_a_bright_target_do_not_count_as_clutter():
+    rng, (y, x) = np.random.default_rng(3), np.mgrid[: SHAPE[0], : SHAPE[1]]
+    level = np.full(SHAPE, 30.0)
+    for _ in range(12):
+        at = rng.uniform(20, [SHAPE[1] - 20, SHAPE[0] - 20])
+        level = np.maximum(level, 30 + 13 * np.exp(-((((x - at[0]) / 14) ** 2 + ((y - at[1]) / 5) ** 2) ** 2)))
+    path = circle()
+    tracked = track(*recorded(path, contrast=170, noise=2.0, level=level))
+    sd = tracked.centroids["sd_x"].to_numpy()
+    assert np.isfinite(off(tracked, path)).all()
+    assert (off(tracked, path)[:, 0] < 5 * sd).all()
+
+
+def test_a_picture_that_repeats_measures_no_moving_target_and_says_so():
+    path = circle(period=45.0)
+    frames, info = recorded(path)
+    repeats = [13, 30, 31, 59]
+    for i in repeats:
+        frames[i] = frames[i]._replace(luma=frames[i - 1].luma.copy())
+    tracked = track(frames, info)
+    table = tracked.centroids
+    assert table.loc[table["Xf"].isna(), "frame"].tolist() == repeats
+    assert table.loc[repeats, "flag"].str.contains("repeated").all()
+    assert np.nanmax(off(tracked, path)) < 0.1
+    assert "pictures-repeat" in codes(tracked)
+    assert not set(tracked.tracklets["frame"]) & set(repeats)
+
+
+def test_a_target_at_rest_is_measured_in_pictures_that_repeat_as_well():
+    path = np.tile([[[130.3, 100.4]]], (30, 1, 1))
+    frames, info = recorded(path)
+    frames = [frames[0]._replace(index=i, time=i / RATE) for i in range(30)]
+    tracked = track(frames, info)
+    assert (tracked.centroids["flag"] == "").all()
+    assert codes(tracked) == []
+
+
+def never(tracked):
+    (finding,) = [finding for finding in tracked.findings if finding.code == "target-never-measured"]
+    assert finding.level == "bad"
+    assert finding.cure
+    return finding.text
+
+
+def test_a_target_that_is_never_measured_is_told_with_the_likeliest_cause():
+    path = circle(radius=30)
+    frames, info = recorded(path)
+    here, elsewhere = boxes(["a", *path[0, 0]]), boxes(["a", 20.0, 20.0])
+    told = never(track(frames, info, start_boxes=elsewhere))
+    assert "nothing in its start box stands out" in told
+    assert "px away" in told
+    assert "the threshold of 220 is not reached" in never(track(frames, info, threshold=220, start_boxes=here))
+    assert "stands out of the noise" in never(track(frames, info, polarity="dark", start_boxes=here))
+    assert "1 of 3 targets" in never(track(frames, info, targets=3))
+
+
+def test_more_things_than_targets_are_followed_and_told():
+    path = circle(n=3)
+    tracked = track(*recorded(path))
+    (finding,) = tracked.findings
+    assert finding.code == "more-targets-seen"
+    assert "Set targets to 3" in finding.cure
+    assert tracked.tracklets["tracklet"].nunique() == 3
+    assert (tracked.tracklets["target"] == "").groupby(tracked.tracklets["tracklet"]).first().tolist() == [
+        False,
+        True,
+        True,
+    ]
+
+
+def test_a_start_box_binds_its_name_to_the_tracklet_that_begins_in_it():
+    path = circle(n=2)
+    frames, info = recorded(path)
+    tracked = track(frames, info, start_boxes=boxes(["a", *path[0, 0]], ["b", *path[0, 1]]))
+    first = tracked.tracklets.groupby("tracklet").first()
+    assert first["target"].tolist() == ["a", "b"]
+    assert first["bound"].all()
+    assert not track(frames, info, targets=2).tracklets["bound"].any()
