@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vidtrack.findings import LEVELS, Finding
-from vidtrack.verdict.judgement import WORDS, inherited, judged, terminal_lines, worst_word
+from vidtrack.verdict.judgement import WORDS, added, inherited, judged, terminal_lines, worst_word
 
 findings = st.lists(st.builds(Finding, st.sampled_from(LEVELS), st.sampled_from("ab"), st.sampled_from("xyz")))
 
@@ -23,6 +23,14 @@ def test_the_word_is_that_of_the_worst_reason_and_reasons_come_worst_first(found
     assert judgement.verdict == (judgement.reasons[0].level if judgement.reasons else "good")
     assert set(judgement.reasons) | set(judgement.notes) == set(found)
     assert "note" not in {reason.level for reason in judgement.reasons}
+
+
+def test_a_rule_is_dropped_where_a_stage_said_as_much_and_kept_where_it_is_worse():
+    stage = [Finding("doubtful", "points-left-out", "cam1: 2 points, at the rim")]
+    ruled = [Finding("doubtful", "points-left-out", "cam1: 2 points"), Finding("bad", "points-left-out", "cam1: 40")]
+    ruled.append(Finding("doubtful", "other", "something else"))
+    assert added(stage, ruled) == [*stage, *ruled[1:]]
+    assert added([], ruled) == ruled
 
 
 def test_the_worst_of_several_words_counts():

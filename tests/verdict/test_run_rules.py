@@ -52,13 +52,6 @@ def test_a_gap_longer_than_a_second_is_a_doubt_however_long_the_run():
     assert target_findings({"a": Track(30000, 29900, 0.2, 36000.0)}, 1) == []
 
 
-def test_a_target_never_measured_in_a_camera_is_named():
-    reading = {"targets": {"a": {"measured": 0.0}, "b": {"measured": 0.9}}, "reading": {"frames": 100}}
-    (finding,) = reading_findings("cam2", reading)
-    assert finding.code == "never-measured"
-    assert finding.text == "cam2: a never measured in this camera"
-
-
 @pytest.mark.parametrize(("lost", "corrupt", "level"), [(1, 0, None), (6, 4, "doubtful"), (150, 10, "bad")])
 def test_the_share_of_pictures_lost_is_graded(lost, corrupt, level):
     found = reading_findings("c", {"reading": {"frames": 100, "lost": lost, "corrupt": corrupt}})
@@ -81,26 +74,6 @@ def test_recordings_without_any_time_code_are_only_assumed_to_begin_together():
     given = {"clocks": {"cameras": {"cam1": {"source": "config", "offset_s": 0.2}}}}
     assert time_findings(timed("none", "none"), given) == []
     assert time_findings(timed("none"), {}) == []
-
-
-def test_estimates_of_a_clock_that_exclude_each_other_are_a_doubt():
-    def locate(sound_s):
-        estimates = {
-            "motion": {"offset_s": 0.0123, "offset_s_sd": 0.0002},
-            "sound": {"offset_s": sound_s, "offset_s_sd": 0.001},
-        }
-        return {"clocks": {"cameras": {"cam1": {"source": "motion", "witnesses": estimates}}}}
-
-    assert time_findings({}, locate(0.0140)) == []
-    (finding,) = time_findings({}, locate(0.0223))
-    assert finding.code == "clocks-contradict"
-    assert "12.3 and 22.3 ms" in finding.text
-
-
-def test_a_clock_that_was_sought_and_not_found_is_bad():
-    own = {"source": "nobody", "ambiguous": True}
-    found = time_findings({}, {"clocks": {"cameras": {"cam1": own}}})
-    assert codes(found) == [("bad", "clock-not-found"), ("doubtful", "clock-ambiguous")]
 
 
 def located(**changes):

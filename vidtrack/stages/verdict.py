@@ -12,7 +12,7 @@ from vidtrack.findings import Finding
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.verdict.calibration_rules import Fit, camera_findings, whole_findings
 from vidtrack.verdict.collected import collected, placed
-from vidtrack.verdict.judgement import Judgement, inherited, judged, worst_word
+from vidtrack.verdict.judgement import Judgement, added, inherited, judged, worst_word
 from vidtrack.verdict.run_rules import (
     Track,
     comparison_findings,
@@ -59,12 +59,12 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
     found = collected(own.labelling, name) + collected(own.record, name)
     if own.record is None or "rms_px" not in own.record:
         return found
-    return found + camera_findings(name, own.record, _fit(own.points, own.record), own.labelling or {})
+    return added(found, camera_findings(name, own.record, _fit(own.points, own.record), own.labelling or {}))
 
 
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
-    found = collected(results.back, "calibration") + whole_findings(results.back or {})
+    found = added(collected(results.back, "calibration"), whole_findings(results.back or {}))
     for name, own in results.after.items():
         found += [
             placed(finding, "after the test")
@@ -98,16 +98,16 @@ def _of_run(
         if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
             found += collected(failure)
     locate = own.record("locate")
-    for camera, reading in own.readings.items():
-        found += reading_findings(camera, reading)
+    ruled = [finding for camera, reading in own.readings.items() for finding in reading_findings(camera, reading)]
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
         failed = any(finding.level == "failed" for finding in found)
         return found if failed else [*found, _not_made(asked["cameras"], cameras)]
     if asked["mode"] != "waterline":
-        found += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
+        ruled += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
     held_out = ((results.back or {}).get("held_out") or {}).get("mean_3d")
-    found += time_findings(own.readings, locate) + location_findings(locate, held_out)
-    found += motion_findings(own.record("kinematics")) + comparison_findings(own.record("comparison"))
+    ruled += time_findings(own.readings, locate) + location_findings(locate, held_out)
+    ruled += motion_findings(own.record("kinematics")) + comparison_findings(own.record("comparison"))
+    found = added(found, ruled)
     if asked["mode"] != "plane":
         used = [cameras[c] for c in asked["cameras"] if c in cameras]
         found += inherited("the calibration", judged([*whole, *(f for camera in used for f in camera.reasons)]))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from vidtrack.findings import Finding, as_records, worst_first
+from vidtrack.findings import LEVELS, Finding, as_records, worst_first
 
 Word = Literal["good", "doubtful", "bad", "failed"]
 WORDS: tuple[Word, ...] = get_args(Word)
@@ -34,6 +34,18 @@ def judged(findings: Iterable[Finding]) -> Judgement:
     notes = tuple(finding for finding in ordered if finding.level == "note")
     word: Word = reasons[0].level if reasons and reasons[0].level != "note" else "good"
     return Judgement(word, reasons, notes)
+
+
+def added(found: Iterable[Finding], ruled: Iterable[Finding]) -> list[Finding]:
+    """Findings of the stages with those that the rules of the verdict add.
+
+    Where a stage found a thing of the same code, as bad or worse, its words are the better ones: the rule is dropped.
+    """
+    found = list(found)
+    worst: dict[str, int] = {}
+    for finding in found:
+        worst[finding.code] = max(worst.get(finding.code, 0), LEVELS.index(finding.level))
+    return found + [rule for rule in ruled if LEVELS.index(rule.level) > worst.get(rule.code, -1)]
 
 
 def worst_word(words: Iterable[str]) -> Word:

@@ -27,9 +27,6 @@ class Limits:
     sigma: tuple[float, float] = (6.0, 60.0)
     """Mean sigma over what calibration and centroid noise lead to expect in the calibrated volume."""
 
-    clocks: float = 3.3
-    """Standard errors by which two estimates of one clock may differ: once in a thousand times by chance."""
-
     scatter: tuple[float, float] = (3.0, 10.0)
     """Scatter about the smoothed path over sigma. Real motion of high frequency makes up to 1.3."""
 
@@ -44,9 +41,6 @@ class Limits:
 
 
 LIMITS = Limits()
-
-NOT_FOUND = ("nobody", "none")
-"""What stands as the source of a clock that was sought in vain."""
 
 
 class Track(NamedTuple):
@@ -85,23 +79,18 @@ def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | No
 
 
 def reading_findings(camera: str, reading: Record) -> list[Finding]:
-    """One camera's recording: pictures lost, targets never measured. reading: centroids/<camera>.json."""
+    """One camera's recording: pictures lost. reading: centroids/<camera>.json."""
     out: list[Finding] = []
     account = reading.get("reading") or {}
     frames, gone = account.get("frames") or 0, (account.get("lost") or 0) + (account.get("corrupt") or 0)
     if frames and (level := graded(gone / (frames + (account.get("lost") or 0)), LIMITS.pictures_lost)):
         text = f"{camera}: {gone} pictures of the recording are missing or damaged, of {frames} that were read"
         out.append(Finding(level, "pictures-lost", text, "Copy the recording again from the camera or tape."))
-    never = [name for name, own in (reading.get("targets") or {}).items() if own.get("measured") == 0]
-    if never:
-        text = f"{camera}: {', '.join(never)} never measured in this camera"
-        cure = f"See whether {camera} shows it; give its start box in targets.csv, or detect.threshold."
-        out.append(Finding("doubtful", "never-measured", text, cure))
     return out
 
 
 def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Finding]:
-    """Whether the cameras of a run share one time, and whether the estimates of a clock agree."""
+    """Whether the cameras of a run share one time at all; what estimates of a clock say, stage locate finds."""
     out: list[Finding] = []
     bare = [camera for camera, own in readings.items() if (own.get("time") or {}).get("source") == "none"]
     clocks = (locate.get("clocks") or {}).get("cameras") or {}
@@ -114,36 +103,11 @@ def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Findin
         out.append(
             Finding("doubtful", "clock-unknown", text, "Set cameras.<name>.clock: auto for all cameras but one.")
         )
-    for camera, own in clocks.items():
-        if own.get("source") in NOT_FOUND:
-            text = f"{camera}: its clock was sought and not found"
-            cure = "Let a target move fast through both pictures, clap once, or give cameras.<name>.clock.offset_s."
-            out.append(Finding("bad", "clock-not-found", text, cure))
-        if own.get("ambiguous"):
-            text = f"{camera}: another clock offset fits the motion about as well, as with a periodic motion"
-            cure = f"Set cameras.{camera}.clock: sound or flash, or give the offset."
-            out.append(Finding("doubtful", "clock-ambiguous", text, cure))
-        out += _contradictions(camera, own.get("witnesses") or {})
     return out
 
 
 def _given(clock: Record | None) -> bool:
     return bool(clock and (clock.get("offset_s") or clock.get("rate_ppm")))
-
-
-def _contradictions(camera: str, estimates: Mapping[str, Record]) -> list[Finding]:
-    known = [(name, own["offset_s"], own["offset_s_sd"]) for name, own in estimates.items() if own.get("offset_s_sd")]
-    out = []
-    for i, (name, offset, sd) in enumerate(known):
-        for other, offset_2, sd_2 in known[i + 1 :]:
-            if offset is not None and offset_2 is not None and abs(offset - offset_2) > LIMITS.clocks * hypot(sd, sd_2):
-                text = (
-                    f"{camera}: {name} and {other} give clock offsets of {1000 * offset:.4g} and "
-                    f"{1000 * offset_2:.4g} ms, which exclude each other"
-                )
-                cure = f"Set cameras.{camera}.clock to the one that is right: {name} or {other}."
-                out.append(Finding("doubtful", "clocks-contradict", text, cure))
-    return out
 
 
 def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
