@@ -99,6 +99,9 @@ class Groups:
 
     def sights(self, g: int, h: int) -> tuple[float, int]:
         """The same, and the number of misses that it is the sum over."""
+        (a, b), (c, d) = self.span[g], self.span[h]
+        if max(a, c) > min(b, d):
+            return 0.0, 0
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
         total, count = 0.0, 0
@@ -146,7 +149,9 @@ class Groups:
 
     def neighbours(self, g: int) -> set[int]:
         """Groups that hold a tracklet that fits one of this group's."""
-        return {self.root[w] for node in self.members[g] for w in self.friends[node]} - {g}
+        found = {self.root[w] for node in self.members[g] for w in self.friends[node]}
+        found.discard(g)
+        return found
 
     def join_the_clear(self, margin: float = MARGIN) -> None:
         """Join groups round by round while any choice is clear."""
@@ -160,15 +165,23 @@ class Groups:
                     changed.add(self.join(g, h, lead))
             if not changed:
                 return
+            self._forget_inner(changed)
             active = changed | {n for g in changed for n in self.neighbours(g)}
+
+    def _forget_inner(self, changed: Iterable[int]) -> None:
+        """Fits between tracklets that are of one group by now need not be looked at again."""
+        for g in changed:
+            for node in self.members[g]:
+                self.friends[node] = [w for w in self.friends[node] if self.root[w] != g]
 
     def _worths(self, active: Iterable[int]) -> dict[Pair, Worth]:
         """What joining is worth, for all groups that have something to gain from a group that is active or near one."""
-        near = set(active)
-        near |= {n for g in list(near) for n in self.neighbours(g)}
+        beside = {g: self.neighbours(g) for g in set(active)}
+        for g in {n for found in beside.values() for n in found} - beside.keys():
+            beside[g] = self.neighbours(g)
         out: dict[Pair, Worth] = {}
-        for g in near:
-            for h in self.neighbours(g):
+        for g, found in beside.items():
+            for h in found:
                 key = (g, h) if g < h else (h, g)
                 if key not in out:
                     value, n = self.sights(g, h)
