@@ -16,6 +16,7 @@ from vidtrack.findings import as_records
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.centroid_noise import noise_factor
+from vidtrack.location.followed import Rows, view_of
 from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -30,7 +31,6 @@ from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.sight_misses import sight_misses
-from vidtrack.location.view_tables import view_of
 from vidtrack.location.views import (
     Labels,
     Seen,
@@ -197,9 +197,25 @@ def _views(
             f"{where}: mode space needs two cameras or more; there is {names}. Add a camera, or use mode: plane."
         )
     return [
-        view_of(name, table, tracklets.get(name), *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)))
+        view_of(
+            name,
+            _rows(table),
+            _rows(tracklets[name]) if name in tracklets else None,
+            *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
+        )
         for name, table in centroids.items()
     ]
+
+
+def _rows(table: pd.DataFrame) -> Rows:
+    def words(column: str) -> Labels:
+        n = len(table)
+        return table[column].fillna("").astype(str).to_numpy(object) if column in table else np.full(n, "", object)
+
+    sd = table.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
+    number = table["tracklet"].to_numpy(np.intp) if "tracklet" in table else np.full(len(table), -1, np.intp)
+    b = table[["Xf", "Yf"]].to_numpy(float)
+    return Rows(table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number)
 
 
 def _given_clocks(

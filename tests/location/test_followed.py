@@ -1,28 +1,30 @@
 """A view holds the targets' tracks and what else was followed, cut where identity is in doubt."""
 
 import numpy as np
-import pandas as pd
 
-from vidtrack.association.tracklets import COLUMNS
-from vidtrack.location.view_tables import view_of
+from vidtrack.location.followed import Rows, view_of
 from vidtrack.simulate.rig import thesis_rig
 
 CAMERA = thesis_rig(1)[0]
 
 
+def rows(samples, target, flags=None, number=-1, Xf=None):
+    n = len(samples)
+    flag = np.array(flags if flags is not None else [""] * n, object)
+    b = np.repeat(np.where(flag == "lost", np.nan, 10.0 + np.arange(n) if Xf is None else Xf)[:, None], 2, 1)
+    words = np.full(n, "", object)
+    named = np.full(n, target, object)
+    return Rows(np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number))
+
+
 def centroids(flags):
-    n = len(flags)
-    Xf = np.where([f == "lost" for f in flags], np.nan, 10.0 + np.arange(n))
-    return pd.DataFrame({"time_s": np.arange(n) / 30, "target": "t1", "Xf": Xf, "Yf": Xf, "flag": flags})
+    return rows(range(len(flags)), "t1", flags)
 
 
-def tracklets(*rows):
+def tracklets(*told):
     """Tracklets from (number, target, samples)."""
-    table = [
-        pd.DataFrame({"tracklet": k, "target": name, "time_s": np.array(samples) / 30, "Xf": 100.0 * k, "Yf": 7.0})
-        for k, name, samples in rows
-    ]
-    return pd.concat(table).reindex(columns=list(COLUMNS))
+    parts = [rows(samples, name, number=k, Xf=100.0 * k) for k, name, samples in told]
+    return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def test_what_was_followed_besides_the_targets_is_in_tracks_without_a_name():

@@ -1,0 +1,111 @@
+"""What one camera followed, as a view: the targets' tracks, and what else there was."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.association.tracklets import lanes, may_change, pieces_of
+from vidtrack.geometry.calibration_error import CameraUncertainty
+from vidtrack.geometry.camera import Camera
+from vidtrack.location.views import Labels, View
+
+SHORTEST = 3
+"""Samples of a tracklet of no target, at least; with fewer it is taken for noise."""
+
+
+class Rows(NamedTuple):
+    """N rows of a table: of centroids, or of tracklets."""
+
+    time: Array  # (N,) s
+    target: Labels  # (N,) its name; '' for none
+    b: Array  # (N, 2) px; NaN where it was not measured
+    sd: Array  # (N, 2) px; NaN where that is not known
+    flag: Labels  # (N,)
+    label: Labels  # (N,) time code, or the like
+    tracklet: Ints  # (N,) -1 for none
+
+
+def view_of(
+    name: str, centroids: Rows, tracklets: Rows | None, camera: Camera, uncertainty: CameraUncertainty | None
+) -> View:
+    """A camera's view, a track a target of the centroid table.
+
+    tracklets  what else was followed is put into further tracks, named '', and a target's track is cut where one of
+               its tracklets begins; None: tracks are cut by their flags alone
+    """
+    t, column = np.unique(centroids.time, return_inverse=True)
+    labels = list(dict.fromkeys(centroids.target.tolist()))
+    codes = _codes(centroids.target, labels)
+    n = len(labels)
+    rows = centroids
+    begins = np.zeros(len(column), bool)
+    if tracklets is not None and tracklets.time.size:
+        tracklets = _at(tracklets, t)
+        others, lane = _others(tracklets, t)
+        rows = Rows._make(np.concatenate(pair) for pair in zip(centroids, others, strict=True))
+        codes = np.concatenate([codes, n + lane])
+        column = np.concatenate([column, np.searchsorted(t, others.time)])
+        begins = np.concatenate([begins, _first_of_each(others.tracklet)])
+    b = np.full((int(codes.max(initial=n - 1)) + 1, t.size, 2), np.nan)
+    b[codes, column] = rows.b
+    has_sd = bool(np.isfinite(rows.sd[:, 0]).any())
+    sd = np.ones(b.shape)
+    if has_sd:
+        usual = np.nanmedian(rows.sd, axis=0)
+        sd[codes, column] = np.where(np.isfinite(rows.sd) & (rows.sd > 0), rows.sd, usual)
+    flag = np.full(b.shape[:2], "", object)
+    flag[codes, column] = rows.flag
+    label = np.full(t.size, "", object)
+    label[column[: centroids.time.size]] = centroids.label
+    broken = may_change(flag)
+    broken[codes[begins], column[begins]] = True
+    if tracklets is not None and tracklets.time.size:
+        broken |= _begins(tracklets, labels, t, len(b))
+    tracks = [*labels, *[""] * (len(b) - n)]
+    return View(name, camera, uncertainty, t, label, tracks, b, sd, flag, has_sd, pieces_of(b, broken))
+
+
+def _codes(target: Labels, labels: list[str]) -> Ints:
+    number = {name: k for k, name in enumerate(labels)}
+    return np.array([number[name] for name in target.tolist()], np.intp)
+
+
+def _some(rows: Rows, which: Bools | Ints) -> Rows:
+    return Rows._make(column[which] for column in rows)
+
+
+def _at(rows: Rows, t: Array) -> Rows:
+    """Measured rows of tracklets at moments that the camera has, in order of time."""
+    rows = _some(rows, np.isin(rows.time, t) & np.isfinite(rows.b).all(-1) & (rows.tracklet >= 0))
+    return _some(rows, np.argsort(rows.time, kind="stable"))
+
+
+def _first_of_each(number: Ints) -> Bools:
+    first = np.zeros(number.size, bool)
+    first[np.unique(number, return_index=True)[1]] = True
+    return first
+
+
+def _others(tracklets: Rows, t: Array) -> tuple[Rows, Ints]:
+    """Rows of tracklets of no target, and the lane of each."""
+    own = _some(tracklets, tracklets.target == "")
+    _, which, count = np.unique(own.tracklet, return_inverse=True, return_counts=True)
+    own = _some(own, count[which] >= SHORTEST)
+    number, which = np.unique(own.tracklet, return_inverse=True)
+    moment = np.searchsorted(t, own.time)
+    first, last = np.full(number.size, t.size), np.full(number.size, -1)
+    np.minimum.at(first, which, moment)
+    np.maximum.at(last, which, moment)
+    return own, lanes(first, last)[which]
+
+
+def _begins(tracklets: Rows, labels: list[str], t: Array, rows: int) -> Bools:
+    """Samples (rows, T) at which a tracklet of a target begins."""
+    out = np.zeros((rows, t.size), bool)
+    own = _some(tracklets, np.isin(tracklets.target.astype(str), labels) & (tracklets.target != ""))
+    own = _some(own, _first_of_each(own.tracklet))
+    out[_codes(own.target, labels), np.searchsorted(t, own.time)] = True
+    return out
