@@ -5,6 +5,7 @@ The JSON schema in workflow/schemas is made from here (`python -m vidtrack.setti
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
@@ -484,8 +485,12 @@ def _known_keys(path: list[str]) -> list[str]:
     return list(node.get("properties", {}))
 
 
+def schema_text() -> str:
+    """The JSON schema of config.yaml."""
+    return json.dumps(Settings.model_json_schema(by_alias=True), indent=1) + "\n"
+
+
 if __name__ == "__main__":
-    import json
     import sys
 
-    sys.stdout.write(json.dumps(Settings.model_json_schema(by_alias=True), indent=1) + "\n")
+    sys.stdout.write(schema_text())

@@ -8,14 +8,6 @@ SETS = {"calibration": [], "calibration_after": []}
 NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
 
 
-def clips_seen(clip_set, camera):
-    after = clip_set == "calibration_after"
-    return [
-        EXPERIMENT.clips[c]
-        for c in orders.clips_of(SETTINGS, EXPERIMENT, camera, after)
-    ]
-
-
 for clip_set, members in SETS.items():
     for camera in EXPERIMENT.cameras_in_clips():
         clips = clips_seen(clip_set, camera)
@@ -59,13 +51,6 @@ if CALIBRATED_AFTER:
     CALIBRATION.append(f"{RESULTS}/calibration_after/stability.json")
 
 
-def of_each(clip_set, name):
-    """A file of each calibrated camera."""
-    return results(
-        lambda w: [f"{RESULTS}/{clip_set}/{camera}/{name}" for camera in SETS[clip_set]]
-    )
-
-
 rule calibration_points:
     input:
         points=ancient(EXPERIMENT.points or []),
@@ -90,7 +75,12 @@ rule calibration_points:
         account=account("calibration_points", "{set}", "{camera}"),
     log:
         f"{LOGS}/calibration_points/{{set}}/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/calibration_points/{{set}}/{{camera}}.tsv"
     threads: max(1, (workflow.cores or 1) // max(1, len(CALIBRATED)))
+    resources:
+        mem_mb=600,
+        runtime=lambda w, input: 10 + input.size_mb // 20,
     params:
         **order("calibration_points", "set", "camera"),
     message:
@@ -114,6 +104,11 @@ rule calibrate:
         account=account("calibrate", "{set}", "{camera}"),
     log:
         f"{LOGS}/calibrate/{{set}}/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/calibrate/{{set}}/{{camera}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("calibrate", "set", "camera"),
     message:
@@ -133,10 +128,19 @@ for clip_set, members in SETS.items():
             alone=of_each(clip_set, "alone.json"),
             points=of_each(clip_set, "points.parquet"),
         output:
-            [f"{RESULTS}/{clip_set}/{c}/camera.json" for c in members if BUNDLED],
+            **{
+                f"camera_{i}": f"{RESULTS}/{clip_set}/{camera}/camera.json"
+                for i, camera in enumerate(members)
+                if BUNDLED
+            },
             account=account("bundle", clip_set),
         log:
             f"{LOGS}/bundle/{clip_set}.log",
+        benchmark:
+            f"{BENCHMARKS}/bundle/{clip_set}.tsv"
+        resources:
+            mem_mb=400,
+            runtime=20,
         params:
             **order("bundle", parts=(clip_set,)),
         message:
@@ -145,7 +149,7 @@ for clip_set, members in SETS.items():
             "printf '%s\\n' {params:q} | python -m vidtrack bundle --account {output.account:q} --log {log:q}"
             " --input alone {input.alone:q} --input points {input.points:q}"
             + "".join(
-                f" --output {camera} {{output[{i}]:q}}"
+                f" --output {camera} {{output.camera_{i}:q}}"
                 for i, camera in enumerate(members)
             )
 
@@ -160,6 +164,11 @@ rule back_project:
         account=account("back_project"),
     log:
         f"{LOGS}/back_project.log",
+    benchmark:
+        f"{BENCHMARKS}/back_project.tsv"
+    resources:
+        mem_mb=400,
+        runtime=20,
     params:
         **order("back_project"),
     message:
@@ -176,10 +185,17 @@ rule overlay:
         points=results(f"{RESULTS}/calibration/{{camera}}/points.parquet"),
         table=results(f"{RESULTS}/calibration/backprojection.parquet"),
     output:
-        overlay=f"{RESULTS}/calibration/overlay_{{camera}}.png",
+        overlay=report(
+            f"{RESULTS}/calibration/overlay_{{camera}}.png", category="Calibration"
+        ),
         account=account("overlay", "{camera}"),
     log:
         f"{LOGS}/overlay/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/overlay/{{camera}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("overlay", "camera"),
     message:
@@ -209,6 +225,11 @@ rule stability:
         account=account("stability"),
     log:
         f"{LOGS}/stability.log",
+    benchmark:
+        f"{BENCHMARKS}/stability.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("stability"),
     message:

@@ -9,21 +9,16 @@ from snakemake.settings.types import RerunTrigger
 
 HOUSE = str(Path(str(workflow.current_basedir)).parents[1])
 sys.path.insert(0, HOUSE)
-os.environ["PATH"] = os.path.dirname(sys.executable) + os.pathsep + os.environ["PATH"]
-os.environ["PYTHONPATH"] = os.pathsep.join(
-    filter(None, [HOUSE, os.environ.get("PYTHONPATH")])
-)
-# A job's arrays are small: a linear algebra library that takes every core for them only gets in the others' way.
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(variable, "1")
-
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import Experiment, channels_path, profiles, within
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings import settings_from_config
 from vidtrack.workflow import orders
+from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.order_book import OrderBook
+
+set_environment(HOUSE)
 
 
 def told(function, *arguments):
@@ -51,6 +46,7 @@ EXPERIMENT = (
 )
 RESULTS = EXPERIMENT.results
 LOGS = f"{RESULTS}/logs"
+BENCHMARKS = f"{RESULTS}/.benchmarks"
 BOOK = OrderBook(EXPERIMENT.folder, cache=".snakemake/vidtrack")
 
 
@@ -133,3 +129,48 @@ prepared = False
 
 async def accept_dates(job, outputs):
     """In place of Snakemake's check that no output is older than an input."""
+
+
+def clips_seen(clip_set, camera):
+    after = clip_set == "calibration_after"
+    return [
+        EXPERIMENT.clips[c]
+        for c in orders.clips_of(SETTINGS, EXPERIMENT, camera, after)
+    ]
+
+
+def of_each(clip_set, name):
+    """A file of each calibrated camera."""
+    return results(
+        lambda w: [f"{RESULTS}/{clip_set}/{camera}/{name}" for camera in SETS[clip_set]]
+    )
+
+
+def recordings(run):
+    return list(EXPERIMENT.runs[run].videos.values())
+
+
+def calibrations(run, name):
+    """A file of each camera's calibration, where the run is located in space."""
+    return (
+        [f"{RESULTS}/calibration/{c}/{name}" for c in EXPERIMENT.runs[run].videos]
+        if MODES[run] == "space"
+        else []
+    )
+
+
+def of_plane(run, name):
+    """A file of the camera's calibration points, where the run is located in a plane of known points."""
+    plane = SETTINGS.runs[run].plane if MODES[run] == "plane" else None
+    camera = next(iter(EXPERIMENT.runs[run].videos))
+    return f"{RESULTS}/calibration/{camera}/{name}" if plane and plane.points else []
+
+
+def of_cameras(name):
+    """A file of each camera of a run."""
+    return results(
+        lambda w: [
+            f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}"
+            for c in EXPERIMENT.runs[w.run].videos
+        ]
+    )

@@ -38,6 +38,11 @@ rule compare:
         account=account("compare", "{run}"),
     log:
         f"{LOGS}/compare/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/compare/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("compare", "run"),
     message:

@@ -38,10 +38,6 @@ LOCATIONS += [
 ]
 
 
-def recordings(run):
-    return list(EXPERIMENT.runs[run].videos.values())
-
-
 for run in LOCATED:
     known = MODES[run] == "plane" and SETTINGS.runs[run].plane.points
     BOOK.add(
@@ -67,32 +63,6 @@ for run, camera in WATERLINES.items():
     )
 
 
-def calibrations(run, name):
-    """A file of each camera's calibration, where the run is located in space."""
-    return (
-        [f"{RESULTS}/calibration/{c}/{name}" for c in EXPERIMENT.runs[run].videos]
-        if MODES[run] == "space"
-        else []
-    )
-
-
-def of_plane(run, name):
-    """A file of the camera's calibration points, where the run is located in a plane of known points."""
-    plane = SETTINGS.runs[run].plane if MODES[run] == "plane" else None
-    camera = next(iter(EXPERIMENT.runs[run].videos))
-    return f"{RESULTS}/calibration/{camera}/{name}" if plane and plane.points else []
-
-
-def of_cameras(name):
-    """A file of each camera of a run."""
-    return results(
-        lambda w: [
-            f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}"
-            for c in EXPERIMENT.runs[w.run].videos
-        ]
-    )
-
-
 rule clocks:
     input:
         videos=lambda w: ancient(recordings(w.run)),
@@ -103,6 +73,11 @@ rule clocks:
         account=account("clocks", "{run}"),
     log:
         f"{LOGS}/clocks/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/clocks/{{run}}.tsv"
+    resources:
+        mem_mb=600,
+        runtime=lambda w, input: 10 + input.size_mb // 20,
     params:
         **order("clocks", "run"),
     message:
@@ -137,6 +112,11 @@ rule locate:
         account=account("locate", "{run}"),
     log:
         f"{LOGS}/locate/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/locate/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=lambda w, input: 10 + input.size_mb,
     params:
         **order("locate", "run"),
     message:
@@ -159,6 +139,11 @@ rule kinematics:
         account=account("kinematics", "{run}"),
     log:
         f"{LOGS}/kinematics/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/kinematics/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=lambda w, input: 10 + input.size_mb,
     params:
         **order("kinematics", "run"),
     message:
@@ -178,6 +163,11 @@ rule bodies:
         account=account("bodies", "{run}"),
     log:
         f"{LOGS}/bodies/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/bodies/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("bodies", "run"),
     message:
@@ -205,6 +195,11 @@ rule analysis:
         account=account("analysis", "{run}"),
     log:
         f"{LOGS}/analysis/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/analysis/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("analysis", "run"),
     message:
@@ -233,7 +228,12 @@ rule waterline:
         account=account("waterline", "{run}"),
     log:
         f"{LOGS}/waterline/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/waterline/{{run}}.tsv"
     threads: max(1, (workflow.cores or 1) // max(1, len(WATERLINES) + len(TRACKS)))
+    resources:
+        mem_mb=800,
+        runtime=lambda w, input: 10 + input.size_mb // 20,
     params:
         **order("waterline", "run"),
     message:

@@ -26,11 +26,22 @@ rule sensitivity:
         volume=f"{RESULTS}/sensitivity/{{scenario}}/volume.parquet",
         volume_csv=f"{RESULTS}/sensitivity/{{scenario}}/volume.csv",
         record=f"{RESULTS}/sensitivity/{{scenario}}/record.json",
-        sweeps=f"{RESULTS}/sensitivity/{{scenario}}/sweeps.png",
-        volume_map=f"{RESULTS}/sensitivity/{{scenario}}/volume.png",
+        sweeps=report(
+            f"{RESULTS}/sensitivity/{{scenario}}/sweeps.png",
+            category="Predicted accuracy",
+        ),
+        volume_map=report(
+            f"{RESULTS}/sensitivity/{{scenario}}/volume.png",
+            category="Predicted accuracy",
+        ),
         account=account("sensitivity", "{scenario}"),
     log:
         f"{LOGS}/sensitivity/{{scenario}}.log",
+    benchmark:
+        f"{BENCHMARKS}/sensitivity/{{scenario}}.tsv"
+    resources:
+        mem_mb=800,
+        runtime=120,
     params:
         **order("sensitivity", "scenario"),
     message:

@@ -8,6 +8,9 @@ rule render:
     log:
         ".snakemake/vidtrack/render.log",
     threads: workflow.cores or 1
+    resources:
+        mem_mb=1000,
+        runtime=60,
     params:
         folder=EXPERIMENT.folder,
     message:

@@ -24,10 +24,15 @@ rule report:
     input:
         results=results(lambda w: REPORTED),
     output:
-        report=REPORT,
+        report=report(REPORT, category="Experiment"),
         account=account("report"),
     log:
         f"{LOGS}/report.log",
+    benchmark:
+        f"{BENCHMARKS}/report.tsv"
+    resources:
+        mem_mb=lambda w, input: 800 + 4 * input.size_mb,
+        runtime=lambda w, input: 10 + input.size_mb // 2,
     params:
         **order("report"),
     message:

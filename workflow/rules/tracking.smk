@@ -36,8 +36,13 @@ rule track:
         account=account("track", "{run}", "{camera}"),
     log:
         f"{LOGS}/track/{{run}}/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/track/{{run}}/{{camera}}.tsv"
     # One core a recording where many wait; a single recording takes what there is.
     threads: max(1, (workflow.cores or 1) // max(1, len(TRACKS)))
+    resources:
+        mem_mb=600,
+        runtime=lambda w, input: 10 + input.size_mb // 20,
     params:
         **order("track", "run", "camera"),
     message:

@@ -39,6 +39,11 @@ rule verdict:
         account=account("verdict"),
     log:
         f"{LOGS}/verdict.log",
+    benchmark:
+        f"{BENCHMARKS}/verdict.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
     params:
         **order("verdict"),
     message:

@@ -1,0 +1,20 @@
+"""The environment of the jobs: the interpreter and the package are those of Snakemake itself."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+
+def set_environment(house: str) -> None:
+    """Let `python -m vidtrack` in a rule mean this Python and the package that lies in `house`."""
+    _prepend("PATH", os.path.dirname(sys.executable))
+    _prepend("PYTHONPATH", house)
+    # A job's arrays are small: a linear algebra library that takes every core for them only slows the other jobs.
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+
+
+def _prepend(variable: str, folder: str) -> None:
+    rest = [part for part in os.environ.get(variable, "").split(os.pathsep) if part and part != folder]
+    os.environ[variable] = os.pathsep.join([folder, *rest])
