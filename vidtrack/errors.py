@@ -1,16 +1,34 @@
 """The one error that a user can mend: what is wrong, where, and what to do, on one line."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+MOST = 10
+"""Problems of one kind that are shown; the rest is counted."""
+
+LINES = 60
+"""Problems of all kinds that are shown."""
+
 
 class VidtrackError(Exception):
-    """Bad input, told in one line that names the place, the value met and the cure.
+    """Bad input: what is wrong, where, which value was met, and what to do, on one line.
 
     A job that meets it prints the line, writes no output and ends with exit code 1.
-    Several problems of one kind may be told together: pass each as its own argument.
+    Several problems may be reported together: pass each as its own argument. Of very many the rest is counted.
     """
 
     def __init__(self, *problems: str) -> None:
         super().__init__(*problems)
         self.problems: tuple[str, ...] = problems
+        if len(problems) > LINES:
+            self.problems = (*problems[:LINES], f"and {len(problems) - LINES} more problems.")
 
     def __str__(self) -> str:
         return "\n".join(self.problems)
+
+
+def first_of(problems: Sequence[str], where: object, most: int = MOST) -> list[str]:
+    """The first problems of one kind, and a line that says how many more there are at the place `where`."""
+    more = len(problems) - most
+    return [*problems[:most], f"{where}: and {more} more problems like these."] if more > 0 else list(problems)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Collection, Iterable, Sequence
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
@@ -15,3 +16,55 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
             return candidate
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return near[0] if near else None
+
+
+_RANGE = re.compile(r"(\D*)(\d{1,9})\s*-\s*(?:\1)?(\d{1,9})")
+
+
+def tags_meant(parts: Sequence[str], known: Collection[str]) -> tuple[list[str], list[str]]:
+    """The tags that a list such as 1-4, 9, left means, and what is wrong with it, a sentence each.
+
+    known   the tags in points.csv. A part that is one of them is that tag as it stands, 1-4 too where it is one;
+            otherwise 1-4 means 1, 2, 3, 4 (or 01, 02, ... where points.csv has these), and A1-A4 means A1, A2, A3, A4
+    """
+    known = frozenset(known)
+    tags: list[str] = []
+    problems: list[str] = []
+    for part in parts:
+        ends = None if part in known else _RANGE.fullmatch(part)
+        if ends is None:
+            tags.append(part)
+        elif int(ends[2]) > int(ends[3]):
+            problems.append(
+                f"{part} is no tag in points.csv, and as a range it counts backwards. Correct it, "
+                f"or write {ends[1]}{ends[3]}-{ends[1]}{ends[2]}."
+            )
+        elif int(ends[3]) - int(ends[2]) > 10_000:
+            problems.append(f"{part} are more than 10000 tags. Correct the range.")
+        else:
+            within = [_tag_of(ends[1], n, len(ends[2]), known) for n in range(int(ends[2]), int(ends[3]) + 1)]
+            if known and known.isdisjoint(within):
+                problems.append(
+                    f"{part} is no tag in points.csv, and neither are {within[0]} to {within[-1]}. Correct it."
+                )
+            else:
+                tags += within
+    return tags, problems
+
+
+def _tag_of(prefix: str, number: int, digits: int, known: Collection[str]) -> str:
+    plain = f"{prefix}{number}"
+    if plain in known:
+        return plain
+    padded = f"{prefix}{number:0{digits}d}"
+    if padded in known:
+        return padded
+    alike = [tag for tag in known if re.fullmatch(rf"{re.escape(prefix)}0*{number}", tag)]
+    return alike[0] if len(alike) == 1 else padded
+
+
+def some_of(names: Sequence[str], most: int = 12) -> str:
+    """Names in a row for a message, at most so many of them."""
+    return (
+        ", ".join(names) if len(names) <= most else f"{', '.join(names[: most - 2])} and {len(names) - most + 2} more"
+    )

@@ -36,19 +36,14 @@ def _simple_name(name: str) -> str:
 
 
 def _tag_list(value: Any) -> Any:
-    """`1-16`, `1-4, 9, a` or a list of any of these, as single tags."""
+    """`1-16`, `1-4, 9, a` or a list of any of these, each part as it stands: see `naming.tags_meant`."""
     if value is None:
         return None
     parts = value if isinstance(value, (list, tuple)) else str(value).split(",")
-    tags: list[str] = []
-    for part in (str(p).strip() for p in parts):
-        ends = re.fullmatch(r"(\d+)\s*-\s*(\d+)", part)
-        if not part:
-            raise ValueError("an empty tag; write 1-16 or a list of tags")
-        if ends and int(ends[1]) > int(ends[2]):
-            raise ValueError(f"{part} counts backwards; write {ends[2]}-{ends[1]}")
-        tags += [str(n) for n in range(int(ends[1]), int(ends[2]) + 1)] if ends else [part]
-    return tuple(tags)
+    parts = tuple(str(p).strip() for p in parts)
+    if "" in parts:
+        raise ValueError("an empty tag; write 1-16 or a list of tags")
+    return parts
 
 
 def _names(value: Any) -> Any:
@@ -175,7 +170,7 @@ class Detect(Section):
 class Clip(DetectChange):
     """One calibration clip: the tags in view, and any detect setting that differs for it."""
 
-    tags: Tags = Field(None, description="1-16, or a list; default: every tag in points.csv")
+    tags: Tags = Field(None, description="tags of points.csv: a list, or ranges such as 1-16; default: every tag there")
     detect: DetectChange = Field(
         DetectChange(), description="the detect settings that differ for this clip; they may also stand beside `tags`"
     )

@@ -3,7 +3,8 @@ import math
 import pytest
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.csv_checked import POINTS, TARGETS, checked_csv
+from vidtrack.files.csv_checked import checked_csv
+from vidtrack.files.csv_columns import POINTS, TARGETS
 
 
 def written(tmp_path, text, name="points.csv"):

@@ -2,137 +2,149 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import os
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
-from vidtrack.errors import VidtrackError
-from vidtrack.naming import did_you_mean
-
-Path = str | os.PathLike[str]
-
-
-class Columns(NamedTuple):
-    """What one kind of file holds.
-
-    texts, numbers   the columns that hold words and numbers
-    optional         those of them that may be absent
-    blanks           number columns in which an empty cell is allowed, and becomes NaN
-    unique           columns whose cells together may name only one row
-    """
-
-    texts: Sequence[str] = ()
-    numbers: Sequence[str] = ()
-    optional: Sequence[str] = ()
-    blanks: Sequence[str] = ()
-    unique: Sequence[str] = ()
+from vidtrack.errors import VidtrackError, first_of
+from vidtrack.files.csv_columns import Columns, Header, find_header, unit_problems
+from vidtrack.files.csv_numbers import MISSING, NumberStyle, why_not_a_number
+from vidtrack.files.csv_text import Path, Row, read_text, short, split_rows
 
 
-POINTS = Columns(("tag",), ("x", "y", "z", "sigma"), ("sigma",), ("sigma",), ("tag",))
-PICKS = Columns(("camera", "tag"), ("Xf", "Yf"), unique=("camera", "tag"))
-TARGETS = Columns(
-    ("camera", "target"),
-    ("Xf", "Yf", "width", "height"),
-    ("width", "height"),
-    ("width", "height"),
-    ("camera", "target"),
-)
-TRUTH = Columns(("target",), ("time_s", "x", "y", "z"), unique=("time_s", "target"))
-
-
-def checked_csv(path: Path, columns: Columns, *, others: str = "forbid") -> dict[str, list[Any]]:
+def checked_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> dict[str, list[Any]]:
     """The wanted columns of a CSV file, absent optional ones left out, and `line`: each row's line in the file.
 
-    others   forbid | ignore: what to do with columns that nobody asked for
+    others   forbid | ignore: what to do with columns that are not wanted
+    units    the experiment's unit of length, held against units in the header; "" where there is none to compare
     Raises VidtrackError with every bad cell (ten at most), each with its line.
     """
-    header, rows = _rows(path)
-    problems = _header_problems(path, header, columns, others)
+    split = split_rows(path, read_text(path), columns.names)
+    header = find_header(path, split, columns, others)
+    problems = unit_problems(path, header, columns, units)
+    rows, unclear = _data_rows(path, header, columns)
+    problems += unclear
     if problems:
-        raise VidtrackError(*problems)
+        raise VidtrackError(*first_of(problems, path))
     if not rows:
-        raise VidtrackError(f"{path}: has a header but no rows. Add a row for each {header[0]}.")
-    answer: dict[str, list[Any]] = {n: [] for n in (*columns.texts, *columns.numbers) if n in header}
+        raise VidtrackError(f"{path}: has a header but no rows. Add a row for each {header.row.cells[0]}.")
+    return _read_rows(path, rows, header, columns, split.separator)
+
+
+def read_header(path: Path) -> list[str]:
+    """The names of the columns of a CSV file as they stand, without those that are empty."""
+    rows = split_rows(path, read_text(path), ()).rows
+    header = next((row for row in rows if not row.marked), None)
+    return [cell for cell in header.cells if cell] if header else []
+
+
+def _read_rows(
+    path: Path, rows: Sequence[Row], header: Header, columns: Columns, separator: str
+) -> dict[str, list[Any]]:
+    at, width = header.at, len(header.row.cells)
+    numeric = [at[name] for name in (*columns.numbers, *columns.times) if name in at]
+    style = NumberStyle((row.cells[place] for row in rows for place in numeric if place < len(row.cells)), separator)
+    if style.ambiguous:
+        raise VidtrackError(_ambiguous(path, rows, header, numeric, style))
+    answer: dict[str, list[Any]] = {name: [] for name in columns.names if name in at}
     seen: dict[tuple[str, ...], int] = {}
-    for row, line in rows:
-        if len(row) != len(header):
-            problems.append(
-                f"{path}, line {line}: {len(row)} cells where the header names {len(header)}. Mend the row."
-            )
+    problems: list[str] = []
+    for row in rows:
+        where = f"{path}, line {row.line}"
+        problem = _width_problem(row, header, columns, separator)
+        if problem:
+            problems.append(f"{where}: {problem}")
             continue
-        cells = dict(zip(header, (cell.strip() for cell in row), strict=True))
+        cells = row.cells + [""] * (width - len(row.cells))
         for name, column in answer.items():
-            read = _number if name in columns.numbers else _text
-            column.append(read(path, line, name, cells[name], name in columns.blanks, problems))
-        problems += _repeated(path, line, cells, columns.unique, seen)
+            value, problem = _value(name, cells[at[name]], columns, style)
+            column.append(value)
+            if problem:
+                problems.append(f"{where}: {name} is {problem}")
+        problems += _repeated(where, row.line, {n: cells[at[n]] for n in columns.unique}, seen)
     if problems:
-        more = [f"{path}: and {len(problems) - 10} more problems"] if len(problems) > 10 else []
-        raise VidtrackError(*problems[:10], *more)
-    answer["line"] = [line for _, line in rows]
+        raise VidtrackError(*first_of(problems, path))
+    answer["line"] = [row.line for row in rows]
     return answer
 
 
-def _repeated(
-    path: Path, line: int, cells: Mapping[str, str], unique: Sequence[str], seen: dict[tuple[str, ...], int]
-) -> list[str]:
-    key = tuple(cells[name] for name in unique)
-    first = seen.setdefault(key, line)
-    if not unique or first == line:
-        return []
-    name = ", ".join(f"{n} {k}" for n, k in zip(unique, key, strict=True))
-    return [f"{path}, line {line}: {name} appears twice (also line {first}). Name each once."]
-
-
-def _text(path: Path, line: int, name: str, cell: str, blank: bool, problems: list[str]) -> str:
+def _value(name: str, cell: str, columns: Columns, style: NumberStyle) -> tuple[Any, str]:
+    """A cell's value, and what is wrong with it: "" where nothing is."""
+    blank = name in columns.blanks
+    if name in columns.numbers:
+        if blank and cell.casefold() in MISSING:
+            return math.nan, ""
+        value = style.number(cell)
+        return (math.nan, f"{short(cell)}, {why_not_a_number(cell)}") if value is None else (value, "")
     if not cell and not blank:
-        problems.append(f"{path}, line {line}: {name} is empty. Fill it in or delete the row.")
-    return cell
+        return cell, "empty. Fill it in or delete the row."
+    if any(ord(letter) < 32 for letter in cell):
+        return cell, f"{short(cell)}, which has a line break or a tab in it. Write it on one line."
+    return style.time(cell) if name in columns.times else cell, ""
 
 
-def _rows(path: Path) -> tuple[list[str], list[tuple[list[str], int]]]:
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            read = [(row, reader.line_num) for row in reader if any(cell.strip() for cell in row)]
-    except FileNotFoundError:
-        raise VidtrackError(f"{path}: no such file. Put it there or correct its name.") from None
-    except UnicodeDecodeError:
-        raise VidtrackError(f"{path}: not a text file in UTF-8. Save it as CSV.") from None
-    except csv.Error as error:
-        raise VidtrackError(f"{path}: not CSV ({error}). Save it as CSV.") from None
-    read = [(row, line) for row, line in read if not row[0].lstrip().startswith("#")]
-    if not read:
-        raise VidtrackError(f"{path}: empty. Write a header and a row for each entry.")
-    return [cell.strip() for cell in read[0][0]], read[1:]
+def _repeated(where: str, line: int, cells: Mapping[str, str], seen: dict[tuple[str, ...], int]) -> list[str]:
+    first = seen.setdefault(tuple(cells.values()), line)
+    if not cells or first == line:
+        return []
+    name = ", ".join(f"{n} {k}" for n, k in cells.items())
+    return [f"{where}: {name} appears twice (also line {first}). Name each once."]
 
 
-def _header_problems(path: Path, header: list[str], columns: Columns, others: str) -> list[str]:
-    wanted = [*columns.texts, *columns.numbers]
-    needed = [name for name in wanted if name not in columns.optional]
-    unknown = [name for name in header if name not in wanted]
-    missing = [name for name in needed if name not in header]
-    problems = [
-        f"{path}, line 1: column {name} appears twice. Keep one." for i, name in enumerate(header) if name in header[:i]
+def _width_problem(row: Row, header: Header, columns: Columns, separator: str) -> str:
+    """What is wrong with a row's number of cells; empty cells that a program left out at its end are not."""
+    width = len(header.row.cells)
+    absent = [name for name, place in header.at.items() if place >= row.width and name not in columns.blanks]
+    if len(row.cells) > width or absent:
+        cells = len(row.cells) if len(row.cells) > width else row.width
+        if separator == "," and cells > width and all(c.lstrip("+-").isdigit() for c in row.cells[-width:]):
+            cure = "If commas begin decimals, write points, or put semicolons between the cells."
+        else:
+            cure = "Correct the row."
+        return f"{cells} cells where the header names {width}. {cure}"
+    for place, cell in enumerate(row.cells):
+        if cell and not header.row.cells[place]:
+            return f"{short(cell)} stands in column {place + 1}, which has no name. Name the column or empty it."
+    return ""
+
+
+def _ambiguous(path: Path, rows: Sequence[Row], header: Header, places: Sequence[int], style: NumberStyle) -> str:
+    for row in rows:
+        for place in places:
+            if place < len(row.cells) and style.is_ambiguous(row.cells[place]):
+                cell, name = row.cells[place], header.row.cells[place]
+                return (
+                    f"{path}, line {row.line}: {name} is {short(cell)}, and {style.reason}. Write a point before "
+                    "decimals and nothing between thousands, in all cells."
+                )
+    return f"{path}: {style.reason}. Write a point before decimals."
+
+
+def _data_rows(path: Path, header: Header, columns: Columns) -> tuple[list[Row], list[str]]:
+    """The rows of values, without comments, and what is wrong with rows that may be either.
+
+    Where no other row holds values, rows such as `#1,27.0,14.0,12.0` hold tags that begin with #.
+    """
+    plain = [row for row in header.rest if not row.marked]
+    tagged = [row for row in header.rest if row.marked and _looks_tagged(row, header, columns)]
+    if not plain or not tagged:
+        return plain or tagged, []
+    return plain, [
+        f"{path}, line {row.line}: {short(row.cells[0])} may be a name, or the row a comment. Put a name in quotation "
+        "marks, or a space after # to leave the row out."
+        for row in tagged
     ]
-    for name in missing:
-        near = did_you_mean(name, unknown)
-        hint = f"; is it {near!r}?" if near else "."
-        problems.append(f"{path}, line 1: no column {name}{hint} The header must name {','.join(needed)}.")
-    if others == "forbid" and not missing:
-        for name in unknown:
-            near = did_you_mean(name, wanted)
-            hint = f"; did you mean {near!r}?" if near else f". Known: {', '.join(wanted)}."
-            problems.append(f"{path}, line 1: no such column as {name!r}{hint}")
-    return problems
 
 
-def _number(path: Path, line: int, name: str, cell: str, blank: bool, problems: list[str]) -> float:
-    try:
-        value = float(cell) if cell or not blank else math.nan
-    except ValueError:
-        value = math.inf
-    if not (math.isfinite(value) or (blank and math.isnan(value))):
-        problems.append(f"{path}, line {line}: {name} is {cell!r}, not a number. Write a number.")
-    return value
+def _looks_tagged(row: Row, header: Header, columns: Columns) -> bool:
+    first = next((name for name, place in header.at.items() if place == 0), "")
+    if (
+        first not in columns.texts
+        or not row.cells[0][1:]
+        or row.cells[0][1].isspace()
+        or len(row.cells) > len(header.row.cells)
+    ):
+        return False
+    style = NumberStyle(row.cells, ";")
+    places = [header.at[n] for n in columns.numbers if n in header.at and n not in columns.blanks]
+    return all(place < len(row.cells) and style.number(row.cells[place]) is not None for place in places)

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vidtrack.errors import VidtrackError
-from vidtrack.files.csv_checked import POINTS, TARGETS, checked_csv
-from vidtrack.naming import did_you_mean
+from vidtrack.errors import VidtrackError, first_of
+from vidtrack.files.beside import (
+    alike_but_for_case,
+    broken_link,
+    entries,
+    is_recording,
+    may_be_recording,
+    table_in,
+    unknown_camera,
+)
+from vidtrack.files.csv_checked import checked_csv, read_header
+from vidtrack.files.csv_columns import POINTS, TARGETS
+from vidtrack.naming import did_you_mean, tags_meant
 from vidtrack.settings import Settings
-
-NO_RECORDING = {".csv", ".txt", ".md", ".json", ".yaml", ".yml", ".parquet", ".log", ".xlsx", ".pdf", ".html", ""}
-"""Endings of files that lie beside recordings and are none."""
 
 
 @dataclass(frozen=True)
@@ -70,27 +77,27 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     if not os.path.isdir(folder):
         raise VidtrackError(f"config.yaml: experiment: no such folder as {folder!r}. Correct it or make the folder.")
     clips = {}
-    for name in _folders(within(folder, "calibration")):
+    for name in _folders(within(folder, "calibration"), problems):
         here = within(folder, "calibration", name)
         videos = _recordings(here, settings, problems)
-        clips[name] = Clip(name, videos, _optional(here, "picks.csv"))
+        clips[name] = Clip(name, videos, table_in(here, "picks.csv", problems))
     runs = {}
-    for name in sorted({*_folders(within(folder, "runs")), *_runs_elsewhere(settings)}):
+    for name in sorted({*_folders(within(folder, "runs"), problems), *_runs_elsewhere(settings)}):
         here = within(folder, "runs", name)
         videos = _recordings(here, settings, problems) if os.path.isdir(here) else {}
         videos |= _elsewhere(name, settings, problems)
-        tables = [_optional(here, f"{table}.csv") for table in ("targets", "reference", "truth")]
+        tables = [table_in(here, f"{table}.csv", problems) for table in ("targets", "reference", "truth")]
         runs[name] = Run(name, dict(sorted(videos.items())), *tables)
-    points = _optional(within(folder, "calibration"), "points.csv")
+    points = table_in(within(folder, "calibration"), "points.csv", problems)
     scenarios = _scenarios(within(folder, "sensitivity"))
     experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios)
     return experiment, problems
 
 
-def tags_of(settings: Settings, clip: str, known: Iterable[str]) -> list[str]:
-    """The tags that a clip shows: those that the config names, or all in points.csv."""
+def tags_of(settings: Settings, clip: str, known: Sequence[str]) -> list[str]:
+    """The tags that a clip shows: those that the config names (see `naming.tags_meant`), or all in points.csv."""
     named = settings.calibration.clips[clip].tags if clip in settings.calibration.clips else None
-    return list(named) if named is not None else list(known)
+    return tags_meant(named, known)[0] if named is not None else list(known)
 
 
 def point_tags(experiment: Experiment) -> list[str]:
@@ -108,44 +115,45 @@ def channels_path(settings: Settings, run: Run) -> str | None:
 
 def reference_columns(run: Run) -> list[str]:
     """The names of the columns of a run's reference.csv."""
-    with open(run.reference or "", encoding="utf-8-sig") as file:
-        for line in file:
-            if line.strip() and not line.lstrip().startswith("#"):
-                return [cell.strip() for cell in line.split(",")]
-    return []
+    return read_header(run.reference) if run.reference else []
 
 
-def _folders(folder: str) -> list[str]:
+def _folders(folder: str, problems: list[str]) -> list[str]:
     if not os.path.isdir(folder):
         return []
-    return sorted(e.name for e in os.scandir(folder) if e.is_dir() and not e.name.startswith("."))
+    names = []
+    for name in entries(folder):
+        path = within(folder, name)
+        if os.path.isdir(path):
+            names.append(name)
+        elif trouble := broken_link(path):
+            problems.append(trouble)
+    problems += alike_but_for_case(names, folder)
+    return names
 
 
 def _scenarios(folder: str) -> dict[str, str]:
-    names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+    names = entries(folder) if os.path.isdir(folder) else []
     return {os.path.splitext(n)[0]: within(folder, n) for n in names if n.endswith((".yaml", ".yml"))}
 
 
-def _optional(folder: str, name: str) -> str | None:
-    path = within(folder, name)
-    return path if os.path.isfile(path) else None
-
-
 def _recordings(folder: str, settings: Settings, problems: list[str]) -> dict[str, str]:
+    """A folder's recordings by camera. A file of unknown ending is one only if the camera has no other."""
     found: dict[str, str] = {}
-    for name in sorted(os.listdir(folder)):
-        camera, ending = os.path.splitext(name)
-        path = within(folder, name)
-        if name.startswith(".") or ending.lower() in NO_RECORDING or not os.path.isfile(path):
-            continue
+    strangers = []
+    names = [name for name in entries(folder) if may_be_recording(name) and not os.path.isdir(within(folder, name))]
+    for name in sorted(names, key=lambda name: (not is_recording(name), name)):
+        camera, path = os.path.splitext(name)[0], within(folder, name)
         if camera not in settings.cameras:
-            near = did_you_mean(camera, settings.cameras)
-            hint = f"did you mean {near!r}?" if near else f"known: {', '.join(settings.cameras)}."
-            problems.append(f"{path}: config.yaml names no camera {camera!r}; {hint}")
-        elif camera in found:
-            problems.append(f"{path}: camera {camera} has another recording here, {found[camera]}. Keep one.")
-        else:
+            if is_recording(name) or did_you_mean(camera, settings.cameras):
+                strangers.append(unknown_camera(path, camera, list(settings.cameras)))
+        elif trouble := broken_link(path):
+            problems.append(trouble)
+        elif camera not in found:
             found[camera] = path
+        elif is_recording(name):
+            problems.append(f"{path}: camera {camera} has another recording here, {found[camera]}. Keep one.")
+    problems += first_of(strangers, folder)
     return found
 
 
@@ -160,6 +168,8 @@ def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, 
         place = f"config.yaml: runs.{name}.videos.{camera}"
         if camera not in settings.cameras:
             problems.append(f"{place}: no such camera; known: {', '.join(settings.cameras)}.")
+        elif trouble := broken_link(full):
+            problems.append(trouble)
         elif not os.path.isfile(full):
             problems.append(f"{place}: no such file as {full}. Correct the path (relative to the experiment's folder).")
         else:

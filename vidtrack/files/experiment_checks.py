@@ -6,7 +6,8 @@ import os
 from collections.abc import Iterable, Mapping
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.csv_checked import PICKS, POINTS, TARGETS, TRUTH, Columns, checked_csv
+from vidtrack.files.csv_checked import checked_csv
+from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.experiment import (
     Experiment,
     channels_path,

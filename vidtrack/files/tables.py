@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
-from vidtrack.files.csv_checked import PICKS, POINTS, TARGETS, TRUTH, Columns, checked_csv
+from vidtrack.files.csv_checked import checked_csv
+from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.records import plain
 
 if TYPE_CHECKING:
@@ -88,19 +89,19 @@ def write_csv(path: Path, table: DataFrame) -> None:
         file.write(table.to_csv(index=False, lineterminator="\n").encode())
 
 
-def read_csv(path: Path, columns: Columns, *, others: str = "forbid") -> DataFrame:
+def read_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> DataFrame:
     """A CSV file that a person wrote as a table; see `checked_csv` for what is checked and what `line` is."""
     import pandas as pd
 
-    checked = checked_csv(path, columns, others=others)
+    checked = checked_csv(path, columns, others=others, units=units)
     return pd.DataFrame(
         {name: pd.Series(c, dtype="float64" if name in columns.numbers else None) for name, c in checked.items()}
     )
 
 
-def read_points(path: Path) -> DataFrame:
-    """Surveyed points: tag, x, y, z, sigma (NaN where the file has none); world units."""
-    table = read_csv(path, POINTS)
+def read_points(path: Path, units: str = "") -> DataFrame:
+    """Surveyed points: tag, x, y, z, sigma (NaN where the file has none); world units, the experiment's `units`."""
+    table = read_csv(path, POINTS, units=units)
     if "sigma" not in table:
         table.insert(4, "sigma", math.nan)
     return table
@@ -133,9 +134,9 @@ def read_targets(path: Path, camera: str, size: tuple[int, int]) -> DataFrame:
     return table
 
 
-def read_truth(path: Path) -> DataFrame:
-    """Where targets truly were, by a better instrument: time_s, target, x, y, z; world units."""
-    return read_csv(path, TRUTH)
+def read_truth(path: Path, units: str = "") -> DataFrame:
+    """Where targets truly were, by a better instrument: time_s, target, x, y, z; world units, the experiment's."""
+    return read_csv(path, TRUTH, units=units)
 
 
 def _of_camera(table: DataFrame, camera: str | None) -> DataFrame:

@@ -27,7 +27,7 @@ def run(job: Job) -> None:
     Input before, optional: the sightings of the clips from before the test, to name those from after it.
     """
     camera, clips = job.settings["camera"], job.settings["clips"]
-    points = read_points(job.path("points"))
+    points = read_points(job.path("points"), job.settings.get("units", ""))
     picks = _picks(job)
     with ExitStack() as stack:
         videos = {

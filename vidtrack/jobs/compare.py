@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vidtrack.files.csv_checked import Columns
+from vidtrack.files.csv_columns import reference_record
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_csv, read_parquet, read_truth, write_parquet
 from vidtrack.stages.compare import COLUMNS, compare
@@ -17,7 +17,7 @@ def run(job: Job) -> None:
     order = job.settings
     reference = None
     if job.paths("reference"):
-        columns = Columns((order["time"],), (order["value"],), blanks=(order["value"],))
+        columns = reference_record(order["time"], order["value"])
         reference = read_csv(job.path("reference"), columns, others="ignore")
     diagonal = order.get("field_diagonal")
     if diagonal is None and job.paths("field"):
@@ -25,7 +25,7 @@ def run(job: Job) -> None:
     done = compare(
         read_parquet(job.path("trajectories")),
         reference,
-        read_truth(job.path("truth")) if job.paths("truth") else None,
+        read_truth(job.path("truth"), order["units"]) if job.paths("truth") else None,
         value=order.get("value"),
         time=order.get("time") or "time_s",
         axis=order.get("axis") or "x",

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from vidtrack.files.camera_json import read_camera
-from vidtrack.files.csv_checked import Columns, checked_csv
+from vidtrack.files.csv_checked import checked_csv
+from vidtrack.files.csv_columns import PROFILE
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
@@ -20,8 +21,6 @@ from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
 from vidtrack.workflow.job import Job
-
-PROFILE = Columns(numbers=("x", "y", "z"))
 
 
 def run(job: Job) -> None:
@@ -63,5 +62,7 @@ def run(job: Job) -> None:
 
 def _profiles(job: Job) -> dict[str, Any]:
     names = [name for name, transect in job.settings["transects"].items() if transect.get("profile")]
-    tables = [checked_csv(path, PROFILE, others="ignore") for path in job.paths("profiles")]
+    tables = [
+        checked_csv(path, PROFILE, others="ignore", units=job.settings["units"]) for path in job.paths("profiles")
+    ]
     return {n: np.stack([t[a] for a in "xyz"], -1) for n, t in zip(names, tables, strict=True)}

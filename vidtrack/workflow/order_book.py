@@ -14,7 +14,8 @@ from functools import cached_property
 from typing import Any
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.experiment import NO_RECORDING, within
+from vidtrack.files.beside import may_be_recording
+from vidtrack.files.experiment import within
 from vidtrack.workflow.fingerprint import LIBRARIES, Checksums, Fingerprints
 from vidtrack.workflow.provenance import (
     FOLDER,
@@ -70,11 +71,7 @@ class OrderBook:
         raw_paths = [path for _, raw in self._asked.values() for path in raw]
         if unnamable := _unnamable([self.folder, *raw_paths]):
             raise VidtrackError(*unnamable)
-        fresh = {
-            path: None
-            for path in raw_paths
-            if os.path.splitext(path)[1].lower() not in NO_RECORDING and not self._knows(path)
-        }
+        fresh = {path: None for path in raw_paths if may_be_recording(path) and not self._knows(path)}
         problems = [line for path in fresh for line in _unreadable(path)]
         problems += _unwritable(os.path.join(self.results, FOLDER))
         if problems:
