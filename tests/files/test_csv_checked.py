@@ -1,10 +1,12 @@
 import math
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.csv_checked import checked_csv
-from vidtrack.files.csv_columns import POINTS, TARGETS
+from vidtrack.files.csv_columns import POINTS, TARGETS, reference_record
 
 
 def written(tmp_path, text, name="points.csv"):
@@ -86,3 +88,109 @@ def test_many_problems_are_told_ten_at_a_time(tmp_path):
     lines = refusal(written(tmp_path, "tag,x,y,z\n" + "".join(f"t{i},a,1,1\n" for i in range(25))))
     assert len(lines) == 11
     assert "15 more" in lines[-1]
+
+
+def read(tmp_path, data, columns=POINTS, units="in", others="forbid"):
+    path = tmp_path / "points.csv"
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    try:
+        return checked_csv(str(path), columns, units=units, others=others)
+    except VidtrackError as error:
+        return str(error).replace(str(path), "points.csv")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        "tag;x;y;z\r\n1-1;1,5;-2;3,25\r\n",
+        "sep=;\ntag;x;y;z\n1-1;1,5;-2;3,25\n",
+        "tag\tx\ty\tz\n1-1\t1,5\t-2\t3,25\n",
+        'tag,x,y,z\n1-1,"1,5","-2","3,25"\n',
+        "Tag,X,Y,Z\r1-1,1.5,-2,3.25\r",
+        'tag,X (in),Y [inch],z_in\n"1-1", 1.5,\u22122,\u00a03.25\u00a0\n',
+        "tag,x,y,z,,\n1-1,1.5,-2,3.25,,\n,,,,,\n\n",
+        "Survey of May\n\ntag,x,y,z\n,in,in,in\n1-1,1.5,-2,3.25\n",
+        "# tag,x,y,z\n1-1,1.5,-2,3.25\n",
+        "tag,x,y,z,Note\n1-1,1.5,-2,3.25,loose\n",
+        'tag,x,y,z\n="1-1",1.5,-2,3.25\n',
+        "tag|x|y|z\n1-1|1.5|-2|3.25\n",
+        "tag;x;y;z\n1-1;1,5;-2;3,25\n".encode("utf-16"),
+        "tag;x;y;z\n1-1;1,5;-2;3,25\n".encode("utf-16-be"),
+        "tag;x;y;z;note\n1-1;1,5;-2;3,25;über 3 °\n".encode("cp1252"),
+    ],
+)
+def test_what_is_unambiguous_is_read(tmp_path, data):
+    table = read(tmp_path, data)
+    assert isinstance(table, dict), table
+    assert table["tag"] == ["1-1"]
+    assert (table["x"], table["y"], table["z"]) == ([1.5], [-2.0], [3.25])
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (
+            "tag\tx\ty\tz\n1\t1,250\t2,500\t3\n",
+            "line 2: x is '1,250', and the comma may begin decimals or separate thou",
+        ),
+        ("tag;x;y;z\n1;1,5;2.5;3\n", "line 2: x is '1,5', and commas and points both begin decimals in this file"),
+        ("tag,x,y,z\n1,1 000,2,3\n", "line 2: x is '1 000', not a number: it has marks between thousands"),
+        ("tag;x;y;z\n1;1.234,5;2,1;3\n", "line 2: x is '1.234,5', not a number: it has marks between thousands"),
+        ("tag,x,y,z\n1,1,2501,-2,5,3,0\n", "line 2: 7 cells where the header names 4. If commas begin decimals"),
+        ("tag,x (mm),y,z\n1,1,2,3\n", "line 1: column 'x (mm)' is in mm, but config.yaml says units: in"),
+        ("tag,x (s),y,z\n1,1,2,3\n", "line 1: column 'x (s)' is in s, which is no length"),
+        ("tag,x,y,z\n,mm,mm,mm\n1,1,2,3\n", "column 'x', 'y', 'z' is in mm, but config.yaml says units: in"),
+        ("tag,x,y,z,x\n1,1,2,3,4\n", "line 1: column x appears twice"),
+        ("tag,x,y,z,X\n1,1,2,3,4\n", "line 1: column x appears twice"),
+        ("tag,x,y,z\n1,1,2,3\n ,1,2,3\n", "line 3: tag is empty. Fill it in"),
+        ("tag,x,y,z\n1,1,2,3\n#2,1,2,3\n", "line 3: '#2' may be a name, or the row a comment"),
+        ("tag,x,y,z\n1,1_0,2,3\n", "line 2: x is '1_0', not a number"),
+        ("tag,x,y,z\n1,2 mm,2,3\n", "line 2: x is '2 mm', not a number alone. Write 2"),
+        ("tag,x,y,z\n1,#REF!,2,3\n", "an error of the spreadsheet"),
+        ('tag,x,y,z\n"1,1,2,3\n', "line 2: not CSV (a quotation mark is not closed)"),
+        ("1,1,2,3\n2,1,2,3\n", "line 1: the file begins with values, not with a header"),
+        ("tag x y z\n1 1 2 3\n", "names no columns. Write tag,x,y,z, with commas"),
+        ("tag,x,y,z,,\n1,1,2,3,,9\n", "line 2: 6 cells where the header names 4"),
+        ("PK\x03\x04....", "points.csv: an Excel or LibreOffice workbook"),
+        ("tag,x,y,z\n1," + "9" * 2000 + ",2,3\n", "line 2, column 2: a cell of 2000 characters"),
+        ("tag,x,y,z\n1," + "9" * 10_000_000 + ",2,3\n", "line 2: not CSV (a cell of more than"),
+        ("tag,x,y,z," + ",".join(f"c{n}" for n in range(9996)) + "\n", "line 1: 9996 columns that are not known"),
+    ],
+)
+def test_what_is_not_is_one_line_that_names_the_place(tmp_path, data, says):
+    told = read(tmp_path, data)
+    assert isinstance(told, str), told
+    assert says in told
+    assert max(len(line) for line in told.splitlines()) < 400
+    assert len(told.splitlines()) == 1
+
+
+def test_tags_that_begin_with_a_number_sign_are_tags_where_no_other_row_is(tmp_path):
+    assert read(tmp_path, "tag,x,y,z\n#1,1,2,3\n#2,4,5,6\n# the end\n")["tag"] == ["#1", "#2"]
+    assert read(tmp_path, 'tag,x,y,z\n"#1",1,2,3\n01,4,5,6\n# 3,1,1,1\n')["tag"] == ["#1", "01"]
+
+
+def test_times_keep_their_words_and_their_decimals_become_points(tmp_path):
+    told = read(tmp_path, "time_s;x_in\n0,033;1,5\n0,066;NaN\n", reference_record("time_s", "x_in"), others="ignore")
+    assert told["time_s"] == ["0.033", "0.066"]
+    assert told["x_in"][0] == 1.5
+    assert math.isnan(told["x_in"][1])
+
+
+@given(st.binary(max_size=300) | st.text(alphabet='tagxyz#,;\t"=.0123456789-\n\r \x00é', max_size=200).map(str.encode))
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_bytes_are_read_or_refused_in_short_lines(tmp_path, data):
+    told = read(tmp_path, b"tag,x,y,z\n" + data)
+    if isinstance(told, str):
+        assert told
+        assert all(len(line) < 400 for line in told.splitlines())
+    else:
+        assert all(math.isfinite(value) for axis in "xyz" for value in told[axis])
+
+
+@given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=1, max_size=8), st.sampled_from(";\t|"))
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_decimal_comma_is_read_as_what_was_written_or_refused(tmp_path, rows, separator):
+    lines = [separator.join([str(n), *(f"{v:.4f}".replace(".", ",") for v in row)]) for n, row in enumerate(rows)]
+    told = read(tmp_path, "\n".join([separator.join(["tag", "x", "y", "z"]), *lines]))
+    assert told["x"] == [float(f"{row[0]:.4f}") for row in rows]

@@ -163,3 +163,62 @@ def test_an_edited_recording_is_seen_and_a_touched_one_is_not(folder):
     assert changed(before, orders_of()) == []
     (folder / "runs/pluck/cam1.mov").write_text("other")
     assert changed(before, orders_of()) == ["track pluck cam1"]
+
+
+@pytest.mark.parametrize(
+    "name", ["Thumbs.db", ".DS_Store", "._cam1.mov", "cam1.SRT", "cam1.THM", "cam1.XML", "cam1.cih"]
+)
+def test_files_that_systems_and_cameras_leave_are_no_recordings(folder, name):
+    (folder / "runs/pluck" / name).write_text("x")
+    (folder / "runs/__MACOSX").mkdir()
+    assert checked_experiment(settings()).runs["pluck"].videos["cam1"] == "runs/pluck/cam1.mov"
+
+
+def test_a_recording_behind_a_broken_link_is_an_error_and_no_missing_camera(folder):
+    (folder / "calibration/row1/cam3.mov").write_text("video")
+    (folder / "runs/pluck/cam3.mov").symlink_to(folder / "disk/cam3.mov")
+    (line,) = problems(cameras={"cam1": {}, "cam2": {}, "cam3": {}})
+    assert line.startswith("runs/pluck/cam3.mov: a link to ")
+
+
+def test_runs_whose_names_differ_in_capitals_alone_are_told(folder):
+    for camera in ("cam1", "cam2"):
+        spoil(folder, f"runs/PLUCK/{camera}.mov", "video")
+    assert problems() == ["runs: PLUCK and pluck differ in capitals alone. Rename one of them."]
+
+
+def test_a_table_under_another_name_is_told_and_not_passed_over(folder):
+    spoil(folder, "calibration/row1/picks.csv")
+    spoil(folder, "calibration/row1/Picks.csv", "camera,tag,Xf,Yf\n")
+    assert "Picks.csv: only picks.csv is read" in problems()[0]
+
+
+def test_a_unit_in_a_header_is_held_against_the_configs(folder):
+    spoil(folder, "calibration/points.csv", "tag,x (mm),y (mm),z (mm)\n1,0,0,0\n")
+    spoil(folder, "runs/pluck/truth.csv", "time_s,target,x_mm,y_mm,z_mm\n0,t1,0,0,0\n")
+    first, second = problems()
+    assert "is in mm, but config.yaml says units: in" in first
+    assert second.startswith("runs/pluck/truth.csv, line 1")
+    assert "x_in of runs/pluck/reference.csv is in in, but units is mm" in "".join(
+        problems(units="mm", runs={"pluck": {"reference": {"value": "x_in"}}})
+    )
+
+
+def test_tags_with_hyphens_are_those_of_the_points(folder):
+    spoil(folder, "calibration/points.csv", "tag,x,y,z\n1-1,0,0,0\n2-1,1,0,0\n")
+    spoil(folder, "calibration/row1/picks.csv")
+    assert checked_experiment(settings(calibration={"clips": {"row1": {"tags": "1-1, 2-1"}}}))
+
+
+def test_a_tag_that_a_spreadsheet_made_a_date_is_recognised(folder):
+    spoil(folder, "calibration/points.csv", "tag,x,y,z\n01-Jan,0,0,0\n01-Feb,1,0,0\n")
+    spoil(folder, "calibration/row1/picks.csv")
+    (line, *_) = problems(calibration={"clips": {"row1": {"tags": ["1/1"]}}})
+    assert "'01-Jan' there may be it, as a spreadsheet changed it" in line
+
+
+def test_very_many_problems_of_one_kind_are_counted(folder):
+    spoil(folder, "calibration/row1/picks.csv", "camera,tag,Xf,Yf\n" + "".join(f"cam1,q{n},1,1\n" for n in range(47)))
+    lines = problems()
+    assert len(lines) == 11
+    assert "37 more" in lines[-1]

@@ -40,3 +40,9 @@ def test_a_box_without_a_size_takes_the_configs(tmp_path):
     table = read_targets(written(tmp_path, "camera,target,Xf,Yf,width\ncam1,a,1,2,30\n"), "cam1", (512, 480))
     assert table["width"][0] == 30
     assert math.isnan(table["height"][0])
+
+
+def test_a_box_that_starts_below_the_picture_is_told(tmp_path):
+    path = written(tmp_path, "camera,target,Xf,Yf\ncam1,a,0,480\n")
+    with pytest.raises(VidtrackError, match=r"line 2: target a at \(0, 480\) is outside"):
+        read_targets(path, "cam1", (512, 480))

@@ -172,22 +172,22 @@ def _units_row(row: Row, at: Mapping[str, int]) -> dict[str, str] | None:
 
 
 def unit_problems(path: Path, header: Header, columns: Columns, units: str) -> list[str]:
-    """Columns whose header states another unit than the one in which they are read."""
-    problems = []
+    """Columns whose header states another unit than the one in which they are read, a line for each unit."""
+    strange: dict[tuple[str, str], list[str]] = {}
     for name, stated in header.units.items():
         wanted = columns.units.get(name, "")
-        if not stated or wanted in ("", stated):
-            continue
-        place = f"{path}, line {header.row.line}: column {short(header.row.cells[header.at[name]])}"
-        if wanted == "world":
-            if stated not in LENGTHS:
-                problems.append(
-                    f"{place} is in {stated}, which is no length. Write it in {units or 'the units of config.yaml'}."
-                )
-            elif units and stated != units:
-                problems.append(
-                    f"{place} is in {stated}, but config.yaml says units: {units}. Convert it, or correct units."
-                )
+        right = stated == units or (not units and stated in LENGTHS) if wanted == "world" else stated == wanted
+        if stated and wanted and not right:
+            strange.setdefault((stated, wanted), []).append(short(header.row.cells[header.at[name]]))
+    problems = []
+    for (stated, wanted), names in strange.items():
+        place = f"{path}, line {header.row.line}: column {', '.join(names)}"
+        if wanted == "world" and stated in LENGTHS:
+            problems.append(
+                f"{place} is in {stated}, but config.yaml says units: {units}. Convert it, or correct units."
+            )
+        elif wanted == "world":
+            problems.append(f"{place} is in {stated}, which is no length. Write it in the units of config.yaml.")
         else:
             problems.append(f"{place} is in {stated}, and vidtrack reads it in {wanted}. Convert it.")
     return problems

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vidtrack.files.csv_checked import Columns
+from vidtrack.files.csv_columns import Columns
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_csv, read_parquet, write_parquet
 from vidtrack.findings import as_records

@@ -1,0 +1,176 @@
+"""Whether each run can be worked on: its recordings, and what config.yaml says of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vidtrack.files.csv_header import LENGTHS, column_of, split_unit
+from vidtrack.files.experiment import (
+    Experiment,
+    Run,
+    channels_path,
+    profiles,
+    reference_columns,
+    target_names,
+    within,
+)
+from vidtrack.naming import did_you_mean, some_of
+from vidtrack.settings import Run as RunSettings
+from vidtrack.settings import Settings
+
+
+class _Case(NamedTuple):
+    settings: Settings
+    experiment: Experiment
+    own: RunSettings
+    run: Run
+    place: str  # of the run in the config, for messages
+
+
+def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
+    """What is wrong with the recordings of the runs and with what the config says of them, a line each."""
+    problems = []
+    calibrated = experiment.cameras_in_clips()
+    for name, run in experiment.runs.items():
+        own = settings.runs.get(name)
+        place = within(experiment.folder, "runs", name)
+        mode = own.mode if own else "space"
+        if not run.videos:
+            problems.append(
+                f"{place}: no recording of any camera ({', '.join(settings.cameras)}). Put <camera>.<ext> there "
+                "or delete the folder."
+            )
+        elif mode == "waterline":
+            problems += (
+                []
+                if own and own.waterline
+                else [
+                    f"config.yaml: runs.{name}.waterline: mode waterline needs transects. Name some, each from and to."
+                ]
+            )
+        elif mode == "space" and len(run.videos) < 2:
+            problems.append(
+                f"{place}: only camera {next(iter(run.videos))} has a recording, and mode space needs two or more. "
+                f"Add another camera's, or set runs.{name}.mode: plane with a plane to move in."
+            )
+        elif mode == "space":
+            problems += [
+                f"{place}: camera {camera} has no calibration clip in calibration/. "
+                f"Film calibration points with it, or take its recording out of the run."
+                for camera in run.videos
+                if camera not in calibrated
+            ]
+        elif len(run.videos) > 1:
+            problems.append(
+                f"{place}: mode plane uses one camera, and here are {', '.join(run.videos)}. Keep one recording, "
+                f"or set runs.{name}.mode: space."
+            )
+        if own:
+            problems += _check_run_settings(name, settings, experiment)
+    return problems
+
+
+def _check_run_settings(name: str, settings: Settings, experiment: Experiment) -> list[str]:
+    case = _Case(settings, experiment, settings.runs[name], experiment.runs[name], f"config.yaml: runs.{name}")
+    return [problem for check in _CHECKS for problem in check(case)]
+
+
+def _check_plane(case: _Case) -> list[str]:
+    plane = case.own.plane
+    if case.own.mode != "plane":
+        return []
+    if plane is None or (plane.scale is None and plane.points is None):
+        return [
+            f"{case.place}.plane: mode plane needs a scale (units per px) or known points. "
+            "Give plane: {scale: ...} or plane: {points: calibration/points.csv, clip: ...}."
+        ]
+    if plane.points is not None and plane.clip not in case.experiment.clips:
+        return [f"{case.place}.plane.clip: {plane.clip} is no clip in calibration/. Name the one with the points."]
+    return []
+
+
+def _check_reference(case: _Case) -> list[str]:
+    own, run = case.own.reference, case.run
+    if not own:
+        return []
+    if not run.reference:
+        return [f"{case.place}.reference: there is no reference.csv in the run's folder. Put it there."]
+    problems = []
+    header = reference_columns(run)
+    for key, column in (("time", own.time), ("value", own.value)):
+        if not any(_means(cell, column) for cell in header):
+            near = did_you_mean(column, header)
+            hint = f"did you mean {near!r}?" if near else f"it has {some_of(header)}."
+            problems.append(f"{case.place}.reference.{key}: {run.reference} has no column {column!r}; {hint}")
+    unit, units = split_unit(own.value)[1], case.settings.units
+    if unit in LENGTHS and unit != units:
+        problems.append(
+            f"{case.place}.reference.value: column {own.value} of {run.reference} is in {unit}, but units is {units}. "
+            f"Convert the column and name it so, or correct units."
+        )
+    names = target_names(case.settings, run)
+    if own.target and own.target not in names:
+        problems.append(f"{case.place}.reference.target: no target {own.target!r}; known: {some_of(names)}.")
+    return problems
+
+
+def _means(cell: str, column: str) -> bool:
+    """Whether a header's cell is the column that the config names: in any case, and `time (s)` for time_s."""
+    found, unit = column_of(cell, [column])
+    return found is not None and unit in ("", split_unit(column)[1])
+
+
+def _check_bodies(case: _Case) -> list[str]:
+    problems = []
+    names = target_names(case.settings, case.run)
+    for body, parts in case.own.bodies.items():
+        place = f"{case.place}.bodies.{body}"
+        problems += [f"{place}.{t}: no such target; known: {some_of(names)}." for t in parts.targets if t not in names]
+        if len(parts.targets) < 3:
+            problems.append(f"{place}: {len(parts.targets)} targets; six degrees of freedom need three or more.")
+    if case.own.analysis and case.own.bodies and case.own.axes is None:
+        problems.append(
+            f"{case.place}.axes: motions of a body need directions. Say which way waves travel and which is up, as in "
+            "axes: {waves: +x, up: +z}."
+        )
+    return problems
+
+
+def _check_channels(case: _Case) -> list[str]:
+    path = channels_path(case.settings, case.run) or ""
+    if case.own.channels and not os.path.isfile(path):
+        return [f"{case.place}.channels.file: no such file as {path}. Put it there or correct the path."]
+    return []
+
+
+def _check_waterline(case: _Case) -> list[str]:
+    own, run = case.own.waterline, case.run
+    if not own or not run.videos:
+        return []
+    problems = []
+    follower = own.camera or next(iter(run.videos))
+    if follower in run.videos and follower not in case.experiment.cameras_in_clips():
+        problems.append(
+            f"{case.place}.waterline: camera {follower} has no calibration clip. Film calibration points with it."
+        )
+    problems += [
+        f"{case.place}.waterline.transects.{transect}.profile: no such file as {path}. Correct the path."
+        for transect, path in profiles(case.settings, run).items()
+        if not os.path.isfile(path)
+    ]
+    if own.camera is not None and own.camera not in run.videos:
+        problems.append(
+            f"{case.place}.waterline.camera: {own.camera} has no recording in this run; {', '.join(run.videos)} do."
+        )
+    return problems
+
+
+_CHECKS: tuple[Callable[[_Case], list[str]], ...] = (
+    _check_plane,
+    _check_reference,
+    _check_bodies,
+    _check_channels,
+    _check_waterline,
+)
