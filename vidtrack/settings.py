@@ -213,6 +213,9 @@ class Reference(Section):
         description="what it measures; x, y, z: that axis of the world; auto: the direction of the target's motion",
     )
     target: str | None = Field(None, description="default: the run's only target")
+    offset_s: float | Literal["auto"] | None = Field(
+        None, description="s, added to its times; auto: where its motion correlates best with the video's"
+    )
 
 
 class Plane(Section):

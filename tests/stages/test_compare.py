@@ -1,4 +1,5 @@
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -108,8 +109,10 @@ def test_table_5_2_of_the_thesis_reads_as_an_even_record():
     assert record["reference"]["rate_hz"] == pytest.approx(200, rel=0.02)
     late = pd.read_csv(THESIS / "table-5.1.csv")
     assert late["timecode"].min() == "10:00:58:09"
-    with pytest.raises(VidtrackError, match=r"36054\.55\d to 36054\.7.*nothing to compare"):
-        compare(video.assign(time_s=video["time_s"] + 4), table, value="x_in")
+    apart = compare(video.assign(time_s=video["time_s"] + 4), table, value="x_in").record
+    (finding,) = apart["findings"]
+    assert re.search(r"36054\.55\d to 36054\.7.*nothing is compared", finding["text"])
+    assert (finding["level"], apart["n"]) == ("bad", 0)
 
 
 @pytest.mark.parametrize("unit", [12.0, 1 / 25.4])
@@ -177,8 +180,9 @@ def test_a_run_of_several_targets_needs_the_one_that_the_sensor_holds():
     video, reference, _ = run()
     with pytest.raises(VidtrackError, match=r"which one\? Set reference.target"):
         compare(pd.concat([video, video.assign(target="t2")]), reference, value="x_in")
-    with pytest.raises(VidtrackError, match="no target 't9'"):
-        compare(video, reference, value="x_in", target="t9")
+    never = compare(video, reference, value="x_in", target="t9").record
+    assert never["n"] == 0
+    assert "target t9 of the reference was never located; located: t1" in never["findings"][0]["text"]
 
 
 def test_nothing_to_compare_with_is_refused():
@@ -204,3 +208,47 @@ def test_the_job_takes_its_field_from_the_calibration(tmp_path):
     assert record["truth"]["one_over"] > 5000
     assert read_units(paths["c.parquet"])["reference_aligned"] == "in"
     assert len(read_parquet(paths["c.parquet"])) == 450
+
+
+def test_truth_of_a_target_that_was_never_located_counts_none_and_stops_nothing():
+    video, reference, truth = run()
+    more = pd.concat([truth, truth.assign(target="t3")])
+    record = compare(video, reference, more, value="x_in").record
+    assert record["truth"]["by_target"]["t3"] == {"n": 0}
+    assert record["truth"]["n"] > 0
+    assert [(f["level"], f["code"]) for f in record["findings"]] == [("doubtful", "truth-target-missing")]
+    alone = compare(pd.concat([video, video.assign(target="t2")]), None, truth.assign(target="t3")).record
+    assert alone["truth"]["n"] == 0
+    assert alone["findings"][0]["level"] == "bad"
+
+
+def test_a_logger_without_a_clock_is_brought_to_the_video_by_correlation_when_asked():
+    video, reference, _ = run()
+    start = float(reference["time_s"].iloc[0])
+    bare = reference.assign(time_s=reference["time_s"] - start)
+    apart = compare(video, bare, value="x_in").record
+    assert apart["n"] == 0
+    assert "offset_s, or auto" in apart["findings"][0]["cure"]
+    found = compare(video, bare, value="x_in", offset_s="auto").record
+    assert found["reference"]["offset_s"] == pytest.approx(start + 0.2, abs=0.01)
+    assert found["correlation"] > 0.99
+    given = compare(video, bare, value="x_in", offset_s=start).record
+    assert given["lag_s"] == pytest.approx(0.2, abs=0.005)
+
+
+def test_a_reference_that_counts_non_drop_frames_from_midnight_is_told_what_brings_it_together():
+    video, reference, _ = run()
+    counted = reference.assign(time_s=reference["time_s"] * 1.001)
+    finding = compare(video, counted, value="x_in").record["findings"][0]
+    offset = float(finding["cure"].split(": ")[1].rstrip("."))
+    assert offset == pytest.approx(-36.0, abs=0.2)
+    assert compare(video, counted, value="x_in", offset_s=offset).record["n"] > 0
+
+
+def test_a_reference_in_whole_seconds_leaves_the_lag_open_by_half_a_second_either_way():
+    video, reference, _ = run()
+    cut = reference.assign(time_s=np.floor(reference["time_s"]))
+    record = compare(video, cut, value="x_in").record
+    assert record["lag_low_s"] < 0.2 < record["lag_high_s"]
+    assert record["lag_sd_s"] > 0.28
+    assert record["reference"]["resolution_s"] == 1.0

@@ -12,7 +12,8 @@ from vidtrack.workflow.job import Job
 def run(job: Job) -> None:
     """inputs: trajectories; field (backprojection.json), reference, truth where there are any.
 
-    settings: run, units, time, value, axis, target[, field_diagonal, longest_lag]. outputs: comparison, series.
+    settings: run, units, time, value, axis, target[, offset_s, field_diagonal,
+    longest_lag]. outputs: comparison, series.
     """
     order = job.settings
     reference = None
@@ -32,6 +33,7 @@ def run(job: Job) -> None:
         target=order.get("target"),
         field_diagonal=diagonal,
         longest_lag=order.get("longest_lag"),
+        offset_s=order.get("offset_s"),
         units=order["units"],
         where=f"runs.{order['run']}",
     )

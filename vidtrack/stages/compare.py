@@ -9,7 +9,9 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, as_records
 from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
+from vidtrack.motion.reference_clock import no_common_time, offset_by_correlation, resolution_of, with_rounding
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.timing.resample import resample
 from vidtrack.timing.time_column import counting_of, regular, seconds_from_cells
@@ -61,10 +63,11 @@ def compare(
     target: str | None = None,
     field_diagonal: float | None = None,
     longest_lag: float | None = None,
+    offset_s: float | str | None = None,
     units: str = "",
     where: str = "compare",
 ) -> Comparison:
-    """Hold a run against its contact sensor, before and after the lag between their clocks is removed.
+    """Compare a run with its contact sensor, before and after the lag between their clocks is removed.
 
     trajectories    time_s, target, x, y, z; timecode, sigma_x... where there are any
     reference       column `time` (seconds, time code or ISO) and column `value`, in the trajectories' unit
@@ -74,19 +77,25 @@ def compare(
     target          default: the only one
     field_diagonal  world units; mean errors are told as a share of it, 1/N
     longest_lag     s
-    Raises VidtrackError where the records share no time or a column is missing or unreadable.
+    offset_s        added to the reference's times; auto: that at which the records correlate best, for a logger
+                    without a clock. The lag then says nothing
+    A target that was never located, or records that share no time, give n = 0 and a finding. Raises VidtrackError
+    where a column is missing or unreadable.
     """
-    record: dict[str, Any] = {"units": units, "meaning": MEANING, "warnings": []}
+    record: dict[str, Any] = {"units": units, "meaning": MEANING, "warnings": [], "findings": []}
     parts = []
     if reference is not None:
-        rows = _of_target(trajectories, target, where)
-        told, part = _against_reference(rows, reference, value, time, axis, longest_lag, where)
+        told, part = _against_reference(
+            trajectories, target, reference, value, time, axis, longest_lag, offset_s, where
+        )
         record["warnings"] += told.pop("warnings")
+        record["findings"] += as_records(told.pop("findings", ()))
         record |= told
         parts.append(part)
     if truth is not None:
         told, errors = _against_truth(trajectories, truth, field_diagonal, where)
         record["warnings"] += told.pop("warnings")
+        record["findings"] += as_records(told.pop("findings", ()))
         record["truth"] = told
         parts.append(errors)
     if not parts:
@@ -97,33 +106,45 @@ def compare(
 
 def _of_target(trajectories: pd.DataFrame, target: str | None, where: str) -> pd.DataFrame:
     names = sorted(trajectories["target"].astype(str).unique())
-    if target is None and len(names) != 1:
+    if target is None and len(names) > 1:
         raise VidtrackError(f"{where}: targets {', '.join(names)}: which one? Set reference.target.")
-    target = names[0] if target is None else str(target)
-    if target not in names:
-        raise VidtrackError(f"{where}: no target '{target}'; the run has {', '.join(names)}. Correct reference.target.")
+    target = str(target) if target is not None else names[0] if names else ""
     rows: pd.DataFrame = trajectories[trajectories["target"].astype(str) == target].sort_values("time_s")
     return rows.drop_duplicates("time_s").reset_index(drop=True)
 
 
 def _against_reference(
-    rows: pd.DataFrame,
+    trajectories: pd.DataFrame,
+    target: str | None,
     reference: pd.DataFrame,
     value: str | None,
     time: str,
     axis: str,
     longest: float | None,
+    offset_s: float | str | None,
     where: str,
 ) -> tuple[dict[str, Any], pd.DataFrame]:
+    rows = _of_target(trajectories, target, where)
+    if not len(rows):
+        known = ", ".join(sorted(trajectories["target"].astype(str).unique())) or "none"
+        text = f"target {target or ''} of the reference was never located; located: {known}".replace("  ", " ")
+        return _nothing("reference-target-missing", text, "Correct reference.target, or see why it was lost.")
     t = rows["time_s"].to_numpy(float)
     line, video, warnings = _along(rows, axis)
     tr, r, about = _reference_record(reference, value, time, rows, where)
+    findings = []
+    if offset_s == "auto":
+        offset, found = offset_by_correlation(tr, r, t, video)
+        about |= {"offset_s": offset, "offset_by": "correlation"}
+        findings.append(found)
+        tr = tr + (offset if np.isfinite(offset) else 0.0)
+    elif offset_s is not None:
+        tr = tr + float(offset_s)
+        about |= {"offset_s": float(offset_s), "offset_by": "config"}
     if not max(t[0], tr[0]) < min(t[-1], tr[-1]):
-        raise VidtrackError(
-            f"{where}: the reference runs from {tr[0]:.3f} to {tr[-1]:.3f} s and the video's samples from "
-            f"{t[0]:.3f} to {t[-1]:.3f} s: nothing to compare. Put both on one clock, in seconds since midnight."
-        )
-    lag = find_lag(tr, r, t, video, longest=longest)
+        said, part = _nothing("reference-no-common-time", *no_common_time(tr, t))
+        return said | {"reference": {k: v for k, v in about.items() if k != "warnings"}}, part
+    lag = with_rounding(find_lag(tr, r, t, video, longest=longest), about["resolution_s"])
     warnings += about.pop("warnings") + _lag_warnings(lag, int(np.isfinite(video).sum()))
     before = _at(tr, r, t)
     after = _at(tr, r, t - lag.lag_s) if np.isfinite(lag.lag_s) else np.full(len(t), np.nan)
@@ -132,7 +153,7 @@ def _against_reference(
     if gain > ONE_UNIT or gain < 1 / ONE_UNIT:
         warnings.append(
             f"the reference moves {gain:.4g} times as far as the video: are points.csv, reference.csv and `units` in "
-            "one unit of length? (1 ft is 12 in, 1 in is 25.4 mm)"
+            "one unit of length?"
         )
     record = {
         "target": str(rows["target"].iloc[0]),
@@ -147,6 +168,7 @@ def _against_reference(
         "axis": _told_line(line, axis),
         "reference": about,
         "warnings": warnings,
+        "findings": findings,
     }
     worst = np.abs(after - video)
     if np.isfinite(worst).any():
@@ -154,6 +176,11 @@ def _against_reference(
     series = {"time_s": t, "target": rows["target"].astype(str), "video": video, "reference": before}
     series |= {"reference_aligned": after, "difference": before - video, "difference_aligned": after - video}
     return record, pd.DataFrame({**series, "mean_aligned": (after + video) / 2})
+
+
+def _nothing(code: str, text: str, cure: str) -> tuple[dict[str, Any], pd.DataFrame]:
+    """The record and series where there is nothing to compare, and why."""
+    return {"n": 0, "warnings": [], "findings": [Finding("bad", code, text, cure)]}, pd.DataFrame(columns=list(COLUMNS))
 
 
 def _at(t: Array, x: Array, when: Array) -> Array:
@@ -200,6 +227,7 @@ def _reference_record(
     if len(t) < 2:
         raise VidtrackError(f"{where}: the reference has {len(t)} rows with a time. Record more of the motion.")
     warnings = []
+    resolution = resolution_of(t, bool((np.diff(t) == 0).any())) if times.written == "seconds" else 0.0
     even = regular(t)
     if even is not None:
         t = even
@@ -212,6 +240,7 @@ def _reference_record(
         warnings.append("reference times do not rise; sorted, and values of equal times averaged")
     about = {"column": value, "time_column": time, "time_written_as": times.written, "samples": len(t)}
     about |= {"first_s": float(t[0]), "last_s": float(t[-1]), "rate_hz": float(1 / np.median(np.diff(t)))}
+    about["resolution_s"] = resolution
     return t, r, {**about, "warnings": warnings}
 
 
@@ -257,11 +286,16 @@ def _against_truth(
     pairs = {n: n for n in names if n in true_names}
     if not pairs and len(names) == len(true_names) == 1:
         pairs = {names[0]: true_names[0]}
+    never = sorted(set(true_names) - set(pairs.values()))
+    tables, warnings, findings = [], [], []
+    if never:
+        text = f"truth.csv names {', '.join(never)}, never located (located: {', '.join(names) or 'none'})"
+        cure = "Name the targets alike in targets.csv and truth.csv, or see in the tracks why it was lost."
+        findings.append(Finding("doubtful" if pairs else "bad", "truth-target-missing", text, cure))
+    none: dict[Any, Any] = {n: {"n": 0} for n in never}
     if not pairs:
-        raise VidtrackError(
-            f"{where}: truth names {', '.join(true_names)}, the run {', '.join(names)}. Name them alike."
-        )
-    tables, warnings = [], []
+        told = {"n": 0, "by_target": none, "warnings": [], "findings": findings}
+        return told, pd.DataFrame(columns=["time_s", "target", "error_x", "error_y", "error_z"])
     for name, true_name in pairs.items():
         rows = _of_target(trajectories, name, where)
         known = _of_target(truth, true_name, where)
@@ -281,15 +315,18 @@ def _against_truth(
     errors = pd.concat(tables, ignore_index=True)
     if not np.isfinite(errors[["error_x", "error_y"]].to_numpy(float)).any():
         warnings.append("truth.csv and the located samples share no time: put both on one clock")
-        return {"n": 0, "warnings": warnings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
-    told = {**_errors(errors, diagonal), "by_target": {n: _errors(e, diagonal) for n, e in errors.groupby("target")}}
-    return {**told, "warnings": warnings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
+        return {"n": 0, "warnings": warnings, "findings": findings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
+    by_target = {n: _errors(e, diagonal) for n, e in errors.groupby("target")} | none
+    told = {**_errors(errors, diagonal), "by_target": by_target, "warnings": warnings, "findings": findings}
+    return told, errors.drop(columns=[f"z_{a}" for a in "xyz"])
 
 
 def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
     e = errors[["error_x", "error_y", "error_z"]].to_numpy(float)
     used = np.isfinite(e[:, :2]).all(1)
     e = e[used]
+    if not len(e):
+        return {"n": 0}
     length = np.sqrt(np.nansum(e**2, axis=1))
     axes = [k for k in range(3) if np.isfinite(e[:, k]).any()]
     told: dict[str, Any] = {"n": len(e), "mean": float(length.mean()), "rms": float(np.sqrt((length**2).mean()))}

@@ -1,0 +1,58 @@
+"""What brings a reference's times to the video's, and how finely they are written."""
+
+import numpy as np
+import pytest
+
+from vidtrack.motion.lag import Lag
+from vidtrack.motion.reference_clock import no_common_time, offset_by_correlation, resolution_of, with_rounding
+
+T = np.arange(0, 20, 1 / 30)
+
+
+def swing(t):
+    return np.exp(-0.05 * t) * np.sin(2 * np.pi * 0.5 * t)
+
+
+def test_a_record_that_counts_from_its_start_is_found_by_its_motion():
+    offset, finding = offset_by_correlation(T - 2.5, swing(T), 36000 + T, swing(T))
+    assert offset == pytest.approx(36002.5, abs=0.005)
+    assert finding.code.startswith("reference-offset")
+
+
+def test_a_record_at_rest_gives_no_offset():
+    offset, finding = offset_by_correlation(T, 0 * T, 36000 + T, swing(T))
+    assert np.isnan(offset)
+    assert finding.level == "bad"
+
+
+@pytest.mark.parametrize(
+    ("reference", "cure"),
+    [
+        (36000 * 1.001 + T, "Set reference.offset_s: -36.0"),
+        (T, "seems to count from its own start"),
+        (40000 + T, "Put both on one clock"),
+    ],
+)
+def test_records_that_share_no_time_are_told_what_is_likeliest(reference, cure):
+    text, advice = no_common_time(reference, 36000 + T)
+    assert "share no time" in text
+    assert cure in advice
+
+
+@pytest.mark.parametrize(
+    ("times", "coincide", "step"),
+    [
+        (np.floor(T), True, 1.0),
+        (np.arange(20.0), False, 1.0),
+        (np.round(T, 2), False, 0.0),
+        (np.round(T, 1), True, 0.1),
+    ],
+)
+def test_only_whole_seconds_and_times_that_coincide_are_rounded(times, coincide, step):
+    assert resolution_of(times, coincide) == step
+
+
+def test_rounding_opens_the_interval_by_half_a_step():
+    lag = with_rounding(Lag(0.486, 0.014, 0.459, 0.514, 1.0, (), 9), 1.0)
+    assert lag.low < 0 < lag.high
+    assert with_rounding(lag, 0.0) == lag

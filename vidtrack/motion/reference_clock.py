@@ -1,0 +1,66 @@
+"""The times of a contact sensor's record: what brings them to the video's, and how finely they are written."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.motion.lag import Lag, find_lag
+
+NON_DROP = 1.001
+"""Seconds of a clock for one of a label, where non-drop labels are counted at 29.97."""
+SINCE_START_S = 3600.0
+"""Times below it, where the other record's lie above, seem to count from a start."""
+
+
+def no_common_time(tr: Array, t: Array) -> tuple[str, str]:
+    """Records that share no time: what would bring them together."""
+    text = (
+        f"the reference runs from {tr[0]:.3f} to {tr[-1]:.3f} s and the video's samples from {t[0]:.3f} to "
+        f"{t[-1]:.3f} s: they share no time, and nothing is compared"
+    )
+    for ratio in (1 / NON_DROP, NON_DROP):  # non-drop labels at 29.97: counted from midnight, or read as a clock
+        later = (tr[0] + tr[-1]) / 2 * (ratio - 1)
+        if abs(later) > 1 and max(t[0], tr[0] + later) < min(t[-1], tr[-1] + later):
+            text += f". One of them counts non-drop frames from midnight: {later:+.3f} s bring them together"
+            return text, f"Set reference.offset_s: {later:.3f}."
+    if tr[0] < SINCE_START_S < t[0]:
+        return text, "The reference seems to count from its own start: set reference.offset_s, or auto to correlate."
+    if t[0] < SINCE_START_S < tr[0]:
+        return text, "The video has no time code: set reference.offset_s: auto, or runs.<run>.start_timecode."
+    return text, "Put both on one clock, or set reference.offset_s: auto to bring them together by their motion."
+
+
+def offset_by_correlation(tr: Array, r: Array, t: Array, video: Array) -> tuple[float, Finding]:
+    """What is to be added to the reference's times for the records to correlate best."""
+    start = float(t[0] - tr[0])
+    lag = find_lag(tr + start, r, t, video)
+    if not np.isfinite(lag.lag_s):
+        text = "no offset was found at which reference and video correlate: one does not move, or they share little"
+        return float("nan"), Finding("bad", "reference-offset-unknown", text, "Give reference.offset_s in seconds.")
+    offset = start + lag.lag_s
+    text = (
+        f"the reference's times were moved by {offset:.4f} s, where it correlates best with the video "
+        f"({lag.correlation:.3f}): the lag that remains says nothing of either clock"
+    )
+    if lag.others:
+        others = ", ".join(f"{start + o:.3f}" for o in lag.others[:5])
+        return offset, Finding(
+            "doubtful", "reference-offset-ambiguous", f"{text}; {others} s do as well", "Give offset_s."
+        )
+    return offset, Finding("note", "reference-offset-found", text, "")
+
+
+def with_rounding(lag: Lag, resolution: float) -> Lag:
+    """The lag, less sure by what rounding of the reference's times hides: half a step either way."""
+    half = resolution / 2
+    return lag._replace(sd=float(np.hypot(lag.sd, resolution / np.sqrt(12))), low=lag.low - half, high=lag.high + half)
+
+
+def resolution_of(written: Array, coincide: bool) -> float:
+    """The step, s, to which times that coincide or are in whole seconds were rounded; 0 where they are exact."""
+    for step in (1.0, 0.1, 0.01, 0.001):
+        if np.allclose(written / step, np.round(written / step), atol=1e-6 / step):
+            return step if coincide or step == 1.0 else 0.0
+    return 0.0
