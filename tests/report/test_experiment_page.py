@@ -51,20 +51,23 @@ def test_the_survey_is_drawn_only_where_a_run_was_located_in_space():
     assert "From above and from the side, among the calibration points" in captions(made.sections[1].sections[0])
 
 
-def test_a_page_is_made_also_of_runs_and_cameras_that_failed():
-    verdict = {
-        "verdict": "failed",
-        "calibration": None,
-        "runs": {"pluck": {"verdict": "failed", "reasons": [LOST], "notes": []}},
-    }
-    nothing = run()
+def test_a_page_is_made_also_of_runs_and_cameras_that_failed_and_every_reason_leads_to_its_section():
+    failed = {"verdict": "failed", "reasons": [LOST], "notes": []}
+    calibration = {**failed, "cameras": {"cam1": failed}}
+    verdict = {"verdict": "failed", "calibration": calibration, "runs": {"pluck": failed, "empty": failed}}
+    nothing = run(records={"locate": {"mode": "space"}})
     nothing.tables["trajectories"][["x", "y", "z"]] = np.nan
     nothing.tables["kinematics"]["vx"] = np.nan
-    results = Results(runs={"empty": nothing}, cameras={"cam1": CameraResults()}, verdict=verdict)
-    made = page(results, ["pluck", "empty"])
-    assert keys(made.sections) == [("calibration", []), ("runs", [("run-empty", [])])]
-    assert captions(made.sections[1].sections[0]) == []
+    made = page(Results(runs={"empty": nothing}, verdict=verdict), ["pluck", "empty"])
+    assert keys(made.sections) == [
+        ("calibration", [("camera-cam1", [])]),
+        ("runs", [("run-pluck", []), ("run-empty", [])]),
+    ]
+    assert captions(made.sections[1].sections[1]) == []
+    assert made.sections[1].sections[0].lines == ["Nothing was located in this run: see the verdict."]
     assert made.verdict.reasons[0].text == "cam1.mov: no picture could be decoded."
+    there = {key for part in made.sections for key in (part.key, *(inner.key for inner in part.sections))}
+    assert {reason.key for reason in made.verdict.reasons} <= there
 
 
 def test_the_foot_says_the_units_and_by_what_the_page_was_made():

@@ -14,7 +14,7 @@ from vidtrack.report.numbers import number, one_over
 from vidtrack.report.page import Figure, Page, Section
 from vidtrack.report.run_figures import run_figures
 from vidtrack.report.verdict_section import verdict_section
-from vidtrack.results import CameraResults, Results
+from vidtrack.results import CameraResults, Results, RunResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -36,10 +36,10 @@ def experiment_page(
     """
     colours = camera_colours(cameras)
     sections = []
-    if results.cameras:
+    if results.cameras or _judged_cameras(results):
         sections.append(Section("calibration", "Calibration", sections=_calibration(results, units)))
     if runs:
-        known = {name: results.runs[name] for name in runs if name in results.runs}
+        known = {name: results.runs.get(name, RunResults()) for name in runs}
         each = [
             run_sections.run_section(name, own, units, _drawn(run_figures(name, results, colours, units)))
             for name, own in known.items()
@@ -64,14 +64,22 @@ def _footer(provenance: Record, units: str) -> tuple[str, ...]:
 
 def _calibration(results: Results, units: str) -> list[Section]:
     parts = [calibration.accuracy_section(results.back, units)] if results.back and "n_points" in results.back else []
-    for name, own in results.cameras.items():
-        if own.record is not None and "f" in own.record:
+    cameras = {**dict.fromkeys(_judged_cameras(results), CameraResults()), **results.cameras}
+    for name, own in cameras.items():
+        if own.record is None or "f" not in own.record:
+            parts.append(Section(f"camera-{name}", name, ["This camera was not calibrated: see the verdict."]))
+        else:
             rows = own.points.to_dict("records") if own.points is not None else []
             labelling = own.labelling or {}
             parts.append(calibration.camera_section(own.record, rows, labelling, units, _pictures(name, own)))  # type: ignore[arg-type]
     if results.stability is not None:
         parts.append(calibration.stability_section(results.stability, units))
     return parts
+
+
+def _judged_cameras(results: Results) -> list[str]:
+    """The cameras of which the verdict speaks, those whose calibration failed included."""
+    return list(((results.verdict or {}).get("calibration") or {}).get("cameras") or {})
 
 
 def _pictures(name: str, own: CameraResults) -> list[Figure]:

@@ -20,7 +20,7 @@ Captioned = tuple[str, "Drawing"]
 
 def run_figures(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Captioned]:
     """The figures of one run, each after its caption. colours: of each camera, for the whole page."""
-    own = results.runs[name]
+    own = results.runs.get(name, RunResults())
     if own.timestacks:
         drawn = waterline.timestacks(own.tables["waterline"], own.timestacks, units)
         yield "Timestack and the water's edge", drawn

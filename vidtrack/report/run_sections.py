@@ -28,7 +28,10 @@ def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure
         bodies_table(own.record("bodies"), units),
         smoothing_table(own.record("kinematics"), units),
     ]
-    return Section(f"run-{name}", name, _lines(comparison, locate, units), [t for t in tables if t], figures)
+    lines = _lines(comparison, locate, units)
+    if not own.records.keys() & {"locate", "waterline"}:
+        lines.append("Nothing was located in this run: see the verdict.")
+    return Section(f"run-{name}", name, lines, [t for t in tables if t], figures)
 
 
 def _lines(comparison: Record, locate: Record, units: str) -> list[str]:

@@ -15,6 +15,9 @@ from vidtrack.verdict.judgement import WORDS, sentence
 
 Record = Mapping[str, Any]
 
+LONGEST = 130
+"""Characters of a reason in a cell of a table; the whole of it stands below."""
+
 
 def verdict_section(results: Results, units: str) -> Verdict:
     """What verdict.json says, beside the numbers that a reader asks for first."""
@@ -108,4 +111,4 @@ def _first(judgement: Record) -> str:
     if not judgement["reasons"]:
         return "–"
     text = str(judgement["reasons"][0]["text"])
-    return text if len(text) <= 90 else text[:87].rsplit(" ", 1)[0] + " …"
+    return text if len(text) <= LONGEST else text[: LONGEST - 2].rsplit(" ", 1)[0] + " …"
