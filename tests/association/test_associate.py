@@ -115,7 +115,7 @@ def test_when_all_cameras_are_blind_the_motion_tells_who_is_who():
 def test_targets_that_swap_places_unseen_are_not_guessed():
     # two at rest, nobody sees them for a second, two at rest half-way between: nothing tells which is which
     rng = np.random.default_rng(6)
-    cameras = thesis_rig(2)
+    cameras = thesis_rig(3)
     p = np.zeros((2, 150, 3))
     p[0, :60] = [0, 0, 0]
     p[1, :60] = [10, 5, 0]
@@ -141,3 +141,17 @@ def test_tracklets_that_share_no_moment_make_no_trajectory():
 
 def test_no_tracklets_make_no_trajectories():
     assert associated(thesis_rig(2), [np.zeros((0, 5, 2))] * 2, [np.zeros(0, int)] * 2)[0].m == 0
+
+
+def test_what_stands_in_two_cameras_is_no_target_where_much_else_stands_about():
+    # 40 lamps in each picture, none of them the same: some lie on each other's epipolar lines
+    rng = np.random.default_rng(7)
+    cameras = thesis_rig(2)
+    lamps = [np.repeat(rng.uniform(20, 460, (40, 1, 2)), 150, 1) + rng.normal(0, 0.1, (40, 150, 2)) for _ in cameras]
+    ball = seen(cameras, swarm(1, rng), rng)[0]
+    tracks = [np.concatenate(both) for both in zip(ball, lamps, strict=True)]
+    orders = [np.array([0, *range(100 * (i + 1), 100 * (i + 1) + 40)]) for i in range(2)]
+    found, told, _ = associated(cameras, tracks, orders)
+    assert told == [({0}, 2)]
+    reasons = np.concatenate(found.reason)
+    assert (reasons == "surplus").sum() >= 4  # they do meet

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.association.bridging import Bridges
 from vidtrack.association.courses import Course, rows_of
-from vidtrack.association.groups import Groups, nodes_of
+from vidtrack.association.groups import MARGIN, Groups, nodes_of
 from vidtrack.association.pairs import Pairs, Rays, bias_of, pairs_of, rays_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
@@ -32,6 +32,8 @@ SOME = 200
 """Moments, evenly spread, that tell what the calibration leaves."""
 LASTING = 40.0
 """Nats, at most, for one target rather than one that vanishes and another that appears, where their number is known."""
+APART_PX = 20.0
+"""# ASSUME: px of motion after which lines of sight that met by chance meet no more."""
 FEWEST = 5
 """Moments with a fix that a trajectory has, at least, or all there are."""
 
@@ -79,6 +81,8 @@ def associate(
     if targets is not None:
         bridges.join_to(targets, LASTING)
     courses = bridges.group_courses()
+    if targets is None:
+        courses = {g: c for g, c in courses.items() if _beyond_chance(bridges, g)}
     chosen = _chosen(courses, targets)
     return _told(groups, tracklets, chosen, bias)
 
@@ -90,6 +94,30 @@ def _pairs(
         (i, j): pairs_of((cameras[i], cameras[j]), (tracklets[i], tracklets[j]), (rays[i], rays[j]), bias_px, moments)
         for i, j in combinations(range(len(cameras)), 2)
     }
+
+
+def _beyond_chance(bridges: Bridges, g: int) -> bool:
+    """Whether lines of sight that meet are more than a coincidence among all tracklets.
+
+    Two things that stand in two pictures meet by chance as often as one of them lies within the noise of the other's
+    epipolar line; things that move would have to go on meeting. One that stands and is seen by two cameras alone may
+    well be none where much stands about.
+    """
+    rows, groups = bridges.rows, bridges.groups
+    own = bridges.rows_of_nodes(groups.members[g])
+    cameras = [i for i, spans in enumerate(groups.spans[g]) if spans]
+    extent = max(float(np.ptp(rows.b[own[rows.camera[own] == i]], axis=0).max()) for i in cameras)
+    chance = 5 * float(np.median(rows.sd[own])) / max(bridges.cameras[cameras[0]].image_size)
+    looks = (1 + extent / APART_PX) * (2 * len(cameras) - 3)
+    first, last = groups.span[g]
+    nodes = groups.nodes
+    begin = nodes.begin
+    tries = 0.0
+    for i in cameras:
+        several = slice(int(begin[i]), int(begin[i + 1]))
+        there = (np.array(nodes.first[several]) <= last) & (np.array(nodes.last[several]) >= first)
+        tries += float(np.log(max(int(there.sum()), 1)))
+    return bool(-looks * np.log(min(chance, 0.5)) - tries > MARGIN)
 
 
 def _chosen(courses: dict[int, Course], targets: int | None) -> list[int]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from bisect import bisect_left
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -26,6 +27,8 @@ REACHES = (8, 30, 100, 400)
 
 
 FARTHEST = 1 << 40
+LASTS = 10
+"""Moments of a course, at least, that may be what is left of a target that lasts."""
 FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
@@ -175,6 +178,9 @@ class Bridges:
         for g, (_, last) in groups.span.items():
             i, j = np.searchsorted(first, (last + 1, last + self.farthest + 1)).tolist()
             out |= {(min(g, h), max(g, h)) for _, h in begins[i:j]}
+        if self.farthest == FARTHEST:  # courses that take turns as well
+            several = sorted(g for g in groups.members if groups.cameras(g) >= 2)
+            out |= set(combinations(several, 2))
         for camera in range(len(self.cameras)):
             out |= self._in_gaps(camera)
         return sorted(out)
@@ -211,29 +217,38 @@ class Bridges:
     def join_to(self, targets: int, bonus: float, margin: float = MARGIN) -> None:
         """Join courses one after another while there are more than so many targets.
 
-        bonus   nats, at most, for one target that lasts rather than one that goes and another one that comes
+        bonus   nats for one target that lasts rather than one that goes and another one that comes; the same for all
+                that may last, as it tells nothing of which goes on as which
         """
         self.farthest = FARTHEST
         while True:
-            several = [g for g in self.groups.members if self.groups.cameras(g) >= 2]
+            several = {g for g in self.groups.members if self.groups.cameras(g) >= 2}
             surplus = len(several) - targets
-            worth = {p: w._replace(motion=w.motion + self._lasting(*p, bonus)) for p, w in self.worths().items()}
-            if surplus <= 0 or not self._join_some(worth, margin, surplus):
+            worth = {p: w._replace(motion=w.motion + bonus * self._lasts(*p, w.n)) for p, w in self.worths().items()}
+            if surplus <= 0 or not self._join_some(worth, margin, surplus, several):
                 return
 
-    def _join_some(self, worth: dict[Pair, Worth], margin: float, most: int) -> bool:
+    def _join_some(self, worth: dict[Pair, Worth], margin: float, most: int, only: set[int] | None = None) -> bool:
         """Join the clear pairs, each group in one of them, at most so many; whether there was any."""
         touched: set[int] = set()
         gain = {p: w for p, w in worth.items() if w.sights + w.motion > 0}
-        for lead, (g, h) in clear_pairs(self.groups, gain, margin):
+        clear = clear_pairs(self.groups, gain, margin)
+        if only is not None:  # the nearest in time first: none is passed over
+            clear = [(lead, pair) for lead, pair in clear if only.issuperset(pair)]
+            nearest = min((self._gap(*pair) for _, pair in clear), default=0)
+            clear = [(lead, pair) for lead, pair in clear if self._gap(*pair) <= max(REACHES[0], 2 * nearest)]
+        for lead, (g, h) in clear:
             if g not in touched and h not in touched and len(touched) < 2 * most:
                 touched |= {g, h}
                 self.groups.join(g, h, lead)
         return bool(touched)
 
-    def _lasting(self, g: int, h: int, most: float) -> float:
-        """Nats for one target that lasts: as many as the shorter course has moments, at most `most`."""
+    def _gap(self, g: int, h: int) -> int:
+        """Moments from the end of one group to the begin of the other, or that they overlap in."""
         (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
-        if max(a, c) <= min(b, d) - TOUCHES or min(self.groups.cameras(g), self.groups.cameras(h)) < 2:
-            return 0.0
-        return min(most, float(b - a + 1), float(d - c + 1))
+        return abs(max(a, c) - min(b, d))
+
+    def _lasts(self, g: int, h: int, common: int) -> bool:
+        """Whether two groups share no moments to speak of, and neither is too short to be told from chance."""
+        (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
+        return common <= TOUCHES and min(b - a, d - c) >= LASTS
