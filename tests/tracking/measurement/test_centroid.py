@@ -6,8 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.discs import disc, windows
+from vidtrack.tracking.measurement.background import background_plane, sums_of
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components, cut
+from vidtrack.tracking.measurement.moments import soft_edge, weighted
 
 
 def measured(stack, *, threshold=130.0, kind="weighted", noise=3.0, scale=1.0, chosen=None):
@@ -180,3 +182,51 @@ def test_turning_the_picture_turns_the_centroid(radius, x, y):
     a, b = measured(stack, threshold=120), measured(np.ascontiguousarray(stack.transpose(2, 1, 0)), threshold=120)
     assert a.x == pytest.approx(b.y, abs=1e-3)
     assert a.y == pytest.approx(b.x, abs=1e-3)
+
+
+def at_full_scale(pixels):
+    """One disc of some 60 pixels above the threshold, of which so many are at full scale."""
+    stack, _ = windows(1, 4.0, noise=0.0, contrast=200.0)
+    middle = stack.shape[0] // 2
+    flat = np.flatnonzero(stack[middle - 2 : middle + 3, 0, middle - 2 : middle + 3].ravel() > 200)[:pixels]
+    rows, columns = np.unravel_index(flat, (5, 5))
+    stack[middle - 2 + rows, 0, middle - 2 + columns] = 255
+    return stack
+
+
+@pytest.mark.parametrize(("pixels", "told"), [(0, False), (2, False), (3, True), (10, True)])
+def test_a_twentieth_of_its_pixels_at_full_scale_saturates_a_target(pixels, told):
+    c = measured(at_full_scale(pixels))
+    assert 45 <= c.pixels[0] <= 56
+    assert bool(c.saturated[0]) is told
+
+
+def test_pull_is_what_the_things_left_out_of_the_background_would_have_moved_the_centroid_by():
+    """A line of one px along one side, too thin for a neighbour; a larger target is pulled by the same tilt further."""
+    for radius in (3.0, 6.0):
+        stack, _ = windows(40, radius, side=36, noise=1.0)
+        stack[:, :, 4] = np.clip(stack[:, :, 4].astype(int) + 60, 0, 255)
+        zero = np.zeros(40, np.intp)
+        view = Windows(stack, zero, zero, 1.0)
+        found = components(view, 130.0)
+        sums = sums_of(36, 36)
+        grey = np.zeros(found.mask.shape, np.float32)
+        grey[..., :36] = stack
+        plane = background_plane(grey, found.mask, sums, 1.0)
+        region = soft_edge((grey > 50).view(np.uint8), found.mask, None)
+        x, y, *_ = weighted(grey, region, plane, sums)
+        tilted = plane._replace(slope=plane.slope + plane.tilt)
+        x_pulled, y_pulled, *_ = weighted(grey, region, tilted, sums)
+        pulled = np.maximum(np.abs(x_pulled - x), np.abs(y_pulled - y))
+        assert pulled.min() > 0.003
+        assert np.median(measured(stack, noise=1.0).pull / pulled) == pytest.approx(1, abs=0.25)
+
+
+def test_the_sd_holds_what_the_plane_does_not_know():
+    """A large ball in a small window: few pixels are left for the background, and its slope counts as much as noise."""
+    stack, truth = windows(1500, 7.0, side=23, noise=5.0)
+    c = measured(stack, noise=5.0)
+    z = errors(c, truth) / np.stack([c.sd_x, c.sd_y], axis=1)
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1, abs=0.12)
+    of_noise = c.noise / c.mass * np.sqrt(np.pi / 4 * (7 + c.soft) ** 4)
+    assert np.median(c.sd_x / of_noise) > 1.2
