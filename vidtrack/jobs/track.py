@@ -15,9 +15,10 @@ from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.progress import Progress
 from vidtrack.stages.track import track
-from vidtrack.timing.frame import VideoInfo
+from vidtrack.timing.frame import ReadAccount, VideoInfo
 from vidtrack.timing.light import LightMeter
 from vidtrack.timing.run_scale import code_as_record
+from vidtrack.video.account import BLANK
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
 from vidtrack.workflow.job import Job
@@ -45,7 +46,7 @@ def run(job: Job) -> None:
                 start_boxes=boxes,
                 **settings["detect"],
             )
-        account = video.account
+        account = _not_refuted(video.account, tracked.diagnostics["measured"])
     record = {
         "run": settings["run"],
         "camera": camera,
@@ -69,6 +70,13 @@ def run(job: Job) -> None:
     write_json(job.outputs["record"], record, job.provenance)
     in_fields = bool((tracked.centroids["field"] != "frame").any())
     write_parquet(job.outputs["light"], _light(meter, info, in_fields), units="px", provenance=job.provenance)
+
+
+def _not_refuted(account: ReadAccount, measured: float) -> ReadAccount:
+    """The account without what the centroids refute: a picture in which targets are measured is not blank."""
+    if not measured:
+        return account
+    return account._replace(problems=tuple(line for line in account.problems if not line.startswith(BLANK)))
 
 
 def _light(meter: LightMeter, info: VideoInfo, in_fields: bool) -> DataFrame:

@@ -21,7 +21,7 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.assessment import line, missing_targets, more_than_asked, repeated_pictures, scattering
-from vidtrack.tracking.clip import FEW, Clip, DetectSettings, batches
+from vidtrack.tracking.clip import OPENED_WITH, Clip, DetectSettings, batches
 from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -105,7 +105,7 @@ def track(
     if boxes is not None:
         begun = begun_in_boxes(clip, boxes)
     else:
-        begun = begun_anywhere(clip, len(names), box, max(FEW, min(OPENING, HELD_BYTES // (2 * size))))
+        begun = begun_anywhere(clip, len(names), box, max(OPENED_WITH, min(OPENING, HELD_BYTES // (2 * size))))
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
     static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast)

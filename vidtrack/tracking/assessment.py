@@ -9,9 +9,10 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Picture
 from vidtrack.findings import Finding, Level
 from vidtrack.tracking.detection.background_picture import bright_mask
+from vidtrack.tracking.detection.blobs import above
 from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import STANDS_OUT
 from vidtrack.tracking.measurement.empirical_sd import Scatter
@@ -63,7 +64,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
     """What start boxes (n, 4), middle, width and height px, show."""
     image = detection.bright(sample.luma)
     mask = bright_mask(image, detection)
-    _, labels, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    _, _, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8)
     rows, columns = image.shape
     usual = background_level(image, scale=detection.scale)
     told = []
@@ -74,25 +75,38 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
         piece = image[top : bottom + 1, left : right + 1]
         light = np.sort(piece, axis=None).astype(float) * detection.scale
         few = light[-max(detection.min_pixels, 1) :]
-        inside = labels[top : bottom + 1, left : right + 1]
-        counts = np.bincount(inside.ravel(), minlength=len(stats))
-        counts[0] = 0
-        most = int(np.argmax(counts))
-        cut = bool(counts[most]) and counts[most] < 0.9 * stats[most, cv2.CC_STAT_AREA]
         whole = stats[:, cv2.CC_STAT_AREA] >= detection.min_pixels
         whole[0] = False
         off = np.hypot(middle[whole, 0] - x, (middle[whole, 1] - row) * sample.lines)
         peak = float(few.mean())
+        share, size = _whole_of(image, (left, top, right, bottom), (usual + peak) / 2 / detection.scale)
         told.append(
             InBox(
                 peak - min(float(np.median(light)), usual),
                 255.0 - peak if detection.dark else peak,
-                cut,
-                (int(stats[most, 2]), int(stats[most, 3]) * sample.lines),
+                share < 0.9,
+                (size[0], size[1] * sample.lines),
                 float(off.min()) if off.size else np.nan,
             )
         )
     return told
+
+
+def _whole_of(image: Picture, box: tuple[int, int, int, int], level: float) -> tuple[float, tuple[int, int]]:
+    """Share of what is brightest in a box (left, top, right, bottom px) that lies in it, and width and height of all of
+    that, as far as three times the box; 1 and 0 where nothing is above the level (stored values).
+    """
+    left, top, right, bottom = box
+    wide, high = right - left + 1, bottom - top + 1
+    x, y = max(0, left - wide), max(0, top - high)
+    about = image[y : bottom + high + 1, x : right + wide + 1]
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(above(about, level), connectivity=8)
+    counts = np.bincount(labels[top - y : bottom - y + 1, left - x : right - x + 1].ravel(), minlength=len(stats))
+    counts[0] = 0
+    most = int(np.argmax(counts))
+    if not counts[most]:
+        return 1.0, (0, 0)
+    return float(counts[most] / stats[most, cv2.CC_STAT_AREA]), (int(stats[most, 2]), int(stats[most, 3]))
 
 
 def missing_targets(

@@ -19,7 +19,7 @@ from vidtrack.tracking.settings import Detection
 
 GRAINY = 5.0
 """Grey levels of noise above which a part of it may be a still grain of the scene."""
-FEW = 12
+OPENED_WITH = 12
 """Frames that a clip is opened with."""
 
 
@@ -47,7 +47,7 @@ class Clip:
     def __init__(
         self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
     ) -> None:
-        self.opening, self.batches = _more([], batches, FEW), batches
+        self.opening, self.batches = _more([], batches, OPENED_WITH), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
         self._repeated = repeated

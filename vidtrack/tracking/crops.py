@@ -20,7 +20,7 @@ class Few:
     of_each: int = 3
 
 
-FEW = Few()
+KEPT = Few()
 
 
 class Crop(NamedTuple):
@@ -34,7 +34,7 @@ class Crop(NamedTuple):
 
 def wanted(crops: list[Crop], target: int) -> bool:
     """Whether there is room for one more of this target."""
-    return len(crops) < FEW.in_all and sum(crop.target == target for crop in crops) < FEW.of_each
+    return len(crops) < KEPT.in_all and sum(crop.target == target for crop in crops) < KEPT.of_each
 
 
 def piece_of(sample: Sample, corner: Array, box: Array, scale: float) -> NDArray[np.uint8]:

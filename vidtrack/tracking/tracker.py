@@ -23,7 +23,7 @@ from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.dispatch import measure_targets
-from vidtrack.tracking.measurement.window import ROOM, Seen
+from vidtrack.tracking.measurement.window import WINDOW_ROOM, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.reacquisition import Reacquisition, Scene
 from vidtrack.tracking.record import Others, Record
@@ -260,7 +260,7 @@ class Tracker:
     def _pixels_of(self, who: Ints) -> float:
         """Pixels of the windows that the targets take, those of templates at their share."""
         appearance = self.state.appearance.of(who)
-        width, height = appearance.size + 2 * ROOM
+        width, height = appearance.size + 2 * WINDOW_ROOM
         by_template = np.isfinite(appearance.soft) & (self.scene.detection.centroid == "weighted")
         return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.window import GRAIN
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, RECOVERED, SD_X, SD_Y, Rows, X
 
@@ -24,7 +25,6 @@ class Certainty:
     gap        samples that may be missing in a row without doubt, where nothing else is near
     jump_px    change of velocity, px a sample, at least, that counts as a jump; and jump_sizes: of its diameter
     looks      |log| of the ratio of pixel counts, or of contrasts, of two samples in a row
-    grain      pixels by which the count of a tiny thing changes as it moves over the grid
     shortest   samples measured, below which a track that is none of the targets' is taken for noise
     met_sizes  of the sum of their radii: how near to each other two tracklets end that have met
     met_within samples between the ends of tracklets that have met
@@ -35,7 +35,6 @@ class Certainty:
     jump_px: float = 8.0
     jump_sizes: float = 1.5
     looks: float = 0.45
-    grain: float = 3.0
     shortest: int = 3
     met_sizes: float = 2.5
     met_within: int = 3
@@ -146,7 +145,7 @@ def _changes(values: Array) -> Bools:
     """Rows (N,) whose pixel count or contrast is not that of the row before."""
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.abs(np.diff(np.log(values[[PIXELS, CONTRAST]]), prepend=np.nan))
-    grain = CERTAINTY.grain / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
+    grain = GRAIN / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
     return np.asarray((step[0] > CERTAINTY.looks + grain) | (step[1] > CERTAINTY.looks + grain))
 
 

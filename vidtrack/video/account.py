@@ -13,6 +13,8 @@ import numpy as np
 from vidtrack.timing.frame import Luma, ReadAccount, VideoInfo
 from vidtrack.video.damage import DamageWatch
 
+BLANK = "the picture is blank"
+"""How a line begins that says so; where something was measured in the pictures it is not true."""
 _EVERY = 31
 """One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not
 fall in step with pictures that a change of frame rate repeated."""
@@ -121,7 +123,7 @@ class ReadingLog:
         told = []
         if self._seen and _blank(np.reshape(self._seen, (-1, 4)), bits).all():
             looked = len(self._seen) // 4
-            told.append(f"the picture is blank in all {looked} of {n} pictures looked at: nothing was recorded")
+            told.append(f"{BLANK} in all {looked} of {n} pictures looked at: nothing was recorded")
         elif stuck := _stuck(np.array(self._compared), np.array(self._alike)):
             told.append(stuck)
         return told

@@ -19,7 +19,7 @@ from vidtrack.tracking.measurement.window import GRAIN
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
-LIKE = 0.9
+CANDIDATE = 0.9
 """|log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4 and 2.5."""
 UNREACHABLE = 1e3
 """A grey level that no pixel reaches."""
@@ -92,7 +92,7 @@ def unlikeness(blobs: Blobs, pixels: Array, contrast: Array) -> Array:
     """
     size = np.abs(np.log(blobs.pixels[None] / pixels[:, None]))
     light = np.abs(np.log(np.maximum(contrast_of(blobs), 1e-3)[None] / contrast[:, None]))
-    unlike = np.where((size < LIKE + GRAIN / pixels[:, None]) & (light < LIKE), size + light, np.inf)
+    unlike = np.where((size < CANDIDATE + GRAIN / pixels[:, None]) & (light < CANDIDATE), size + light, np.inf)
     return np.where(np.isfinite(pixels)[:, None], unlike, 0.0)
 
 

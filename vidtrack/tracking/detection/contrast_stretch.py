@@ -31,9 +31,9 @@ NEEDED = 2 * LEAST_CONTRAST
 """Grey levels: a clip whose targets rise less above its background is stretched."""
 RAISED = 140.0
 """Of 255: where the brightest level in use is put."""
-MARGIN = 0.2
+SPARE_LEVELS = 0.2
 """Of the levels in use: room left at their other end."""
-FEW = 3
+DEFECTS = 3
 """Pixels a picture that are not heeded: defects of the sensor."""
 LOOKED_AT = 5
 """Pictures, evenly from those that are given."""
@@ -114,7 +114,7 @@ def _chosen(used: _Used, bits: int, dark: bool, gain: float | Auto, offset: floa
         top = (255.0 - used.low if dark else used.high) - float(offset)
         return (RAISED / top if 0 < top and used.rise < NEEDED else 1.0), float(offset)
     if offset == "auto":
-        low = used.low - max(MARGIN * (used.high - used.low), 4 * used.noise)
+        low = used.low - max(SPARE_LEVELS * (used.high - used.low), 4 * used.noise)
         return float(gain), (255.0 - low - 255.0 / gain if dark else max(low, 0.0)) if gain > 1 else 0.0
     return float(gain), float(offset)
 
@@ -130,7 +130,7 @@ def _needed(used: _Used, bits: int, dark: bool) -> tuple[float, float]:
         gain = full / (2**depth - 1)
         if depth < bits and greatest * gain <= 255 and used.rise * gain >= NEEDED:
             return (255.0 / used.high if short and not dark else gain), 0.0
-    low = used.low - MARGIN * (used.high - used.low)
+    low = used.low - SPARE_LEVELS * (used.high - used.low)
     gain = (255.0 if used.piled else RAISED) / (used.high - low)
     return gain, 255.0 - low - 255.0 / gain if dark else max(low, 0.0)
 
@@ -142,8 +142,8 @@ def _used(pictures: Sequence[Picture], bits: int, dark: bool) -> _Used:
     counts = np.array([_counts(picture, bits) for picture in some])
     each = counts[:, ::-1] if dark else counts
     from_below, from_above = np.cumsum(each, axis=1), np.cumsum(each[:, ::-1], axis=1)
-    low = int(np.argmax(from_below > FEW, axis=1).min())
-    high = each.shape[1] - 1 - int(np.argmax(from_above > FEW, axis=1).min())
+    low = int(np.argmax(from_below > DEFECTS, axis=1).min())
+    high = each.shape[1] - 1 - int(np.argmax(from_above > DEFECTS, axis=1).min())
     total = each.sum(axis=0)
     usual = int(np.argmax(np.cumsum(total) >= total.sum() / 2))
     noise = noise_sd(some[0])
@@ -162,4 +162,6 @@ def _piled(counts: Counts, high: int, noise: float) -> bool:
     Where noise is less than a level, a target of even brightness does that too.
     """
     below = counts[max(0, high - int(np.ceil(3 * noise))) : high].sum()
-    return bool(noise > 0.8 and counts[high] > max(below, 10 * FEW) and counts[high + 1 :].sum() <= FEW * LOOKED_AT)
+    return bool(
+        noise > 0.8 and counts[high] > max(below, 10 * DEFECTS) and counts[high + 1 :].sum() <= DEFECTS * LOOKED_AT
+    )

@@ -27,7 +27,7 @@ PULLS = 0.2
 """Share of a target's contrast above which a thing beside it pulls its centroid by more than its fit can mend."""
 SOFT = 1.0
 """px about a target's box in which its soft edge lies."""
-ROOM = 4.0
+PLACE_ROOM = 4.0
 """px about a target's place in the opening that are its own."""
 CROWDED = 0.25
 """# ASSUME: share of the picture beyond which what is bright is scenery behind targets, not things among them."""
@@ -121,7 +121,7 @@ def start_places(sample: Sample, boxes: Array, detection: Detection) -> Array:
         left, top, width, height = stats[inside[:, i], :4].astype(float).T
         x, y = left + (width - 1) / 2, (top + (height - 1) / 2) * sample.lines + sample.parity
         at = int(np.argmin(np.hypot(x - boxes[i, ::2].mean(), y - boxes[i, 1::2].mean())))
-        room = np.array([1.5 * width[at], 1.5 * height[at] * sample.lines]) + ROOM
+        room = np.array([1.5 * width[at], 1.5 * height[at] * sample.lines]) + PLACE_ROOM
         boxes[i] = [x[at] - room[0], y[at] - room[1], x[at] + room[0], y[at] + room[1]]
     return boxes
 
@@ -133,7 +133,7 @@ def places(positions: Sequence[Array], sizes: Sequence[Array], lines: int) -> Ar
     """
     boxes = np.empty((len(positions), 4))
     for i, (position, size) in enumerate(zip(positions, sizes, strict=True)):
-        half = size.max(axis=0) * (1, lines) / 2 + ROOM
+        half = size.max(axis=0) * (1, lines) / 2 + PLACE_ROOM
         boxes[i] = [*(position.min(axis=0) - half), *(position.max(axis=0) + half)]
     return boxes
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.measurement.background import QUANTISATION_SD
 from vidtrack.tracking.measurement.components import FULL_SCALE
-from vidtrack.tracking.measurement.window import GRAIN, LIKE, PULL, Seen
+from vidtrack.tracking.measurement.window import GRAIN, PULL, SAME_SIZE, Seen
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
@@ -53,7 +53,7 @@ NEAR_CENTRE = 0.6
 """px from the middle of its window's middle pixel up to which a target is well inside its mask."""
 OFF_CENTRE = 0.9
 """px: a target further from the middle of its window's middle pixel is not where the mask is."""
-UNEVEN = 8.0
+UNEVEN_RING = 8.0
 """Sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in a thousand of
 compressed video did; what is taken for a neighbour wrongly costs a segmentation, but no accuracy."""
 STRAY = 2.0**20
@@ -152,13 +152,13 @@ def apply_template(
     mass, m_x, m_y, background, uneven = moments.reshape(5, k, n)
     mass = np.where(mass > 0, mass, np.nan)
     off = np.stack([m_x / mass, m_y / mass])
-    unlike = np.exp(LIKE + GRAIN / known.pixels)
+    unlike = np.exp(SAME_SIZE + GRAIN / known.pixels)
     least = np.maximum(known.pixels / unlike, detection.min_pixels)
     clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, STRAY))
     clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
     quiet = np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
     clear &= noise <= 2 * quiet
-    clear &= uneven <= np.maximum(UNEVEN * quiet, mass * (PULL / w.pull)) ** 2
+    clear &= uneven <= np.maximum(UNEVEN_RING * quiet, mass * (PULL / w.pull)) ** 2
     if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
         clear &= ~doubled
     values = np.empty((VALUES, k, n))

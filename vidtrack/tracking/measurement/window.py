@@ -20,15 +20,16 @@ from vidtrack.tracking.state import VALUES
 
 CLEAR = 3
 """px between a target and its window's border that its soft edge needs."""
-ROOM = 7.5
+WINDOW_ROOM = 7.5
 """px about a target in its window: its soft edge and the background, or room for it to be off by four."""
-LIKE = 0.6
+SAME_SIZE = 0.6
 """|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
 GRAIN = 3.0
 """Pixels that the count of a tiny target changes by as it moves over the grid: the tolerance grows by GRAIN/count."""
 PULL = 0.01
 """px that the background's unrest may cost before a window is segmented in every sample."""
-_GRAIN = 4
+WINDOW_STEP = 4
+"""px: windows are as wide and as high as multiples of this, so that targets of about one size share them."""
 
 
 class Seen(NamedTuple):
@@ -59,14 +60,14 @@ def segment_windows(
     """
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
-    need = size + 2 * ROOM
+    need = size + 2 * WINDOW_ROOM
     kind = _sorts(need)
     groups: list[Any] = (
         [slice(None)] if not kind.any() else [np.flatnonzero(kind == group) for group in np.unique(kind)]
     )
     parts = []
     for who in groups:
-        wide, high = (np.ceil(need[who].max(axis=0) / _GRAIN) * _GRAIN).astype(int).tolist()
+        wide, high = (np.ceil(need[who].max(axis=0) / WINDOW_STEP) * WINDOW_STEP).astype(int).tolist()
         width, height = min(wide, columns), min(high, rows)
         parts.append(_measure_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
@@ -163,7 +164,7 @@ def _clear(chosen: Ints, box: Ints, windows: Windows, now: Ints, before: Array) 
     left, top, wide, high = box
     inside = (left - windows.left >= CLEAR) & (windows.left + width - left - wide >= CLEAR)
     inside &= (top - windows.top >= CLEAR) & (windows.top + height - top - high >= CLEAR)
-    alike = np.abs(np.log(np.maximum(now, 1) / before)) < LIKE + GRAIN / before
+    alike = np.abs(np.log(np.maximum(now, 1) / before)) < SAME_SIZE + GRAIN / before
     clear: Bools = (chosen >= 0) & inside & alike
     return clear
 

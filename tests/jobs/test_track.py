@@ -1,0 +1,52 @@
+"""The track job on a clip of faint targets: what it writes agrees with itself."""
+
+from fractions import Fraction
+
+import av
+import numpy as np
+import pandas as pd
+
+from tests.discs import picture
+from vidtrack.files.records import read_json
+from vidtrack.jobs.track import run
+from vidtrack.workflow.job import Job
+
+
+def write_clip(path, contrast, k=40):
+    """A ball of so few grey levels, in which the reader sees nothing but an even picture."""
+    rng = np.random.default_rng(0)
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("ffv1", rate=Fraction(30))
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "gray"
+        for i in range(k):
+            luma = picture((120, 160), [(40 + 2 * i, 60, 4.0)], level=40, contrast=contrast, noise=0.5, rng=rng)
+            frame = av.VideoFrame.from_ndarray(luma, format="gray")
+            frame.pts, frame.time_base = i, Fraction(1, 30)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+
+def tracked(folder, contrast):
+    clip = folder / "cam1.mkv"
+    write_clip(clip, contrast)
+    outputs = {name: folder / f"{name}.parquet" for name in ("centroids", "tracklets", "light")}
+    outputs["record"] = folder / "record.json"
+    settings = {"run": "r", "camera": "cam1", "targets": 1, "detect": {}}
+    run(Job(settings=settings, inputs={"video": [clip], "targets": []}, outputs=outputs, threads=1, provenance={}))
+    return read_json(outputs["record"]), pd.read_parquet(outputs["tracklets"])
+
+
+def test_no_recording_in_which_targets_are_measured_is_called_blank(tmp_path):
+    record, tracklets = tracked(tmp_path, 8)
+    assert record["measured"] == 1
+    assert not any("blank" in line for line in record["reading"]["problems"])
+    assert record["findings"] == []
+    assert tracklets["tracklet"].tolist() == [0] * 40
+
+
+def test_a_recording_that_shows_nothing_is_called_so(tmp_path):
+    record, tracklets = tracked(tmp_path, 0)
+    assert record["measured"] == 0
+    assert any("blank" in line for line in record["reading"]["problems"])
+    assert [finding["code"] for finding in record["findings"]] == ["target-never-measured"]
+    assert not len(tracklets)

@@ -1,0 +1,53 @@
+import numpy as np
+
+from tests.discs import picture
+from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+
+SHAPE = (80, 120)
+DETECTION = Detection(noise=2.0)
+NOBODY = np.zeros((0, 2))
+
+
+def sample(*balls, seed=0):
+    rng = np.random.default_rng(seed)
+    return Sample(picture(SHAPE, [(*at, 4.0) for at in balls], level=30, contrast=120, noise=2, rng=rng), 0.0)
+
+
+def background(*balls):
+    return {0: picture(SHAPE, [(*at, 4.0) for at in balls], level=30, contrast=120)}
+
+
+def test_what_is_neither_background_nor_a_target_is_a_candidate():
+    whole = WholePicture(background((20, 20)), DETECTION, None)
+    found = whole.candidates(
+        sample((20, 20), (60, 40), (100, 60)), np.array([[60.0, 40.0]]), np.full((1, 2), 9.0), 100.0
+    )
+    assert found.Xf.round().tolist() == [100]
+    assert found.Yf.round().tolist() == [60]
+
+
+def test_noise_alone_gives_no_candidate():
+    whole = WholePicture(background(), DETECTION, None)
+    assert all(whole.candidates(sample(seed=k), NOBODY, NOBODY, np.nan).Xf.size == 0 for k in range(20))
+
+
+def test_what_has_left_its_place_is_background_no_more_and_no_clutter():
+    mask = (background((20, 20))[0] > 90).astype(np.uint8)
+    sums = np.pad(mask.cumsum(0).cumsum(1), ((1, 0), (1, 0))).astype(np.int32)
+    whole = WholePicture(background((20, 20)), DETECTION, StaticClutter({0: sums}))
+    x, y = np.array([[20.0]]), np.array([[20.0]])
+    assert whole.static.touched([sample()], x, y, 5.0, 5.0).all()
+    whole.candidates(sample(), NOBODY, NOBODY, 100.0)
+    assert not whole.static.touched([sample()], x, y, 5.0, 5.0).any()
+    back = whole.candidates(sample((20, 20)), NOBODY, NOBODY, 100.0)
+    assert back.Xf.round().tolist() == [20]
+
+
+def test_a_change_of_light_is_no_crowd_of_candidates():
+    whole = WholePicture(background(), DETECTION, None)
+    bright = sample((60, 40))
+    found = whole.candidates(bright._replace(luma=bright.luma + np.uint8(40)), NOBODY, NOBODY, 100.0)
+    assert found.Xf.size == 0
