@@ -32,3 +32,9 @@ def first_of(problems: Sequence[str], where: object, most: int = MOST) -> list[s
     """The first problems of one kind, and a line that says how many more there are at the place `where`."""
     more = len(problems) - most
     return [*problems[:most], f"{where}: and {more} more problems like these."] if more > 0 else list(problems)
+
+
+def damaged(path: object, what: str, why: object) -> VidtrackError:
+    """A file among the results that is not what it was when it was written."""
+    reason = " ".join(str(why).split()) or type(why).__name__
+    return VidtrackError(f"{path}: {what} ({reason[:120]}). Delete the file and run again.")

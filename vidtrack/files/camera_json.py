@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
@@ -81,20 +82,31 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
         camera = Camera(
             **{name: float(record[name]) for name in SCALARS},
             **{name: float(record.get(name, 0.0)) for name in RICHER},
-            R=np.array(record["R"], float),
-            T=np.array(record["T"], float),
+            R=_array(record, "R", (3, 3)),
+            T=_array(record, "T", (3,)),
             image_size=(int(record["image_size"][0]), int(record["image_size"][1])),
             name=str(record.get("camera", "")),
         )
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        uncertainty = _uncertainty(record.get("uncertainty"))
+    except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
         raise VidtrackError(
-            f"{path}: holds no camera ({error}). Delete the file and run again, or mend the value."
+            f"{path}: holds no camera ({str(error)[:120]}). Delete the file and run again, or correct the value."
         ) from None
-    return Calibrated(camera, _uncertainty(record.get("uncertainty")), record)
+    return Calibrated(camera, uncertainty, record)
+
+
+def _array(record: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> Array:
+    values = np.array(record[name], float)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise ValueError(f"{name} must have {' x '.join(map(str, shape))} numbers")
+    return values
 
 
 def _uncertainty(record: Mapping[str, Any] | None) -> Uncertainty | None:
     if not record:
         return None
+    names, pivot = tuple(record["names"]), np.array(record["pivot"], float)
     covariance = np.array(record["covariance"], float)  # null, where a covariance is not known, becomes NaN
-    return Uncertainty(tuple(record["names"]), np.array(record["pivot"], float), covariance)
+    if covariance.shape != (len(names), len(names)) or pivot.shape != (3,):
+        raise ValueError(f"the covariance of {len(names)} parameters has shape {covariance.shape}")
+    return Uncertainty(names, pivot, covariance)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import yaml
 
 from vidtrack.errors import VidtrackError
+
+LARGEST = 200_000
+"""Values in a config."""
 
 
 def read_config(path: str) -> dict[str, Any]:
@@ -19,21 +23,46 @@ def read_config(path: str) -> dict[str, Any]:
             f"{path}: no such file in this folder. Write one (`units` and `cameras` are required), "
             "or name the experiment's folder with --directory."
         ) from None
+    except OSError as error:
+        raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Correct its permissions.") from None
     except UnicodeDecodeError as error:
         raise VidtrackError(f"{path}: not a text file in UTF-8 (byte {error.start}). Save it as UTF-8.") from None
+    for number, line in enumerate(text.splitlines(), 1):
+        if re.match(r"\s*tags:\s*#[\w-]", line):
+            raise VidtrackError(
+                f"{path}, line {number}: # begins a comment, so that no tags are left. Put the tags in quotes."
+            )
     try:
         config = yaml.load(text, _StrictLoader)
+        size = _size(config)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else path
         raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Mend that line.") from None
-    except yaml.YAMLError as error:
-        raise VidtrackError(f"{path}: not valid YAML: {' '.join(str(error).split())}. Mend it.") from None
+    except RecursionError:
+        raise VidtrackError(
+            f"{path}: nested too deep to be settings. Correct the brackets or the indentation."
+        ) from None
+    except (yaml.YAMLError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        raise VidtrackError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}. Correct it.") from None
+    if size > LARGEST:
+        raise VidtrackError(f"{path}: its aliases (*) stand for more than {LARGEST} values. Write the settings out.")
     if config is None:
         raise VidtrackError(f"{path}: empty. Write at least `units` and `cameras`.")
     if not isinstance(config, dict):
         raise VidtrackError(f"{path}: holds no settings, but {str(config)[:40]!r}. Write `key: value` lines.")
     return config
+
+
+def _size(value: object, within: int = 0) -> int:
+    """Values in a config, those that aliases repeat counted each time, as far as `LARGEST`."""
+    if not isinstance(value, (dict, list)):
+        return within + 1
+    for part in value.values() if isinstance(value, dict) else value:
+        within = _size(part, within)
+        if within > LARGEST:
+            break
+    return within + 1
 
 
 class _StrictLoader(yaml.SafeLoader):
@@ -55,6 +84,11 @@ class _StrictLoader(yaml.SafeLoader):
         """YAML 1.1 counts 10:00:00:10 in sixties: the number 2160010, where a time code was meant."""
         make = self.construct_yaml_int if node.tag.endswith(":int") else self.construct_yaml_float
         value: int | float = make(node)
+        if node.tag.endswith(":int") and re.fullmatch(r"0\d+", node.value):
+            raise yaml.MarkedYAMLError(
+                problem=f"{node.value} means the number {value} in YAML; put it in quotes: '{node.value}'",
+                problem_mark=node.start_mark,
+            )
         if ":" in node.value:
             raise yaml.MarkedYAMLError(
                 problem=f"{node.value} means the number {value} in YAML; put it in quotes: '{node.value}'",

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.errors import VidtrackError
+from vidtrack.errors import VidtrackError, damaged
 from vidtrack.files.atomic import replacing
 
 
@@ -33,6 +33,8 @@ def read_json(path: str | os.PathLike[str]) -> dict[str, Any]:
             raise VidtrackError(
                 f"{path}, line {error.lineno}: not valid JSON ({error.msg}). Delete the file and run again."
             ) from None
+        except (ValueError, RecursionError) as error:  # bytes that are no text, a number of 5000 digits
+            raise damaged(path, "not valid JSON", error) from None
     if not isinstance(record, dict):
         raise VidtrackError(f"{path}: holds no record. Delete the file and run again.")
     return record
@@ -55,7 +57,11 @@ def read_png(path: str | os.PathLike[str]) -> np.ndarray[Any, Any]:
     """The picture at `path` as it is stored: (h, w) or (h, w, 3) RGB."""
     import cv2
 
-    picture: np.ndarray[Any, Any] | None = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED)
+    data = np.fromfile(path, np.uint8)
+    try:
+        picture: np.ndarray[Any, Any] | None = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    except cv2.error:
+        picture = None
     if picture is None:
         raise VidtrackError(f"{path}: not a picture. Delete the file and run again.")
     return picture[..., ::-1] if picture.ndim == 3 else picture

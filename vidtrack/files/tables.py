@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from vidtrack.errors import VidtrackError
+from vidtrack.errors import VidtrackError, damaged
 from vidtrack.files.atomic import replacing
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
@@ -56,31 +57,56 @@ def write_parquet(
         field.with_metadata({"unit": known.get(field.name, "").replace("world", units)}) for field in arrow.schema
     ]
     whole = {
+        "columns": _signature(arrow.schema),
         "units": json.dumps({field.name: field.metadata[b"unit"].decode() for field in fields}),
         "provenance": json.dumps(plain(provenance), sort_keys=True),
     }
     schema = pa.schema(fields, metadata={**(arrow.schema.metadata or {}), **{k.encode(): v for k, v in whole.items()}})
     with replacing(path) as file:
-        pq.write_table(arrow.cast(schema), file, compression="zstd")
+        pq.write_table(arrow.cast(schema), file, compression="zstd", write_page_checksum=True)
 
 
 def read_parquet(path: Path) -> DataFrame:
-    """The table at `path`; VidtrackError where it is not Parquet."""
-    import pandas as pd
+    """The table at `path`; VidtrackError where it is not Parquet, or not as it was written."""
+    import pyarrow.parquet as pq
+
+    with _whole(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
+        arrow = file.read()
+        signature = (arrow.schema.metadata or {}).get(b"columns")
+        table: DataFrame = arrow.to_pandas()
+        renamed = list(table.columns) != arrow.schema.names
+        if renamed or (signature is not None and signature.decode() != _signature(arrow.schema)):
+            raise ValueError("its columns are not those that were written")
+        return table
+
+
+def _signature(schema: Any) -> str:
+    """The names and types of a table's columns as one line: pages have checksums of their own, names have none."""
+    return json.dumps([[field.name, str(field.type)] for field in schema])
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[None]:
+    """Whatever a damaged table raises becomes one line; a file that cannot be opened keeps its own error."""
     import pyarrow as pa
 
     try:
-        return pd.read_parquet(path)
-    except pa.ArrowInvalid as error:
-        raise VidtrackError(f"{path}: not a Parquet table ({error}). Delete the file and run again.") from None
+        yield
+    except (pa.ArrowException, ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+        raise damaged(path, "not a Parquet table, or damaged", error) from None
+    except OSError as error:
+        if error.errno is not None:
+            raise
+        raise damaged(path, "not a Parquet table, or damaged", error) from None
 
 
 def read_units(path: Path) -> dict[str, str]:
     """The unit of every column of the Parquet table at `path`."""
     import pyarrow.parquet as pq
 
-    metadata = pq.read_schema(path).metadata or {}
-    return dict(json.loads(metadata.get(b"units", b"{}")))
+    with _whole(path):
+        metadata = pq.read_schema(path).metadata or {}
+        return dict(json.loads(metadata.get(b"units", b"{}")))
 
 
 def write_csv(path: Path, table: DataFrame) -> None:
