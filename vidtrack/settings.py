@@ -105,10 +105,11 @@ class Camera(Section):
     calibration: CameraCalibration = Field(
         CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
     )
-    clock: Clock | Literal["auto", "motion", "sound", "flash"] = Field(
-        Clock(),
+    clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
+        None,
         description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; "
-        "sound: from the sound tracks, by one clap; flash: from a lamp that is switched; auto: from all three, weighed",
+        "sound: from the sound tracks, by one clap; flash: from a lamp that is switched; auto: all three, weighed; "
+        "default: the time code, or motion where no camera of the run has one",
     )
 
 

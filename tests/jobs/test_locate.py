@@ -152,3 +152,26 @@ def test_known_points_of_the_clip_that_is_named_make_a_plane_run(plane):
     )
     with pytest.raises(VidtrackError, match=r"runs\.toss\.plane\.clip: .*'row2' \(clips: row1\)"):
         run(plane(scale=None, points="calibration/points.csv", clip="row2"))
+
+
+def test_recordings_without_any_time_code_that_were_started_seconds_apart_are_brought_together(space, tmp_path):
+    job, _ = space
+    t = np.arange(600) / 30
+
+    def path(t):
+        return np.stack([15 * np.sin(0.3 * t) + 6 * np.sin(1.7 * t), 3 * np.sin(0.53 * t), 4 * np.cos(0.41 * t)], -1)
+
+    readings = []
+    for k, (table, camera) in enumerate(zip(job.inputs["centroids"], thesis_rig(2), strict=True)):
+        b = project(camera, path(t + 4.21 * k))
+        columns = {"time_s": t, "timecode": "", "target": "t1", "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""}
+        write_parquet(table, pd.DataFrame(columns), units="in", provenance={})
+        readings.append(str(tmp_path / f"r{k}"))
+        write_json(readings[-1], {"time": {"code": None}}, {})
+    settings = job.settings | {"clocks": {"cam1": None, "cam2": None}}
+    run(Job(settings, {**job.inputs, "readings": readings}, job.outputs, {}))
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert record["clocks"]["cameras"]["cam2"]["offset_s"] == pytest.approx(4.21, abs=0.002)
+    assert record["clocks"]["cameras"]["cam2"]["source"] == "motion"
+    table = read_parquet(job.outputs["trajectories"])
+    np.testing.assert_allclose(table["x"], path(table["time_s"].to_numpy())[:, 0], atol=0.02)

@@ -129,3 +129,18 @@ def test_somebody_must_keep_the_time():
         estimate_clocks(rig, times, tracks, free=[0, 1])
     with pytest.raises(ValueError, match="tracks must be"):
         estimate_clocks(rig, [times[0][:-1], times[1]], tracks, free=[1])
+
+
+def test_of_two_free_cameras_one_that_never_saw_anything_leaves_the_other_its_clock():
+    """The normal equations of a camera that shows nothing are rows of zeros."""
+    cameras = thesis_rig(3)
+    t = np.arange(300) / 30
+    swing = np.stack([20 * np.sin(2 * t), 3 * np.cos(3.1 * t), 4 * np.sin(2.7 * t)], -1)
+    late = np.stack([20 * np.sin(2 * (t + 0.01)), 3 * np.cos(3.1 * (t + 0.01)), 4 * np.sin(2.7 * (t + 0.01))], -1)
+    rng, paths = np.random.default_rng(0), (swing, late, swing)
+    tracks = [project(c, p)[None] + rng.normal(0, 0.05, (1, 300, 2)) for c, p in zip(cameras, paths, strict=True)]
+    tracks[2][:] = np.nan
+    found = estimate_clocks(cameras, [t] * 3, tracks, free=[1, 2], bias_px=0.05)
+    assert found.clocks[1].offset_s == pytest.approx(0.01, abs=5 * found.sd[1].offset_s)
+    assert found.sd[1].offset_s < 1e-3
+    assert not found.sd[2].offset_s < 1

@@ -51,6 +51,10 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
             followed[name]["time_s"] += later
     calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
+    unset = bool(codes) and all(code is None for code in codes.values()) and len(tables) > 1
+    options["clocks"] = {  # without any time code nothing says that the recordings began at one moment
+        name: own if own is not None else "motion" if unset else {} for name, own in options["clocks"].items()
+    }
     located, record = locate(
         tables,
         calibrated,

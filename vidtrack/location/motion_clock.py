@@ -24,6 +24,10 @@ CENTROID_BIAS_PX = 0.005
 """ASSUME: of an epipolar distance, what does not average away along a track: pixel locking, uneven light."""
 
 
+OFFSET_PRIOR_S = 100.0
+"""ASSUME: s, so wide that it decides nothing where the motion tells anything."""
+
+
 class Clocks(NamedTuple):
     """What `estimate_clocks` returns; cameras that were not asked for keep the clock they came with."""
 
@@ -224,11 +228,11 @@ def _step(
 ) -> tuple[Array, Array]:
     """The Gauss-Newton step of the clocks, with priors on rates and on what the calibration leaves; its covariance."""
     A = np.concatenate([J, nuisance], -1)
-    size = np.sqrt(np.maximum((A * A).sum(0), 1e-300))
-    tight = np.array([1 / RATE_PRIOR_PPM**2 if what == "rate_ppm" else 0.0 for _, what in names])
+    tight = np.array([(RATE_PRIOR_PPM if what == "rate_ppm" else OFFSET_PRIOR_S) ** -2.0 for _, what in names])
     now = np.array([getattr(at[camera], what) for camera, what in names])
     prior = np.concatenate([tight, np.full(nuisance.shape[1], 1 / max(problem.bias_px, 1e-9) ** 2)])
-    pull = np.concatenate([-tight * now, np.zeros(nuisance.shape[1])])
+    pull = np.concatenate([-tight * now * [what == "rate_ppm" for _, what in names], np.zeros(nuisance.shape[1])])
+    size = np.sqrt((A * A).sum(0) + prior)  # a clock of which the distances say nothing rests on its prior alone
     noise2 = float(np.mean(d * d))
     for _ in range(3):  # the noise and the step follow from each other
         H = (A.T @ A / noise2 + np.diag(prior)) / size / size[:, None]
@@ -245,7 +249,9 @@ def _doubt(parts: Sequence[_Distances], J: Array, d: Array, step: float) -> floa
     And the noise of centroids makes slopes where nothing moves: 1/(4 step^2) of the distances' variance.
     """
     gain2 = float(np.nanmean(np.concatenate([part.gain.ravel() for part in parts]) ** 2))
-    steep = float(np.sum(J[:, 0] ** 2))
+    steep = float(np.sum(J**2, 0).max())
+    if not steep > 0:
+        return 1.0
     chance = float(np.sum(d * d)) / (4 * step**2)
     return 2 / (1 + gain2) * steep / max(steep - chance, 0.01 * steep)
 
@@ -258,7 +264,7 @@ def _lasting(names: Sequence[tuple[int, str]], J: Array, length: float) -> Array
     out = np.zeros((len(names), len(names)))
     for i, (camera, what) in enumerate(names):
         if what == "offset_s":
-            late2 = CENTROID_BIAS_PX**2 / max(float(np.mean(J[:, i] ** 2)), 1e-300)
+            late2 = CENTROID_BIAS_PX**2 / max(float(np.mean(J[:, i] ** 2)), 1e-12)
             out[i, i] = late2
             if (camera, "rate_ppm") in names:
                 k = names.index((camera, "rate_ppm"))

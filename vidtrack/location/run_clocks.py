@@ -19,6 +19,7 @@ from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.findings import Finding
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks, estimate_clocks
+from vidtrack.location.rough_clock import rough_offset
 from vidtrack.location.views import View, brought, by_trajectory
 from vidtrack.timing.agreement import Agreement, Timing, agreed
 from vidtrack.timing.clock import Clock
@@ -44,6 +45,9 @@ REACH_S = 1.0
 
 CLEARLY = 1.2
 """Times what a shift of no more than a sample is worth, that another one must be worth to be begun from."""
+
+STILL_PX = 0.5
+"""Px within a second below which targets rest: clocks then matter little."""
 
 FITS = 2.0
 """Times the least epipolar error that still explains the tracks, as for an ambiguous clock."""
@@ -98,6 +102,9 @@ def run_clocks(
     motion, before = None, np.nan
     if moving:
         search = _Search(views, names, limit, tolerance_px, moving)
+        coded = any((view.timecode != "").any() for view in views)
+        if not coded:
+            _roughly(views, moving, apart, start, length, findings)
         alone = search.found(_begun(search, start, apart), [REACH_S] * len(views))
         motion, before = _settled(search, alone, apart, start, length, step), alone.error_before_px
         for i in moving:
@@ -109,10 +116,48 @@ def run_clocks(
         if who:
             start[i] = answer.timing.clock if answer.timing.tells else start[i]
             ambiguous = motion is not None and "motion" in answer.used and motion.ambiguous[i]
-            findings += _findings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
+            found = _findings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
+            still = _moved_px(views[i]) < STILL_PX
+            findings += [f._replace(level="note") if still and f.code == "clock-not-found" else f for f in found]
     covariance = [a.timing.covariance if who else np.zeros((2, 2)) for a, who in zip(answers, asked, strict=True)]
     used = tuple(a.used for a in answers)
     return RunClocks(tuple(start), np.stack(covariance), tuple(witnesses), used, motion, before)
+
+
+def _moved_px(view: View) -> float:
+    """How far, px, the targets of a camera move within a second; the largest of ten."""
+    n = max(round(1 / interval(view.t)), 1) if view.t.size > 1 else 1
+    moved = np.linalg.norm(view.b[:, n:] - view.b[:, :-n], axis=-1)
+    moved = moved[np.isfinite(moved)]
+    return float(np.percentile(moved, 90)) if moved.size else 0.0
+
+
+def _roughly(
+    views: Sequence[View],
+    moving: Sequence[int],
+    apart: Sequence[Agreement],
+    start: list[Clock],
+    length: float,
+    findings: list[Finding],
+) -> None:
+    """Clocks to begin with, of cameras without time code that were started by hand, into `start`."""
+    reference = next(i for i in range(len(views)) if i not in moving)
+    own = views[reference]
+    for i in moving:
+        other = views[i]
+        if apart[i].timing.tells or start[i] != Clock() or not (own.t.size and other.t.size):
+            continue
+        shifted = start[reference].corrected(own.t)
+        rough = rough_offset(own.camera, shifted, own.b, other.camera, other.t, other.b, length)
+        if rough.offset_s:
+            start[i] = Clock(rough.offset_s)
+        if rough.twins:
+            twins = ", ".join(f"{s:.3g}" for s in sorted(rough.twins, key=abs)[:4])
+            text = (
+                f"cameras.{other.name}.clock: no camera has a time code, and besides {rough.offset_s:.3g} s offsets of "
+                f"{twins} s fit the motion about as well"
+            )
+            findings.append(Finding("doubtful", "clock-ambiguous", text, "Give offset_s to within a period."))
 
 
 class _Search(NamedTuple):

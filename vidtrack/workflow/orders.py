@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
+from vidtrack.settings import Clock, Settings, detect_for
 from vidtrack.settings import Run as RunSettings
-from vidtrack.settings import Settings, detect_for
 from vidtrack.timing.witnesses import asked
 
 Order = dict[str, Any]
@@ -241,9 +241,9 @@ def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, floa
     return here or settings.cameras[camera].crop
 
 
-def _clock(settings: Settings, camera: str) -> Order | str:
+def _clock(settings: Settings, camera: str) -> Order | str | None:
     clock = settings.cameras[camera].clock
-    return clock if isinstance(clock, str) else clock.model_dump()
+    return clock.model_dump() if isinstance(clock, Clock) else clock
 
 
 def _guessed_reference(run: Run) -> Order:
