@@ -165,7 +165,7 @@ class OrderBook:
 
 
 def _unnamable(paths: Iterable[str]) -> list[str]:
-    """Files and folders whose names Snakemake or a line of text cannot carry, a line each."""
+    """Files and folders whose names Snakemake or a line of text cannot hold, a line each."""
     found: dict[str, None] = {}
     for path in paths:
         if bad := re.search(r"[{}\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]", path):

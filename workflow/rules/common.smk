@@ -1,4 +1,5 @@
 # What all rules share: the settings, the experiment, what each job is asked to do, and which results are settled.
+import atexit
 import hashlib
 import os
 import sys
@@ -16,12 +17,13 @@ from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings import settings_from_config
 from vidtrack.workflow import orders
 from vidtrack.workflow.environment import set_environment
+from vidtrack.workflow.lock import is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
 
 set_environment(HOUSE)
 
 
-def told(function, *arguments):
+def or_stop(function, *arguments):
     """The function's answer; where the user can mend what is wrong, one clear line and exit code 1."""
     try:
         return function(*arguments)
@@ -30,19 +32,19 @@ def told(function, *arguments):
 
 
 if os.path.exists("config.yaml") or not config:
-    told(read_config, "config.yaml")
+    or_stop(read_config, "config.yaml")
 
 
 configfile: "config.yaml"
 
 
-SETTINGS = told(settings_from_config, config)
+SETTINGS = or_stop(settings_from_config, config)
 SCENARIO = os.path.normpath(SETTINGS.experiment) + ".yaml"
 TO_RENDER = not os.path.isdir(SETTINGS.experiment) and os.path.isfile(SCENARIO)
 EXPERIMENT = (
     Experiment(SETTINGS.experiment, None, {}, {}, {})
     if TO_RENDER
-    else told(checked_experiment, SETTINGS)
+    else or_stop(checked_experiment, SETTINGS)
 )
 RESULTS = EXPERIMENT.results
 LOGS = f"{RESULTS}/logs"
@@ -112,6 +114,8 @@ def before_planning():
     workflow.dag_settings.force_incomplete = True
     # Dates count for nothing: a recording from a camera whose clock is ahead is newer than all that is made of it.
     workflow.dag.check_output_mtime = accept_dates
+    if not workflow.dryrun and is_locked(os.getcwd()):
+        atexit.register(say_why_locked, os.getcwd())
     for path, wanted in BOOK.unsettled().items():
         record = workflow.persistence.metadata(IOFile(path))
         shown = (
@@ -125,6 +129,12 @@ def before_planning():
 
 
 prepared = False
+
+
+def say_why_locked(folder):
+    """Say it last, where Snakemake has refused to work."""
+    if is_locked(folder):
+        print(why_locked(folder), file=sys.stderr)
 
 
 async def accept_dates(job, outputs):

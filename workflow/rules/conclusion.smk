@@ -8,7 +8,7 @@ from vidtrack.workflow.conclusion import failures, write_without
 
 ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs]
 if workflow.is_main_process:
-    told(BOOK.check)
+    or_stop(BOOK.check)
 
 
 def say_verdict_last():
@@ -19,6 +19,7 @@ def say_verdict_last():
 
 
 onstart:
+    atexit.unregister(say_why_locked)
     BOOK.save()
 
 

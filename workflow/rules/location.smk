@@ -1,5 +1,5 @@
-# Needs: the centroid tables of a run and, in mode space, the calibration of its cameras; where clocks are sought, what
-# its recordings' sound and light tell of them.
+# Needs: the centroid tables of a run and, in mode space, the calibration of its cameras; where clocks are estimated,
+# the sound and light of its recordings.
 # Makes: runs/<run>/clocks.json, trajectories, kinematics and, where the config names bodies, bodies; motions, decay and
 # waves where it asks for an analysis; the water's edge on transects.
 
@@ -81,7 +81,7 @@ rule clocks:
     params:
         **order("clocks", "run"),
     message:
-        "What sound and light tell of the clocks in {wildcards.run}"
+        "Estimating the clocks of {wildcards.run} from sound and light"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack clocks --account {output.account:q} --log {log:q}"
         " --input videos {input.videos:q} --input light {input.light:q} --input readings {input.readings:q}"
