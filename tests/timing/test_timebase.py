@@ -149,3 +149,11 @@ def test_unknown_time_stays_unknown():
     base = time_base(NTSC, TEN)
     assert np.isnan(base.seconds([0.0, np.nan])[1])
     assert base.labels([0.0, np.nan]).tolist() == ["10:00:00;00", ""]
+
+
+def test_a_time_lapse_of_less_than_a_picture_a_second_has_labels():
+    rate = Fraction(1, 10)
+    base = time_base(rate, parse("10:00:00:00", code_rate_of(rate)))
+    times = stamps(3, rate)
+    np.testing.assert_allclose(base.seconds(times), 36000 + times, atol=1e-9)
+    assert base.labels(times).tolist() == ["10:00:00:00", "10:00:10:00", "10:00:20:00"]

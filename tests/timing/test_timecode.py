@@ -119,6 +119,7 @@ def test_ten_o_clock_drop_frame_is_exact():
         ("24:00:00:00", Fraction(25), "24:00:00:00"),
         ("10:00:00:25", Fraction(25), "at 25 frames a second"),
         ("10:60:00:00", Fraction(25), "does not exist"),
+        ("10:00:60:00", Fraction(25), "10:00:60:00 does not exist"),
         ("ten o'clock", Fraction(25), "is not a time code"),
         ("10:00:00", Fraction(25), "is not a time code"),
         ("10:00:00;00", Fraction(25), "not for 25"),
@@ -182,11 +183,3 @@ def test_labels_keep_the_shape_of_the_numbers():
     assert label_from_frame(np.zeros((2, 3), int), Fraction(25)).shape == (2, 3)
     assert frame_from_label(np.full((2, 3), "00:00:01:00"), Fraction(25)).shape == (2, 3)
     assert label_from_frame(0, Fraction(25)).shape == ()
-
-
-def test_a_million_labels_take_seconds_not_minutes():
-    import time
-
-    start = time.process_time()
-    frame_from_label(label_from_frame(np.arange(1_000_000), NTSC, True), NTSC, True)
-    assert time.process_time() - start < 5  # 0.5 s on an idle machine; opentimelineio takes 27 s

@@ -275,3 +275,22 @@ def test_frames_that_were_lost_do_not_lower_the_rate_that_was_meant(tmp_path):
         assert raw.streams.video[0].average_rate != rate  # what a header that averages says
     with open_video(str(path)) as video:
         assert video.info.rate == rate
+
+
+def test_a_webm_that_states_a_thousand_frames_a_second_has_the_rate_of_its_stamps(tmp_path):
+    """Browsers write the scale of their stamps, 1 ms, for a rate."""
+    stamps = [round(1000 * i / 30) for i in range(60) if i != 20]
+    path = make_clip(
+        tmp_path / "a.webm",
+        "libvpx",
+        "yuv420p",
+        n=len(stamps),
+        stamps=stamps,
+        stamp_base=Fraction(1, 1000),
+        rate=Fraction(1000),
+        options={"lag-in-frames": "0", "deadline": "realtime"},
+    )
+    with open_video(str(path)) as video:
+        list(video.frames())
+        assert video.info.rate == 30
+    assert video.account.lost == 1

@@ -27,6 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.arrays import Array
 from vidtrack.timing.timecode import Timecode, exact_rate, label_from_frame, nominal, parse
 
+TIME_LAPSE_CODE = Fraction(30)
+"""ASSUME: labels a second on recordings of less than one picture in two seconds, which have no count of their own."""
+
 
 @dataclass(frozen=True)
 class Anchor:
@@ -209,6 +212,8 @@ def code_rate_of(rate: Fraction, base: Fraction | None = None) -> Fraction:
         part = rate / round(rate / base) if rate > base else rate * round(base / rate)
         return part if abs(part / base - 1) < Fraction(2, 1000) else exact_rate(base)
     n = nominal(rate)
+    if n == 0:
+        return TIME_LAPSE_CODE  # less than a picture in two seconds: labels pass between pictures
     if n <= 60:
         return rate
     for labels in (30, 25, 24):

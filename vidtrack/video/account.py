@@ -123,7 +123,7 @@ class ReadingLog:
         told = []
         if self._seen and _blank(np.reshape(self._seen, (-1, 4)), bits).all():
             looked = len(self._seen) // 4
-            told.append(f"{BLANK} in all {looked} of {n} pictures looked at: nothing was recorded")
+            told.append(f"{BLANK} in all {looked} of {n} pictures looked at: a covered lens, or very faint targets")
         elif stuck := _stuck(np.array(self._compared), np.array(self._alike)):
             told.append(stuck)
         return told

@@ -28,6 +28,7 @@ from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.account import ReadingLog
 from vidtrack.video.bitstream import Bitstream
+from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
 from vidtrack.video.luma import bits_of, luma_reader
@@ -54,15 +55,17 @@ class Video:
 
     def __init__(self, path: str, threads: int = 1) -> None:
         self.path = path
-        self._container = _opened(path)
+        self._container = open_container(path)
         try:
-            self._stream = _picture_stream(self._container, path)
+            self._stream, others = picture_stream(self._container, path)
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
             codec, kind = self._stream.codec_context, self._container.format.name
             self._bitstream = Bitstream(codec.name, codec.extradata)
             self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
             self._log = ReadingLog()
+            if others:
+                self._log.noted(others)
             self._codes: dict[int | None, str | None] = {}
             self._drained = self._ended = False  # by the decoder, and by who is given the pictures
             self._pictures = self._decoded()
@@ -238,39 +241,7 @@ def open_video(path: str, threads: int = 1) -> Video:
 
     threads  of the decoder, 0 for as many as there are processors; when several videos are read side by side, one
              each is best
+    Reading ahead (`frames(ahead=True)`) lowers Python's switch interval for the whole process while it runs.
     Raises VidtrackError naming the file when it is missing, empty, no video, or has no picture that can be decoded.
     """
     return Video(str(path), threads)
-
-
-def _opened(path: str) -> Any:
-    try:
-        return av.open(f"file:{path}")
-    except FileNotFoundError:
-        raise VidtrackError(f"{path}: no such file. Check the name, or put the recording there.") from None
-    except (av.error.FFmpegError, OSError) as error:
-        raise VidtrackError(f"{path}: {_why_not_opened(path, error)}") from None
-
-
-def _why_not_opened(path: str, error: Exception) -> str:
-    try:
-        with open(path, "rb") as file:
-            head = file.read(12)
-    except OSError as refused:
-        return f"cannot be read ({refused.strerror}). Check that it is a file and may be read."
-    if not head:
-        return "is empty (0 bytes). Copy the recording again."
-    if head[4:8] in (b"ftyp", b"mdat", b"wide", b"free"):
-        return (
-            "an MP4 or MOV without its index (moov): the recorder was stopped before it closed the file. "
-            "Copy it again, or rebuild it with a repair tool."
-        )
-    return f"not a video or image that can be read ({getattr(error, 'strerror', None) or error})."
-
-
-def _picture_stream(container: Any, path: str) -> Any:
-    pictures = [stream for stream in container.streams.video if stream.codec_context is not None]
-    if not pictures:
-        found = ", ".join(sorted({stream.type for stream in container.streams})) or "nothing"
-        raise VidtrackError(f"{path}: holds no pictures, only {found}. Give the file that has the video.")
-    return pictures[0]

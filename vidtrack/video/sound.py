@@ -15,6 +15,8 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.video.container import open_container
+
 _GAP = 0.004
 """s: stamps that stray further than this from the count of samples show a gap, not rounding."""
 
@@ -36,7 +38,7 @@ class SoundBlock(NamedTuple):
 
 def sound_tracks(path: str) -> int:
     """How many sound tracks a recording has."""
-    with av.open(f"file:{path}") as container:
+    with open_container(path) as container:
         return sum(1 for stream in container.streams.audio if stream.codec_context is not None)
 
 
@@ -48,7 +50,7 @@ def sound_blocks(
     start  s, the first picture's time stamp on the container's scale: VideoInfo.start
     Damaged packets leave a gap.
     """
-    with av.open(f"file:{path}") as container:
+    with open_container(path) as container:
         stream = container.streams.audio[track]
         parts: list[NDArray[np.float32]] = []
         stamps: list[tuple[int, float]] = []  # samples before it in the block, time stamp

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
+
+from vidtrack.video.container import open_container
 
 _FIELD_ORDER = {1: "progressive", 2: "top", 3: "bottom", 4: "bottom", 5: "top"}
 """libavcodec's AVFieldOrder, by which field is shown first; 0 is unknown."""
@@ -14,7 +17,45 @@ LOST_SHARE = 0.4
 second frame (fields counted as frames) is not."""
 
 
+FASTEST_USUAL = 200
+"""Frames a second: where more are stated, the stamps are looked at. Browsers write 1000, the scale of their stamps."""
+
+LOOKED_AT = 64
+"""Stamps from which a rate is measured."""
+
+
+def measured_rate(path: str, index: int) -> Fraction | None:
+    """Frames a second by the first time stamps of stream `index`; None where there are too few."""
+    stamps: list[int] = []
+    with open_container(path) as container:
+        stream = container.streams[index]
+        for packet in container.demux(stream):
+            if packet.pts is not None:
+                stamps.append(packet.pts)
+            if len(stamps) == LOOKED_AT:
+                break
+        if len(stamps) < 3 or not max(stamps) > min(stamps):
+            return None
+        stamps = sorted(set(stamps))
+        steps = sorted(b - a for a, b in pairwise(stamps))
+        usual = steps[len(steps) // 2]
+        run = [step for step in steps if step < 1.5 * usual]  # without gaps
+        mean = Fraction(len(run), sum(run)) / stream.time_base
+    near = [rate for rate in COMMON_RATES if abs(mean / rate - 1) < Fraction(1, 50)]
+    return min(near, key=lambda rate: abs(mean / rate - 1)) if near else mean
+
+
 def stated_rate(container: Any, stream: Any) -> Fraction:
+    """Frames a second, by the header, or by the stamps where what it states is the scale of its stamps."""
+    rate = _header_rate(container, stream)
+    if rate > FASTEST_USUAL and container.format.name == "matroska,webm":
+        measured = measured_rate(container.name.removeprefix("file:"), stream.index)
+        if measured is not None and measured < Fraction(4, 5) * rate:
+            return measured
+    return rate
+
+
+def _header_rate(container: Any, stream: Any) -> Fraction:
     # raw DV has an average of 60000/1 (its time base); base and guessed are right there
     rates = (stream.base_rate, stream.guessed_rate) if container.format.name == "dv" else ()
     # frames that were lost lower the average; the rate that was meant is a common one just above it

@@ -26,7 +26,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import NamedTuple
 
-import av
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +34,7 @@ from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.ltc import Reading, Words, chained, code_rate, joined, read_words
 from vidtrack.timing.timebase import Anchor, TimeBase, code_rate_of, frames_before, time_base
 from vidtrack.timing.timecode import exact_rate, frame_from_label, label_from_frame, parse
+from vidtrack.video.container import open_container
 from vidtrack.video.embedded_timecode import ZERO, code_of_dv
 from vidtrack.video.sound import sound_blocks, sound_tracks
 
@@ -251,7 +251,7 @@ def _base_of_tape(path: str, info: VideoInfo) -> TimeBase | None:
 
 def _tape_codes(path: str, info: VideoInfo) -> tuple[list[float], list[str]]:
     """Time stamps, s, and labels of the DV frames that have one: five bytes of each are read, where the index says."""
-    with av.open(f"file:{path}") as container:
+    with open_container(path) as container:
         stream = container.streams.video[0]
         if container.format.name == "dv":
             size = next(packet.size for packet in container.demux(stream))
