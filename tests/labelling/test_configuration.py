@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_alone, label_with, self_maps
@@ -10,6 +12,7 @@ from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 SIZE = (512, 480)
 TAGS, POINTS = thesis_points()
+CAMERA = thesis_rig(1)[0]
 ROWS = [np.arange(16 * r, 16 * r + 16) for r in range(4)]
 
 
@@ -93,3 +96,24 @@ def test_blobs_that_are_something_else_get_no_names():
 def test_five_points_are_too_few_to_name_themselves():
     views, _, _ = seen(thesis_rig()[0], POINTS[:5], [np.arange(5)])
     assert label_alone(POINTS[:5], views, SIZE) == []
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 100_000))
+def test_whatever_the_clips_show_the_answer_is_labels_or_none(seed):
+    """Few blobs, blobs on one line or at one place, points on one line or in a plane, picks anywhere."""
+    rng = np.random.default_rng(seed)
+    n, kind = int(rng.integers(1, 20)), int(rng.integers(0, 6))
+    p = POINTS[rng.choice(64, n, replace=False)] if kind < 3 else rng.normal(size=(n, 3)) * 10 ** rng.uniform(-3, 3)
+    p = p * {3: [1, 0, 0], 4: [1, 1, 0], 5: [0, 0, 0]}.get(kind, [1, 1, 1])
+    views = []
+    for _ in range(int(rng.integers(1, 3))):
+        row = np.sort(rng.choice(n, int(rng.integers(1, n + 1)), replace=False))
+        blobs = rng.uniform(0, 480, (int(rng.integers(0, 12)), 2)) if rng.random() < 0.5 else project(CAMERA, p[row])
+        if rng.random() < 0.3:
+            blobs = blobs * [1, 0] + [0, 7]
+        views.append(View(row, blobs, np.full((len(blobs), 2), 4.0)))
+    view = rng.integers(0, len(views), int(rng.integers(0, 6)))
+    point = np.array([rng.choice(views[v].points) for v in view], int)
+    for labels in label_with(p, views, Picks(view, point, rng.uniform(0, 480, (len(view), 2))), SIZE):
+        assert labels.matched >= 4

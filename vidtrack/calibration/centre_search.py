@@ -42,16 +42,17 @@ def closed_form_error(p: ArrayLike, b: ArrayLike, s: ClosedForm) -> Array:
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
     c = p @ np.swapaxes(s.R, -1, -2) + s.T[..., None, :]
-    u = s.f[..., None, None] * c[..., :2] / c[..., 2:]
-    X = s.dx[..., None] / s.Sx[..., None] * (b[:, 0] - s.Cx[..., None])
-    Y = s.dy[..., None] * (b[:, 1] - s.Cy[..., None])
-    kr2 = s.kappa1[..., None] * (X * X + Y * Y)
-    ex, ey = X * (1 + kr2) - u[..., 0], Y * (1 + kr2) - u[..., 1]
-    along = 2 * s.kappa1[..., None] * (X * ex + Y * ey) / (1 + 3 * kr2)  # the radial part is stretched more
-    ex, ey = (ex - along * X) / (1 + kr2), (ey - along * Y) / (1 + kr2)
-    px = (ex * s.Sx[..., None] / s.dx[..., None]) ** 2 + (ey / s.dy[..., None]) ** 2
-    good = (s.f > 0) & (s.depth > 0).all(-1) & ((1 + 3 * kr2) > 0).all(-1)
-    return np.asarray(np.where(good, np.sqrt(px.mean(-1)), np.nan))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # closed forms that make no camera
+        u = s.f[..., None, None] * c[..., :2] / c[..., 2:]
+        X = s.dx[..., None] / s.Sx[..., None] * (b[:, 0] - s.Cx[..., None])
+        Y = s.dy[..., None] * (b[:, 1] - s.Cy[..., None])
+        kr2 = s.kappa1[..., None] * (X * X + Y * Y)
+        ex, ey = X * (1 + kr2) - u[..., 0], Y * (1 + kr2) - u[..., 1]
+        along = 2 * s.kappa1[..., None] * (X * ex + Y * ey) / (1 + 3 * kr2)  # the radial part is stretched more
+        ex, ey = (ex - along * X) / (1 + kr2), (ey - along * Y) / (1 + kr2)
+        px = (ex * s.Sx[..., None] / s.dx[..., None]) ** 2 + (ey / s.dy[..., None]) ** 2
+        good = (s.f > 0) & (s.depth > 0).all(-1) & ((1 + 3 * kr2) > 0).all(-1)
+        return np.asarray(np.where(good, np.sqrt(px.mean(-1)), np.nan))
 
 
 def best_centre(

@@ -152,7 +152,10 @@ def handedness(p: ArrayLike, b: ArrayLike, Cx: float, Cy: float, dx: float, dy: 
     p, b = np.asarray(p, float), np.asarray(b, float)
     if flatness(p) < FLAT:
         return 0
-    direct = decomposed(dlt(p, b))
+    try:
+        direct = decomposed(dlt(p, b))
+    except np.linalg.LinAlgError:  # the points settle no matrix
+        return 0
     s = closed_form(p, b, Cx=Cx, Cy=Cy, dx=dx, dy=dy)
     votes = (float(s.f) > 0) and bool((s.depth > 0).mean() > 0.5)
     if direct.handed < 0:

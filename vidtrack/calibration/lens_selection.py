@@ -36,6 +36,11 @@ WORTH = 0.01
 """And the share by which the error must fall: less is not worth four more numbers."""
 
 
+PLAIN_TO_SEE = 0.25
+"""A fall of the error by so much is taken from one standard error on: where a lens misfits the rim alone, all is gained
+at few points."""
+
+
 class Rung(NamedTuple):
     """One lens model and what it predicts."""
 
@@ -188,7 +193,7 @@ def _compared(taken: Rung | None, rung: Rung) -> tuple[bool, str]:
     gain = taken.squared - rung.squared
     mean, error = gain.mean(), gain.std(ddof=1) / np.sqrt(len(gain))
     lower = 1 - rung.held_out_px / taken.held_out_px
-    if mean > SURE * error and lower > WORTH:
+    if (mean > SURE * error and lower > WORTH) or (mean > error and lower > PLAIN_TO_SEE):
         return True, f"{figures}, {100 * lower:.0f} % less than {taken.model}: taken"
     if lower > 0:
         return False, f"{figures}, no sure gain on {taken.model} ({_px(taken.held_out_px)} px): not taken"

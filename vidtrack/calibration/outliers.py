@@ -142,6 +142,8 @@ def studentised(residuals: Array, J: Array, fitted: Mask) -> Array:
     """
     seen = np.isfinite(residuals).all(-1)
     A = J[fitted & seen].reshape(-1, J.shape[-1])
+    if not len(A):  # no fitted point projects: the fit went astray
+        return np.full(len(residuals), np.inf)
     size = np.linalg.norm(A, axis=0)
     size = np.where(size > 0, size, 1.0)
     _, s, Vt = np.linalg.svd(A / size, full_matrices=False)

@@ -165,7 +165,7 @@ def inverse_root(C: Array) -> Array:
     """W (..., 2, 2), lower triangular, with W^T W = C^-1, of covariances C (..., 2, 2)."""
     W = np.zeros(C.shape)
     a = C[..., 0, 0]
-    rest = C[..., 1, 1] - C[..., 0, 1] ** 2 / a
+    rest = np.maximum(C[..., 1, 1] - C[..., 0, 1] ** 2 / a, 1e-15 * C[..., 1, 1])  # rounding makes no variance negative
     W[..., 0, 0] = 1 / np.sqrt(a)
     W[..., 1, 1] = 1 / np.sqrt(rest)
     W[..., 1, 0] = -C[..., 0, 1] / a * W[..., 1, 1]

@@ -61,17 +61,18 @@ def closed_form(
         raise ValueError(f"{len(p)} points; the {method} method needs {least}")
     middle, q, size = centred(p)
     Cx, Cy, dx, dy, d = _sensor(b, Cx, Cy, dx, dy)
-    if coplanar:
-        S = np.full(Cx.shape, 1.0 if Sx is None else Sx)
-        d[..., 0] /= S[..., None]
-        rotations, t_xy = _two_poses_from_a_plane(q, d)
-    else:
-        R, t_xy, found = _pose_from_space(q, d)
-        S = found if Sx is None else np.full(found.shape, Sx)
-        d[..., 0] /= S[..., None]
-        rotations = [R]
-    solved = [_finish(p, middle, d, R, size * t_xy, (Cx, Cy, dx, dy, S), kappa1) for R in rotations]
-    return _choose(*solved) if coplanar else solved[0]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # points that settle no camera: not finite
+        if coplanar:
+            S = np.full(Cx.shape, 1.0 if Sx is None else Sx)
+            d[..., 0] /= S[..., None]
+            rotations, t_xy = _two_poses_from_a_plane(q, d)
+        else:
+            R, t_xy, found = _pose_from_space(q, d)
+            S = found if Sx is None else np.full(found.shape, Sx)
+            d[..., 0] /= S[..., None]
+            rotations = [R]
+        solved = [_finish(p, middle, d, R, size * t_xy, (Cx, Cy, dx, dy, S), kappa1) for R in rotations]
+        return _choose(*solved) if coplanar else solved[0]
 
 
 def _pose_from_space(q: Array, d: Array) -> tuple[Array, Array, Array]:

@@ -57,6 +57,8 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
     shown = np.unique(np.concatenate([view.points for view in views]))
     if len(shown) < 6 or min(len(view.blobs) for view in views) == 0:
         return []
+    if on_one_line(points[shown]) or on_one_line(np.concatenate([view.blobs for view in views])):
+        return []
     found: list[Labels] = []
     enough = np.inf
     for cost, start in _affine_starts(points, views):
@@ -163,7 +165,10 @@ def _turns(dimensions: int) -> Array:
 
 
 def _affine_starts(points: Array, views: Sequence[View]) -> list[tuple[float, Array]]:
-    """Cost, and where every point of every view would lie, (sum k, 2) px, for the best turns refined; best first."""
+    """Cost, and where every point of every view would lie, (sum k, 2) px, for the best turns refined; best first.
+
+    Empty where points or blobs lie on one line.
+    """
     from scipy.spatial import cKDTree
 
     everything = np.concatenate([points[view.points] for view in views])
@@ -172,6 +177,8 @@ def _affine_starts(points: Array, views: Sequence[View]) -> list[tuple[float, Ar
     middle = np.median(blobs, axis=0)
     far = np.linalg.norm(blobs - middle, axis=-1)
     kept = blobs[far < 4 * np.median(far) + 1e-9]
+    if x.shape[1] < 2 or on_one_line(kept):
+        return []
     spread = np.linalg.cholesky(np.cov(kept.T))
     flat = np.linalg.inv(spread)
     turns = _turns(x.shape[1])

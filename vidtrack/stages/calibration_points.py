@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.calibration import gates
 from vidtrack.errors import VidtrackError
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.knock import moved, shifted
@@ -71,6 +72,7 @@ def calibration_points(
     seeds = NO_PICKS if picks is None else picks
     _check_picks(seeds, size, points, shown, camera)
     _check_blobs(shots, camera)
+    _check_layout(points, shown, shots, camera)
     case = _case(camera, points, shown, shots, seeds, size)
     labels = settled(case, label_with(case.points, case.views, case.picks, size))
     warnings = [f"{line}. The pick was not used." for line in odd_picks(case, labels)]
@@ -141,6 +143,27 @@ def _check_blobs(shots: Mapping[str, Shot], camera: str) -> None:
         )
     if problems:
         raise VidtrackError(*problems)
+
+
+FEW_BLOBS = 4
+"""Blobs in all clips together from which a camera's view can be found at all."""
+
+
+def _check_layout(points: pd.DataFrame, shown: Mapping[str, list[str]], shots: Mapping[str, Shot], camera: str) -> None:
+    """Refuse points or blobs from which no view can be found, whatever the picks say."""
+    listed = sorted({tag for tags in shown.values() for tag in tags})
+    p = points.loc[points["tag"].astype(str).isin(listed), ["x", "y", "z"]].to_numpy(float)
+    if len(p) >= FEW_BLOBS and (line := gates.straight(p)):
+        raise VidtrackError(f"calibration/points.csv: {line}")
+    counts = {clip: len(shot.at) for clip, shot in shots.items()}
+    if sum(counts.values()) >= FEW_BLOBS or len(listed) < FEW_BLOBS:
+        return
+    seen = ", ".join(f"{n} blob{'s' * (n != 1)} for {len(shown[clip])} tags in {clip}" for clip, n in counts.items())
+    raise VidtrackError(
+        f"calibration: camera {camera} shows only {seen}: too few to find its view. Is the picture too dark or out of "
+        "focus, or the threshold too high? Lower detect.threshold or light the balls; for a clip of single balls, list "
+        "its tags under calibration.clips and add clips that show the others."
+    )
 
 
 def _check_picks(
