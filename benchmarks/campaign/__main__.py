@@ -13,9 +13,11 @@ from __future__ import annotations
 import argparse
 import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -101,7 +103,11 @@ def _errors(table: pd.DataFrame, truth: pd.DataFrame, scene: dict[str, Any]) -> 
             own = truth[truth["target"] == true].sort_values("time_s")
             at = np.stack([np.interp(rows["time_s"], own["time_s"], own[a]) for a in "xyz"], -1)
             parts[name, true] = rows, rows[list("xyz")].to_numpy(float) - at
-    cost = np.array([[np.nan_to_num(np.nanmedian(np.abs(parts[n, t][1])), nan=1e6) for t in trues] for n in names])
+    cost = np.full((len(names), len(trues)), 1e6)
+    for (i, name), (j, true) in product(enumerate(names), enumerate(trues)):
+        error = parts[name, true][1]
+        if np.isfinite(error).any():
+            cost[i, j] = np.nanmedian(np.abs(error))
     samples = wrong = 0
     worst = 0.0
     for i, j in zip(*linear_sum_assignment(cost), strict=True):
@@ -137,12 +143,16 @@ def main() -> None:
     kinds = options.kind or [k for triple in zip(spoiled[::2], spoiled[1::2], strict=False) for k in ("none", *triple)]
     todo = [(kinds[i % len(kinds)], options.seed * 100_000 + i, options.keep) for i in range(options.count)]
     with ProcessPoolExecutor(options.processes) as pool:
-        trials = list(pool.map(trial, *zip(*todo, strict=True)))
+        trials = []
+        for done in as_completed([pool.submit(trial, *one) for one in todo]):
+            trials.append(t := done.result())
+            print(f"{len(trials)}/{len(todo)} {t.kind} {t.seed}: {t.verdict}", file=sys.stderr)
     report(trials)
 
 
 def report(trials: list[Trial]) -> None:
     """A line a circumstance, then the three figures."""
+    trials = sorted(trials, key=lambda t: (t.kind, t.seed))
     print(f"{'circumstance':26} n  right good doubtful bad failed refused  wrong/unflagged-in-good worst(in)")
     for kind in CIRCUMSTANCES:
         own = [t for t in trials if t.kind == kind]

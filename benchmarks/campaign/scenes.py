@@ -15,14 +15,15 @@ DURATION_S = 2.0
 def random_scene(rng: np.random.Generator) -> dict[str, Any]:
     """A scenario as `vidtrack.simulate` reads it: nothing is wrong with it."""
     n_cameras = int(rng.choice([2, 2, 2, 3, 4]))
-    start = rng.uniform(-20, 20)
-    bearings = start + np.sort(rng.choice(np.arange(-150, 180, 30), n_cameras, replace=False))
-    if n_cameras == 2:  # neither side by side nor face to face
-        bearings = start + np.array([0.0, rng.uniform(50, 120)])
+    # a row of balls is seen from before or from behind, never along it, where balls hide each other
+    spread = rng.uniform(30, 50)
+    bearings = np.array([-90 - spread, -90 + spread, 90 - spread, 90 + spread])[:n_cameras] + rng.uniform(
+        -8, 8, n_cameras
+    )
     cameras = {}
     for k, pan in enumerate(bearings):
         cameras[f"cam{k + 1}"] = {
-            "pan_deg": float(pan - 90),
+            "pan_deg": float(pan),
             "tilt_deg": float(rng.uniform(25, 50)),
             "roll_deg": float(rng.normal(0, 1)),
             "target": [float(v) for v in rng.normal(0, 1.0, 3)],
