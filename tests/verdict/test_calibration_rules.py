@@ -5,7 +5,7 @@ import math
 import pytest
 from scipy.stats import chi2
 
-from vidtrack.verdict.calibration_rules import Fit, by_chance, camera_findings, graded, whole_findings
+from vidtrack.verdict.calibration_rules import Fit, by_chance, camera_findings, graded, unfound_findings, whole_findings
 
 CAMERA = {"rms_px": 0.2}
 
@@ -83,3 +83,14 @@ def test_held_out_errors_of_a_fiftieth_of_the_field_are_bad():
     (finding,) = whole_findings(back(held_out={"mean_3d": 4.0}))
     assert (finding.level, finding.code) == ("bad", "held-out-error-large")
     assert "1/40 of the diagonal field" in finding.text
+
+
+def test_a_point_that_each_of_two_cameras_misses_is_named_as_the_survey_s_fault():
+    (finding,) = unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True, "18": False}})
+    assert finding.level == "doubtful"
+    assert "point 18 " in finding.text
+
+
+def test_a_point_hidden_from_one_camera_or_listed_by_one_alone_is_no_finding():
+    assert unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True, "18": True}}) == []
+    assert unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True}}) == []

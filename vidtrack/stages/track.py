@@ -139,7 +139,7 @@ def track(
     found = [
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
-        *more_than_asked(cut, len(rows.flag), len(names)),
+        *more_than_asked(cut, len(rows.flag), len(names), chosen=start_boxes is not None),
         *_fields_checked(rows, moment),
         *repeated_pictures(repeats.flags, rows),
     ]

@@ -10,7 +10,7 @@ import pandas as pd
 
 from vidtrack.findings import Finding
 from vidtrack.results import CameraResults, Results, RunResults
-from vidtrack.verdict.calibration_rules import Fit, camera_findings, whole_findings
+from vidtrack.verdict.calibration_rules import Fit, camera_findings, unfound_findings, whole_findings
 from vidtrack.verdict.collected import collected, placed
 from vidtrack.verdict.judgement import Judgement, added, inherited, judged, worst_word
 from vidtrack.verdict.run_rules import (
@@ -65,12 +65,20 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
     found = added(collected(results.back, "calibration"), whole_findings(results.back or {}))
+    found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
     for name, own in results.after.items():
         found += [
             placed(finding, "after the test")
             for finding in collected(own.labelling, name) + collected(own.record, name)
         ]
     return found + collected(results.stability) + _failures(results, None)
+
+
+def _seen(points: pd.DataFrame | None) -> dict[str, bool]:
+    """Whether each listed tag was found in any clip of a camera."""
+    if points is None or "found" not in points:
+        return {}
+    return {str(tag): bool(found) for tag, found in points.groupby("tag", sort=False)["found"].any().items()}
 
 
 def _failures(results: Results, camera: str | None) -> list[Finding]:

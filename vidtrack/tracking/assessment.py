@@ -175,8 +175,11 @@ def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, s
     return why, "Look at the crops of the worst moments; move its start box, or set detect.threshold."
 
 
-def more_than_asked(cut: Tracklets, samples: int, n: int) -> list[Finding]:
-    """Whether other things than the targets are followed for long, which look like targets."""
+def more_than_asked(cut: Tracklets, samples: int, n: int, *, chosen: bool) -> list[Finding]:
+    """Whether other things than the targets are followed for long, which look like targets.
+
+    chosen   start boxes say which things are the targets; else it is not known which of them were meant
+    """
     if not len(cut.target):
         return []
     length = np.bincount(cut.tracklet, minlength=len(cut.target))
@@ -185,7 +188,10 @@ def more_than_asked(cut: Tracklets, samples: int, n: int) -> list[Finding]:
         return []
     things = "one more thing that looks" if more == 1 else f"{more} more things that look"
     text = f"{things} like the {n} target{'s' * (n != 1)} can be seen for more than half of the run."
-    return [Finding("note", "more-targets-seen", text, f"Set targets to {n + more} if they are targets.")]
+    if chosen:
+        return [Finding("note", "more-targets-seen", text, f"Set targets to {n + more} if they are targets.")]
+    cure = f"Set targets to {n + more}, or say in targets.csv which are meant: those that move, then the brightest, were taken."
+    return [Finding("doubtful", "more-targets-seen", text, cure)]
 
 
 def scattering(seen: Scatter, names: Sequence[str]) -> list[Finding]:

@@ -106,6 +106,31 @@ def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
     return out
 
 
+def unfound_findings(seen: Mapping[str, Mapping[str, bool]]) -> list[Finding]:
+    """Points that no camera found. seen: camera: {tag: found}, of the tags that its clips list.
+
+    One camera's view of a point may be hidden; where each of two or more cameras that should see it has nothing at its
+    place, its place is wrong, and what is measured there carries another name or none.
+    """
+    listed: dict[str, list[bool]] = {}
+    for tags in seen.values():
+        for tag, found in tags.items():
+            listed.setdefault(tag, []).append(found)
+    lost = [tag for tag, found in listed.items() if len(found) > 1 and not any(found)]
+    if not lost:
+        return []
+    some = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
+    one = len(lost) == 1
+    text = (
+        f"calibration: no camera found {'point' if one else 'points'} {some} where points.csv has "
+        f"{'it' if one else 'them'}; {'its' if one else 'their'} survey is probably wrong"
+    )
+    if len(lost) == len(listed):
+        return []
+    cure = "Measure these points again, or take them out of points.csv; they were not used."
+    return [Finding("doubtful", "points-found-by-no-camera", text, cure)]
+
+
 def by_chance(freedom: int) -> float:
     """The root of a reduced chi-squared that chance exceeds once in ten thousand times (Wilson and Hilferty's cube)."""
     spread = 2 / (9 * freedom)
