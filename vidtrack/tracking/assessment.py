@@ -190,7 +190,8 @@ def more_than_asked(cut: Tracklets, samples: int, n: int, *, chosen: bool) -> li
     text = f"{things} like the {n} target{'s' * (n != 1)} can be seen for more than half of the run."
     if chosen:
         return [Finding("note", "more-targets-seen", text, f"Set targets to {n + more} if they are targets.")]
-    cure = f"Set targets to {n + more}, or say in targets.csv which are meant: those that move, then the brightest, were taken."
+    taken = "those that move, then the brightest, were taken"
+    cure = f"Set targets to {n + more}, or say in targets.csv which are meant: {taken}."
     return [Finding("doubtful", "more-targets-seen", text, cure)]
 
 
