@@ -105,7 +105,7 @@ def test_a_lamp_tells_the_clock_to_a_part_of_a_picture(still):
 def test_where_nothing_tells_the_clock_is_left_and_that_is_said(still):
     own, warnings = clock(still, "silent")
     assert (own["source"], own["offset_s"]) == ("none", 0.0)
-    assert any("cameras.cam2.clock: the motion and the sound and the flash do not estimate it" in line for line in warnings)
+    assert any("the motion and the sound and the flash do not estimate it" in line for line in warnings)
 
 
 def test_motion_tells_best_and_needs_no_help(still):
