@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vidtrack.errors import VidtrackError
-from vidtrack.settings import Settings, detect_for, settings_from_config
+from vidtrack.settings.config import Settings, detect_for, settings_from_config
 
 SMALLEST = {"units": "in", "cameras": {"cam1": None, "cam2": {}}}
 

@@ -41,7 +41,7 @@ def _sensitivity(arguments: Sequence[str]) -> int:
 
 
 def _schema(_: Sequence[str]) -> int:
-    from vidtrack.settings import schema_text
+    from vidtrack.settings.config import schema_text
 
     sys.stdout.write(schema_text())
     return 0

@@ -15,7 +15,7 @@ import yaml
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment
 from vidtrack.files.experiment_checks import checked_experiment
-from vidtrack.settings import Settings, settings_from_config
+from vidtrack.settings.config import Settings, settings_from_config
 from vidtrack.workflow import orders
 from vidtrack.workflow.failure import write_failure
 from vidtrack.workflow.job import Job

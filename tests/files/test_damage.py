@@ -14,7 +14,7 @@ from vidtrack.files.config_file import read_config
 from vidtrack.files.records import read_json, read_png, write_png
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.files.timestack_file import read_timestacks, write_timestacks
-from vidtrack.settings import settings_from_config
+from vidtrack.settings.config import settings_from_config
 from vidtrack.simulate.rig import thesis_rig
 
 TABLE = pd.DataFrame({"time_s": np.arange(50) / 30, "target": ["a", "b"] * 25, "x": np.linspace(0, 7, 50) ** 3})

@@ -4,7 +4,7 @@ import pytest
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment_checks import checked_experiment
-from vidtrack.settings import settings_from_config
+from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import orders
 from vidtrack.workflow.order_book import OrderBook
 

@@ -3,7 +3,7 @@
 import pytest
 
 from vidtrack.files.experiment import Clip, Experiment, Run
-from vidtrack.settings import settings_from_config
+from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import orders
 
 

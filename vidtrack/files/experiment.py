@@ -19,7 +19,7 @@ from vidtrack.files.beside import (
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.naming import did_you_mean, tags_meant
-from vidtrack.settings import Settings
+from vidtrack.settings.config import Settings
 
 
 @dataclass(frozen=True)

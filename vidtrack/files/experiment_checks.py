@@ -13,7 +13,7 @@ from vidtrack.files.csv_columns import PICKS, POINTS, PROFILE, TARGETS, TRUTH, C
 from vidtrack.files.experiment import Experiment, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.naming import did_you_mean, some_of, tags_meant
-from vidtrack.settings import Settings
+from vidtrack.settings.config import Settings
 
 _DATE = re.compile(r"\d{1,2}[-. ][A-Za-z]{3,9}\.?|[A-Za-z]{3,9}[-. ]\d{1,2}|\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
 

@@ -17,8 +17,8 @@ from vidtrack.files.experiment import (
     within,
 )
 from vidtrack.naming import did_you_mean, some_of
-from vidtrack.settings import Run as RunSettings
-from vidtrack.settings import Settings
+from vidtrack.settings.config import Settings
+from vidtrack.settings.runs import Run as RunSettings
 
 
 class _Case(NamedTuple):

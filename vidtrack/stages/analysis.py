@@ -11,16 +11,11 @@ import pandas as pd
 from vidtrack.analysis.decay import free_decay
 from vidtrack.analysis.harmonics import (
     FEW_SAMPLES_A_PERIOD,
-    Harmonics,
     fit_harmonics,
     fundamental_frequency,
-    phase_average,
-    response,
 )
-from vidtrack.analysis.interval import Estimate
 from vidtrack.analysis.motions import DEGREES_OF_FREEDOM, basin_axes, motions_at, statistics, watch_circle
-from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum, transfer
-from vidtrack.arrays import Array
+from vidtrack.analysis.responses import Series, fields, irregular_waves, regular_waves
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.motion.rigid import rotation_from_quaternion
@@ -39,17 +34,6 @@ REGULAR = 0.9
 """Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""
 FEW_CYCLES = 5
 """Fewer cycles make a decay's or a regular wave's numbers doubtful."""
-LITTLE_COHERENCE = 0.6
-"""A transfer function is quoted where the squared coherence is at least so much."""
-
-
-class Series(NamedTuple):
-    """One measured quantity against time: t (n,) s, x (n,) and its sigma (n,), NaN where missing; its unit."""
-
-    t: Array
-    x: Array
-    sigma: Array
-    unit: str
 
 
 class Analysis(NamedTuple):
@@ -132,7 +116,7 @@ def _motions(
             about.setdefault(str(name), {})[point] = {
                 "at_rest": found.rest,
                 "watch_circle": radius,
-                **{dof: _fields(statistics(found.motion[:, i])) for i, dof in enumerate(DEGREES_OF_FREEDOM)},
+                **{dof: fields(statistics(found.motion[:, i])) for i, dof in enumerate(DEGREES_OF_FREEDOM)},
             }
     return pd.concat(tables, ignore_index=True)[list(COLUMNS)], {"motions": about}
 
@@ -199,15 +183,15 @@ def _decay(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> 
     record = {
         "series": name,
         "unit": own.unit,
-        "Td_s": _fields(found.Td),
-        "fn_Hz": _fields(found.fn),
-        "zeta": _fields(found.zeta),
-        "quadratic": _fields(found.b),
-        "rest": _fields(found.rest),
+        "Td_s": fields(found.Td),
+        "fn_Hz": fields(found.fn),
+        "zeta": fields(found.zeta),
+        "quadratic": fields(found.b),
+        "rest": fields(found.rest),
         "release_s": found.release,
         "cycles": found.cycles,
         "rms": found.rms,
-        "decrement": {"zeta": _fields(found.p), "quadratic": _fields(found.q)},
+        "decrement": {"zeta": fields(found.p), "quadratic": fields(found.q)},
         "half_cycles": found.extremes._asdict(),
         "fit": {"time_s": own.t[found.used], "measured": own.x[found.used], "fitted": found.fitted[found.used]},
         "energy": _energy(series, name),
@@ -254,7 +238,7 @@ def _waves(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> 
     record: dict[str, Any] = {"elevation": name, "kind": "regular" if regular else "irregular"}
     motions = {other: _cut(s, how) for other, s in series.items() if other != name}
     if regular:
-        record |= _regular(own, f, wave, motions)
+        record |= regular_waves(own, f, wave, motions)
         if wave.samples_a_period < FEW_SAMPLES_A_PERIOD:
             text = (
                 f"waves: {wave.samples_a_period:.0f} samples a period of {name}; {FEW_SAMPLES_A_PERIOD} are asked for"
@@ -264,92 +248,10 @@ def _waves(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> 
             text = f"waves: only {wave.periods} whole periods of {name} could be used"
             findings.append(Finding("doubtful", "few-periods", text, "Record a longer stretch of steady waves."))
     else:
-        irregular, found = _irregular(own, motions, how, name)
+        irregular, found = irregular_waves(own, motions, how, name)
         record |= irregular
         findings += found
     return record, findings
-
-
-def _regular(own: Series, f: Estimate, wave: Harmonics, motions: Mapping[str, Series]) -> dict[str, Any]:
-    phase, mean, sd = phase_average(own.t, own.x, wave.f)
-    record: dict[str, Any] = {
-        "T_s": _fields(Estimate(1 / f.value, f.half_width / f.value**2)),
-        "H": _fields(Estimate(2 * wave.amplitude[0].value, 2 * wave.amplitude[0].half_width)),
-        "harmonics": [_fields(a) for a in wave.amplitude],
-        "periods": wave.periods,
-        "samples_a_period": wave.samples_a_period,
-        "steadiness": wave.steadiness,
-        "cycle": {"phase": phase, "mean": mean, "sd": sd},
-        "phase_means": "degrees by which the response follows the crest at the gauge",
-        "responses": {},
-    }
-    for name, motion in motions.items():
-        if not np.nanstd(motion.x) > 0:
-            continue
-        try:
-            found = fit_harmonics(motion.t, motion.x, wave.f)
-        except (ValueError, np.linalg.LinAlgError):
-            continue
-        ratio = response(wave, found)
-        record["responses"][name] = {
-            "unit": motion.unit,
-            "mean": _fields(found.mean),
-            "harmonics": [_fields(a) for a in found.amplitude],
-            "rao": _fields(ratio.ratio),
-            "phase_deg": _fields(ratio.phase_deg),
-            "steadiness": found.steadiness,
-        }
-    return record
-
-
-def _irregular(
-    own: Series, motions: Mapping[str, Series], how: Mapping[str, Any], name: str
-) -> tuple[dict[str, Any], list[Finding]]:
-    try:
-        step, x = evenly(own.t, own.x)
-    except ValueError as problem:
-        cure = "Record a longer stretch without gaps."
-        return {}, [Finding("bad", "wave-not-found", f"waves: {name}: {problem}", cure)]
-    resolution = how.get("resolution")
-    of_wave = spectrum(step, x, resolution=resolution)
-    single = single_waves(step, x)
-    record: dict[str, Any] = {
-        **sea_state(of_wave)._asdict(),
-        "H13": single.H13,
-        "Hmax": single.Hmax,
-        "n_waves": len(single.height),
-        "spectrum": {"f_Hz": of_wave.f, "S": of_wave.S, "low": of_wave.low, "high": of_wave.high},
-        "degrees_of_freedom": of_wave.freedom,
-        "responses": {},
-    }
-    good = np.isfinite(own.t) & np.isfinite(own.x)
-    for other, motion in motions.items():
-        measured = np.isfinite(motion.x)
-        if measured.mean() < 0.98:
-            continue
-        try:
-            own_step, y = evenly(motion.t, motion.x)
-        except ValueError:
-            continue
-        begin = motion.t[measured][0]
-        grid = begin + own_step * np.arange(len(y))
-        inside = (grid >= own.t[good][0]) & (grid <= own.t[good][-1])
-        if inside.sum() < 64:
-            continue
-        at_motion = np.interp(grid[inside], own.t[good], own.x[good])
-        found = transfer(own_step, at_motion, y[inside], resolution=resolution)
-        quoted = found.coherence >= LITTLE_COHERENCE
-        record["responses"][other] = {
-            "unit": motion.unit,
-            "f_Hz": found.f,
-            "rao": np.where(quoted, np.abs(found.H), np.nan),
-            "rao_half_width": np.where(quoted, 1.96 * found.sd_ratio * np.abs(found.H), np.nan),
-            "phase_deg": np.where(quoted, -np.degrees(np.angle(found.H)), np.nan),
-            "phase_half_width_deg": np.where(quoted, np.degrees(1.96 * found.sd_ratio), np.nan),
-            "coherence": found.coherence,
-            "averages": found.averages,
-        }
-    return record, []
 
 
 def _cut(series: Series, how: Mapping[str, Any]) -> Series:
@@ -360,8 +262,3 @@ def _cut(series: Series, how: Mapping[str, Any]) -> Series:
     if end is not None:
         use &= series.t <= end
     return Series(series.t[use], series.x[use], series.sigma[use], series.unit)
-
-
-def _fields(of: NamedTuple) -> dict[str, Any]:
-    """A result as it is written: its fields by name, those of Estimates within."""
-    return {key: _fields(value) if isinstance(value, Estimate) else value for key, value in of._asdict().items()}

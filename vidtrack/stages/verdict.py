@@ -28,6 +28,9 @@ Record = Mapping[str, Any]
 CALIBRATING = ("calibration_points", "calibrate", "bundle", "bundle_after", "back_project", "overlay", "stability")
 """Rules whose failure is the calibration's; that of any other is a run's."""
 
+LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
+"""Findings of a calibration by which nothing is known of single points."""
+
 
 def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """The record verdict.json.
@@ -65,7 +68,9 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
     found = added(collected(results.back, "calibration"), whole_findings(results.back or {}))
-    found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
+    doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}
+    if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere
+        found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
     for name, own in results.after.items():
         found += [
             placed(finding, "after the test")

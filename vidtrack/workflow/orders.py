@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import Any
 
 from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
-from vidtrack.settings import Clock, Settings, detect_for
-from vidtrack.settings import Run as RunSettings
+from vidtrack.settings.cameras import Clock
+from vidtrack.settings.config import Settings, detect_for
+from vidtrack.settings.runs import Run as RunSettings
 from vidtrack.timing.witnesses import asked
 
 Order = dict[str, Any]

@@ -14,7 +14,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import Experiment, channels_path, profiles, within
 from vidtrack.files.experiment_checks import checked_experiment
-from vidtrack.settings import settings_from_config
+from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import orders
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.lock import is_locked, why_locked

@@ -1,0 +1,47 @@
+"""`calibration`: the clips, the lens model, how parameters are refined."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
+from vidtrack.settings.detection import DetectChange
+from vidtrack.settings.sections import Name, Section, Tags
+
+
+class Clip(DetectChange):
+    """One calibration clip: the tags in view, and any detect setting that differs for it."""
+
+    tags: Tags = Field(None, description="tags of points.csv: a list, or ranges such as 1-16; default: every tag there")
+    detect: DetectChange = Field(
+        DetectChange(), description="the detect settings that differ for this clip; they may also stand beside `tags`"
+    )
+
+
+class Calibration(Section):
+    """How the cameras are calibrated."""
+
+    sigma: Annotated[float, Field(ge=0)] = Field(
+        0.0, description="world units, survey tolerance (1 sigma) where points.csv has none"
+    )
+    model: LensModel = Field(
+        "auto",
+        description=LENS,
+    )
+    refine: Literal["linear", "centre", "full", "bundle"] = Field(
+        "full",
+        description="how parameters are estimated; linear: the thesis's closed form, with Cx, Cy and sensor as given; "
+        "centre: the same, and Cx, Cy searched for the least error; full: every parameter of one camera by non-linear "
+        "least squares; bundle: all cameras and the surveyed points together, the survey tolerance as prior",
+    )
+    reject: Literal["auto", "off"] = Field(
+        "auto", description="auto: points that agree with no camera are left out and named; off: every point is used"
+    )
+    clips: dict[Name, Clip] = Field(
+        {}, description="clip: what it shows; every folder in calibration/ is a clip, whether or not it is named here"
+    )
+    after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
+    fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
+    prior: Prior = Field({}, description="parameter: [mean, standard deviation]")

@@ -1,0 +1,62 @@
+"""`cameras`: nominal values, clocks, and what of the calibration is a camera's own."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from vidtrack.settings.sections import Crop, Positive, Section, fixed
+
+
+class Clock(Section):
+    """What is added to a camera's time."""
+
+    offset_s: float = Field(0.0, description="s, added to the camera's time")
+    rate_ppm: float = Field(0.0, description="parts per million by which the camera's time runs slow")
+
+
+LENS = (
+    "the lens; tsai: f, Sx, Cx, Cy and one radial term, kappa1; tsai2: a second one, kappa2; tsai3: a "
+    "third one, kappa3 (lenses beyond 90 degrees); brown: kappa1, kappa2 and the tangential terms p1, p2; affine: "
+    "skewed pixel axes (skew) too; prism: all of these and a thin prism, s1, s2; auto: the plainest of them that "
+    "predicts points held out of the fit as well as a richer one"
+)
+"""What the words of `model` mean."""
+
+LensModel = Literal["tsai", "tsai2", "tsai3", "brown", "affine", "prism", "auto"]
+ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2"]
+Fix = Annotated[dict[ParameterName, float | None], BeforeValidator(fixed)]
+Prior = dict[ParameterName, tuple[float, Positive]]
+
+
+class CameraCalibration(Section):
+    """What is known of one camera; it is added to what `calibration` says of all cameras, and counts before it."""
+
+    model: LensModel | None = Field(None, description=f"{LENS}. Null: as under calibration")
+    fix: Fix = Field({}, description="parameters of this camera that are not refined, as calibration.fix")
+    prior: Prior = Field({}, description="what is known of this camera's parameters, as calibration.prior")
+
+
+class Camera(Section):
+    """One camera: where its optical axis meets the frame buffer, its sensor, its clock."""
+
+    Cx: float | None = Field(None, description="px; default: the middle of the frame buffer")
+    Cy: float | None = Field(None, description="px; default: the middle of the frame buffer")
+    sensor: tuple[Positive, Positive] | None = Field(
+        None, description="mm, width and height of the sensor area that the frame covers; default: dx = dy = 1 px"
+    )
+    crop: Crop | None = Field(
+        None,
+        description="[left, top, width, height]: the part of the calibration's picture that the runs' pictures show, "
+        "px of the calibration's picture from its top left corner; default: the whole of it, where the shapes agree",
+    )
+    calibration: CameraCalibration = Field(
+        CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
+    )
+    clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
+        None,
+        description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; "
+        "sound: from the sound tracks, by one clap; flash: from a lamp that is switched; auto: all three, weighed; "
+        "default: the time code, or motion where no camera of the run has one",
+    )

@@ -1,0 +1,141 @@
+"""The whole of config.yaml, and its mistakes as clear lines.
+
+The JSON schema in workflow/schemas is made from here (`python -m vidtrack.settings`).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+
+from vidtrack.errors import VidtrackError
+from vidtrack.naming import did_you_mean
+from vidtrack.settings.calibration import Calibration
+from vidtrack.settings.cameras import Camera
+from vidtrack.settings.detection import Detect, DetectChange
+from vidtrack.settings.runs import Run
+from vidtrack.settings.sections import Name, Section
+
+
+class Settings(Section):
+    """The whole of config.yaml."""
+
+    experiment: str = Field(".", description="the folder that holds calibration/ and runs/, and receives results/")
+    title: str = Field("", description="what the report is headed with; default: Experiment")
+    units: Literal["m", "cm", "mm", "in", "ft"] = Field(description="the unit of every world length, in and out")
+    cameras: Annotated[dict[Name, Camera], Field(min_length=1)] = Field(
+        description="camera: its nominal values; named as its video files are"
+    )
+    detect: Detect = Field(
+        Detect(), description="how targets are distinguished from the background in all clips and runs"
+    )
+    calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
+    runs: dict[Name, Run] = Field(
+        {}, description="run: what differs from the defaults; every folder in runs/ is processed, named here or not"
+    )
+
+
+def settings_from_config(config: Mapping[str, Any], where: str = "config.yaml") -> Settings:
+    """The settings that a parsed config means; VidtrackError with every problem at once, a line each.
+
+    A key without a value (`cam1:`) stands for its defaults.
+    """
+    try:
+        return Settings.model_validate(_filled(config), by_alias=True, by_name=True)
+    except ValidationError as error:
+        raise VidtrackError(*_lines(where, error.errors())) from None
+
+
+def detect_for(settings: Settings, *changes: DetectChange) -> dict[str, Any]:
+    """The detect settings in force after a clip's or a run's own changes, as plain values."""
+    merged = settings.detect.model_dump()
+    for change in changes:
+        own = {name: getattr(change, name) for name in DetectChange.model_fields}
+        merged.update({name: value for name, value in own.items() if value is not None})
+    return merged
+
+
+def _filled(config: Mapping[str, Any]) -> dict[str, Any]:
+    filled = {key: value for key, value in config.items() if value is not None}
+    for section in ("cameras", "runs"):
+        if isinstance(filled.get(section), Mapping):
+            filled[section] = {str(k): {} if v is None else v for k, v in filled[section].items()}
+    calibration = filled.get("calibration")
+    if isinstance(calibration, Mapping) and isinstance(calibration.get("clips"), Mapping):
+        clips = {str(k): {} if v is None else v for k, v in calibration["clips"].items()}
+        filled["calibration"] = {**calibration, "clips": clips}
+    return filled
+
+
+_BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|float$|int$|str$|Clock$|\[key\]|nullable)")
+"""What pydantic adds to a place to say which of several allowed forms it tried."""
+
+
+def _lines(where: str, problems: Sequence[Mapping[str, Any]]) -> list[str]:
+    """One line for each place that is wrong, whatever the number of forms that were tried there."""
+    told: dict[str, list[str]] = {}
+    for problem in problems:
+        path = [str(part) for part in problem["loc"] if not _BRANCHES.match(str(part))]
+        if problem["type"] == "literal_error" and isinstance(problem["input"], Mapping):
+            continue  # the other form of this place has told what is wrong inside
+        told.setdefault(".".join(path), []).append(_message(path, problem))
+    return [
+        f"{where}: {place + ': ' if place else ''}{' Or: '.join(dict.fromkeys(texts))}" for place, texts in told.items()
+    ]
+
+
+def _message(path: list[str], problem: Mapping[str, Any]) -> str:
+    kind, context, value = problem["type"], problem.get("ctx", {}), _short(problem["input"])
+    if kind == "extra_forbidden":
+        here = _known_keys(path[:-1])
+        near = did_you_mean(path[-1], here) or did_you_mean(path[-1], _all_keys())
+        return "no such setting; " + (f"did you mean {near!r}?" if near else f"known here: {', '.join(here)}.")
+    if kind == "missing":
+        return "missing. Give it; it has no default."
+    if kind == "literal_error":
+        near = did_you_mean(str(problem["input"]), re.findall(r"'([^']*)'", context["expected"]))
+        return f"{value} is not {context['expected']}" + (f"; did you mean {near!r}?" if near else ".")
+    message = str(context["error"]) if kind == "value_error" else str(problem["msg"])
+    return f"{message[0].lower()}{message[1:]}, not {value}."
+
+
+def _all_keys() -> list[str]:
+    schema = Settings.model_json_schema(by_alias=True)
+    parts = [schema, *schema.get("$defs", {}).values()]
+    return sorted({key for part in parts for key in part.get("properties", {})})
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _known_keys(path: list[str]) -> list[str]:
+    """The keys that are allowed at a place of the config."""
+    schema: Any = Settings.model_json_schema(by_alias=True)
+    definitions = schema.get("$defs", {})
+
+    def resolved(node: Any) -> Any:
+        while "$ref" in node:
+            node = definitions[node["$ref"].rsplit("/", 1)[1]]
+        for choice in node.get("anyOf", ()):
+            inner = resolved(choice)
+            if "properties" in inner or "additionalProperties" in inner:
+                return inner
+        return node
+
+    node = resolved(schema)
+    for part in path:
+        properties = node.get("properties", {})
+        node = properties.get(part, node.get("additionalProperties") or {})
+        node = resolved(node) if isinstance(node, dict) else {}
+    return list(node.get("properties", {}))
+
+
+def schema_text() -> str:
+    """The JSON schema of config.yaml."""
+    return json.dumps(Settings.model_json_schema(by_alias=True), indent=1) + "\n"

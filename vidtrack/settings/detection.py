@@ -1,0 +1,63 @@
+"""`detect`: how targets are distinguished from the background."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from vidtrack.settings.sections import Instant, Level, Positive, Section
+
+DETECT = {
+    "polarity": "bright: targets are brighter than what surrounds them; dark: darker",
+    "threshold": "grey level 0 to 255, after gain and offset, above which a pixel (dark: below which) belongs to a "
+    "target; auto: half-way between each target's surroundings and its brightest part",
+    "centroid": "weighted: pixels count by their grey level above the threshold; binary: all pixels above it "
+    "count the same (equations 4.2.1 and 4.2.2 of the thesis); ellipse: an ellipse fitted to the target's outline, "
+    "for large or saturated targets",
+    "min_pixels": "pixels above the threshold that a target has at least; fewer are noise (flag small)",
+    "box": "px, width and height of the moving box in which a target is looked for; more than its motion between two "
+    "samples, less than the distance to its neighbours",
+    "fields": "what one sample is; auto: as the file's flags and the motion say; frame: whole frames (progressive "
+    "video); top, bottom: two fields a frame, that one first (interlaced video: two samples a frame)",
+    "start": "time code (10:00:55:12) or frame number of the first sample used; null: the first frame",
+    "end": "time code or frame number of the last sample used; null: the last frame",
+    "gain": "grey levels are multiplied by it, after offset; auto: chosen for each clip, and 1 but for clips that use "
+    "few grey levels",
+    "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
+}
+"""What each detect key means, for all clips and runs and where one of them differs."""
+
+
+def _change(key: str) -> Any:
+    return Field(None, description=f"{DETECT[key]}. Null: as under detect")
+
+
+class DetectChange(Section):
+    """How targets are distinguished from the background, where a clip or a run differs from the rest."""
+
+    polarity: Literal["bright", "dark"] | None = _change("polarity")
+    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] | None = _change("threshold")
+    centroid: Literal["weighted", "binary", "ellipse"] | None = _change("centroid")
+    min_pixels: Annotated[int, Field(ge=1)] | None = _change("min_pixels")
+    box: tuple[Positive, Positive] | None = _change("box")
+    fields: Literal["auto", "frame", "top", "bottom"] | None = _change("fields")
+    start: Instant | None = _change("start")
+    end: Instant | None = _change("end")
+    gain: Literal["auto"] | Positive | None = _change("gain")
+    offset: Literal["auto"] | Level | None = _change("offset")
+
+
+class Detect(Section):
+    """How targets are distinguished from the background."""
+
+    polarity: Literal["bright", "dark"] = Field("bright", description=DETECT["polarity"])
+    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field("auto", description=DETECT["threshold"])
+    centroid: Literal["weighted", "binary", "ellipse"] = Field("weighted", description=DETECT["centroid"])
+    min_pixels: Annotated[int, Field(ge=1)] = Field(4, description=DETECT["min_pixels"])
+    box: tuple[Positive, Positive] = Field((50.0, 50.0), description=DETECT["box"])
+    fields: Literal["auto", "frame", "top", "bottom"] = Field("auto", description=DETECT["fields"])
+    start: Instant | None = Field(None, description=DETECT["start"])
+    end: Instant | None = Field(None, description=DETECT["end"])
+    gain: Literal["auto"] | Positive = Field("auto", description=DETECT["gain"])
+    offset: Literal["auto"] | Level = Field("auto", description=DETECT["offset"])

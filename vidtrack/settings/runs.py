@@ -1,0 +1,95 @@
+"""`runs`: what moves, how it is located, what it is compared with."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from vidtrack.settings.analysis import Analysis, Axes, Body, Channels, analyses, body
+from vidtrack.settings.detection import DetectChange
+from vidtrack.settings.sections import Crop, Name, Positive, Section, Vector, names
+
+
+class Reference(Section):
+    """How a contact sensor's record, reference.csv, is read."""
+
+    time: str = Field("time_s", description="column of times: seconds, time code or ISO")
+    value: str = Field(description="column of values")
+    axis: Literal["x", "y", "z", "auto"] = Field(
+        "x",
+        description="what it measures; x, y, z: that axis of the world; auto: the direction of the target's motion",
+    )
+    target: str | None = Field(None, description="default: the run's only target")
+    offset_s: float | Literal["auto"] | None = Field(
+        None, description="s, added to its times; auto: where its motion correlates best with the video's"
+    )
+
+
+class Plane(Section):
+    """How one camera's pixels become positions in a plane: a scale, or known points."""
+
+    scale: Positive | None = Field(None, description="world units per px")
+    aspect: Positive = Field(1.0, description="X is multiplied by it; the thesis's frame buffer has 1.25")
+    points: str | None = Field(None, description="known points in the plane: calibration/points.csv")
+    clip: Name | None = Field(None, description="the clip that shows them")
+
+
+class Transect(Section):
+    """A line up the beach along which the water's edge is followed."""
+
+    start: Vector = Field(alias="from", description="world, the seaward end")
+    end: Vector = Field(alias="to", description="world, the landward end")
+    step: Positive | None = Field(None, description="world units between samples; default: about one px")
+    profile: str | None = Field(None, description="CSV of x,y,z along the transect, where the beach is no plane")
+
+
+class Waterline(Section):
+    """Run-up: the moving water's edge along transects."""
+
+    camera: str | None = Field(None, description="default: the run's first camera")
+    transects: dict[Name, Transect] = Field(description="transect: the line up the beach that it follows")
+
+
+class Run(DetectChange):
+    """One run: what moves in it, how it is located, what it is compared with."""
+
+    mode: Literal["space", "plane", "waterline"] = Field(
+        "space",
+        description="space: positions from two or more cameras; plane: from one camera, in a plane of known scale or "
+        "points; waterline: no targets, only the edge of the water",
+    )
+    targets: Annotated[tuple[str, ...] | Annotated[int, Field(ge=1)] | None, BeforeValidator(names)] = Field(
+        None, description="how many, or a list of names; default: the names in targets.csv, else 1"
+    )
+    reference: Reference | None = Field(
+        None, description="how reference.csv is read; default: time in its first column, x in its second"
+    )
+    plane: Plane | None = Field(None, description="mode plane: how px become positions in the plane")
+    bodies: dict[Name, Annotated[Body, BeforeValidator(body)]] = Field(
+        {},
+        description="body: {target: [x, y, z] in the body}; the body's origin is the point that is reported. "
+        "points: {CoG: [x, y, z], ...} among the targets names further points whose motions are wanted",
+    )
+    axes: Axes | None = Field(
+        None, description="the basin's directions; needed for surge, sway, heave, roll, pitch, yaw"
+    )
+    analysis: Annotated[Analysis | None, BeforeValidator(analyses)] = Field(
+        None, description="decay, waves: what is estimated from the motions; `analysis: decay` takes the defaults"
+    )
+    channels: Channels | None = Field(None, description="records of other instruments: wave gauges, load cells")
+    videos: dict[str, str] = Field({}, description="camera: path of a video elsewhere, relative to the experiment")
+    start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
+    tolerance_px: Positive | None = Field(
+        None,
+        description="px, how far from its epipolar line a match may lie, and a sample from the located point; default: "
+        "3, and for samples 6 standard deviations of the centroids where that is more",
+    )
+    crop: Crop | dict[str, Crop] | None = Field(
+        None, description="as cameras.<camera>.crop, for this run: of all its cameras, or camera: crop"
+    )
+    max_miss: Positive | None = Field(None, description="world units, the lines of sight may miss a point by no more")
+    waterline: Waterline | None = Field(None, description="transects along which the edge of the water is followed")
+    detect: DetectChange = Field(
+        DetectChange(), description="the detect settings that differ for this run; they may also stand beside `mode`"
+    )

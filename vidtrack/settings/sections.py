@@ -1,0 +1,52 @@
+"""What the parts of the config are made of: closed sections, names, lists of tags, lengths and vectors."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+Vector = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0)]
+Level = Annotated[float, Field(ge=-255, le=255)]
+Crop = tuple[float, float, Positive, Positive]
+Instant = str | int
+"""A time code or a frame number."""
+
+
+class Section(BaseModel):
+    """A part of the config: frozen, and closed to unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _simple_name(name: str) -> str:
+    if not re.fullmatch(r"[^\W_][\w.-]*", name):
+        raise ValueError("a name is made of letters, digits, _ . - and begins with a letter or digit")
+    return name
+
+
+def _tag_list(value: Any) -> Any:
+    """`1-16`, `1-4, 9, a` or a list of any of these, each part as it stands: see `naming.tags_meant`."""
+    if value is None:
+        return None
+    parts = value if isinstance(value, (list, tuple)) else str(value).split(",")
+    parts = tuple(str(p).strip() for p in parts)
+    if "" in parts:
+        raise ValueError("an empty tag; write 1-16 or a list of tags")
+    return parts
+
+
+def names(value: Any) -> Any:
+    return tuple(str(v) for v in value) if isinstance(value, (list, tuple)) else value
+
+
+def fixed(value: Any) -> Any:
+    if isinstance(value, (list, tuple)):
+        return dict.fromkeys((str(v) for v in value), None)
+    return value
+
+
+Name = Annotated[str, AfterValidator(_simple_name)]
+Tags = Annotated[tuple[str, ...] | None, BeforeValidator(_tag_list)]
