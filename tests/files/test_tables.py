@@ -2,10 +2,12 @@
 
 import math
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.tables import read_picks, read_points, read_targets
+from vidtrack.files.tables import read_parquet, read_picks, read_points, read_targets, write_parquet
 
 
 def written(tmp_path, text):
@@ -46,3 +48,10 @@ def test_a_box_that_starts_below_the_picture_is_told(tmp_path):
     path = written(tmp_path, "camera,target,Xf,Yf\ncam1,a,0,480\n")
     with pytest.raises(VidtrackError, match=r"line 2: target a at \(0, 480\) is outside"):
         read_targets(path, "cam1", (512, 480))
+
+
+def test_a_column_of_lists_is_read_as_it_was_written(tmp_path):
+    table = pd.DataFrame({"time_s": [0.0, 1.0], "covariance": [np.arange(4.0), np.full(4, np.nan)]})
+    write_parquet(tmp_path / "t.parquet", table, units="in", provenance={})
+    back = read_parquet(tmp_path / "t.parquet")
+    assert np.stack(back["covariance"])[0].tolist() == [0, 1, 2, 3]

@@ -81,8 +81,11 @@ def read_parquet(path: Path) -> DataFrame:
 
 
 def _signature(schema: Any) -> str:
-    """The names and types of a table's columns as one line: pages have checksums of their own, names have none."""
-    return json.dumps([[field.name, str(field.type)] for field in schema])
+    """The names and types of a table's columns as one line: pages have checksums of their own, names have none.
+
+    Parquet names what lists hold `element`, Arrow `item`: they are the same.
+    """
+    return json.dumps([[field.name, str(field.type).replace("<element:", "<item:")] for field in schema])
 
 
 @contextmanager
