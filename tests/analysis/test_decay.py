@@ -29,6 +29,7 @@ def test_the_solution_is_that_of_another_integrator(b):
     assert integrated(t, wn, zeta, b, 10.0, -3.0) == pytest.approx(other, abs=2e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("b", [0.0, 0.01])
 def test_the_intervals_hold_the_truth_in_about_95_of_100_trials(b):
     rng = np.random.default_rng(11)

@@ -73,6 +73,7 @@ def test_held_out_errors_exceed_training_errors_and_the_floor_by_what_calibratio
         assert 0.85 < held / floor < 1.35  # 64 points: 6 % of scatter
 
 
+@pytest.mark.slow
 def test_held_out_errors_tell_a_lens_that_is_too_rich(rig):
     """With few points and noise, freeing everything must show in held-out errors though it lowers training ones."""
     _, p, b = rig

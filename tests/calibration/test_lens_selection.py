@@ -40,6 +40,7 @@ def test_training_error_falls_at_every_rung_and_is_not_what_decides():
     assert ladder.model == "tsai"
 
 
+@pytest.mark.slow
 def test_a_plain_lens_is_kept_in_nine_draws_of_ten():
     kept = [climb(*case(n=60, seed=seed)[1:], thesis_rig(1)[0]).model == "tsai" for seed in range(10)]
     assert sum(kept) >= 9

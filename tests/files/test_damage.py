@@ -119,6 +119,7 @@ def test_a_picture_that_was_spoilt_is_a_picture_or_refused(tmp_path, changes, le
 texts = st.text(alphabet="abcunits:in{}[]&*!#'\"- \n\t,0123.|>%@?<=", max_size=80) | st.text(max_size=40)
 
 
+@pytest.mark.slow
 @given(st.integers(0, len(CONFIG)), texts, st.integers(0, 20))
 @settings(fuzzed, max_examples=400)
 def test_any_config_is_understood_or_refused(tmp_path, at, insert, cut):
@@ -134,6 +135,7 @@ def test_any_config_is_understood_or_refused(tmp_path, at, insert, cut):
     assert all(len(line) < 2000 and "\n" not in line for line in problems)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "says"),
     [

@@ -135,6 +135,7 @@ def changed(before, after):
     return sorted(job for job in after if before[job] != after[job])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "touched"),
     [
@@ -157,6 +158,7 @@ def test_asking_for_orders_writes_nothing(folder):
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_an_edited_recording_is_seen_and_a_touched_one_is_not(folder):
     before = orders_of()
     (folder / "runs/pluck/cam1.mov").write_text("video")

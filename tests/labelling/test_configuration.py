@@ -58,6 +58,7 @@ def test_points_that_no_clip_shows_map_to_themselves():
     assert all((image[16:] == np.arange(16, 64)).all() for image in self_maps(POINTS, [ROWS[0]]))
 
 
+@pytest.mark.slow
 def test_the_rows_of_the_thesis_look_the_same_upside_down():
     camera = thesis_rig()[0]
     views, truth, _ = seen(camera, POINTS, ROWS)
@@ -66,6 +67,7 @@ def test_the_rows_of_the_thesis_look_the_same_upside_down():
     assert found[0].sd == pytest.approx(found[1].sd, rel=0.1)
 
 
+@pytest.mark.slow
 def test_one_pick_settles_what_symmetry_leaves_open():
     camera = thesis_rig()[1]
     views, truth, b = seen(camera, POINTS, ROWS)
@@ -98,6 +100,7 @@ def test_five_points_are_too_few_to_name_themselves():
     assert label_alone(POINTS[:5], views, SIZE) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 100_000))
 def test_whatever_the_clips_show_the_answer_is_labels_or_none(seed):

@@ -69,6 +69,7 @@ def test_a_pick_at_the_neighbouring_ball_is_outvoted():
     assert (~agreeing(found[0], wrong)).nonzero()[0].tolist() == [2]
 
 
+@pytest.mark.slow
 def test_swapped_picks_are_outvoted():
     scene = Scene(missing=0, spurious=0, seed=4)
     picks = scene.picks(6, 1, off=3)

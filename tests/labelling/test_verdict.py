@@ -29,6 +29,7 @@ def answer(c):
     return settled(c, label_with(c.points, c.views, c.picks, SIZE))
 
 
+@pytest.mark.slow
 def test_a_symmetric_layout_names_the_pick_that_settles_it():
     with pytest.raises(VidtrackError, match="symmetric") as told:
         answer(case())
@@ -44,6 +45,7 @@ def test_a_symmetric_layout_names_the_pick_that_settles_it():
     assert all((blob == np.arange(12)).all() for blob in labels.blob)
 
 
+@pytest.mark.slow
 def test_swapped_picks_are_named_as_a_swap():
     c = case([0, 3, 4, 7, 8, 11], B[[0, 8, 4, 7, 3, 11]])
     lines = odd_picks(c, answer(c))
@@ -57,6 +59,7 @@ def test_a_pick_at_the_wrong_ball_says_which_ball_that_is():
     assert [line.split("; ")[1] for line in odd_picks(c, answer(c))] == ["the ball there is tag 7"]
 
 
+@pytest.mark.slow
 def test_mirrored_axes_are_recognised():
     with pytest.raises(VidtrackError, match="left-handed"):
         answer(case([0, 3, 8, 11, 17, 33], points=POINTS * [1, 1, -1.0]))

@@ -73,6 +73,7 @@ def test_an_offset_of_many_frames_is_searched_for():
     assert 30 * found.clocks[1].offset_s == pytest.approx(14.3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_standard_error_is_honest():
     off = []
     for seed in range(25):

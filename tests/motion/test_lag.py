@@ -25,6 +25,7 @@ def records(motion, rng, *, lag=0.2, n=300, rate=30.0, sensor=SENSOR, video=VIDE
     return tr, motion(tr) + rng.normal(0, sensor, len(tr)), t, motion(t - lag) + rng.normal(0, video, n)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [pluck, forced])
 @pytest.mark.parametrize("rate", [12.0, 30.0, 200.0])
 def test_the_thesis_s_lag_of_0_2_s_is_found_to_a_thousandth(motion, rate):

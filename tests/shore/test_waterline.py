@@ -14,6 +14,7 @@ def stack_of(beach):
     return grey, np.interp(beach.edge, line.p[:, 0], np.arange(len(line.s)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "rms"),
     [

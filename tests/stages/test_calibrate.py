@@ -75,6 +75,7 @@ def six_off_by_ten(table, rng):
     return sorted(rows)
 
 
+@pytest.mark.slow
 def test_full_reaches_what_is_attainable_and_not_more():
     """0.1 px, survey within 1/32 in: at least 1/4000 and within 1.06 of the perfect cameras' (1/4340)."""
     error, _ = trials(range(6), 0.1, 1 / 32)
@@ -83,6 +84,7 @@ def test_full_reaches_what_is_attainable_and_not_more():
     assert 1.0 < error / floor <= 1.06
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [swap, six_off_by_ten])
 def test_bad_points_are_all_named_none_wrongly_and_cost_nothing(spoil):
     clean, _ = trials(range(3), 0.1, 1 / 32)
@@ -111,6 +113,7 @@ def test_the_world_s_origin_does_not_matter():
     assert far.camera.f == pytest.approx(near.camera.f, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_knowing_the_survey_s_tolerance_does_no_harm_in_the_plain_case():
     camera, p = thesis_rig(1)[0], thesis_points()[1]
     plain, told = [], []
@@ -122,6 +125,7 @@ def test_knowing_the_survey_s_tolerance_does_no_harm_in_the_plain_case():
     assert np.mean(told) <= np.mean(plain) * 1.02
 
 
+@pytest.mark.slow
 def test_a_foretold_noise_far_too_small_does_not_choose_among_the_points():
     """Centroids said good to 0.005 to 0.05 px beside survey errors of 0.15 px that nobody mentions."""
     camera, p = thesis_rig(1)[0], thesis_points()[1]
@@ -167,6 +171,7 @@ def test_residuals_are_measured_minus_projected():
     assert found.record["rms_px"] == pytest.approx(np.sqrt((expected**2).sum(1).mean()))
 
 
+@pytest.mark.slow
 def test_the_same_sightings_give_the_same_camera_in_any_order_of_rows():
     table = sightings(thesis_rig(1)[0])
     one, two = calibrate(table, **RIG), calibrate(table.iloc[::-1], **RIG)
@@ -188,6 +193,7 @@ def test_without_a_sensor_f_is_in_px():
     assert found.camera.f == pytest.approx(camera.f / camera.dy, rel=0.02)
 
 
+@pytest.mark.slow
 def test_fixed_parameters_and_priors_are_obeyed_and_kept_on_record():
     table = sightings(thesis_rig(1)[0])
     found = calibrate(table, fix=["Sx", "kappa1"], prior={"Cx": (256, 10)}, **RIG)
@@ -266,6 +272,7 @@ def test_points_at_one_place_on_one_line_or_in_degrees_are_refused_by_their_name
     assert "latitude and longitude" in refusal(degrees)
 
 
+@pytest.mark.slow
 def test_rejection_can_be_turned_off():
     table = sightings(thesis_rig(1)[0])
     table.loc[10, "Xf"] += 9
@@ -302,6 +309,7 @@ def test_the_rim_of_a_wide_lens_is_a_lens_and_no_bad_points():
     assert np.flatnonzero(~calibrate(table, **wide).points["used"]).tolist() == [5, 50]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [14, 20, 30])
 def test_of_few_good_points_hardly_any_is_left_out_and_a_bad_one_is(n):
     """Ignoring leverage, 7 to 17 % of such points were left out."""
@@ -414,6 +422,7 @@ def test_real_sets_that_cannot_be_are_refused_for_the_right_reason(name, size, w
         calibrate(points_of(name), image_size=size)
 
 
+@pytest.mark.slow
 @needs_real
 def test_a_real_target_through_glass_warns_with_plain_tsai_and_is_well_located_with_auto():
     """MyPTV's example, two cameras and 400 points, mm: a quarter less error with the lens that it needs."""
@@ -472,6 +481,7 @@ def test_the_job_writes_what_the_contract_promises(tmp_path):
     assert len(read_parquet(tmp_path / "search.parquet")) == 11 * 11 + 11
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 100_000))
 def test_whatever_is_sighted_the_answer_is_a_finite_camera_or_one_line(seed):

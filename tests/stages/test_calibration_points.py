@@ -131,6 +131,7 @@ def _moved():
     return b
 
 
+@pytest.mark.slow
 def test_a_clip_in_which_the_camera_had_moved_is_warned_of():
     found = calibration_points(clips({"row2": B[12:24] + 3}), POINTS, picks(*FOUR), camera="cam1", tags=SHOWN)
     assert found.table["found"].all()
@@ -151,6 +152,7 @@ def test_a_swinging_ball_is_warned_of():
     assert found.table["sd_x"].idxmax() == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "told"),
     [

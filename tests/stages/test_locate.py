@@ -245,6 +245,7 @@ def test_targets_outside_the_calibrated_volume_are_counted():
     assert not locate(tables, cameras, targets=1, volume=volume * 3).trajectories["outside"].any()
 
 
+@pytest.mark.slow
 def test_sigma_holds_the_calibration_too():
     tags, hung = thesis_points()
     free = free_parameters("tsai")

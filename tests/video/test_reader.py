@@ -178,6 +178,7 @@ def test_memory_does_not_grow_with_length(tmp_path):
 still = moving_ball(320, 240)(0)
 
 
+@pytest.mark.slow
 def test_the_first_frame_comes_within_a_second_of_starting_python(tmp_path):
     path = make_clip(tmp_path / "hd.mp4", "libx264", "yuv420p", n=3, size=(1920, 1080))
     script = f"""

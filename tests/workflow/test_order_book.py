@@ -43,6 +43,7 @@ def done(asked):
     return sorted(key[0] for key in asked.done)
 
 
+@pytest.mark.slow
 def test_jobs_that_ran_are_done_and_their_results_settled(folder):
     assert done(book()) == []
     ended(book())
@@ -58,6 +59,7 @@ def test_the_order_of_keys_says_nothing(folder):
     assert one.order("locate") == other.order("locate")
 
 
+@pytest.mark.slow
 def test_another_setting_leaves_the_job_to_do_and_what_follows_unsettled(folder):
     ended(book())
     assert done(book(axis="y")) == ["locate"]
@@ -65,6 +67,7 @@ def test_another_setting_leaves_the_job_to_do_and_what_follows_unsettled(folder)
     assert book(tolerance=2.0).settled == set()
 
 
+@pytest.mark.slow
 def test_an_edited_reference_counts_and_a_touched_one_does_not(folder):
     ended(book())
     os.utime("runs/pluck/reference.csv", (5, 5))
@@ -84,6 +87,7 @@ def test_a_file_written_over_within_the_same_size_and_date_counts(folder):
     assert done(book()) == ["locate"]
 
 
+@pytest.mark.slow
 def test_an_altered_lost_or_damaged_file_leaves_its_job_to_do(folder):
     ended(book())
     (folder / "results/comparison.json").write_text("altered")
@@ -105,6 +109,7 @@ def test_results_made_of_earlier_ones_are_not_done(folder):
     assert done(book()) == ["locate"]
 
 
+@pytest.mark.slow
 def test_a_folder_that_was_moved_or_is_spelled_otherwise_is_the_same(folder, tmp_path, monkeypatch):
     ended(book())
     assert done(book(where=str(folder))) == ["compare", "locate"]

@@ -35,6 +35,10 @@ RIVAL = 3.0
 """How many times the best sum of squares a rival may have: F-tests of 30 and more residuals put 3 beyond 1 in 1000."""
 
 
+FEWEST = 4
+"""Fewer named balls than fix a camera's pose are no labels."""
+
+
 def label_with(points: Array, views: Sequence[View], picks: Picks, image_size: tuple[int, int]) -> list[Labels]:
     """Labels from any number of picks: 4 or more are seeds; where a doubt is left, they vote on `label_alone`.
 
@@ -42,7 +46,7 @@ def label_with(points: Array, views: Sequence[View], picks: Picks, image_size: t
     """
     seeded: list[Labels] = []
     if len(picks.point) >= 4 and not on_one_line(points[picks.point]):
-        seeded = label_from_picks(points, views, picks, image_size)
+        seeded = [one for one in label_from_picks(points, views, picks, image_size) if one.matched >= FEWEST]
         if len(seeded) == 1 and complete(seeded[0], picks):
             return seeded
     return best_labels([*seeded, *label_alone(points, views, image_size)], picks)

@@ -29,6 +29,7 @@ def passing(speed, apart, *, n=60, bend=0.0):
     return np.stack([np.stack([100 + x, 60 + y], -1), np.stack([100 - x, 60 - y + 2 * bend * t * t], -1)], axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("radius", "speed", "apart", "bend"),
     [(4, 2, 0, 0), (4, 2, 2, 0), (4, 1, 4, 0), (6, 2, 3, 0), (6, 4, 6, 0), (2.5, 2, 0, 0), (4, 2, 1, 0.01)],

@@ -40,6 +40,7 @@ def filmed(at, n, ground):
     return [Frame(k, k / RATE, luma, False, None) for k, luma in enumerate(pictures)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("boxed", [False, True])
 def test_a_target_that_crosses_a_stick_and_a_rope_is_measured_where_it_is_apart_and_nowhere_else(boxed):
     """Half-way up the target lies the stick: they make one blob, and its pieces are of the target's size. The start

@@ -115,6 +115,7 @@ def test_a_dim_rope_beside_the_target_does_not_tilt_the_background():
     assert np.abs(shift.mean(axis=0)).max() < 0.004
 
 
+@pytest.mark.slow
 def test_a_blurred_ball_is_placed_without_pixel_locking():
     stack, truth = windows(1500, 4.0, blur=1.0, noise=1.0)
     error = errors(measured(stack, noise=1.0), truth)[:, 0]
@@ -141,6 +142,7 @@ def test_saturated_targets_are_told_and_an_ellipse_finds_them():
     assert rms[0] < rms[1] < 0.01
 
 
+@pytest.mark.slow
 def test_fitting_an_ellipse_to_tiny_targets_beats_weighting():
     stack, truth = windows(600, 1.5, noise=5.0)
     rms = {kind: np.sqrt((errors(measured(stack, kind=kind), truth) ** 2).mean()) for kind in ("ellipse", "weighted")}
