@@ -1,0 +1,113 @@
+"""Lost targets in drawn pictures: which are found again, and the reason why the others are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.discs import picture
+from vidtrack.tracking.reacquisition import Reacquisition, Scene
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import (
+    EDGE,
+    LOST,
+    MEASURED,
+    MERGED,
+    PREDICTED,
+    RECOVERED,
+    SMALL,
+    Searched,
+    Starts,
+    TargetState,
+)
+
+SHAPE = (120, 160)
+RADIUS = 4.0
+SCENE = Scene(Detection(noise=2.0), 100.0, np.zeros((2, 0)))
+
+
+def sample(*discs, time=1.0, seed=0):
+    return Sample(picture(SHAPE, discs, contrast=180.0, noise=2.0, rng=np.random.default_rng(seed)), time)
+
+
+def lost(*positions, missing=2, box=30.0):
+    """Discs of radius 4 that were last measured at these positions, in a sample that shows none of them yet."""
+    position = np.array(positions)
+    n = len(position)
+    nothing, one = np.full((n, 2), np.nan), np.ones(n)
+    area = np.pi * RADIUS**2
+    starts = Starts(
+        position,
+        nothing,
+        nothing,
+        np.full((n, 2), box),
+        np.zeros(n, int),
+        area * one,
+        180 * one,
+        30 * one,
+        np.full((n, 2), 9.0),
+    )
+    state = TargetState.before(starts).started(np.arange(n), starts, 0.0)
+    state = replace(state, missing=np.full(n, missing))
+    return Searched(state, np.full((MEASURED, n), np.nan), np.zeros(n, np.int64)), position
+
+
+def sought(now, predicted, picture_of, *, far=False):
+    n = len(predicted)
+    return Reacquisition(SCENE, n, n, far=far).seek(now, picture_of, np.arange(n), predicted)
+
+
+@pytest.mark.parametrize("missing", [1, 2])
+def test_a_target_in_its_box_is_measured_and_marked_only_if_it_was_lost_before(missing):
+    now = sought(*lost((60.0, 50.0), missing=missing), sample((66.3, 45.6, RADIUS)))
+    assert np.abs(now.values[:2, 0] - (66.3, 45.6)).max() < 0.05
+    assert now.flag[0] == (RECOVERED if missing > 1 else 0)
+    assert now.state.missing[0] == 0
+
+
+def test_targets_are_assigned_one_to_one_by_where_each_should_be():
+    """The first blob is nearest to both; only one of them can be it."""
+    now = sought(*lost((60.0, 50.0), (70.0, 50.0)), sample((64.0, 50.0, RADIUS), (78.0, 50.0, RADIUS)))
+    assert np.abs(now.values[0] - (64.0, 78.0)).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("discs", "why"),
+    [
+        ([], LOST),
+        ([(40.0, 50.0, 9.0)], MERGED),  # five times its pixels: it lies in something larger
+        ([(40.0, 50.0, 0.8)], SMALL),
+        ([(40.0, 50.0, RADIUS, 40.0)], LOST),  # a quarter of its contrast
+    ],
+)
+def test_what_cannot_be_the_target_is_no_measurement_and_its_reason_is_recorded(discs, why):
+    now = sought(*lost((40.0, 50.0)), sample(*discs))
+    assert np.isnan(now.values).all()
+    assert now.flag[0] == why | PREDICTED
+
+
+def test_a_target_that_the_edge_of_the_picture_cuts_is_missing_and_marked_edge():
+    now = sought(*lost((3.0, 50.0)), sample((2.0, 50.0, RADIUS)))
+    assert np.isnan(now.values).all()
+    assert now.flag[0] == EDGE | PREDICTED
+
+
+def test_one_blob_where_two_targets_should_be_is_neither():
+    now = sought(*lost((59.0, 50.0), (61.0, 50.0)), sample((60.0, 50.0, RADIUS)))
+    assert np.isnan(now.values).all()
+    assert (now.flag == MERGED | PREDICTED).all()
+
+
+def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searches():
+    search = Reacquisition(SCENE, 1, 1, far=True)
+    now, predicted = lost((30.0, 50.0), missing=12)
+    first = search.seek(now, sample((120.0, 60.0, RADIUS)), np.arange(1), predicted)
+    assert np.isnan(first.values).all()
+    assert first.flag[0] & LOST
+    later = replace(now.state, missing=now.state.missing + 1, times=now.state.times + 1)
+    second = search.seek(replace(now, state=later), sample((123.0, 60.0, RADIUS), time=2.0), np.arange(1), predicted)
+    assert np.abs(second.values[:2, 0] - (123.0, 60.0)).max() < 0.05
+    assert second.flag[0] == RECOVERED
+    steps = np.diff(second.state.positions[-2:, 0], axis=0)
+    assert np.abs(steps - (3.0, 0.0)).max() < 0.1, "it goes on with the velocity of the two detections"
