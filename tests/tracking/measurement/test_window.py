@@ -77,8 +77,8 @@ def test_a_target_of_another_size_or_absent_is_not_clear():
 
 def test_a_target_whose_soft_edge_may_leave_its_window_is_not_clear():
     image = picture(SHAPE, [(60, 40, 4.0)])
-    off = np.array([[6.0, 0.0], [-6.0, 0.0], [0.0, 6.0], [0.0, -6.0]])
-    assert not np.concatenate([measured(image, place).clear for place in (60.0, 40.0) + off]).any()
+    for off in ((7.0, 0.0), (-7.0, 0.0), (0.0, 7.0), (0.0, -7.0)):
+        assert not measured(image, np.add((60.0, 40.0), off)).clear.any()
 
 
 def test_two_targets_that_choose_one_patch_are_both_not_clear():
