@@ -1,0 +1,82 @@
+"""Soft discs fitted to drawn windows."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.discs import windows
+from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
+
+SIDE = 32
+
+
+def fitted(stack, *, radius, start=(0.0, 0.0)):
+    n = stack.shape[1]
+    one = np.ones(n)
+    return fit_soft_discs(
+        stack.astype(float) - 30.0,
+        np.ones(stack.shape),
+        stack >= 255,
+        middle=(SIDE / 2, SIDE / 2),
+        x=start[0] * one,
+        y=start[1] * one,
+        radius=radius * one,
+        contrast=200 * one,
+        noise=2 * one,
+    )
+
+
+def errors(found, truth):
+    return np.stack([found.x, found.y], axis=-1) + SIDE / 2 - truth
+
+
+@pytest.mark.parametrize(("radius", "blur"), [(1.0, 0.0), (2.0, 0.7), (5.0, 0.7)])
+def test_the_middle_of_a_disc_is_found_as_well_as_its_sigma_says(radius, blur):
+    stack, truth = windows(200, radius, noise=2.0, side=SIDE, blur=blur)
+    found = fitted(stack, radius=radius)
+    off = errors(found, truth) / np.stack([found.sd_x, found.sd_y], axis=-1)
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(1, abs=0.35)
+    assert np.abs(errors(found, truth)).max() < 0.12
+
+
+@pytest.mark.parametrize("blur", [0.0, 1.0])
+def test_the_light_of_a_disc_is_its_area_times_its_contrast_however_blurred(blur):
+    stack, _ = windows(50, 5.0, noise=1.0, blur=blur)
+    assert fitted(stack, radius=5.0).mass.mean() == pytest.approx(200 * np.pi * 25, rel=0.01)
+
+
+def test_pixels_at_full_scale_only_say_that_the_disc_is_not_below():
+    """Cut off at 180 in the right half only: taken as they are, these pixels draw the middle aside."""
+    stack, truth = windows(50, 4.0, noise=1.0, blur=1.2, contrast=200.0)
+    cut = stack.copy()
+    cut[:, :, SIDE // 2 :] = np.minimum(cut[:, :, SIDE // 2 :], 180)
+    half = np.zeros(stack.shape, bool)
+    half[:, :, SIDE // 2 :] = cut[:, :, SIDE // 2 :] >= 180
+    one = np.ones(50)
+    known = {"middle": (SIDE / 2, SIDE / 2), "x": 0 * one, "y": 0 * one, "radius": 4 * one}
+    known |= {"contrast": 200 * one, "noise": one}
+    aware = fit_soft_discs(cut - 30.0, np.ones(cut.shape), half, **known)
+    blind = fit_soft_discs(cut - 30.0, np.ones(cut.shape), np.zeros(cut.shape, bool), **known)
+    assert np.abs(errors(aware, truth)).max() < 0.05
+    assert np.abs(errors(blind, truth)[:, 0].mean()) > 2 * np.abs(errors(aware, truth)[:, 0].mean())
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 5), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_answer_does_not_depend_on_where_the_fit_begins(seed, x, y):
+    stack, _ = windows(4, 3.0, noise=2.0, seed=seed)
+    a, b = fitted(stack, radius=3.0), fitted(stack, radius=3.0, start=(x, y))
+    assert np.abs(np.subtract([a.x, a.y], [b.x, b.y])).max() < 0.01
+
+
+def test_a_fit_that_runs_away_or_begins_nowhere_is_nan_and_leaves_the_others_alone():
+    stack, _ = windows(3, 3.0, noise=2.0)
+    stack = stack.copy()
+    far = np.roll(stack[:, 0], 8, axis=1)
+    stack[:, 0] = far
+    start = (np.array([0.0, np.nan, 0.0]), np.zeros(3))
+    found = fitted(stack, radius=3.0, start=start)
+    alone = fitted(stack[:, 2:], radius=3.0)
+    assert np.isnan(np.stack(found)[:, :2]).all()
+    assert found.x[2] == pytest.approx(alone.x[0], abs=1e-5)
