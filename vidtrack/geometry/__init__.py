@@ -1,1 +1,1 @@
-"""geometry."""
+"""Cameras, lines of sight and where they meet; arrays in, arrays out."""

@@ -1,1 +1,1 @@
-"""video."""
+"""Recordings: pictures, time stamps, time code, sound, and what is damaged."""

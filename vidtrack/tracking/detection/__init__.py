@@ -1,1 +1,1 @@
-"""detection."""
+"""What in a picture can be a target: background, thresholds, blobs, static clutter."""

@@ -1,7 +1,7 @@
 """Every blob of a picture: where it is, how large, how well known.
 
 The picture is thresholded, the outlines of what is left are followed, and each one is measured in its own window
-by the kernels of `centroids`.
+by the kernels of `measurement/centroid.py`. Calibration clips use this; the tracker uses `candidates.py`.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ pushes it away. So a soft-edged disc is fitted to what is left once all pixels n
 rim that remains tells where the middle is, and it is the fit's covariance that tells how well.
 
 What is a neighbour: all that stands out of the background by 4.5 sigma more than two px beyond the target's outline,
-and whatever lies above the target's own threshold but is not it. All windows at once, as in `centroids`.
+and whatever lies above the target's own threshold but is not it. All windows at once, as in `centroid`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Beside(NamedTuple):
     """Targets (n,) and their backgrounds; NaN where a target cannot be told.
 
     x, y (px from the window's middle), mass (grey levels, summed), sd_x, sd_y (px), area (px^2 that was counted);
-    slope to tilt as in the plane of `centroids`
+    slope to tilt as in the plane of `centroid`
     """
 
     x: Array
