@@ -51,7 +51,7 @@ class Located(NamedTuple):
 def triangulate(origins: ArrayLike, directions: ArrayLike, *, min_angle_deg: float = 2.0) -> Fix:
     """Find the point nearest, in the least-squares sense, to several lines of sight: the textbook's form.
 
-    The stages use `locate_points`, which weighs each camera and gives the covariance; its tests compare the two.
+    The stages use `locate_points`, which weighs each camera and gives the covariance.
 
     Exact lines would meet; measured ones pass close by. The rms distance that
     remains, the miss, tells how far to trust the fix.
