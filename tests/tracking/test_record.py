@@ -1,0 +1,57 @@
+"""Blocks of samples put together again: the targets, and what else was followed."""
+
+import numpy as np
+
+from vidtrack.tracking.record import Record
+from vidtrack.tracking.state import MEASURED, Rows
+
+
+def block(first, k, places):
+    """k samples; every value says which quantity, sample and place it is."""
+    sample = first + np.arange(k)
+    values = np.arange(MEASURED)[:, None, None] * 10_000.0 + sample[:, None] * 100.0 + np.arange(places)
+    corner = np.repeat(values[0][..., None], 2, axis=-1)
+    return Rows(values, corner, values[0].astype(np.int64), sample.astype(float))
+
+
+def filled(*tracks, n=2, k=3):
+    record = Record(n)
+    for i, track in enumerate(tracks):
+        record.append(block(i * k, k, len(track)), i * k + np.arange(float(k)), np.array(track))
+    return record
+
+
+def test_what_was_measured_comes_back_in_order_and_in_its_own_column():
+    record = filled([0, 1, 7], [0, 1, 7])
+    rows = record.rows()
+    assert rows.values.shape == (MEASURED, 6, 2)
+    assert np.array_equal(rows.values, block(0, 6, 2).values)
+    assert np.array_equal(rows.flag, block(0, 6, 2).flag)
+    assert (rows.total_pixels == np.arange(6)).all()
+    assert (len(record), record.samples) == (2, 6)
+
+
+def test_other_tracks_have_their_own_numbers_and_samples_and_are_none_of_the_targets():
+    others = filled([0, 1, -1, -1], [0, 1, -1, 7], [0, 1, 8, 7]).others()
+    assert others.track.tolist() == [7] * 3 + [8, 7] * 3
+    assert others.sample.tolist() == [3, 4, 5, 6, 6, 7, 7, 8, 8]
+    place = np.where(others.track == 7, 3, 2)
+    assert np.array_equal(others.values[0], others.sample * 100.0 + place)
+    assert np.array_equal(others.values[4] - others.values[0], np.full(9, 40_000.0))
+    assert np.array_equal(others.flag, others.sample * 100 + place)
+
+
+def test_a_track_that_takes_over_a_place_inherits_no_positions():
+    times, positions = filled([0, 1, 7], [0, 1, 8]).recent()
+    assert times.tolist() == [0, 1, 2, 3, 4, 5]
+    assert np.isnan(positions[:3, 2]).all()
+    assert np.isfinite(positions[3:, 2]).all()
+    assert np.isfinite(positions[:, :2]).all()
+
+
+def test_an_empty_record_has_rows_of_the_right_shape():
+    record = Record(3)
+    assert record.rows().values.shape == (MEASURED, 0, 3)
+    assert record.rows().flag.shape == (0, 3)
+    assert record.recent()[0].size == 0
+    assert record.others().values.shape == (MEASURED, 0)
