@@ -16,6 +16,7 @@ CLEAN = [
     "vidtrack/verdict",
 ]
 CLEAN += ["vidtrack/stages/back_project.py", "vidtrack/stages/stability.py", "vidtrack/stages/verdict.py"]
+CLEAN += ["vidtrack/motion", "vidtrack/shore"]
 CLEAN += ["vidtrack/stages/bodies.py", "vidtrack/stages/waterline.py", "vidtrack/findings.py", "vidtrack/results.py"]
 RIDDLES = re.compile(
     r"\b(nobody|everybody|somebody|anybody|himself|herself|foretells?|foretold|foretelling|lest)\b"

@@ -2,7 +2,7 @@
 
 A spline of seventh degree, its knots evenly spaced, is fitted to the record by least squares. Wide spacing
 averages much noise and loses fast motion; narrow spacing follows both. The spacing (and for slow motion a single
-polynomial of lower degree) is the one that would foretell samples best that it has not seen: generalised
+polynomial of lower degree) is the one that would predict samples best that it has not seen: generalised
 cross-validation (Craven & Wahba 1979), its count of parameters raised by 1.4 against the odd record that it
 would follow too closely (Kim & Gu 2004). A least-squares fit knows its own covariance, and so that of every derivative.
 Nothing joins the pieces on either side of a gap.

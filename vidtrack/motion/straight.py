@@ -18,7 +18,7 @@ from vidtrack.motion.lag import long_run_covariance
 class Line(NamedTuple):
     """A line in the world, pointing the way its nearest axis points.
 
-    axis         0, 1, 2: the world axis that it is held against
+    axis         0, 1, 2: the world axis that it is compared with
     direction    (3,)  unit vector; 0 along an axis that is NaN throughout (z in mode plane)
     foot         (3,)  world units, the point of the line where that axis's coordinate is zero
     skew_deg     angle between line and axis, and its standard deviation, degrees

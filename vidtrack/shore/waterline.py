@@ -1,6 +1,6 @@
 """Where the water's edge was on a transect, frame by frame, from the timestack: a picture of time against distance.
 
-Below the edge the ground is wet, above it dry. Nobody says which is brighter: what wet and dry look like is learnt
+Below the edge the ground is wet, above it dry. Which is brighter is not known: what wet and dry look like is learnt
 from the seaward and the landward end, then from all that was found wet and dry, in turn. Dry ground keeps to each
 place's own steady grey level; water has any grey level, dark or foam, as it is counted (a histogram), and changes from
 frame to frame. So each sample has a log-likelihood ratio for being wet. The edge of a frame maximises the sum of

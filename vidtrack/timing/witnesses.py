@@ -1,4 +1,4 @@
-"""Who is asked for a camera's clock, by what the config says of it."""
+"""The methods that estimate a camera's clock, by what the config says of it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WITNESSES = {
 
 
 def asked(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
-    """Who is asked for each camera's clock: nobody where it is given, nor for the first one where none is.
+    """The methods that estimate each camera's clock: () where it is given, and for the first camera where none is.
 
     clocks   a word of WITNESSES, or anything else where the clock is given
     """
