@@ -15,6 +15,8 @@ CLEAN = [
     "vidtrack/figures",
     "vidtrack/verdict",
 ]
+CLEAN += [f"vidtrack/{room}" for room in ("analysis", "association", "calibration", "files", "geometry", "labelling")]
+CLEAN += [f"vidtrack/{room}" for room in ("location", "planning", "settings", "timing", "tracking", "workflow")]
 CLEAN += ["vidtrack/stages/back_project.py", "vidtrack/stages/stability.py", "vidtrack/stages/verdict.py"]
 CLEAN += ["vidtrack/motion", "vidtrack/shore"]
 CLEAN += ["vidtrack/stages/bodies.py", "vidtrack/stages/waterline.py", "vidtrack/findings.py", "vidtrack/results.py"]

@@ -14,7 +14,7 @@ T = TypeVar("T")
 class Progress:
     """A line that is rewritten in place, at most four times a second, while work goes on.
 
-    total   how many units are expected; None where nobody knows (then no time left is told)
+    total   how many units are expected; None where that is not known (then no time left is shown)
     The line is erased at the end, so that a terminal keeps only what matters.
     """
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.timing.agreement import NOBODY, Timing, agreed
+from vidtrack.timing.agreement import NOT_ESTIMATED, Timing, agreed
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.witnesses import asked
 
@@ -42,10 +42,10 @@ def test_one_that_contradicts_a_better_one_is_left_out_and_named():
 
 
 def test_who_does_not_tell_is_not_heard():
-    one = agreed({"motion": said(0.01, 0.001), "sound": NOBODY}, 10.0)
+    one = agreed({"motion": said(0.01, 0.001), "sound": NOT_ESTIMATED}, 10.0)
     assert one.used == ("motion",)
     assert one.timing.clock.offset_s == pytest.approx(0.01)
-    assert not agreed({"sound": NOBODY}, 10.0).timing.tells
+    assert not agreed({"sound": NOT_ESTIMATED}, 10.0).timing.tells
 
 
 @pytest.mark.parametrize("apart", [0.0, 3.0])

@@ -27,7 +27,7 @@ STEPS_A_PERIOD = 120
 """Steps of the integration in a natural period: error of the amplitude below 1e-6 of it a cycle; |x'| x' has a kink."""
 
 HOLD_SAMPLES = 5
-"""A displaced hold is told by at least so many samples at rest before the release."""
+"""A displaced hold is recognised by at least so many samples at rest before the release."""
 
 LEAST_AMPLITUDE = 0.02
 """Half cycles with less than this share of the first amplitude are not used: drift and noise rule there."""

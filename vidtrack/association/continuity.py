@@ -24,7 +24,7 @@ WINDOWS = ((3, 1), (5, 2), (8, 2), (12, 3), (24, 5), (60, 7), (60, 0))
 ENOUGH, MOST = 20, 200
 """Stretches that a covariance is measured on, at least and at most."""
 LEARNT = (12, 24, 60)
-"""Samples before a gap from which the place behind it is foretold by weights that the run itself teaches."""
+"""Samples before a gap from which the place behind it is predicted by weights that the run itself teaches."""
 LEARNT_FROM = 4
 """Moments: in shorter gaps polynomials do as well."""
 FINE = 20
@@ -142,7 +142,7 @@ class Motion:
         return _Law(kx, ky, (odd + even) / 2, np.linalg.inv(scale), float(np.linalg.slogdet(scale)[1]))
 
     def _learnt(self, kx: int, ky: int, gap: int) -> _Law | None:
-        """Place and velocity after the gap foretold from kx samples before it, as least squares of this run tell."""
+        """Place and velocity after the gap predicted from kx samples before it, as least squares of this run tell."""
         n = kx + gap - 1 + ky
         starts = self._starts(n)
         if starts.size * self.dimension < 4 * kx:

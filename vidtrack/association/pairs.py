@@ -6,7 +6,7 @@ worth, moment by moment, the log-likelihood of one target over that of two that 
 
     value = sum over common moments of  max(GAIN - chi^2 / 2, -LOSS)
 
-GAIN is what false pairs leave: their misses move smoothly, so that they are not foretold by the whole picture but by
+GAIN is what false pairs leave: their misses move smoothly, so that they are not predicted by the whole picture but by
 the miss just before. A moment may cost LOSS at most: a bad centroid does not part two tracklets.
 """
 
@@ -28,7 +28,7 @@ from vidtrack.geometry.camera import (
 from vidtrack.geometry.epipolar import essential
 
 GAIN = 3.0
-"""# ASSUME: nats a moment; a false pair's miss is foretold by its last one to some 20 standard deviations."""
+"""# ASSUME: nats a moment; a false pair's miss is predicted by its last one to some 20 standard deviations."""
 LOSS = 5.0
 CHUNK = 16
 """Moments looked at together."""

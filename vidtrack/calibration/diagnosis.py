@@ -141,4 +141,4 @@ def misfit(
 
 
 LOUD_PX, VERY_LOUD_PX = 0.3, 2.0
-"""ASSUME: px, noise below which a survey that nobody stated is no concern, and above which something is wrong."""
+"""ASSUME: px, noise below which a survey error that is not stated is no concern, and above which something is wrong."""

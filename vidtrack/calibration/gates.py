@@ -129,7 +129,7 @@ def nearly_coplanar(p: ArrayLike) -> Finding | None:
 
 
 def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> Finding | None:
-    """Warn: a plane of points seen nearly square on, where f and the distance cannot be told apart."""
+    """Warn: a plane of points seen nearly square on, where f and the distance cannot be distinguished."""
     _, q, _ = centred(np.asarray(p, float))
     normal = np.linalg.svd(q, full_matrices=False)[2][2]
     angle = float(np.degrees(np.arccos(min(1.0, abs(float(camera.R[2] @ normal))))))

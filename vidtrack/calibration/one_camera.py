@@ -25,7 +25,7 @@ RICH_LENS_POINTS = 30
 
 
 ENOUGH_TO_JUDGE = 200
-"""Points that a camera is fitted to while bad ones are sought; all are then held against it."""
+"""Points that a camera is fitted to while bad ones are sought; all are then compared with it."""
 
 ENOUGH_TO_CHOOSE = 400
 """Points by which the lens model is chosen; the chosen one is then fitted to all."""
@@ -54,7 +54,7 @@ class Points(NamedTuple):
         return Points(*(None if value is None else value[keep] for value in tuple(self)))  # type: ignore[arg-type]
 
     def thinned(self, most: int) -> Points:
-        """At most so many of them, always the same, drawn at random lest a stride falls in step with a grid."""
+        """At most so many of them, always the same, drawn at random, because a stride may fall in step with a grid."""
         if self.n <= most:
             return self
         return self.take(np.sort(np.random.default_rng(0).permutation(self.n)[:most]))
@@ -213,14 +213,14 @@ class _Judge:
 def with_unexplained_noise(points: Points, found: Inliers) -> Points:
     """The points, their sd raised all alike until it explains the scatter that they show.
 
-    A noise foretold far too small (a rigid picture, a survey whose tolerance nobody gave) would weigh the points by
+    A noise stated far too small (a rigid picture, a survey whose tolerance is not given) would weigh the points by
     differences that drown in what it leaves out. Points without any sd stay as they are: they weigh alike already.
     """
     if points.sd is None or found.camera is None:
         return points
     C = covariances(found.camera, points.p, points.sd, points.survey)
-    foretold = float(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2))
-    extra = max(found.scale**2 - foretold, 0.0)
+    stated = float(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2))
+    extra = max(found.scale**2 - stated, 0.0)
     return points._replace(sd=np.sqrt(points.sd**2 + extra))
 
 

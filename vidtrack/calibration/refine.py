@@ -185,15 +185,15 @@ def _descend(problem: _Problem, camera: Camera, W: Array) -> Fit:
         gradient, H = J.T @ r, J.T @ J
         scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
         step = _step(H / scale[:, None] / scale, gradient / scale, damping) / scale
-        foretold = float(step @ (gradient + gradient - H @ step))  # the fall of the cost that the tangent foretells
-        if foretold <= problem.tolerance * cost + 1e-26:
+        predicted = float(step @ (gradient + gradient - H @ step))  # the fall of the cost that the tangent predicts
+        if predicted <= problem.tolerance * cost + 1e-26:
             message = ""
             break
         trial = _stepped(problem, camera, step)
         if trial is not None:
             at_trial = derivatives(trial, problem.p, problem.pivot)
             r_trial, J_trial = _weighted(problem, trial, at_trial, W)
-            gain = (cost - _cost(r_trial)) / foretold
+            gain = (cost - _cost(r_trial)) / predicted
             if gain > 0:
                 camera, at, r, J, cost = trial, at_trial, r_trial, J_trial, _cost(r_trial)
                 damping, growth = damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), 2.0

@@ -16,7 +16,7 @@ def checked_csv(path: Path, columns: Columns, *, others: str = "forbid", units: 
     """The wanted columns of a CSV file, absent optional ones left out, and `line`: each row's line in the file.
 
     others   forbid | ignore: what to do with columns that are not wanted
-    units    the experiment's unit of length, held against units in the header; "" where there is none to compare
+    units    the experiment's unit of length, compared with units in the header; "" where there is none to compare
     Raises VidtrackError with every bad cell (ten at most), each with its line.
     """
     split = split_rows(path, read_text(path), columns.names)

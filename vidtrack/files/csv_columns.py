@@ -29,7 +29,7 @@ class Columns(NamedTuple):
     blanks           columns in which an empty cell is allowed; as a number it becomes NaN
     unique           columns whose cells together may name only one row
     times            the texts that hold times: seconds, time code or ISO 8601
-    units            the unit of a column, held against the one that its header states: px, s, or world, which stands
+    units            the unit of a column, compared with the one that its header states: px, s, or world, which stands
                      for the experiment's unit of length
     """
 

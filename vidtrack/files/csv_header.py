@@ -22,7 +22,7 @@ UNITS = {
     "h": ("h", "hour", "hours"),
     "deg": ("deg", "degree", "degrees", "°"),
 }
-"""Units as headers write them. Those of length can be held against the config's `units`."""
+"""Units as headers write them. Those of length can be compared with the config's `units`."""
 
 LENGTHS = frozenset({"m", "cm", "mm", "um", "km", "in", "ft", "yd"})
 TIMES = frozenset({"s", "ms", "us", "min", "h"})

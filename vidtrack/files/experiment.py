@@ -50,7 +50,7 @@ class Experiment:
     points: str | None
     clips: Mapping[str, Clip]
     runs: Mapping[str, Run]
-    scenarios: Mapping[str, str]  # name: path, of rigs whose accuracy is to be foretold
+    scenarios: Mapping[str, str]  # name: path, of rigs whose accuracy is to be predicted
 
     @property
     def results(self) -> str:

@@ -69,8 +69,8 @@ def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | Non
     blobs = find_blobs(lumas[0] if alone else still.mean, bits=bits, noise=noise if alone else None, **settings)
     at = np.stack([blobs.Xf, blobs.Yf], -1)
     tremble = _tremble(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
-    foretold = np.stack([blobs.sd_x, blobs.sd_y], -1)
-    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), foretold)
+    stated = np.stack([blobs.sd_x, blobs.sd_y], -1)
+    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), stated)
     shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
     return shot._replace(stretch=(table.gain, table.offset)) if table else shot
 

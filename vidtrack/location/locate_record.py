@@ -23,7 +23,7 @@ MOST_TOLD = float(np.log(1e12))
 
 
 def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: RunClocks) -> dict[str, Any]:
-    """Each camera's clock, who tells it and what each witness says; the error curve of the motion."""
+    """Each camera's clock, the method that gives it and what each method says; the error curve of the motion."""
     cameras: dict[str, Any] = {}
     motion = timed.motion
     for i, view in enumerate(views):

@@ -81,7 +81,7 @@ def run_clocks(
     units: str,
     findings: list[Finding],
 ) -> RunClocks:
-    """The clocks of cameras for which somebody is asked, against those of the others.
+    """The clocks of the cameras for which a method is named, against those of the others.
 
     given    each camera's clock, or the word that asks for it
     asked    for each camera the witnesses: motion, sound, flash; none where its clock is given
@@ -189,7 +189,7 @@ class _Search(NamedTuple):
 def _begun(search: _Search, start: Sequence[Clock], apart: Sequence[Agreement]) -> list[Clock]:
     """Clocks to begin with: those of cameras of which nothing else tells, shifted to where their tracklets fit best.
 
-    With many targets nobody knows who is who a few samples off; then no refinement can find the offset.
+    With many targets identities are not known a few samples off; then no refinement can find the offset.
     """
     views, out = search.views, list(start)
     step = min(interval(v.t) for v in views)

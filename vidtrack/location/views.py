@@ -28,7 +28,7 @@ class View(NamedTuple):
     timecode: Labels  # (T,)
     tracks: list[str]  # their names; '' for what was followed besides the targets
     b: Array  # (n, T, 2) px
-    sd: Array  # (n, T, 2) px; 1 where nobody knows
+    sd: Array  # (n, T, 2) px; 1 where it is not known
     flag: Labels  # (n, T)
     has_sd: bool
     piece: Ints  # (n, T) the tracklet of each sample, numbered from 0 in a camera; NONE where there is none

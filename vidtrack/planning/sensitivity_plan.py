@@ -1,6 +1,6 @@
 """A sensitivity scenario, written as YAML: a rig on paper and what to vary in it. data/sensitivity/thesis.yaml is one.
 
-Cameras and calibration points are written as in the simulator's scenarios, so that one rig can be both foretold and
+Cameras and calibration points are written as in the simulator's scenarios, so that one rig can be both predicted and
 rendered. `sweeps` names entries by their path, one at a time, each with the values that it takes:
 
     sweeps:

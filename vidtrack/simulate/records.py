@@ -17,7 +17,7 @@ from vidtrack.simulate.motion import position
 from vidtrack.simulate.scenario import Scenario, n_frames, random_stream
 
 MARK = "scenario.yaml"
-"""The file by which a simulated folder is known; a folder without it is somebody's own and is left alone."""
+"""The file by which a simulated folder is known; a folder without it is a user's own and is left alone."""
 
 Task = tuple[str, Callable[[str], None]]
 """A file's path inside the folder, and what writes it, given its full path."""

@@ -1,4 +1,4 @@
-"""A scenario: a laboratory as somebody plans or imagines it, written as YAML. data/demo.yaml is one, with comments.
+"""A scenario: a laboratory as it is planned or imagined, written as YAML. data/demo.yaml is one, with comments.
 
     cameras      where they stand, how they see, how their clocks err
     picture      light, noise, grey levels (each camera may differ)
@@ -289,6 +289,6 @@ def n_frames(run: Run, recording: Recording) -> int:
 
 
 def random_stream(scenario: Scenario, *names: str) -> np.random.Generator:
-    """Random numbers of one file alone, told apart by its name."""
+    """Random numbers of one file alone, distinguished by its name."""
     seed = np.random.SeedSequence([scenario.seed, zlib.crc32("/".join(names).encode())])
     return np.random.Generator(np.random.SFC64(seed))

@@ -35,7 +35,7 @@ from vidtrack.geometry.jacobian import derivatives
 from vidtrack.geometry.lens_terms import RICHEST
 
 CENTROID_SD_PX = 0.1
-"""ASSUME: of a centroid whose own noise nobody knows; only its ratio to the survey's tolerance matters."""
+"""ASSUME: of a centroid whose own noise is not known; only its ratio to the survey's tolerance matters."""
 
 SMALLEST_SD_PX = 0.02
 """ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from vidtrack.timing.agreement import NOBODY, Timing
+from vidtrack.timing.agreement import NOT_ESTIMATED, Timing
 from vidtrack.timing.flash import timing_from_flash
 from vidtrack.timing.resample import interval
 from vidtrack.timing.sound import timing_from_sound
@@ -42,14 +42,14 @@ def clocks(
 
     def of_sound(reference: str, camera: str) -> tuple[Timing, float]:
         if reference not in sounds or camera not in sounds:
-            return NOBODY, 0.0
+            return NOT_ESTIMATED, 0.0
         (a, x), (b, y) = sounds[reference], sounds[camera]
         return timing_from_sound(np.asarray(x), np.asarray(y), rate_hz, start_a=a, start_b=b + _days(a, b)), b
 
     def of_flash(reference: str, camera: str) -> tuple[Timing, float]:
         (a, x), (b, y) = (_exposures(light[name]) for name in (reference, camera))
         if a.size < 4 or b.size < 4:
-            return NOBODY, 0.0
+            return NOT_ESTIMATED, 0.0
         told = timing_from_flash(a, x, b + _days(a[0], b[0]), y, shutter=None, alone_s=ALONE_S)
         return told, float(b[0])
 

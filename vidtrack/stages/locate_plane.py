@@ -36,7 +36,7 @@ TILT_LIMIT_DEG = 3.0
 """Beyond it a picture must be rectified before a scale factor holds (thesis 4.2, after Wolf 1974)."""
 
 CENTROID_SD_PX = 0.1
-"""ASSUME: of a centroid whose own standard deviation nobody knows."""
+"""ASSUME: of a centroid whose own standard deviation is not known."""
 
 
 class PlaneLocations(NamedTuple):

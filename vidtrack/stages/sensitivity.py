@@ -78,7 +78,7 @@ def _design(case: Case) -> dict[str, Any]:
         "large_enough": bool(
             case.diameter >= max(least_diameter(f.height) for f in fields) and pixels_found(smallest) >= LEAST_PIXELS
         ),
-        # ASSUME: two targets are told apart when their images are 2 px from touching
+        # ASSUME: two targets are distinguished when their images are 2 px from touching
         "least_spacing": case.diameter * float(np.mean([1 + 2 / np.nanmean(each) for each in across])),
         "target_noise_px": float(np.mean(layout.target_sd)),
         "calibration_noise_px": float(np.mean(layout.calibration_sd)),

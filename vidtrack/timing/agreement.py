@@ -1,4 +1,4 @@
-"""What several witnesses (motion, sound, light) say of one camera's clock, put together or held against each other."""
+"""One camera's clock by several methods (motion, sound, light): combined, or shown to contradict each other."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Timing(NamedTuple):
         return self._replace(covariance=self.covariance + np.diag([sd_s**2, 0.0]))
 
 
-NOBODY = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
+NOT_ESTIMATED = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
 """What is told where nothing tells."""
 
 
@@ -66,7 +66,7 @@ def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
     told      witness: offset at the camera's first sample and rate
     length_s  s, of the run; offsets are compared at its middle
     Witnesses are weighted by their covariances. One that contradicts a better one is left out. Witnesses that do not
-    tell (NaN) are left out; where none tells, the covariance is NaN and the clock that of nobody.
+    tell (NaN) are left out; where none tells, the covariance is NaN and the clock is NOT_ESTIMATED.
     """
     sure = {name: own.moved(length_s / 2) for name, own in told.items() if own.tells}
     order = sorted(sure, key=lambda name: sure[name].sd.offset_s)
@@ -80,7 +80,7 @@ def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
         if not any((other, name) in contradicting for other in believed):
             believed.append(name)
     if not believed:
-        return Agreement(NOBODY, (), ())
+        return Agreement(NOT_ESTIMATED, (), ())
     known = {
         name: np.asarray(np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])), float) for name in believed
     }

@@ -8,7 +8,7 @@ and bright by just the share of the exposure that was left: with the shutter ope
 exact for a sudden change, whatever its phase in the picture. A flash much shorter than a picture falls into one and
 tells no more than which.
 
-Two things that nobody wrote down spoil it, and count in the error. What happens while the shutter is shut is not
+Two things that no record states spoil it, and count in the error. What happens while the shutter is shut is not
 seen: with a share S of the interval open, moments are off by (1 - S)/sqrt(12) of it (rms over all phases), and how
 many changes fell within an exposure tells S. And a camera's gamma bends shares of light that are no small change.
 """
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.timing.agreement import NOBODY, Timing
+from vidtrack.timing.agreement import NOT_ESTIMATED, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 from vidtrack.timing.resample import interval
 
@@ -31,7 +31,7 @@ GAMMA = 0.45
 """ASSUME: a camera's levels go as the light, or as this power of it (ITU-R BT.709), or anything between."""
 
 LEAST = 1.0
-"""Grey levels: a smaller change of a whole picture's mean is somebody passing by, not a lamp."""
+"""Grey levels: a smaller change of a whole picture's mean is a person passing by, not a lamp."""
 
 
 def light_changes(t: ArrayLike, level: ArrayLike, *, shutter: float | None = 1.0) -> tuple[Array, Array, Array]:
@@ -40,7 +40,7 @@ def light_changes(t: ArrayLike, level: ArrayLike, *, shutter: float | None = 1.0
     t        (n,)  s, when each exposure began, rising
     level    (n,)  mean brightness of each picture; NaN where lost
     shutter  share of the interval during which the shutter is open: what happens while it is shut is known
-             only to that extent. None: nobody knows the camera; what its shutter and gamma may do is in the errors
+             only to that extent. None: the camera is not known; what its shutter and gamma may do is in the errors
     A change counts from ten times the usual flicker and LEAST; a ramp over many pictures is a change at its middle.
     """
     times, light = np.asarray(t, float), np.asarray(level, float)
@@ -137,7 +137,7 @@ def timing_from_flash(
     """
     a, size_a, sd_a = light_changes(t_a, level_a, shutter=shutter)
     b, size_b, sd_b = light_changes(t_b, level_b, shutter=shutter)
-    nothing = NOBODY._replace(of=max(a.size, b.size))
+    nothing = NOT_ESTIMATED._replace(of=max(a.size, b.size))
     if not a.size or not b.size:
         return nothing
     # through shutters that are mostly shut, the same delay shows as no picture now and as one then

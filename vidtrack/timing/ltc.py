@@ -243,7 +243,7 @@ class Reading(NamedTuple):
 def code_rate(words: Words, seconds_per_sample: float, video_rate: Fraction | None = None) -> tuple[Fraction, bool]:
     """The exact rate of the code in some words, and whether it is drop-frame.
 
-    How many frames a second has is told by the label after which the seconds turn; in less than a second of code,
+    How many frames a second has is given by the label after which the seconds turn; in less than a second of code,
     by how fast words come. 1000/1001 of that when the words come so slowly, or when they are drop-frame; at another
     speed than 1, when `video_rate` is of that kind.
     """

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.timing.agreement import NOBODY, Timing
+from vidtrack.timing.agreement import NOT_ESTIMATED, Timing
 from vidtrack.timing.clock import RATE_PRIOR_PPM, Clock
 
 SAMPLED = 0.05
@@ -60,17 +60,17 @@ def timing_from_sound(
     apart = (start_b - start_a) * rate_hz
     found = _anywhere(x, y, rate_hz, round(apart) if abs(apart) < REACH_S * rate_hz else 0) if size > 16 else None
     if found is None:
-        return NOBODY
+        return NOT_ESTIMATED
     lags, middles, of = _followed(x, y, found, size)
     if not lags.size:
-        return NOBODY._replace(of=of)
+        return NOT_ESTIMATED._replace(of=of)
     later = middles / rate_hz
     # the stretch by which the lag was found is the surest of all
     good = np.abs(lags - found.lag) <= JITTER_S * rate_hz + DRIFT * np.abs(middles - found.at)
     for _ in range(10):
         n = int(good.sum())
         if n < max(1, len(lags) / 2):
-            return NOBODY._replace(of=of)
+            return NOT_ESTIMATED._replace(of=of)
         A = np.stack([np.ones(n), later[good]], -1)
         # the rate near 0 unless the windows tell it, in samples a second
         prior = np.diag([0.0, (0.5 / (RATE_PRIOR_PPM * 1e-6 * rate_hz)) ** 2])

@@ -179,7 +179,7 @@ class Timecode:
     def clock(self) -> Fraction:
         """Seconds since midnight that the label shows to whoever reads it as a clock.
 
-        Non-drop labels at 29.97 run 3.6 s an hour behind a clock: somebody set them by one when the recording was made,
+        Non-drop labels at 29.97 run 3.6 s an hour behind a clock: they were set by one when the recording was made,
         so that they show its time then, not the time since a midnight. Other codes keep up: there it is `seconds`.
         """
         return self.seconds if self.drop else Fraction(self.frame, nominal(self.rate))

@@ -48,7 +48,7 @@ INITIATION = Initiation()
 
 
 class Newcomers:
-    """Gives spare places, from number n on, to candidates; `track` (places,) numbers who has each, -1: nobody.
+    """Gives spare places, from number n on, to candidates; `track` (places,) numbers who has each, -1: none.
 
     spare  how many places there are besides the n targets
     """

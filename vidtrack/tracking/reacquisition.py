@@ -1,7 +1,7 @@
 """Lost targets sought again: in their boxes first, then in the whole picture; and why one was not measured.
 
 Candidates are assigned to targets one to one, by where each should be and how alike it is to what it looked like.
-Outside of its box a target is accepted only where two searches running find it. What cannot be told apart stays
+Outside of its box a target is accepted only where two searches running find it. What cannot be distinguished stays
 missing.
 """
 
@@ -198,7 +198,7 @@ class Reacquisition:
         return replace(now, state=now.state.going(who, velocity, 3))
 
     def _still_occluded(self, now: Searched, sample: Sample, who: Ints, predicted: Array, near: Blobs) -> None:
-        """Targets that cannot be told apart yet; where nothing shows that they are there, some day they are not."""
+        """Targets that cannot be distinguished yet; where nothing shows that they are there, some day they are not."""
         pixels = now.state.appearance.pixels[who]
         covering = within(near, predicted, sample.lines, slack=0.0)
         large = near.pixels > SEARCH.several * pixels.max()
@@ -285,7 +285,7 @@ class Reacquisition:
         """Seek targets in the whole picture."""
         state, detection = now.state, self.scene.detection
         sought = (state.missing[who] > 1) & np.isfinite(state.appearance.pixels[who])
-        sought &= now.flag[who] & MERGED == 0  # it is there, but cannot be told apart
+        sought &= now.flag[who] & MERGED == 0  # it is there, but cannot be distinguished
         who, predicted = who[sought], predicted[sought]
         if not who.size:
             return now

@@ -17,7 +17,7 @@ _TIMECODE_COMPONENT = bytes.fromhex("060e2b34025301010d01010101011400")
 _MXF_HEADER = 1 << 20
 
 ZERO = ("00:00:00:00", "00:00:00;00", "00:00:00.00")
-"""Labels that a counter shows which nobody set."""
+"""Labels of a counter that was never set."""
 
 
 def embedded_timecodes(container: Any, stream: Any, first: Any, dv_code: str | None) -> dict[str, str]:

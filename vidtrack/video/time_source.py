@@ -7,11 +7,11 @@
 
 and once the time stamps of all frames are known (vidtrack.timing.timebase has the rest):
 
-    base = info.time.fitted(times)        times (n,) s, Frame.time: constant or variable rate, told by the stamps
+    base = info.time.fitted(times)        times (n,) s, Frame.time: constant or variable rate, by the stamps
     time_s = base.seconds(times, fields)  seconds since midnight of the code; fields 0.5 for second fields
     label = base.labels(times)            (n,) time code labels
 
-Sources, the first that has a label being used, labels that nobody set (00:00:00:00) last:
+Sources, the first that has a label being used, labels of a clock that was never set (00:00:00:00) last:
 
     ltc       longitudinal time code on a sound track: what the laboratory's generator laid down, a word every frame,
               and the only one that says where between two words a frame lies

@@ -95,7 +95,7 @@ def bundle(settings: Settings, cameras: list[str]) -> Order:
 
 
 def back_project(settings: Settings, cameras: list[str]) -> Order:
-    """How the calibration is held against its points."""
+    """How the calibration is checked on its own points."""
     how = settings.calibration
     return {
         "units": settings.units,
@@ -164,7 +164,7 @@ def analysis(settings: Settings, run: str) -> Order:
 
 
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
-    """Which column of the contact sensor's record is held against which target and axis."""
+    """Which column of the contact sensor's record is compared with which target and axis."""
     here, own = experiment.runs[run], _own(settings, run)
     order: Order = {"units": settings.units, "run": run, "mode": own.mode}
     order |= {"time": None, "value": None, "axis": None, "target": None}

@@ -8,7 +8,7 @@ from vidtrack.tracking.settings import Detection
 
 SHAPE = (80, 120)
 DETECTION = Detection(noise=2.0)
-NOBODY = np.zeros((0, 2))
+NOT_ESTIMATED = np.zeros((0, 2))
 
 
 def sample(*balls, seed=0):
@@ -31,7 +31,7 @@ def test_what_is_neither_background_nor_a_target_is_a_candidate():
 
 def test_noise_alone_gives_no_candidate():
     whole = WholePicture(background(), DETECTION, None)
-    assert all(whole.candidates(sample(seed=k), NOBODY, NOBODY, np.nan).Xf.size == 0 for k in range(20))
+    assert all(whole.candidates(sample(seed=k), NOT_ESTIMATED, NOT_ESTIMATED, np.nan).Xf.size == 0 for k in range(20))
 
 
 def test_what_has_left_its_place_is_background_no_more_and_no_clutter():
@@ -40,14 +40,14 @@ def test_what_has_left_its_place_is_background_no_more_and_no_clutter():
     whole = WholePicture(background((20, 20)), DETECTION, StaticClutter({0: sums}))
     x, y = np.array([[20.0]]), np.array([[20.0]])
     assert whole.static.touched([sample()], x, y, 5.0, 5.0).all()
-    whole.candidates(sample(), NOBODY, NOBODY, 100.0)
+    whole.candidates(sample(), NOT_ESTIMATED, NOT_ESTIMATED, 100.0)
     assert not whole.static.touched([sample()], x, y, 5.0, 5.0).any()
-    back = whole.candidates(sample((20, 20)), NOBODY, NOBODY, 100.0)
+    back = whole.candidates(sample((20, 20)), NOT_ESTIMATED, NOT_ESTIMATED, 100.0)
     assert back.Xf.round().tolist() == [20]
 
 
 def test_a_change_of_light_is_no_crowd_of_candidates():
     whole = WholePicture(background(), DETECTION, None)
     bright = sample((60, 40))
-    found = whole.candidates(bright._replace(luma=bright.luma + np.uint8(40)), NOBODY, NOBODY, 100.0)
+    found = whole.candidates(bright._replace(luma=bright.luma + np.uint8(40)), NOT_ESTIMATED, NOT_ESTIMATED, 100.0)
     assert found.Xf.size == 0

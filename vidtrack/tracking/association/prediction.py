@@ -2,7 +2,7 @@
 
 A least-squares fit with priors: with one known position the target stays, with two it goes on, with three or more
 it accelerates; noise and gaps are borne by the same formula. Where all the last positions are known and a cubic would
-have foretold the latest of them far better than a parabola, the cubic is used: smooth motion is then known for longer.
+have predicted the latest of them far better than a parabola, the cubic is used: smooth motion is then known for longer.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LONGEST = 8.0
 JERK_PX = 1.0
 """# ASSUME: px a sample^3, usual jerks of smooth motion."""
 TRIED = 2
-"""Latest positions that a cubic must foretell from those before."""
+"""Latest positions that a cubic must predict from those before."""
 BETTER = 0.25
 """A cubic is used where its squares of errors sum to less than this share of the parabola's."""
 
@@ -64,7 +64,7 @@ def _parabola(times: Array, positions: Array, to: Array) -> Array:
 
 
 def _smooth(times: Array, positions: Array, to: Array) -> Array:
-    """As `_parabola`, each target by the curve that would have foretold where it is."""
+    """As `_parabola`, each target by the curve that would have predicted where it is."""
     k, (m, n, _) = len(to), positions.shape
     curves = (_operator(*_steps(times, to)) @ positions.reshape(m, -1)).reshape(2, k + TRIED, n, 2)
     squares = np.square(curves[:, k:]).sum(axis=(1, 3))

@@ -19,7 +19,7 @@ _SQUARE3 = np.ones((3, 3), np.uint8)
 def soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[np.uint8] | None) -> NDArray[np.uint8]:
     """The target with its soft edge: grown twice through pixels that are `low` or more, then by one more.
 
-    mask  everything above the threshold: pixels within two of what is not the target are nobody's. None: nothing else
+    mask  everything above the threshold: pixels within two of what is not the target count for none. None: nothing else
     """
     shape, flat = target.shape, (target.shape[0], -1)
     region = target
