@@ -2,7 +2,7 @@
 # Sets everything up in .venv, as requirements.lock pins it, and then does what it is asked to:
 #   bash setup.sh demo    runs the demo experiment and says where its report lies
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
-#   bash setup.sh test quick    the same without the slow tests, in about a minute
+#   bash setup.sh test quick    the same without the slow tests
 #   bash setup.sh         sets up, no more
 # A second call finds the environment standing and goes straight on.
 set -euo pipefail
