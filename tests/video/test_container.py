@@ -1,3 +1,7 @@
+import os
+import resource
+import struct
+import zlib
 from fractions import Fraction
 from pathlib import Path
 
@@ -5,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from tests.files.clips import moving_ball, video_frame
+from tests.files.clips import make_clip, moving_ball, video_frame
 from vidtrack.errors import VidtrackError
 from vidtrack.video.container import picture_stream
 from vidtrack.video.reader import open_video
@@ -109,3 +113,82 @@ def test_the_picture_of_a_cover_is_no_recording():
 def test_a_still_in_tiles_is_refused():
     with pytest.raises(VidtrackError, match="12 tiles"):
         picture_stream(Container([Stream(0) for _ in range(12)], "heic"), "a.heic")
+
+
+PLAYLISTS = {
+    "hls": "#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:10,\na.mp4\n#EXT-X-ENDLIST\n",
+    "hls with a byte order mark": "\ufeff#EXTM3U\n#EXT-X-TARGETDURATION:10\n#EXTINF:10,\na.mp4\n#EXT-X-ENDLIST\n",
+    "concat": "ffconcat version 1.0\nfile a.mp4\n",
+    "sdp": "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nc=IN IP4 127.0.0.1\nt=0 0\nm=video 5004 RTP/AVP 96\n",
+    "dash": '<?xml version="1.0"?>\n<MPD xmlns="urn:mpeg:dash:schema:mpd:2011" type="static"><Period/></MPD>\n',
+    "smooth": '<?xml version="1.0"?>\n<SmoothStreamingMedia MajorVersion="2"/>\n',
+    "asx": "<asx version=\"3.0\"><entry><ref href='a.mp4'/></entry></asx>\n",
+    "pls": "[playlist]\nFile1=a.mp4\n",
+}
+
+
+@pytest.mark.parametrize("kind", PLAYLISTS)
+@pytest.mark.parametrize("ending", ["mov", "mp4", "ts", "avi"])
+def test_a_list_of_other_files_is_refused_whatever_its_ending(tmp_path, kind, ending):
+    make_clip(tmp_path / "a.mp4", "libx264", "yuv420p")
+    path = tmp_path / f"cam1.{ending}"
+    path.write_text(PLAYLISTS[kind], encoding="utf-8")
+    with pytest.raises(VidtrackError, match="a list of other files or addresses") as refused:
+        open_video(str(path))
+    assert len(refused.value.problems) == 1
+
+
+def test_a_name_that_looks_like_a_pattern_opens_no_other_file(tmp_path):
+    for name, level in (("cam%02d.png", 40), ("cam01.png", 90)):
+        (tmp_path / name).write_bytes(png(64, 48, level=level))
+    with open_video(str(tmp_path / "cam%02d.png")) as video:
+        assert [int(frame.luma[0, 0]) for frame in video.frames()] == [40]
+    (tmp_path / "cam%02d.png").unlink()
+    with pytest.raises(VidtrackError, match="no such file"):
+        open_video(str(tmp_path / "cam%02d.png"))
+
+
+def png(width, height, *, level=0, rows=None, bits=8, kind=0):
+    """A PNG of one level; with fewer rows of pixels than its header claims, if asked."""
+
+    def chunk(name, data):
+        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+
+    row = b"\0" + bytes([level]) * (width * {0: 1, 2: 3, 6: 4}[kind] * bits // 8)
+    packer = zlib.compressobj(9)
+    data = b"".join(packer.compress(row) for _ in range(height if rows is None else rows)) + packer.flush()
+    header = struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize("size", [(100_000, 100_000), (16_000, 16_000), (200_000, 700)])
+def test_a_header_that_claims_a_giant_is_refused_in_one_line(tmp_path, size):
+    path = tmp_path / "cam1.png"
+    path.write_bytes(png(*size, rows=10, bits=16, kind=6))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(VidtrackError, match="its header claims pictures of") as refused:
+        open_video(str(path))
+    assert len(refused.value.problems) == 1
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100_000  # KiB
+
+
+def test_a_video_whose_header_claims_a_giant_is_refused_in_one_line(tmp_path):
+    path = make_clip(tmp_path / "a.avi", "mjpeg", "yuvj420p")
+    data = path.read_bytes()
+    place = data.index(b"strf") + 12  # BITMAPINFOHEADER: size, width, height
+    path.write_bytes(data[:place] + struct.pack("<ii", 100_000, 100_000) + data[place + 8 :])
+    with open_video(str(path)) as video:  # the coded pictures say their own size, and that counts
+        assert (video.info.width, video.info.height) == (160, 120)
+    raw = make_clip(tmp_path / "raw.avi", "rawvideo", "gray", size=(160, 120))
+    data = raw.read_bytes()
+    place = data.index(b"strf") + 12
+    raw.write_bytes(data[:place] + struct.pack("<ii", 100_000, 100_000) + data[place + 8 :])
+    with pytest.raises(VidtrackError, match="its header claims pictures of no size"):
+        open_video(str(raw))
+
+
+def test_a_folder_or_a_pipe_is_no_recording(tmp_path):
+    os.mkfifo(tmp_path / "cam1.mov")
+    for path in (tmp_path, tmp_path / "cam1.mov"):  # reading a pipe would wait for ever
+        with pytest.raises(VidtrackError, match="no file but a folder or a device"):
+            open_video(str(path))

@@ -28,7 +28,7 @@ from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.account import ReadingLog
 from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.container import open_container, picture_stream
+from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
 from vidtrack.video.luma import bits_of, luma_reader
@@ -60,6 +60,7 @@ class Video:
             self._stream, others = picture_stream(self._container, path)
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
+            self._stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
             codec, kind = self._stream.codec_context, self._container.format.name
             self._bitstream = Bitstream(codec.name, codec.extradata)
             self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
@@ -73,9 +74,7 @@ class Video:
             self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
             self._first = next(self._pictures, None)
             if self._first is None:
-                raise VidtrackError(
-                    f"{path}: no picture in it can be decoded. Is the file whole?{self._log.reason(self._damage)}"
-                )
+                raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
             self._zero = min([*(self._stamps or ()), self._first[0].pts or 0])
             self._stamps = None
             self._turn = self._orientation(self._first[0])
