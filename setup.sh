@@ -3,6 +3,7 @@
 #   bash setup.sh demo    runs the demo experiment and says where its report lies
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
 #   bash setup.sh test quick    the same without the slow tests
+#   bash setup.sh mutate geometry --seed 1 --count 60    whether the tests of a room or module notice small errors in it
 #   bash setup.sh         sets up, no more
 # A second call finds the environment standing and goes straight on.
 set -euo pipefail
@@ -87,10 +88,22 @@ run_tests() { # a file of tests stays on one worker, with what it has set up
     [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott $pytest -m "not slow" tests/geometry tests/calibration tests/labelling tests/location
 }
 
+mutate() { # cosmic-ray and what it needs lie in a folder of their own
+    local wanted
+    wanted=$(sha256sum <benchmarks/mutation.lock)
+    if [ "$(cat .venv/mutation/.locked 2>/dev/null)" != "$wanted" ]; then
+        .venv/bin/uv pip install -q --python .venv/bin/python --target .venv/mutation --require-hashes -r benchmarks/mutation.lock \
+            || stop "the packages in benchmarks/mutation.lock could not be installed; what uv said stands above"
+        printf '%s' "$wanted" >.venv/mutation/.locked
+    fi
+    PYTHONPATH="$PWD:.venv/mutation" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/python -m benchmarks.mutation "$@"
+}
+
 set_up
 case "${1:-}" in
     "") say "ready: .venv/bin/snakemake --cores all runs the demo" ;;
     demo) demo ;;
     test) shift; run_tests "$@" ;;
-    *) stop "no such thing as '$1'; it is demo or test" ;;
+    mutate) shift; mutate "$@" ;;
+    *) stop "no such thing as '$1'; it is demo, test or mutate" ;;
 esac

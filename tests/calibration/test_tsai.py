@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from scipy.optimize import least_squares
 
 from tests.geometry.test_camera import cameras
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, plane_axes
-from vidtrack.geometry.camera import project
+from vidtrack.geometry.camera import distorted_from_frame_buffer, project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"
@@ -122,20 +123,72 @@ def test_six_points_are_too_few():
         closed_form(p, b, **known)
 
 
-@pytest.mark.parametrize("tilt", [20.0, 45.0, -60.0])
-def test_one_tilted_plane_gives_the_camera_when_Sx_is_1(tilt):
-    camera = thesis_rig(1)[0].with_(Sx=1.0)
-    x, y = np.meshgrid(np.linspace(-20, 20, 7), np.linspace(-15, 15, 6))
-    flat = np.stack([x.ravel(), y.ravel(), np.zeros(42)], -1)
-    a = np.radians(tilt)
-    around_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
-    p = camera.position + (flat @ around_x.T + [0, 0, 160]) @ camera.R
+@pytest.mark.parametrize("held", [None, 8e-4])
+def test_f_depth_and_kappa1_are_what_scipy_makes_of_the_perspective_equations(held):
+    """With R, Tx, Ty and Sx as found, f x / z = Xd (1 + kappa1 r^2) and the same for y, in least squares."""
+    camera = thesis_rig(1)[0]
+    p = thesis_points()[1]
     known, b = seen_by(camera, p)
-    solution = closed_form(p, b, **known, coplanar=True)
+    b = b + np.random.default_rng(2).normal(0, 0.3, b.shape)
+    s = closed_form(p, b, **known, kappa1=held)
+    c = p @ s.R.T + [s.T[0], s.T[1], 0]
+    d = distorted_from_frame_buffer(camera.with_(Sx=float(s.Sx)), b)
+
+    def errors(x):
+        kappa1 = x[2] / 1e3 if held is None else held
+        return (x[0] * c[:, :2] / (c[:, 2:] + 10 * x[1]) - d * (1 + kappa1 * (d**2).sum(-1, keepdims=True))).ravel()
+
+    start = [camera.f, camera.T[2] / 10, camera.kappa1 * 1e3][: 3 if held is None else 2]
+    best = least_squares(errors, start, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+    found = [float(s.f), float(s.T[2]) / 10, float(s.kappa1) * 1e3][: len(best)]
+    np.testing.assert_allclose(found, best, rtol=1e-5)
+    np.testing.assert_allclose(s.depth, c[:, 2] + s.T[2], rtol=1e-12)
+
+
+def plane_before(camera, tilt_deg, columns=7, rows=6):
+    """A plane of points 160 units in front of a camera, turned about the camera's x axis."""
+    x, y = np.meshgrid(np.linspace(-20, 20, columns), np.linspace(-15, 15, rows))
+    flat = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], -1)
+    a = np.radians(tilt_deg)
+    around_x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    return camera.position + (flat @ around_x.T + [0, 0, 160]) @ camera.R
+
+
+@pytest.mark.parametrize("tilt", [20.0, 45.0, -60.0])
+@pytest.mark.parametrize("Sx", [None, 1.02])
+def test_one_tilted_plane_gives_the_camera_when_Sx_is_1_or_given(tilt, Sx):
+    camera = thesis_rig(1)[0].with_(Sx=Sx or 1.0)
+    p = plane_before(camera, tilt)
+    known, b = seen_by(camera, p)
+    solution = closed_form(p, b, **known, Sx=Sx, coplanar=True)
     np.testing.assert_allclose(solution.R, camera.R, atol=2e-3)
     assert float(solution.f) == pytest.approx(camera.f, rel=2e-3)
     found = camera_from_closed_form(solution, camera.image_size)
     np.testing.assert_allclose(project(found, p), b, atol=0.05)
+
+
+def test_a_search_over_centres_takes_for_each_the_pose_with_a_positive_f():
+    """The mirror image of the pose fits the directions in the picture as well; its f is negative."""
+    camera = thesis_rig(1)[0].with_(Sx=1.0)
+    Cx = camera.Cx + np.array([[-2.0, 0.0, 2.0]])
+    for tilt in (30.0, -30.0):
+        p = plane_before(camera, tilt)
+        known, b = seen_by(camera, p)
+        found = closed_form(p, b, **{**known, "Cx": Cx}, coplanar=True)
+        assert found.f.shape == (1, 3)
+        np.testing.assert_allclose(found.f, camera.f, rtol=0.05)
+        np.testing.assert_allclose(found.R[0, 1], camera.R, atol=2e-3)
+        assert (found.depth > 0).all()
+
+
+def test_points_that_settle_no_camera_make_none_and_no_exception():
+    same = np.tile([[1.0, 2.0, 3.0]], (8, 1))
+    line = np.arange(8.0)[:, None] * [1.0, 2.0, 3.0]
+    for p in (same, line):
+        b = np.stack([np.arange(8.0), np.zeros(8)], -1)
+        solution = closed_form(p, b, Cx=3.0, Cy=0.0, dx=1.0, dy=1.0)
+        with pytest.raises(ValueError):
+            camera_from_closed_form(solution, (64, 48))
 
 
 def test_four_points_are_too_few_for_a_plane():

@@ -149,19 +149,14 @@ def _sensor(
 
 
 def _null_vector(A: Array) -> Array:
-    """The unit vector (..., k) that A (..., n, k) shrinks most, its columns first brought to one length.
+    """The unit vector (..., k) that A (..., n, k) shrinks most.
 
     By singular values for one camera; for a search over many, by the eigenvalues of A^T A, which are as good as the
     square root of rounding and several times faster.
     """
-    length = np.linalg.norm(A, axis=-2, keepdims=True)
-    length = np.where(length > 0, length, 1.0)
-    A = A / length
     if A.ndim > 2:
-        a = np.linalg.eigh(np.swapaxes(A, -1, -2) @ A)[1][..., :, 0]
-    else:
-        a = np.linalg.svd(A, full_matrices=len(A) < A.shape[-1])[2][-1]
-    return np.asarray(a / length[..., 0, :])
+        return np.asarray(np.linalg.eigh(np.swapaxes(A, -1, -2) @ A)[1][..., :, 0])
+    return np.asarray(np.linalg.svd(A, full_matrices=len(A) < A.shape[-1])[2][-1])
 
 
 def _vote(a: Array, h: Array, X: Array, Y: Array) -> Array:
@@ -173,9 +168,10 @@ def _vote(a: Array, h: Array, X: Array, Y: Array) -> Array:
 
 
 def _rotation_from_two_rows(rows: Array) -> Array:
-    """The rotation (..., 3, 3) whose first two rows are the orthonormal ones nearest to `rows` (..., 2, 3)."""
-    U, _, Vt = np.linalg.svd(rows, full_matrices=False)
-    near = U @ Vt
+    """The rotation (..., 3, 3) whose first two rows are the orthonormal ones nearest to `rows` (..., 2, 3), else NaN."""
+    finite = np.isfinite(rows).all((-2, -1))[..., None, None]
+    U, _, Vt = np.linalg.svd(np.where(finite, rows, 0), full_matrices=False)
+    near = np.where(finite, U @ Vt, np.nan)
     return np.concatenate([near, np.cross(near[..., 0, :], near[..., 1, :])[..., None, :]], -2)
 
 
@@ -199,8 +195,7 @@ def _finish(
 
 def _depth(xy: Array, w: Array, d: Array, held: float | None, rounds: int = 5) -> tuple[Array, Array, Array]:
     """f, Tz and kappa1 (...), the last perhaps held: first f x - Tz Xd = w Xd, linear without distortion;
-    then a few Gauss-Newton steps on f x / (w + Tz) - Xd (1 + kappa1 r^2), divided by the lens's gain so that
-    a shrunken picture gains nothing."""
+    then a few Gauss-Newton steps on f x / (w + Tz) - Xd (1 + kappa1 r^2)."""
     A = np.stack([xy, -d], -1)
     A = A.reshape(*A.shape[:-3], -1, 2)
     y = (w[..., None] * d).reshape(*A.shape[:-2], -1)
@@ -211,10 +206,9 @@ def _depth(xy: Array, w: Array, d: Array, held: float | None, rounds: int = 5) -
         z = (w + tz[..., None])[..., None]
         ray = xy / z
         gain = 1 + kappa1[..., None, None] * r2
-        stretch = np.maximum(gain, 0.2)
-        error = (d * gain - f[..., None, None] * ray) / stretch
+        error = d * gain - f[..., None, None] * ray
         columns = [ray, -f[..., None, None] * ray / z, -d * r2][: 3 if held is None else 2]
-        J = np.stack(columns, -1) / stretch[..., None]
+        J = np.stack(columns, -1)
         step = np.nan_to_num(_solved(J.reshape(*A.shape[:-2], -1, len(columns)), error.reshape(*A.shape[:-2], -1)))
         f, tz = f + step[..., 0], tz + step[..., 1]
         kappa1 = kappa1 + step[..., 2] if held is None else kappa1
@@ -235,12 +229,8 @@ def _solved(A: Array, y: Array) -> Array:
 
 
 def _choose(one: ClosedForm, other: ClosedForm) -> ClosedForm:
-    """For each leading index the solution whose f and depths are positive."""
-
-    def goodness(s: ClosedForm) -> Array:
-        return np.asarray(np.where(s.f > 0, 1.0, 0.0) + (s.depth > 0).mean(-1))
-
-    take = goodness(one) >= goodness(other)
+    """For each leading index the solution whose f is positive."""
+    take = (one.f > 0) | ~(other.f > 0)
 
     def pick(a: Array, b: Array) -> Array:
         return np.where(take.reshape(take.shape + (1,) * (a.ndim - take.ndim)), a, b)
