@@ -169,7 +169,7 @@ def _vote(a: Array, h: Array, X: Array, Y: Array) -> Array:
 
 def _rotation_from_two_rows(rows: Array) -> Array:
     """The rotation (..., 3, 3) whose first two rows are the orthonormal ones nearest to `rows` (..., 2, 3); NaN."""
-    finite = np.isfinite(rows).all((-2, -1))[..., None, None]
+    finite = np.asarray(np.isfinite(rows).all((-2, -1)))[..., None, None]
     U, _, Vt = np.linalg.svd(np.where(finite, rows, 0), full_matrices=False)
     near = np.where(finite, U @ Vt, np.nan)
     return np.concatenate([near, np.cross(near[..., 0, :], near[..., 1, :])[..., None, :]], -2)
