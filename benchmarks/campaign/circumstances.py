@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 import yaml
 
-from benchmarks.campaign.scenes import DURATION_S, RATE, motion_of
+from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
 from vidtrack.simulate.tape import Tape, write_tape
 from vidtrack.timing.timecode import parse
 from vidtrack.video.reader import open_video
@@ -259,8 +259,19 @@ def _side_by_side(scene: Scene, rng: Rng) -> None:
 
 def _two_targets(scene: Scene, rng: Rng) -> None:
     run = scene["runs"]["test"]
-    run["targets"] = {f"t{k + 1}": {"diameter": 1.6, "motion": motion_of(rng, k, 2)} for k in range(2)}
     run["boxes"] = True
+    while True:
+        run["targets"] = {f"t{k + 1}": {"diameter": 1.6, "motion": motion_of(rng, k, 2)} for k in range(2)}
+        if gap_of(scene) >= APART:
+            return
+
+
+def _touching(scene: Scene, rng: Rng) -> None:
+    run, n = scene["runs"]["test"], int(rng.integers(2, 4))
+    while True:
+        run["targets"] = {f"t{k + 1}": {"diameter": 1.6, "motion": motion_of(rng, k, n)} for k in range(n)}
+        if gap_of(scene) < 0:
+            return
 
 
 def _names_exchanged(folder: Path, rng: Rng) -> None:
@@ -377,6 +388,7 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "targets-fewer-asked": Circumstance(r"target|seen|asked", _without_boxes, _ask(1)),
     "targets-more-asked": Circumstance(r"target|found|asked|located", _without_boxes, _ask(3)),
     "slow-start": Circumstance("", _slow_start, harmless=True),
+    "touching": Circumstance(r"touch|merged|met|samples were located", _touching, harmless=True),
     "crossing": Circumstance(r"merged|cross|close", _crossing, harmless=True),
     "camera-blind": Circumstance(r"lost|hidden|located|seen", _blind, harmless=True),
     "stranger": Circumstance(r"target|stranger|more", _stranger, harmless=True),

@@ -386,6 +386,22 @@ def test_names_exchanged_in_one_of_three_cameras_are_named_and_the_two_others_de
     assert np.linalg.norm(off, axis=-1).max() < 0.2
 
 
+def test_tracks_that_go_over_to_each_other_where_targets_met_are_no_fault_of_targets_csv():
+    rng = np.random.default_rng(3)
+    cameras = thesis_rig(3)
+    tables = {c.name: centroids(c, {"bow": pluck, "stern": other}, rng=rng) for c in cameras}
+    own = tables["cam1"]
+    late = own["time_s"] > START + 4
+    own.loc[late, "target"] = own.loc[late, "target"].map({"bow": "stern", "stern": "bow"})
+    tracklets = own.assign(tracklet=(own["target"] == "stern") + 2 * late).reindex(columns=list(COLUMNS_OF_TRACKLETS))
+    known = {c.name: (c, None) for c in cameras}
+    located = locate(tables, known, targets=["bow", "stern"], tracklets={"cam1": tracklets})
+    levels = {f["code"]: f["level"] for f in located.record["findings"]}
+    assert levels == {"tracks-exchanged": "note"}
+    off, _ = errors(located, {"bow": pluck, "stern": other})
+    assert np.linalg.norm(off, axis=-1).max() < 0.2
+
+
 def test_a_camera_that_turned_after_its_calibration_is_said():
     tables, cameras = run(3)
     camera = cameras["cam2"][0]

@@ -155,3 +155,14 @@ def test_a_start_box_binds_its_name_to_the_tracklet_that_begins_in_it():
     assert first["target"].tolist() == ["a", "b"]
     assert first["bound"].all()
     assert not track(frames, info, targets=2).tracklets["bound"].any()
+
+
+def test_targets_that_touch_when_they_begin_and_move_on_at_once_are_found_again():
+    t = np.arange(60.0)[:, None]
+    one = np.concatenate([80 + 55 * np.sin(t / 9), 95 - 0.6 * t], axis=1)
+    two = np.concatenate([82 + 60 * np.sin(t / 7), 105 + 0.7 * t], axis=1)
+    path = np.stack([one, two], axis=1)
+    tracked = track(*recorded(path), targets=2, start_boxes=boxes(["a", *path[0, 0]], ["b", *path[0, 1]]))
+    measured = np.isfinite(off(tracked, path))
+    assert measured[12:].mean() > 0.95
+    assert np.nanmax(off(tracked, path)) < 0.3

@@ -54,6 +54,12 @@ def test_gaps_are_told_with_their_usual_reason():
     assert "edge of the picture" in finding.text
 
 
+def test_what_one_camera_missed_is_a_doubt_only_where_it_missed_more_than_it_saw():
+    assert codes(rows((10, 20, MERGED))) == [("target-rarely-measured", "note")]
+    assert codes(rows((5, 33, MERGED))) == [("target-rarely-measured", "doubtful")]
+    assert codes(rows((1, 39, MERGED))) == [("target-rarely-measured", "bad")]
+
+
 def test_a_target_that_comes_late_or_leaves_early_is_noted_and_not_called_lost():
     assert codes(rows((0, 20, LOST))) == [("target-part-of-run", "note")]
     assert codes(rows((5, 40, LOST))) == [("target-part-of-run", "note")]

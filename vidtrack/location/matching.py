@@ -141,36 +141,50 @@ def _only_choice(match: Match, tolerance_px: float, findings: list[Finding]) -> 
 
 
 def _exchanged(views: Sequence[View], same: Match, match: Match) -> Finding:
-    """Which names mean another target than in most cameras."""
-    shown = [_shown(v, t, match.labels) for v, t in zip(views, match.trajectory, strict=True)]
+    """Whether names mean different targets from the start, or tracks went over to other targets later."""
+    named = [_shown(v, t, match.labels, first=True) for v, t in zip(views, match.trajectory, strict=True)]
     wrong = []
-    for view, own in zip(views, shown, strict=True):
+    for view, own in zip(views, named, strict=True):
         for track, label in own:
-            if label != track:
-                fellows = [
-                    f"{v.name}'s {other}"
-                    for v, theirs in zip(views, shown, strict=True)
-                    for other, name in theirs
-                    if v is not view and name == label
-                ]
+            fellows = [
+                f"{v.name}'s {other}"
+                for v, theirs in zip(views, named, strict=True)
+                for other, name in theirs
+                if v is not view and name == label and other != track
+            ]
+            if label != track and fellows:
                 wrong.append(f"{view.name}'s {track} is {' and '.join(fellows)}")
-    text = (
-        f"targets.csv: names do not agree between cameras: {'; '.join(wrong[:6])}. As named, tracks lie up to "
-        f"{float(np.nanmax(same.error_px, initial=0.0)):.3g} px rms off each other's epipolar lines; so matched, "
-        f"{float(np.nanmax(match.error_px, initial=0.0)):.3g} px. The latter is used"
+    gain = (
+        f"As named, tracks lie up to {float(np.nanmax(same.error_px, initial=0.0)):.3g} px rms off each other's "
+        f"epipolar lines; so matched, {float(np.nanmax(match.error_px, initial=0.0)):.3g} px. The latter is used"
     )
-    return Finding("doubtful", "names-exchanged", text, "Correct the names in targets.csv.")
-
-
-def _shown(view: View, trajectory: Ints, labels: Sequence[str]) -> list[tuple[str, str]]:
-    """Each track of a camera with the name of each target that it shows."""
-    whose = of_samples(view.piece, trajectory)
-    return [
-        (track, labels[k])
-        for track, own in zip(view.tracks, whose, strict=True)
-        if track
-        for k in np.unique(own[own != NONE]).tolist()
+    if wrong:
+        text = f"targets.csv: names do not agree between cameras: {'; '.join(wrong[:6])}. {gain}"
+        return Finding("doubtful", "names-exchanged", text, "Correct the names in targets.csv.")
+    later = [
+        f"{view.name}'s {track} shows {', '.join(shown)}"
+        for view, own in zip(views, match.trajectory, strict=True)
+        for track, shown in _several(_shown(view, own, match.labels)).items()
     ]
+    text = f"where targets met, tracks went over to others: {'; '.join(later[:6]) or 'for some samples'}. {gain}"
+    return Finding("note", "tracks-exchanged", text, "Nothing, where positions are smooth; see the tracks there.")
+
+
+def _several(shown: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
+    """The tracks that show more than one target, or one of another name."""
+    of = {track: [label for own, label in shown if own == track] for track, _ in shown}
+    return {track: labels for track, labels in of.items() if labels != [track]}
+
+
+def _shown(view: View, trajectory: Ints, labels: Sequence[str], *, first: bool = False) -> list[tuple[str, str]]:
+    """Each track of a camera with the name of each target that it shows; `first`: that it begins with."""
+    whose = of_samples(view.piece, trajectory)
+    out = []
+    for track, own in zip(view.tracks, whose, strict=True):
+        known = own[own != NONE]
+        if track:
+            out += [(track, labels[k]) for k in (known[:1] if first else np.unique(known)).tolist()]
+    return out
 
 
 def _by_name(views: Sequence[View], seen: Sequence[Seen], names: list[str] | None) -> Match | None:

@@ -24,13 +24,15 @@ from vidtrack.tracking.tracklets import Tracklets
 
 @dataclass(frozen=True)
 class Limits:
-    """Shares of the samples: below `bad` a target measured is hardly tracked, below `doubtful` partly; a track besides
-    the targets that lasts `long` may be a target as well; a larger share of samples than `repeated` that
-    show the picture before is no accident.
+    """Shares of the samples: below `bad` a target measured is hardly tracked, below `half` seldom, below `whole` not
+    all the time, which the positions in space judge: other cameras may have seen it; a track besides the targets that
+    lasts `long` may be a target as well; a larger share of samples than `repeated` that show the picture before is no
+    accident.
     """
 
     bad: float = 0.1
-    doubtful: float = 0.9
+    half: float = 0.5
+    whole: float = 0.9
     long: float = 0.5
     repeated: float = 0.02
 
@@ -137,15 +139,15 @@ def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
     first, last = int(np.argmax(seen)), len(seen) - 1 - int(np.argmax(seen[::-1]))
     share, whole = float(seen[first : last + 1].mean()), (last + 1 - first) / len(seen)
     told = []
-    if share < LIMITS.doubtful:
-        level: Level = "bad" if share < LIMITS.bad else "doubtful"
+    if share < LIMITS.whole:
+        level: Level = "bad" if share < LIMITS.bad else "doubtful" if share < LIMITS.half else "note"
         flags = rows.flag[first : last + 1, i][~seen[first : last + 1]]
         why = max(_WHY, key=lambda one: int((flags & one[0] > 0).sum()))[1]
         text = (
             f"{name}: measured in {share:.0%} of the samples from its first to its last; in most of the others {why}."
         )
         told.append(Finding(level, "target-rarely-measured", text, "Look at the crops of the worst moments."))
-    if whole < LIMITS.doubtful:
+    if whole < LIMITS.whole:
         level = "note" if whole > LIMITS.bad else "doubtful"
         text = f"{name}: seen in samples {first} to {last} of {len(seen)} only."
         told.append(Finding(level, "target-part-of-run", text, "Nothing, if it came or left then; else its start box."))

@@ -67,7 +67,7 @@ def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | No
             out.append(Finding("bad", "targets-missing", text, cure))
     for name in located:
         track = tracks[name]
-        share = 1 - track.located / track.n
+        share = (track.n - track.located) / track.n
         where = f"the longest gap lasts {track.gap_s:.2g} s, from {clock(track.gap_from_s)}"
         cure = "See in the tracks which camera lost it there; a third camera helps where views are blocked."
         if level := graded(share, LIMITS.not_located):

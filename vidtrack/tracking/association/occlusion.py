@@ -29,7 +29,8 @@ class Occlusion:
                        usual among targets
     fading             weight of a position for each sample of its age
     bending            samples for which an acceleration is taken to last
-    patience           samples without a blob that could be several targets, after which one of them counts as gone
+    patience           samples without a blob that could be several targets, after which they count as lost and are
+                       sought elsewhere; the association in space finds out which is which
     """
 
     touching_px: float = 2.0
@@ -41,7 +42,7 @@ class Occlusion:
     acceleration_px: float = 0.5
     fading: float = 0.93
     bending: float = 8.0
-    patience: int = 40
+    patience: int = 8
 
 
 OCCLUSION = Occlusion()
