@@ -112,6 +112,21 @@ def test_when_all_cameras_are_blind_the_motion_tells_who_is_who():
     assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(6)]
 
 
+def test_two_that_meet_in_the_one_picture_left_go_on_by_that_picture_while_the_other_camera_is_blind():
+    cameras = thesis_rig(2)
+    rng = np.random.default_rng(8)
+    s = np.sin(1.2 * (T - 2.5))[:, None]
+    p = np.stack([[0, 0, 0] + s * [6, 3, 2], [0, 0, 0] - s * [6, -3, 2]])
+    p[1] += cameras[0].R[2] * 4  # behind the other one, as the first camera sees it
+    tracks, orders = seen(cameras, np.concatenate([p, swarm(3, rng)]), rng)
+    for row in np.flatnonzero(orders[0] < 2):
+        tracks[0][row, 73:77] = np.nan
+    tracks[1][:, 30:120] = np.nan
+    told = associated(cameras, tracks, orders, targets=5)[1]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(5)]
+    assert all(n == 2 for _, n in told)
+
+
 def test_targets_that_swap_places_unseen_are_not_guessed():
     # two at rest, nobody sees them for a second, two at rest half-way between: nothing tells which is which
     rng = np.random.default_rng(6)

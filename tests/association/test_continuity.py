@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.association.continuity import FLOOR, Motion
+from vidtrack.association.continuity import FLOOR, UNKNOWN, Motion
 
 
 def waves(n, rng, M=300, hz=(0.5, 0.8), noise=0.001):
@@ -21,9 +21,9 @@ def test_one_course_is_likelier_than_two_over_short_and_long_gaps(gap):
     courses = waves(8, rng)
     motion = Motion(list(courses))
     fresh = waves(8, rng)  # others on the same waves
-    right = [motion.evidence(c[40:100], c[99 + gap : 159 + gap], gap) for c in courses]
+    right = [motion.evidence(c[40:100], c[99 + gap : 159 + gap], gap).nats for c in courses]
     wrong = [
-        motion.evidence(c[40:100], d[99 + gap : 159 + gap], gap)
+        motion.evidence(c[40:100], d[99 + gap : 159 + gap], gap).nats
         for i, c in enumerate(courses)
         for j, d in enumerate(courses)
         if i != j
@@ -31,7 +31,7 @@ def test_one_course_is_likelier_than_two_over_short_and_long_gaps(gap):
     assert min(right) > 3
     assert min(right) > max(wrong)
     assert max(wrong) < 0
-    assert np.isfinite([motion.evidence(c[:3], c[2 + gap :][:3], gap) for c in fresh]).all()
+    assert np.isfinite([motion.evidence(c[:3], c[2 + gap :][:3], gap).nats for c in fresh]).all()
 
 
 def test_two_that_pass_through_one_place_are_told_apart_by_their_velocities():
@@ -40,19 +40,19 @@ def test_two_that_pass_through_one_place_are_told_apart_by_their_velocities():
     courses = [c + rng.normal(0, 0.001, c.shape) for c in (t * [0.3, 0.1, 0], t * [-0.3, 0.1, 0.02])]
     motion = Motion(courses)
     (a, b), (c, d) = ((x[60:98], x[103:140]) for x in courses)
-    assert motion.evidence(a, b, 6) > 5
-    assert motion.evidence(c, d, 6) > 5
-    assert motion.evidence(a, d, 6) < 0
-    assert motion.evidence(c, b, 6) < 0
+    assert motion.evidence(a, b, 6).nats > 5
+    assert motion.evidence(c, d, 6).nats > 5
+    assert motion.evidence(a, d, 6).nats < 0
+    assert motion.evidence(c, b, 6).nats < 0
 
 
 def test_a_jump_tells_no_more_than_its_floor_and_a_gap_that_was_never_measured_nothing():
     motion = Motion(list(waves(3, np.random.default_rng(1))))
     c = waves(1, np.random.default_rng(2))[0]
-    assert motion.evidence(c[:30], c[31:60] + 1e3, 2) < -10
-    assert motion.evidence(c[:30], c[31:60] + 1e30, 2) >= FLOOR
-    assert motion.evidence(c[:30], c[31:60], 1000) == 0.0
-    assert Motion([np.zeros((0, 3))]).evidence(c[:30], c[31:60], 2) == 0.0
+    assert motion.evidence(c[:30], c[31:60] + 1e3, 2).nats < -10
+    assert motion.evidence(c[:30], c[31:60] + 1e30, 2).nats >= FLOOR
+    assert motion.evidence(c[:30], c[31:60], 1000) == UNKNOWN
+    assert Motion([np.zeros((0, 3))]).evidence(c[:30], c[31:60], 2) == UNKNOWN
 
 
 def test_evidence_is_calibrated_noise_alone_makes_no_target_two():
@@ -60,5 +60,35 @@ def test_evidence_is_calibrated_noise_alone_makes_no_target_two():
     rng = np.random.default_rng(3)
     courses = waves(10, rng, noise=0.01)
     motion = Motion(list(courses))
-    told = [motion.evidence(c[s : s + 20], c[s + 23 : s + 43], 4) for c in courses for s in range(0, 240, 7)]
+    told = [motion.evidence(c[s : s + 20], c[s + 23 : s + 43], 4).nats for c in courses for s in range(0, 240, 7)]
     assert min(told) > 0
+
+
+@pytest.mark.parametrize("gap", [3, 6])
+def test_two_that_pass_near_each_other_on_steep_waves_are_distinguished_by_the_course_before(gap):
+    # waves of up to 1.5 Hz bend within a few samples: what a parabola through the last ones misses is more than
+    # what the two are apart
+    rng = np.random.default_rng(gap)
+    courses = waves(3, rng, hz=(0.6, 1.1, 1.5), noise=0.0005)
+    a, b = courses[:2] - courses[:2, 150:151]  # through one place at one moment
+    motion = Motion([a[:149], a[150 + gap :], b[:149], b[150 + gap :], courses[2]])
+    ends = [c[89:149] for c in (a, b)], [c[148 + gap : 208 + gap] for c in (a, b)]
+    told = np.array([[motion.evidence(x, y, gap).nats for y in ends[1]] for x in ends[0]])
+    assert np.trace(told) - np.trace(told[::-1]) > 10
+
+
+def test_a_long_gap_is_known_to_say_less_than_a_short_one():
+    c = np.cumsum(np.random.default_rng(4).normal(0, 1, (900, 3)), 0)  # a walk without aim
+    motion = Motion([c])
+    knows = [motion.evidence(c[:60], c[59 + gap : 119 + gap], gap).information for gap in (2, 6, 20)]
+    assert knows == sorted(knows, reverse=True)
+    assert knows[-1] > 0
+
+
+def test_a_course_that_is_only_just_seen_is_predicted_backwards_from_what_follows():
+    rng = np.random.default_rng(6)
+    courses = waves(6, rng, hz=(0.6, 1.1, 1.5), noise=0.0005)
+    motion = Motion(list(courses))
+    short, long = courses[0, 97:100], courses[0, 105:165]
+    wrong = [motion.evidence(short, c[105:165], 6).nats for c in courses[1:]]
+    assert motion.evidence(short, long, 6).nats > max(wrong) + 10

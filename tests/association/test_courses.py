@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.association.swarm import as_tracklets, seen, swarm
-from vidtrack.association.continuity import Motion
+from vidtrack.association.continuity import UNKNOWN, Motion
 from vidtrack.association.courses import Course, courses, filled, rows_of, seam_evidence, stretches
 from vidtrack.association.groups import nodes_of
 from vidtrack.simulate.rig import thesis_rig
@@ -46,8 +46,8 @@ def test_only_the_seams_between_two_parts_are_judged():
     place = np.cumsum(np.random.default_rng(1).normal(0, 1, (300, 3)), 0)
     motion = Motion([place])
     one = Course(np.arange(60), place[:60], np.ones(60, int))
-    assert seam_evidence(one, motion) == (0.0, 0)
+    assert seam_evidence(one, motion) == UNKNOWN
     two = one._replace(source=np.repeat([1, 2], 30))
-    told, seams = seam_evidence(two, motion)
-    assert seams == 1
-    assert told > seam_evidence(two._replace(place=place[:60] + np.repeat([0, 50], 30)[:, None]), motion)[0]
+    told = seam_evidence(two, motion)
+    assert told.information > 0
+    assert told.nats > seam_evidence(two._replace(place=place[:60] + np.repeat([0, 50], 30)[:, None]), motion).nats

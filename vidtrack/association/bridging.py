@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
 
 from vidtrack.arrays import Ints
-from vidtrack.association.continuity import Motion
+from vidtrack.association.continuity import UNKNOWN, Evidence, Motion
 from vidtrack.association.courses import AROUND, Course, Rows, courses, motion_of, seam_evidence
 from vidtrack.association.groups import MARGIN, TOUCHES, Groups, Pair, Worth, clear_pairs
 from vidtrack.geometry.camera import Camera
@@ -86,11 +86,7 @@ class Bridges:
                     out[pair] = Worth(sights[pair][0], self.known[local], sights[pair][1])
         made = courses(self.cameras, self.rows, [rows for _, _, rows in fresh])
         for (pair, local, rows), course in zip(fresh, made, strict=True):
-            moved, seams = 0.0, 0
-            if self.space is not None and len(course.moment):
-                moved, seams = seam_evidence(course, self.space)
-            if not seams:
-                moved = self._in_pictures(*rows)
+            moved = self._moved(course, rows)
             self.known[local] = moved
             out[pair] = Worth(sights[pair][0], moved, sights[pair][1])
         return out
@@ -138,15 +134,21 @@ class Bridges:
             out.append(((float(at[0]), float(at[1])), v, float(self.rows.sd[some[which]].max())))
         return out
 
-    def _in_pictures(self, row: Ints, part: Ints) -> float:
-        total = 0.0
+    def _moved(self, course: Course, rows: tuple[Ints, Ints]) -> float:
+        """What the motion says, nats: that in space or in one of the pictures, whichever knows most of such gaps.
+
+        A camera that goes on seeing what the others lost bridges a gap that is longer in space.
+        """
+        told = [] if self.space is None or not len(course.moment) else [seam_evidence(course, self.space)]
+        return max([*told, *self._in_pictures(*rows), UNKNOWN], key=lambda e: e.information).nats
+
+    def _in_pictures(self, row: Ints, part: Ints) -> Iterator[Evidence]:
         for camera, motion in enumerate(self.pictures):
             own = self.rows.camera[row] == camera
             if own.any():
                 mine, parts = row[own], part[own]
                 order = np.argsort(self.rows.moment[mine], kind="stable")
-                total += seam_evidence(self._seen(mine[order], parts[order]), motion)[0]
-        return total
+                yield seam_evidence(self._seen(mine[order], parts[order]), motion)
 
     def _local(self, pair: Pair) -> tuple[Local, tuple[int, int]]:
         """The tracklets of two groups about where one passes into the other, and from when to when that is."""

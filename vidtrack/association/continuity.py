@@ -9,7 +9,7 @@ is a jump between two places and velocities of the run taken at random.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -19,20 +19,28 @@ from vidtrack.arrays import Array, Ints
 
 LENGTHS = (1, 2, 3, 5, 8, 12, 24, 60)
 """Samples used on a side: the largest of these that hangs together."""
-WINDOWS = ((3, 1), (5, 2), (8, 2), (12, 3), (24, 5), (60, 7), (60, 0))
+WINDOWS = ((3, 1), (5, 2), (5, 3), (8, 2), (8, 4), (12, 3), (12, 5), (24, 5), (24, 7), (60, 7), (60, 0))
 """Samples on a side and degree of the polynomial that are tried."""
 ENOUGH, MOST = 20, 200
 """Stretches that a covariance is measured on, at least and at most."""
-LEARNT = (12, 24, 60)
-"""Samples before a gap from which the place behind it is predicted by weights that the run itself teaches."""
-LEARNT_FROM = 4
-"""Moments: in shorter gaps polynomials do as well."""
+LEARNT = (8, 12, 24, 60)
+"""Samples on one side of a gap from which the place on the other one is predicted by weights fitted to the run."""
 FINE = 20
 """Moments of a gap up to which each length has a law of its own; longer ones share it with some like them."""
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
 FLOOR = -30.0
 """Nats, the least that a jump may tell."""
+
+
+class Evidence(NamedTuple):
+    """What a motion says of two stretches."""
+
+    nats: float  # for one course rather than two; 0 where this run says nothing of such a gap
+    information: float  # nats by which one course narrows the jump, whatever the jump is; 0 where nothing is known
+
+
+UNKNOWN = Evidence(0.0, 0.0)
 
 
 class _Law(NamedTuple):
@@ -43,6 +51,7 @@ class _Law(NamedTuple):
     weights: Array  # (r, kx + ky): jump, and jump of velocity where r is 2
     inverse: Array  # (d r, d r) of the covariance
     log_det: float
+    information: float  # nats, as of Evidence
 
 
 class Motion:
@@ -60,12 +69,12 @@ class Motion:
         self.fastest = float(np.linalg.norm(speed, axis=-1).max(initial=0.0))
         bend = np.diff(places, 2, axis=0)[self._remain[:-2] > 2]
         self.sharpest = float(np.linalg.norm(bend, axis=-1).max(initial=0.0))
-        self._place = 2 * _spread(places, d)
-        self._speed = 2 * _spread(speed, d)
+        self._backgrounds = [_background(_spread(places, d), _spread(speed, d), rows) for rows in (1, 2)]
         self._laws: dict[tuple[int, int, int], _Law | None] = {}
+        self._tried: dict[tuple[object, ...], _Law | None] = {}
 
-    def evidence(self, before: Array, after: Array, gap: int) -> float:
-        """Nats for one course rather than two; 0 where this run tells nothing of such a gap.
+    def evidence(self, before: Array, after: Array, gap: int) -> Evidence:
+        """What this run says of one course that was not seen for a while.
 
         before, after   (k, d) places at consecutive moments; `gap` moments from the last before to the first after
         """
@@ -73,47 +82,40 @@ class Motion:
         gap = gap if gap <= FINE else round(gap / 10 ** (r := int(np.log10(gap)) - 1)) * 10**r
         key = (kx, ky, gap)
         if key not in self._laws:
-            self._laws[key] = self._law(*key)
+            self._laws[key] = max(self._candidates(*key), key=lambda law: law.information, default=None)
         law = self._laws[key]
         if law is None:
-            return 0.0
+            return UNKNOWN
         x = np.concatenate([before[-law.kx :], after[: law.ky]])
         jump = (law.weights @ x).ravel()
         n = jump.size
-        chi2 = float(jump @ law.inverse @ jump)
-        own = _log_t(chi2, law.log_det, n)
-        background = self._background(n // self.dimension)
-        chi2 = float(jump @ background[0] @ jump)
-        return max(own - _log_t(chi2, background[1], n), FLOOR)
+        own = _log_t(float(jump @ law.inverse @ jump), law.log_det, n)
+        inverse, log_det = self._backgrounds[n // self.dimension - 1]
+        other = _log_t(float(jump @ inverse @ jump), log_det, n)
+        return Evidence(max(own - other, FLOOR), law.information)
 
-    def _background(self, rows: int) -> tuple[Array, float]:
-        d = self.dimension
-        S = np.zeros((d * rows, d * rows))
-        S[:d, :d] = self._place
-        if rows > 1:
-            S[d:, d:] = self._speed
-        return np.linalg.inv(S), float(np.linalg.slogdet(S)[1])
-
-    def _law(self, kx: int, ky: int, gap: int) -> _Law | None:
-        best: _Law | None = None
-        most = 0.0
-        tried = set()
+    def _candidates(self, kx: int, ky: int, gap: int) -> Iterator[_Law]:
+        """Laws for so many samples on the sides of a gap that say anything, by polynomials and by prediction."""
+        forms: list[tuple[Callable[..., _Law | None], tuple[int, int, int]]] = []
         for window, degree in WINDOWS:
-            a, b = min(window, kx), min(window, ky)
-            if gap / 2 <= window <= 16 * gap and (a, b, degree) not in tried:
-                tried.add((a, b, degree))
-                weights = _jump(a, b, degree, gap)
-                law = None if weights is None else self._measured(a, b, gap, weights, weights)
-                told = 0.0 if law is None else self._background(len(law.weights))[1] - law.log_det
-                if told > most:
-                    best, most = law, told
-        if gap > LEARNT_FROM:
-            for k in LEARNT:
-                law = self._learnt(k, min(ky, 5), gap) if k <= kx and ky > 1 else None
-                told = 0.0 if law is None else self._background(len(law.weights))[1] - law.log_det
-                if told > most:
-                    best, most = law, told
-        return best
+            if gap / 2 <= window <= 16 * gap:
+                forms.append((self._by_polynomial, (min(window, kx), min(window, ky), degree)))
+        for k in LEARNT:
+            if k <= kx:
+                forms.append((self._predicted, (k, min(ky, 5), 1)))
+            if k <= ky:
+                forms.append((self._predicted, (min(kx, 5), k, -1)))
+        for form in forms:
+            key = (*form, gap)
+            if key not in self._tried:
+                self._tried[key] = form[0](*form[1], gap)
+            law = self._tried[key]
+            if law is not None and law.information > 0:
+                yield law
+
+    def _by_polynomial(self, kx: int, ky: int, degree: int, gap: int) -> _Law | None:
+        weights = _jump(kx, ky, degree, gap)
+        return None if weights is None else self._measured(kx, ky, gap, weights, weights)
 
     def _starts(self, n: int) -> Ints:
         """Where stretches of n samples begin, at most MOST of them; none where there are fewer than ENOUGH."""
@@ -139,32 +141,47 @@ class Motion:
         apart = int((self._remain >= n).sum()) / n + 1
         S = S * (1 + 10 / apart) + np.eye(len(S)) * (1e-6 * np.trace(S) / len(S) + 1e-30)
         scale = S * (TAIL - 2) / TAIL  # of a t distribution with this covariance
-        return _Law(kx, ky, (odd + even) / 2, np.linalg.inv(scale), float(np.linalg.slogdet(scale)[1]))
+        log_det = float(np.linalg.slogdet(scale)[1])
+        information = (self._backgrounds[len(odd) - 1][1] - log_det) / 2
+        return _Law(kx, ky, (odd + even) / 2, np.linalg.inv(scale), log_det, information)
 
-    def _learnt(self, kx: int, ky: int, gap: int) -> _Law | None:
-        """Place and velocity after the gap predicted from kx samples before it, as least squares of this run tell."""
+    def _predicted(self, kx: int, ky: int, way: int, gap: int) -> _Law | None:
+        """Place and velocity on one side of the gap predicted from the other one, by least squares over this run.
+
+        way   1: those after the gap from kx samples before it; -1: those before it from ky samples after it
+        """
         n = kx + gap - 1 + ky
         starts = self._starts(n)
-        if starts.size * self.dimension < 4 * kx:
+        known, other = (kx, ky) if way > 0 else (ky, kx)
+        if starts.size * self.dimension < 4 * known:
             return None
-        ends = np.concatenate([np.arange(kx), np.arange(n - ky, n)])
+        ends = np.concatenate([np.arange(kx), np.arange(n - ky, n)])[::way]
         x = self._places[starts[:, None] + ends]
-        x = (x - x[:, kx - 1 : kx]).transpose(0, 2, 1)  # (m, d, k) from the last place before
-        t = np.arange(ky)
-        line = np.linalg.pinv(np.stack([np.ones(ky), t], -1))  # place and velocity (2, ky)
+        x = (x - x[:, known - 1 : known]).transpose(0, 2, 1)  # (m, d, k) from the last place that is known
+        line = np.linalg.pinv(np.vander(np.arange(other), min(other, 2), increasing=True))  # place, velocity
         half = starts.size // 2
         weights = []
         for part in (slice(half, None), slice(0, half)):
-            A, y = x[part, :, : kx - 1].reshape(-1, kx - 1), x[part, :, kx:].reshape(-1, ky) @ line.T
-            ridge = np.eye(kx - 1) * 1e-6 * np.trace(A.T @ A) / max(kx - 1, 1)
-            W = np.linalg.solve(A.T @ A + ridge, A.T @ y).T  # (2, kx - 1)
-            last = np.array([1.0, 0.0]) - W.sum(1)
-            weights.append(np.concatenate([-W, -last[:, None], line], 1))
+            A, y = x[part, :, : known - 1].reshape(-1, known - 1), x[part, :, known:].reshape(-1, other) @ line.T
+            ridge = np.eye(known - 1) * 1e-6 * np.trace(A.T @ A) / max(known - 1, 1)
+            W = np.linalg.solve(A.T @ A + ridge + 1e-300 * np.eye(known - 1), A.T @ y).T
+            last = np.eye(len(line))[0] - W.sum(1)
+            weights.append(np.concatenate([-W, -last[:, None], line], 1)[:, ::way])
         return self._measured(kx, ky, gap, *weights)
 
 
 def _length(n: int) -> int:
     return max(k for k in LENGTHS if k <= max(n, 1))
+
+
+def _background(place: Array, speed: Array, rows: int) -> tuple[Array, float]:
+    """Inverse and log-determinant of the covariance of a jump between two places, and velocities, taken at random."""
+    d = len(place)
+    S = np.zeros((d * rows, d * rows))
+    S[:d, :d] = 2 * place
+    if rows > 1:
+        S[d:, d:] = 2 * speed
+    return np.linalg.inv(S), float(np.linalg.slogdet(S)[1])
 
 
 def _spread(values: Array, d: int) -> Array:

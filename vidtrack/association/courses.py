@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.association.continuity import LENGTHS, Motion
+from vidtrack.association.continuity import LENGTHS, Evidence, Motion
 from vidtrack.association.tracklets import LONGEST_GAP, Tracklets
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
@@ -105,8 +105,8 @@ def motion_of(some: Sequence[Course], dimension: int) -> Motion:
     return Motion(pieces or [np.zeros((0, dimension))])
 
 
-def seam_evidence(course: Course, motion: Motion) -> tuple[float, int]:
-    """What the motion says, nats, of a joint course; and the number of seams judged."""
+def seam_evidence(course: Course, motion: Motion) -> Evidence:
+    """What the motion says of a joint course, over the longest of its seams."""
     course = filled(course)
     parts = stretches(course)
     seams = []
@@ -116,4 +116,4 @@ def seam_evidence(course: Course, motion: Motion) -> tuple[float, int]:
             seams.append((min(j - i, m - k), course.place[i:j][-AROUND:], course.place[k:m][:AROUND], gap))
     seams.sort(key=lambda s: -s[0])
     told = [motion.evidence(before, after, gap) for _, before, after, gap in seams[:SEAMS]]
-    return float(sum(told)), len(told)
+    return Evidence(float(sum(e.nats for e in told)), float(sum(e.information for e in told)))
