@@ -137,8 +137,11 @@ class Motion:
             [np.einsum("rk,mkd->mrd", odd, x[:half]), np.einsum("rk,mkd->mrd", even, x[half:])]
         ).reshape(starts.size, -1)
         S = jumps.T @ jumps / len(jumps)
-        # few courses do not tell how different others are; nor may any direction be taken as exact
+        # few courses do not tell how different others are, and least of all how place and velocity go together:
+        # as many more without any correlation are taken into account as the covariance has directions, and one
         apart = int((self._remain >= n).sum()) / n + 1
+        prior = len(S) + 1
+        S = (apart * S + prior * np.diag(np.diag(S))) / (apart + prior)
         S = S * (1 + 10 / apart) + np.eye(len(S)) * (1e-6 * np.trace(S) / len(S) + 1e-30)
         scale = S * (TAIL - 2) / TAIL  # of a t distribution with this covariance
         log_det = float(np.linalg.slogdet(scale)[1])
@@ -181,7 +184,7 @@ def _background(place: Array, speed: Array, rows: int) -> tuple[Array, float]:
     S[:d, :d] = 2 * place
     if rows > 1:
         S[d:, d:] = 2 * speed
-    return np.linalg.inv(S), float(np.linalg.slogdet(S)[1])
+    return np.asarray(np.linalg.inv(S), float), float(np.linalg.slogdet(S)[1])
 
 
 def _spread(values: Array, d: int) -> Array:
