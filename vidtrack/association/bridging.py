@@ -220,13 +220,17 @@ class Bridges:
         """Join courses one after another while there are more than so many targets.
 
         bonus   nats for one target that lasts rather than one that goes and another one that comes; the same for all
-                that may last, as it tells nothing of which goes on as which
+                that may last, as it tells nothing of which goes on as which; none for what one camera alone shows,
+                which does not count as a target
         """
         self.farthest = FARTHEST
         while True:
             several = {g for g in self.groups.members if self.groups.cameras(g) >= 2}
             surplus = len(several) - targets
-            worth = {p: w._replace(motion=w.motion + bonus * self._lasts(*p, w.n)) for p, w in self.worths().items()}
+            worth = {
+                p: w._replace(motion=w.motion + bonus * (several.issuperset(p) and self._lasts(*p, w.n)))
+                for p, w in self.worths().items()
+            }
             if surplus <= 0 or not self._join_some(worth, margin, surplus, several):
                 return
 
