@@ -1,5 +1,6 @@
 """The track stage on drawn recordings, and on a real ball."""
 
+import inspect
 from fractions import Fraction
 from pathlib import Path
 
@@ -9,10 +10,12 @@ import pytest
 
 from tests.discs import picture
 from vidtrack.errors import VidtrackError
+from vidtrack.settings.detection import Detect
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import time_base
 from vidtrack.timing.timecode import parse
+from vidtrack.tracking.clip import Clip
 from vidtrack.video.reader import open_video
 
 RATE = Fraction(30000, 1001)
@@ -327,3 +330,47 @@ def test_a_target_that_loses_more_than_half_of_its_light_is_found_by_its_own_lev
     assert table["Xf"].notna().mean() > 0.97
     far = np.abs(8 * np.arange(50) - at[:, 0]) > 20
     assert np.nanmax(np.abs(table["Xf"].to_numpy() - at[:, 0])[far]) < 0.1
+
+
+def test_defaults_are_those_of_the_config():
+    said = inspect.signature(track).parameters
+    config = Detect()
+    for name in type(config).model_fields:
+        assert said[name].default == getattr(config, name), name
+
+
+def faint_and_fast(distance):
+    """One ball that goes `distance` px a frame along a row, and a brighter one that stays."""
+
+    def at(t):
+        return np.array([[40 + distance * t, 60.0]])
+
+    return recorded(at, 12, still=[(240.0, 160.0, 7.0)])
+
+
+@pytest.mark.parametrize(("max_step", "row"), [(0.15, 60), (0.02, 160)])
+def test_a_target_that_moves_further_than_max_step_is_not_found_by_its_motion(max_step, row):
+    frames, info = faint_and_fast(15.0)  # 15 px of a diagonal of 361 px: 0.042
+    table, _ = tracked(frames, info, max_step=max_step)
+    assert table.Yf.iloc[0] == pytest.approx(row, abs=0.5)
+
+
+@pytest.mark.parametrize(("min_motion", "row"), [(1.5, 60), (100.0, 160)])
+def test_what_moves_less_than_min_motion_is_found_by_its_brightness(min_motion, row):
+    frames, info = faint_and_fast(2.0)
+    table, _ = tracked(frames, info, min_motion=min_motion)
+    assert table.Yf.iloc[0] == pytest.approx(row, abs=0.5)
+
+
+def test_each_limit_of_the_config_reaches_the_detection(monkeypatch):
+    opened = []
+
+    class Spy(Clip):
+        def __init__(self, *given):
+            super().__init__(*given)
+            opened.append(self.detection)
+
+    monkeypatch.setattr("vidtrack.stages.track.Clip", Spy)
+    limits = {"max_step": 0.3, "min_motion": 7.0, "max_clutter": 0.5, "max_occlusion": 90}
+    tracked(*recorded(path(), 4), **limits)
+    assert {name: getattr(opened[0], name) for name in limits} == limits

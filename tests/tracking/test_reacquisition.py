@@ -111,3 +111,16 @@ def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searche
     assert second.flag[0] == RECOVERED
     steps = np.diff(second.state.positions[-2:, 0], axis=0)
     assert np.abs(steps - (3.0, 0.0)).max() < 0.1, "it goes on with the velocity of the two detections"
+
+
+@pytest.mark.parametrize("longest", [5, 12])
+def test_targets_that_hide_each_other_count_as_gone_after_max_occlusion(longest):
+    now, position = lost((60.0, 50.0), (62.0, 50.0))
+    scene = Scene(Detection(noise=2.0, max_occlusion=longest), 100.0, np.zeros((2, 0)))
+    search, who = Reacquisition(scene, 2, 2, far=False), np.arange(2)
+    search.occlusions.begin(who, np.arange(4.0), np.tile(position, (4, 1, 1)), np.full((2, 2), RADIUS))
+    for _ in range(longest):
+        now = search.seek(now, sample(), who, position)
+        assert search.occlusions.met.all()
+    search.seek(now, sample(), who, position)
+    assert not search.occlusions.met.any()

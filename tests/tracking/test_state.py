@@ -60,11 +60,11 @@ def test_the_box_of_a_target_that_is_seen_for_the_first_time_counts_for_no_sight
 
 def test_positions_go_as_samples_come_but_the_last_one_stays():
     state = started(1).found(found([0], 7.0, 8.0))
-    nothing = np.full((MEMORY, 1, 2), np.nan)
-    later = state.remembering(np.arange(1.0, MEMORY + 1), nothing, np.zeros((1, 2)))
+    nothing = np.full((MEMORY.samples, 1, 2), np.nan)
+    later = state.remembering(np.arange(1.0, MEMORY.samples + 1), nothing, np.zeros((1, 2)))
     assert later.positions[0, 0].tolist() == [7, 8]
     assert np.isnan(later.positions[1:]).all()
-    assert later.times[-1] == MEMORY
+    assert later.times[-1] == MEMORY.samples
 
 
 def test_what_is_taken_to_have_moved_lies_on_a_line_to_where_it_is():

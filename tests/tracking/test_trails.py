@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.trails import Trail, best_together, compactness, link, merit, moves
 
 SHAPE = (200, 300)
@@ -23,7 +24,7 @@ def blobs(*at, pixels=50, contrast=150.0):
 
 
 def linked(found):
-    return link(found, [Sample(np.zeros(SHAPE, np.uint8), float(k)) for k in range(len(found))])
+    return link(found, [Sample(np.zeros(SHAPE, np.uint8), float(k)) for k in range(len(found))], Detection.max_step)
 
 
 def trail(x, *, first=0, size=(8.0, 8.0), pixels=50.0, contrast=150.0, y=50.0):
@@ -72,9 +73,9 @@ def test_what_changes_its_size_or_contrast_at_once_is_another_thing(other):
 
 
 def test_a_trail_moves_when_it_is_long_enough_and_goes_far_enough():
-    assert moves(trail([10, 11, 12]))
-    assert not moves(trail([10, 11, 11.4]))
-    assert not moves(trail([10, 30]))
+    assert moves(trail([10, 11, 12]), 1.5)
+    assert not moves(trail([10, 11, 11.4]), 1.5)
+    assert not moves(trail([10, 30]), 1.5)
 
 
 def test_a_square_is_compact_and_a_rope_is_not():

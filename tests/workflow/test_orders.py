@@ -41,3 +41,12 @@ def test_a_runs_crop_goes_before_its_cameras():
     assert orders.locate(of_all, experiment(**both), "r1")["crop"] == dict.fromkeys(("cam1", "cam2"), (0, 0, 9, 9))
     of_one = config(r1={"crop": {"cam1": [0, 0, 9, 9]}})
     assert orders.locate(of_one, experiment(**both), "r1")["crop"] == {"cam1": (0, 0, 9, 9), "cam2": (1, 2, 3, 4)}
+
+
+def test_calibration_clips_depend_on_no_setting_of_moving_targets():
+    before = orders.calibration_points(config(), experiment(r=["cam1", "cam2"]), "cam1")
+    moved = {"units": "in", "cameras": {"cam1": None, "cam2": None}, "detect": {"box": [90, 90], "max_step": 0.5}}
+    after = orders.calibration_points(settings_from_config(moved), experiment(r=["cam1", "cam2"]), "cam1")
+    assert after == before
+    moved["detect"] = {"threshold": 90}
+    assert orders.calibration_points(settings_from_config(moved), experiment(r=["cam1", "cam2"]), "cam1") != before

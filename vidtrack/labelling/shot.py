@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Picture
 from vidtrack.labelling.still import FrameLike, Still, average, sample
 from vidtrack.tracking.detection.blobs import Blobs, find_blobs
-from vidtrack.tracking.detection.contrast_stretch import BITS, stretch
+from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import noise_sd
 
 SCATTER_FRAMES = 24
@@ -63,7 +63,7 @@ def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | Non
     if table:
         noise = table.gain * noise_sd(lumas[0], scale=float(scale))
         still = still._replace(mean=table.grey(still.mean), sd=still.sd * np.float32(table.gain))
-        lumas, bits = np.stack([table.over(luma) for luma in lumas]), BITS
+        lumas, bits = np.stack([table.over(luma) for luma in lumas]), LEVELS.bits
     # a lone frame keeps its whole levels, by which its noise is known
     alone = still.frames == 1
     blobs = find_blobs(lumas[0] if alone else still.mean, bits=bits, noise=noise if alone else None, **settings)

@@ -24,6 +24,13 @@ DETECT = {
     "end": "time code or frame number of the last sample used; null: the last frame",
     "gain": "grey levels are multiplied by it, after offset; auto: chosen for each clip, and 1 but for clips that use "
     "few grey levels",
+    "max_step": "share of the picture's diagonal that a target moves between two samples at most, where targets are "
+    "found without start boxes; less where many are close to each other, more where they are fast",
+    "min_motion": "px that a thing moves in the first samples before it is found as a target by its motion; what moves "
+    "less is found by its brightness",
+    "max_clutter": "share of the picture that things which stand still and are as bright as targets may cover: targets "
+    "are not measured while they touch such things; where these cover more they are scenery, and targets before it",
+    "max_occlusion": "samples that targets which hide each other may stay unseen; then one of them counts as gone",
     "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
 }
 """What each detect key means, for all clips and runs and where one of them differs."""
@@ -46,6 +53,10 @@ class DetectChange(Section):
     end: Instant | None = _change("end")
     gain: Literal["auto"] | Positive | None = _change("gain")
     offset: Literal["auto"] | Level | None = _change("offset")
+    max_step: Annotated[float, Field(gt=0, le=1)] | None = _change("max_step")
+    min_motion: Positive | None = _change("min_motion")
+    max_clutter: Annotated[float, Field(gt=0, le=1)] | None = _change("max_clutter")
+    max_occlusion: Annotated[int, Field(ge=1)] | None = _change("max_occlusion")
 
 
 class Detect(Section):
@@ -61,3 +72,7 @@ class Detect(Section):
     end: Instant | None = Field(None, description=DETECT["end"])
     gain: Literal["auto"] | Positive = Field("auto", description=DETECT["gain"])
     offset: Literal["auto"] | Level = Field("auto", description=DETECT["offset"])
+    max_step: Annotated[float, Field(gt=0, le=1)] = Field(0.15, description=DETECT["max_step"])
+    min_motion: Positive = Field(1.5, description=DETECT["min_motion"])
+    max_clutter: Annotated[float, Field(gt=0, le=1)] = Field(0.25, description=DETECT["max_clutter"])
+    max_occlusion: Annotated[int, Field(ge=1)] = Field(40, description=DETECT["max_occlusion"])

@@ -8,6 +8,7 @@ tracked.centroids[["time_s", "Xf", "Yf"]]
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -18,10 +19,16 @@ from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
-from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.assessment import line, missing_targets, more_than_asked, repeated_pictures, scattering
-from vidtrack.tracking.clip import OPENED_WITH, Clip, DetectSettings, batches
+from vidtrack.tracking.assessment import (
+    line,
+    missing_targets,
+    more_than_asked,
+    order_of_fields,
+    repeated_pictures,
+    scattering,
+)
+from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
 from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -29,6 +36,7 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
+from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.starts import begun_anywhere, begun_in_boxes, followed_backwards, late_comers, with_earlier
 from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
 from vidtrack.tracking.tracker import Tracker
@@ -39,12 +47,21 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-HELD_BYTES = 64_000_000
-"""Pictures kept in memory, at the beginning to find targets in."""
-OPENING = 48
-"""Frames looked at before tracking begins, where too little moves in the first few."""
-BATCH = 4
-"""Frames given to the tracker at once."""
+@dataclass(frozen=True)
+class Pictures:
+    """How many pictures are held in memory.
+
+    held_bytes  at most, at the beginning, where targets are searched in them
+    searched    frames, at most, in which targets are searched where too little moves in the first few
+    at_once     frames given to the tracker
+    """
+
+    held_bytes: int = 64_000_000
+    searched: int = 48
+    at_once: int = 4
+
+
+PICTURES = Pictures()
 
 
 class Tracked(NamedTuple):
@@ -77,6 +94,10 @@ def track(
     end: str | int | None = None,
     gain: float | Literal["auto"] = "auto",
     offset: float | Literal["auto"] = "auto",
+    max_step: float = Detection.max_step,
+    min_motion: float = Detection.min_motion,
+    max_clutter: float = Detection.max_clutter,
+    max_occlusion: int = Detection.max_occlusion,
 ) -> Tracked:
     """Follow targets through a recording.
 
@@ -89,6 +110,7 @@ def track(
     fields       auto: as the motion and the flags say; frame: whole frames; top, bottom: the field that comes first
     start, end   frame number or time code of the first and the last sample used
     gain, offset as `stretch` takes them; every grey level here and in the table is a stretched one
+    max_step, min_motion, max_clutter, max_occlusion  as `Detection` has them
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
     sd_y (px, from noise and contrast, grown to what `scatter` tells), pixels, total_pixels, mass, contrast, background
@@ -100,12 +122,15 @@ def track(
     size = info.width * info.height * (1 if info.bits == 8 else 2)
     repeats = RepeatedPictures()
     used = repeats.over(between(frames, info, start, end, where="detect"))
-    detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset)
-    clip = Clip(batches(used, max(1, min(BATCH, HELD_BYTES // (8 * size)))), info, detect, repeats.indices)
+    limits = (max_step, min_motion, max_clutter, max_occlusion)
+    detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)
+    at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
+    clip = Clip(batches(used, at_once), info, detect, repeats.indices)
     if boxes is not None:
         begun = begun_in_boxes(clip, boxes)
     else:
-        begun = begun_anywhere(clip, len(names), box, max(OPENED_WITH, min(OPENING, HELD_BYTES // (2 * size))))
+        searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
+        begun = begun_anywhere(clip, len(names), box, searched)
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
     static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast)
@@ -140,7 +165,7 @@ def track(
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
         *more_than_asked(cut, len(rows.flag), len(names), chosen=start_boxes is not None),
-        *_fields_checked(rows, moment),
+        *order_of_fields(rows, moment.field),
         *repeated_pictures(repeats.flags, rows),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
@@ -318,20 +343,3 @@ def _diagnosed(rows: Rows, moment: _Moments, names: list[str], crops: Sequence[C
             for crop in crops
         ],
     }
-
-
-def _fields_checked(rows: Rows, moment: _Moments) -> list[Finding]:
-    """A finding where the tracks themselves contradict the order of fields that was used."""
-    if set(moment.field) != {"top", "bottom"}:
-        return []
-    where = rows.values[:2].transpose(1, 2, 0)
-    order = str(moment.field[0])
-    top, bottom = (where[moment.field == name] for name in ("top", "bottom"))
-    motion = order_from_motion(top, bottom)
-    if motion.order in ("unknown", order):
-        return []
-    text = (
-        f"fields: {order} first was used, but the tracks say {motion.order} "
-        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f})."
-    )
-    return [Finding("bad", "field-order", text, f"Set detect.fields to {motion.order}.")]

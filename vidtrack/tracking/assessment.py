@@ -8,13 +8,15 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
 from vidtrack.findings import Finding, Level
+from vidtrack.timing.fields import order_from_motion
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above
 from vidtrack.tracking.detection.threshold import background_level
-from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
@@ -158,7 +160,7 @@ def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, s
     """Why a target with a start box was never measured, most likely, and what to do."""
     level = detection.threshold
     side = "above" if detection.dark else "below"
-    if box.contrast < STANDS_OUT * detection.noise:
+    if box.contrast < SURROUNDINGS.stands_out * detection.noise:
         elsewhere = "" if np.isnan(box.outside) else f"; the nearest bright thing is {box.outside:.0f} px away"
         what = f"nothing in its start box stands out of the noise of {detection.noise:.1f} grey levels{elsewhere}"
         return what, "Correct its start box in targets.csv, as the picture lies in the file, or detect.polarity."
@@ -224,6 +226,23 @@ def repeated_pictures(flags: Sequence[bool], rows: Rows) -> list[Finding]:
         "there and not measured."
     )
     return [Finding(level, "pictures-repeat", text, "Copy the recording again, without a change of frame rate.")]
+
+
+def order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
+    """A finding where the tracks themselves contradict the order of fields that was used; field (samples,) words."""
+    if set(field) != {"top", "bottom"}:
+        return []
+    where = rows.values[:2].transpose(1, 2, 0)
+    order = str(field[0])
+    top, bottom = (where[field == name] for name in ("top", "bottom"))
+    motion = order_from_motion(top, bottom)
+    if motion.order in ("unknown", order):
+        return []
+    text = (
+        f"fields: {order} first was used, but the tracks show {motion.order} first "
+        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f})."
+    )
+    return [Finding("bad", "field-order", text, f"Set detect.fields to {motion.order}.")]
 
 
 def line(finding: Finding) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -12,19 +12,29 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.detection.contrast_stretch import BITS, Stretch, stretch
+from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
 from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
-GRAINY = 5.0
-"""Grey levels of noise above which a part of it may be a still grain of the scene."""
-OPENED_WITH = 12
-"""Frames that a clip is opened with."""
+
+@dataclass(frozen=True)
+class Opening:
+    """How a clip is opened.
+
+    grainy  grey levels of noise above which a part of it may be a still grain of the scene
+    frames  that a clip is opened with
+    """
+
+    grainy: float = 5.0
+    frames: int = 12
+
+
+OPENING = Opening()
 
 
 class DetectSettings(NamedTuple):
-    """The settings by which targets are told from the background, as `track` takes them."""
+    """The settings by which targets are distinguished from the background, as `track` takes them."""
 
     polarity: str
     threshold: float | str
@@ -33,6 +43,10 @@ class DetectSettings(NamedTuple):
     fields: str
     gain: Any
     offset: Any
+    max_step: float = Detection.max_step
+    min_motion: float = Detection.min_motion
+    max_clutter: float = Detection.max_clutter
+    max_occlusion: int = Detection.max_occlusion
 
 
 class Clip:
@@ -47,7 +61,7 @@ class Clip:
     def __init__(
         self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
     ) -> None:
-        self.opening, self.batches = _more([], batches, OPENED_WITH), batches
+        self.opening, self.batches = _more([], batches, OPENING.frames), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
         self._repeated = repeated
@@ -102,13 +116,13 @@ class Clip:
             return [frame._replace(luma=levels.over(frame.luma)) for frame in frames]
 
         self.opening, self.batches = through(self.opening), map(through, self.batches)
-        self._info, self._noise = replace(self._info, bits=BITS), self._noise * levels.gain
+        self._info, self._noise = replace(self._info, bits=LEVELS.bits), self._noise * levels.gain
 
     def _flicker(self, scale: float) -> float:
         """How much pixels change from picture to picture, grey levels, where that is plainly less than the noise."""
         samples = self.samples(self.opening)
         pairs = list(zip(samples, samples[samples[0].lines :], strict=False))
-        if self._noise < GRAINY or not pairs:
+        if self._noise < OPENING.grainy or not pairs:
             return 0.0
         a, b = (sample(one.luma, scale) for one in pairs[len(pairs) // 2])
         change = float(np.median(np.abs(a - b))) / (0.6745 * 2**0.5)
@@ -128,6 +142,10 @@ class Clip:
             flicker=self._flicker(255.0 / full),
             centroid=detect.centroid,
             min_pixels=detect.min_pixels,
+            max_step=detect.max_step,
+            min_motion=detect.min_motion,
+            max_clutter=detect.max_clutter,
+            max_occlusion=detect.max_occlusion,
         )
         self.level = _level(self.samples(self.opening[:1])[0], self.detection)
 

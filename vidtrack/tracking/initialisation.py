@@ -9,6 +9,7 @@ to bottom, then left to right, of where the trails begin: the same every time.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
@@ -24,21 +25,40 @@ from vidtrack.tracking.detection.blobs import (
     no_blobs,
     rough_blobs,
 )
-from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS
+from vidtrack.tracking.detection.threshold import THRESHOLD
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.trails import SHORTEST, Trail, as_trail, best_together, compactness, link, merit, moves
+from vidtrack.tracking.trails import (
+    LINKING,
+    Trail,
+    as_trail,
+    best_together,
+    compactness,
+    link,
+    merit,
+    moves,
+)
 
-FIRST = 5
-"""Samples in which motion is sought at a time."""
-ENOUGH = 0.9
-"""Share of the targets that are found moving; the others may stand still."""
-COMPACT = 0.45
-"""Of 1 for a disc: what is less compact is taken for a target only where it plainly moves."""
-DIM = 1.05
-"""Times the least level: where even the brighter of what moves asks for no higher one, all of it is dim."""
-MOST = 400
-"""Blobs a sample that are linked, the most massive ones."""
+
+@dataclass(frozen=True)
+class Initialisation:
+    """How targets are found in the first samples.
+
+    samples        in which motion is sought at a time
+    enough_moving  of the targets that are found moving; the others may stand still
+    compact        of 1 for a disc: what is less compact is a target only where it plainly moves
+    dim            times the least level: where even the brighter of what moves asks for no higher one, all of it is dim
+    blobs_at_most  in a sample that are linked, the most massive ones
+    """
+
+    samples: int = 5
+    enough_moving: float = 0.9
+    compact: float = 0.45
+    dim: float = 1.05
+    blobs_at_most: int = 400
+
+
+INITIALISATION = Initialisation()
 
 
 class Opening(NamedTuple):
@@ -59,13 +79,16 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     """
     still = _blobs_above(samples[0], samples[0].luma, detection, None)
     trails: list[Trail] = []
-    if len(samples) >= SHORTEST:
+    if len(samples) >= LINKING.shortest:
         backgrounds = background_of(samples, detection)
-        for first in range(0, len(samples) - SHORTEST + 1, FIRST):
-            moving = find_movers(samples[first : first + FIRST + 1], backgrounds, detection, n)
-            here = [trail._replace(sample=trail.sample + first) for trail in best_together(moving, n, FIRST + 1)]
+        for first in range(0, len(samples) - LINKING.shortest + 1, INITIALISATION.samples):
+            moving = find_movers(samples[first : first + INITIALISATION.samples + 1], backgrounds, detection, n)
+            here = [
+                trail._replace(sample=trail.sample + first)
+                for trail in best_together(moving, n, INITIALISATION.samples + 1)
+            ]
             trails = here if len(here) > len(trails) else trails
-            if len(trails) >= ENOUGH * n:
+            if len(trails) >= INITIALISATION.enough_moving * n:
                 break
     there = _still_besides(still, trails)
     still = _lasting(there, samples, detection)
@@ -82,8 +105,9 @@ def find_movers(
     samples: Sequence[Sample], backgrounds: Mapping[int, NDArray[Any]], detection: Detection, n: int
 ) -> list[Trail]:
     """Trails that move over a background known before; best first where there are more than n."""
-    trails = link([_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples], samples)
-    moving = [trail for trail in trails if moves(trail)]
+    found = [_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples]
+    trails = link(found, samples, detection.max_step)
+    moving = [trail for trail in trails if moves(trail, detection.min_motion)]
     return moving if len(moving) <= n else sorted(moving, key=merit, reverse=True)
 
 
@@ -92,12 +116,13 @@ def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detecti
     places = [
         np.concatenate([np.empty((0, 2)), *(t.position[t.sample == j] for t in chosen)]) for j in range(len(samples))
     ]
-    trails = link([_blobs_above(sample, sample.luma, detection, None) for sample in samples], samples)
+    found = [_blobs_above(sample, sample.luma, detection, None) for sample in samples]
+    trails = link(found, samples, detection.max_step)
     others = [
         trail
         for trail in trails
-        if moves(trail)
-        and compactness(trail) > COMPACT
+        if moves(trail, detection.min_motion)
+        and compactness(trail) > INITIALISATION.compact
         and not any(
             (np.hypot(*(places[j] - at).T) < 3).any() for j, at in zip(trail.sample, trail.position, strict=True)
         )
@@ -132,11 +157,11 @@ def clutter_besides(samples: Sequence[Sample], starts: Array, box: Array, detect
 def _moving_blobs(sample: Sample, background: NDArray[Any], detection: Detection) -> Blobs:
     """Blobs that stand out of the background picture."""
     over = cv2.subtract(detection.bright(sample.luma), background)
-    least = max(SIGMAS * detection.moving_noise * 1.5, 2 * LEAST_CONTRAST)
+    least = max(THRESHOLD.sigmas * detection.moving_noise * 1.5, 2 * THRESHOLD.least_contrast)
     level = _level_of(over, least, detection)
-    if level < DIM * least:  # half of what a dim target shows is below: its pixels together are above far more noise
+    if level < INITIALISATION.dim * least:  # half of a dim target is below it: its pixels together are far above noise
         over = cv2.blur(over, (3, 3))
-        level = _level_of(over, max(least / 3, LEAST_CONTRAST), detection)
+        level = _level_of(over, max(least / 3, THRESHOLD.least_contrast), detection)
     return _blobs_above(sample, over, detection, level)
 
 
@@ -153,7 +178,7 @@ def _blobs_above(sample: Sample, picture: Picture, detection: Detection, level: 
     mask = bright_mask(image, detection) if level is None else above(picture, level / detection.scale)
     found = rough_blobs(image, mask, scale=detection.scale, min_pixels=detection.min_pixels)
     good = np.flatnonzero(~found.edge & (found.mass > 0))
-    good = np.sort(good[np.argsort(-found.mass[good], kind="stable")[:MOST]])
+    good = np.sort(good[np.argsort(-found.mass[good], kind="stable")[: INITIALISATION.blobs_at_most]])
     return in_frame_buffer(Blobs._make(column[good] for column in found), sample)
 
 
@@ -172,7 +197,7 @@ def _brightest(still: Blobs, n: int) -> list[Trail]:
     if n <= 0 or not still.Xf.size:
         return []
     each = [as_trail(np.zeros(1, np.intp), Blobs._make(c[i : i + 1] for c in still)) for i in range(len(still.Xf))]
-    compact = [trail for trail in each if compactness(trail) > COMPACT]
+    compact = [trail for trail in each if compactness(trail) > INITIALISATION.compact]
     return sorted(compact, key=lambda t: float(t.contrast[0] * np.sqrt(t.pixels[0])) * compactness(t), reverse=True)[:n]
 
 

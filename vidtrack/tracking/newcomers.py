@@ -27,18 +27,18 @@ class Initiation:
     """When a candidate becomes a track, and when a track ends.
 
     every         samples between two searches of the whole picture
-    patience      samples that a lost track is sought for before it ends
-    larger        of the largest target, and smaller: of the smallest: pixels that a candidate may have
-    dimmer        of the dimmest target: contrast that a candidate may have
+    ends_after    samples in which a lost track is sought before it ends
+    of_largest    pixels that a candidate may have, times those of the largest target; of_smallest: of the smallest
+    of_dimmest    contrast that a candidate has at least, times that of the dimmest target
     edge_px       width of the soft edge that belongs to a candidate in the whole picture, and not to a target
     spare, share  places for tracks besides the targets: so many, and this share of the targets more
     """
 
     every: int = 8
-    patience: int = 3
-    larger: float = 4.0
-    smaller: float = 0.25
-    dimmer: float = 0.25
+    ends_after: int = 3
+    of_largest: float = 4.0
+    of_smallest: float = 0.25
+    of_dimmest: float = 0.25
     edge_px: float = 2.0
     spare: int = 12
     share: float = 0.25
@@ -61,7 +61,7 @@ class Newcomers:
 
     def ended(self, state: TargetState, met: Bools) -> TargetState:
         """With the places of tracks that are lost for good given back; met (places,): they are only hidden."""
-        gone = (state.missing > INITIATION.patience) & ~met
+        gone = (state.missing > INITIATION.ends_after) & ~met
         gone[: self.n] = False
         return self._given_back(state, np.flatnonzero(gone))
 
@@ -129,9 +129,9 @@ class Newcomers:
         good = (blobs.pixels >= self._detection.min_pixels) & ~blobs.edge & np.isfinite(blobs.Xf)
         if not np.isfinite(pixels).any():
             return np.asarray(good)
-        good &= blobs.pixels > INITIATION.smaller * np.nanmin(pixels)
-        good &= np.sqrt(blobs.pixels / np.pi) - edge_px < np.sqrt(INITIATION.larger * np.nanmax(pixels) / np.pi)
-        return np.asarray(good & (contrast_of(blobs) > INITIATION.dimmer * np.nanmin(contrast)))
+        good &= blobs.pixels > INITIATION.of_smallest * np.nanmin(pixels)
+        good &= np.sqrt(blobs.pixels / np.pi) - edge_px < np.sqrt(INITIATION.of_largest * np.nanmax(pixels) / np.pi)
+        return np.asarray(good & (contrast_of(blobs) > INITIATION.of_dimmest * np.nanmin(contrast)))
 
     def _given_back(self, state: TargetState, who: Ints) -> TargetState:
         if not who.size:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.assignment import one_to_one
-from vidtrack.tracking.association.occlusion import OCCLUSION, Occlusions, groups
+from vidtrack.tracking.association.occlusion import Occlusions, groups
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import (
     blobs_near,
@@ -27,7 +27,7 @@ from vidtrack.tracking.detection.candidates import (
 )
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
-from vidtrack.tracking.measurement.window import GRAIN
+from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
@@ -50,7 +50,7 @@ class Search:
     """How lost targets are sought.
 
     boxes_at_most      more targets than this are sought in the whole picture at once rather than box by box
-    patience           samples after which the light may have changed: the threshold is then set anew
+    light_changes_after  samples after which the threshold is estimated again
     unsteady_px        a sample, by which a lost target may turn out faster than it was
     confirmed_within   samples, the longest gap between the two detections that confirm a re-acquired target
     whole              |log| of the ratio of pixel counts up to which a blob is one whole target after an occlusion,
@@ -62,7 +62,7 @@ class Search:
     """
 
     boxes_at_most: int = 4
-    patience: int = 10
+    light_changes_after: int = 10
     unsteady_px: float = 5.0
     confirmed_within: float = 8.0
     whole: float = 0.35
@@ -187,7 +187,7 @@ class Reacquisition:
         cost = self._cost(now, sample, who, near)
         pixels = now.state.appearance.pixels[who, None]
         off = np.hypot(near.Xf - predicted[:, :1], near.Yf - predicted[:, 1:])
-        alike = np.abs(np.log(near.pixels / pixels)) < SEARCH.whole + GRAIN / pixels
+        alike = np.abs(np.log(near.pixels / pixels)) < SEARCH.whole + WINDOW.grain / pixels
         cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
         chosen = one_to_one(cost)
         if (chosen < 0).any() or not _told_apart(cost, chosen):
@@ -203,7 +203,8 @@ class Reacquisition:
         covering = within(near, predicted, sample.lines, slack=0.0)
         large = near.pixels > SEARCH.several * pixels.max()
         if not (covering & large).any():
-            self.occlusions.wait(who, OCCLUSION.patience if who.size > 1 else int(SEARCH.confirmed_within))
+            longest = self.scene.detection.max_occlusion if who.size > 1 else int(SEARCH.confirmed_within)
+            self.occlusions.wait(who, longest)
             return
         self.occlusions.waited[who] = 0
         one = np.flatnonzero((covering & large & ~near.edge).all(axis=0))
@@ -269,15 +270,15 @@ class Reacquisition:
         return np.where(why > 0, why, LOST)
 
     def _within_reach(self, now: Searched, who: Ints, predicted: Array, blobs: Blobs) -> Bools:
-        """Which blobs (n, m) targets may have come to since they were lost; anywhere after SEARCH.patience samples,
-        and while it is not known yet how fast they are.
+        """Which blobs (n, m) targets may have come to since they were lost; anywhere after
+        SEARCH.light_changes_after samples, and while it is not known yet how fast they are.
         """
         with np.errstate(invalid="ignore"):
             steps = np.diff(now.state.positions[:, who], axis=0)
             speed = np.nanmax(np.hypot(steps[..., 0], steps[..., 1]), axis=0, initial=-np.inf)
         gone = now.state.missing[who]
         reach = np.hypot(*now.state.box[who].T) / 2 + (speed + SEARCH.unsteady_px) * gone
-        reach = np.where((gone > SEARCH.patience) | ~np.isfinite(speed), np.inf, reach)
+        reach = np.where((gone > SEARCH.light_changes_after) | ~np.isfinite(speed), np.inf, reach)
         off = np.hypot(blobs.Xf - predicted[:, :1], blobs.Yf - predicted[:, 1:])
         return np.asarray(off < reach[:, None])
 
@@ -290,7 +291,7 @@ class Reacquisition:
         if not who.size:
             return now
         level = detection.level
-        if level is None and (state.missing[who] <= SEARCH.patience).any():
+        if level is None and (state.missing[who] <= SEARCH.light_changes_after).any():
             level = float(np.median(self._levels(now, who)))
         blobs = blobs_of(sample, detection, level, known=now.measured(self._n))
         reachable = self._within_reach(now, who, predicted, blobs)

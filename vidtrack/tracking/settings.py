@@ -1,4 +1,4 @@
-"""How targets are told from the background: the user's choice, with what the recording itself says of its pixels."""
+"""How targets are distinguished from the background: the user's choice, and what the recording says of its pixels."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ class Detection:
     flicker     grey levels, standard deviation of a pixel from picture to picture, where a still grain makes it less
                 than the noise; 0: it is the noise
     centroid    kernel that measures; min_pixels: fewer are not a target
+    max_step       # ASSUME: share of the picture's diagonal that a target moves between samples, at most
+    min_motion     px that a thing moves in the first samples before it counts as moving
+    max_clutter    # ASSUME: share of the picture beyond which what is bright is scenery behind targets, no clutter
+    max_occlusion  samples without a blob that could be several targets, after which one of them counts as gone
     """
 
     scale: float = 1.0
@@ -32,6 +36,10 @@ class Detection:
     flicker: float = 0.0
     centroid: Kind = "weighted"
     min_pixels: int = 4
+    max_step: float = 0.15
+    min_motion: float = 1.5
+    max_clutter: float = 0.25
+    max_occlusion: int = 40
 
     @property
     def moving_noise(self) -> float:

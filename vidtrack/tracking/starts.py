@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,16 +16,26 @@ from vidtrack.tracking.clip import Clip
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
-from vidtrack.tracking.initialisation import ENOUGH, FIRST, clutter_besides, find_movers, find_targets
-from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
-from vidtrack.tracking.trails import SHORTEST, Trail
+from vidtrack.tracking.trails import LINKING, Trail
 
-FAST = 0.2
-"""Of its box, px a sample: a target that moves less is found in the box in the next sample anyway."""
+
+@dataclass(frozen=True)
+class Fast:
+    """Which targets in start boxes are fast.
+
+    of_box  px a sample: a target that moves less is found in its box in the next sample anyway
+    """
+
+    of_box: float = 0.2
+
+
+FAST = Fast()
 
 
 class Begun(NamedTuple):
@@ -52,7 +63,7 @@ def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
     corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
     own = start_places(samples[0], corners, clip.detection)
     shown = in_boxes(samples[0], boxes, clip.detection)
-    plain = [one.contrast for one in shown if one.contrast > STANDS_OUT * clip.detection.noise]
+    plain = [one.contrast for one in shown if one.contrast > SURROUNDINGS.stands_out * clip.detection.noise]
     starts = _with_fast(starts_in_boxes(boxes), samples, clip.detection)
     return Begun(starts, clutter, own, [], "start boxes", shown, min(plain, default=np.nan))
 
@@ -61,7 +72,7 @@ def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> B
     """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
     samples = clip.samples(clip.opening)
     found = find_targets(samples, n, clip.detection)
-    if found.moving < ENOUGH * n:
+    if found.moving < INITIALISATION.enough_moving * n:
         clip.read_on(most)
         samples = clip.samples(clip.opening)
         found = find_targets(samples, n, clip.detection)
@@ -93,9 +104,9 @@ def _with_fast(starts: Starts, samples: Sequence[Sample], detection: Detection) 
     """The starts with velocity and looks of what moves fast through a box in the first samples: from the box alone such
     a target would be lost before its velocity is known.
     """
-    if len(samples) < SHORTEST:
+    if len(samples) < LINKING.shortest:
         return starts
-    some = samples[: FIRST + 1]
+    some = samples[: INITIALISATION.samples + 1]
     trails = [
         trail
         for trail in find_movers(some, background_of(samples, detection), detection, len(starts.first))
@@ -105,7 +116,7 @@ def _with_fast(starts: Starts, samples: Sequence[Sample], detection: Detection) 
         return starts
     begun = starts_of_trails(trails, len(trails), (0.0, 0.0))
     off = np.abs(starts.position[:, None] - begun.position) / starts.box[:, None]
-    fast = np.hypot(*begun.velocity.T) > FAST * starts.box.min(axis=1)[:, None]
+    fast = np.hypot(*begun.velocity.T) > FAST.of_box * starts.box.min(axis=1)[:, None]
     cost = np.where((off < 0.5).all(axis=-1) & fast, np.hypot(off[..., 0], off[..., 1]), np.inf)
     chosen = mutual_best(cost)
     who, of = np.flatnonzero(chosen >= 0), chosen[chosen >= 0]
@@ -188,9 +199,9 @@ def late_comers(
     waiting: list[int],
 ) -> list[int]:
     """Give trails that began in these samples to targets that have not been seen yet; returns which still wait."""
-    samples = samples[-MEMORY:]
+    samples = samples[-MEMORY.samples :]
     known = tracker.state.positions[-len(samples) :, : tracker.record.n]
-    if len(samples) < SHORTEST:
+    if len(samples) < LINKING.shortest:
         return waiting
     for trail in find_movers(samples, backgrounds, detection, len(waiting)):
         if not waiting:

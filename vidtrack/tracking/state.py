@@ -22,10 +22,22 @@ VALUES = PLATEAU + 1
 """Their number."""
 MEASURED = BACKGROUND + 1
 """Values that are kept of every sample: X to BACKGROUND."""
-MEMORY = 8
-"""Last samples that a prediction rests on."""
-FOLLOW = 0.2
-"""Share by which the appearance of a target follows each new reading."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """How much of the past the state of a target holds.
+
+    samples  the last ones, on which a prediction rests
+    follow   share by which the appearance of a target follows each new reading
+    """
+
+    samples: int = 8
+    follow: float = 0.2
+
+
+MEMORY = Memory()
+
 NEVER = 1 << 60
 """The first sample of a target that has not been seen yet."""
 _APPEARANCE = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU]
@@ -151,7 +163,7 @@ class Appearance:
         old = self.values[:, who]
         old = np.where((np.isfinite(old) & np.isfinite(old[5])) | (count == 0), old, mean)
         new = self.values.copy()
-        new[:, who] = np.where(count, old + (1 - (1 - FOLLOW) ** count) * (mean - old), old)
+        new[:, who] = np.where(count, old + (1 - (1 - MEMORY.follow) ** count) * (mean - old), old)
         return Appearance(new)
 
     def found(self, found: Found) -> Appearance:
@@ -174,8 +186,8 @@ class TargetState:
 
     appearance
     missing     (n,) samples since each was measured; 0: just now, -1: not begun
-    times       (MEMORY,) of the last samples, in samples
-    positions   (MEMORY, n, 2) px in those samples, NaN where not measured
+    times       (MEMORY.samples,) of the last samples, in samples
+    positions   (MEMORY.samples, n, 2) px in those samples, NaN where not measured
     box         (n, 2) px, width and height of the moving box mask
     """
 
@@ -189,8 +201,8 @@ class TargetState:
     def before(cls, starts: Starts) -> TargetState:
         """Before the first sample, which is at time 0."""
         n = len(starts.first)
-        positions = np.full((MEMORY, n, 2), np.nan)
-        return cls(Appearance.of_starts(starts), np.full(n, -1), np.arange(-MEMORY, 0.0), positions, starts.box)
+        positions = np.full((MEMORY.samples, n, 2), np.nan)
+        return cls(Appearance.of_starts(starts), np.full(n, -1), np.arange(-MEMORY.samples, 0.0), positions, starts.box)
 
     def sizes(self, lines: int, who: Ints | slice = slice(None)) -> Array:
         """Width and height (n, 2), frame-buffer px; a row of the sample is `lines` px high."""
@@ -224,11 +236,11 @@ class TargetState:
 
         home (n, 2) px: where a target is that was never measured. The last position stays, so that the box does.
         """
-        kept = np.concatenate([self.positions, fresh])[-MEMORY:]
+        kept = np.concatenate([self.positions, fresh])[-MEMORY.samples :]
         gone = np.isnan(kept[..., 0]).all(axis=0) & (self.missing >= 0)
         if gone.any():
             kept[0, gone] = self._last_known(gone, home)
-        return replace(self, positions=kept, times=np.concatenate([self.times, times])[-MEMORY:])
+        return replace(self, positions=kept, times=np.concatenate([self.times, times])[-MEMORY.samples :])
 
     def missed(self, who: Ints, samples: int) -> TargetState:
         """After samples in which targets already lost stayed so, and `who` were lost in the last one."""
@@ -259,7 +271,7 @@ class TargetState:
     def _last_known(self, gone: Bools, home: Array) -> Array:
         positions = self.positions[:, gone]
         seen = np.isfinite(positions[..., 0])
-        newest = MEMORY - 1 - np.argmax(seen[::-1], axis=0)
+        newest = MEMORY.samples - 1 - np.argmax(seen[::-1], axis=0)
         last: Array = positions[newest, np.arange(positions.shape[1])]
         return np.where(np.isfinite(last), last, home[gone])
 

@@ -23,7 +23,7 @@ from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.dispatch import measure_targets
-from vidtrack.tracking.measurement.window import WINDOW_ROOM, Seen
+from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.reacquisition import Reacquisition, Scene
 from vidtrack.tracking.record import Others, Record
@@ -53,14 +53,14 @@ class Pace:
     samples_at_once   at most
     pixels_at_once    about: more no longer fit the processor's caches
     template_share    share of a segmented window's memory that a template needs
-    patience          samples that a lost target is sought in every one of; then in every samples_at_once-th
+    sought_each       samples in each of which a lost target is sought; later it is sought in every samples_at_once-th
     careful_every     every so many readings the unrest of the background is measured as well
     """
 
     samples_at_once: int = 8
     pixels_at_once: int = 140_000
     template_share: float = 0.3
-    patience: int = 10
+    sought_each: int = 10
     careful_every: int = 4
 
 
@@ -164,7 +164,7 @@ class Tracker:
         if lost_now.size and (self.state.missing >= 0).sum() > 1:
             expected = self._with_occlusions(lost_now, expected, samples[taken - 1])
         missing = self.state.missing
-        often = (missing <= PACE.patience) | (missing % PACE.samples_at_once == 0) | self.search.occlusions.met
+        often = (missing <= PACE.sought_each) | (missing % PACE.samples_at_once == 0) | self.search.occlusions.met
         if (due := np.flatnonzero((missing > 0) & often)).size:
             self._seek(block, samples[taken - 1], due, expected, taken - 1)
         self._reach = min(PACE.samples_at_once, self._reach + 1) if taken == k and not lost_now.size else taken
@@ -212,7 +212,7 @@ class Tracker:
         k = max(1, min(self._reach, int(PACE.pixels_at_once / max(self._window_pixels, 1.0))))
         lost = missing[missing > 0]
         if lost.size:
-            due = np.where(lost < PACE.patience, 1, every - lost % every)
+            due = np.where(lost < PACE.sought_each, 1, every - lost % every)
             k = 1 if self.search.occlusions.met.any() else min(k, int(due.min()))
         later = self.starts.first[missing < 0] - self.record.samples
         return max(1, min(k, int(later.min()) if later.size else k))
@@ -260,7 +260,7 @@ class Tracker:
     def _pixels_of(self, who: Ints) -> float:
         """Pixels of the windows that the targets take, those of templates at their share."""
         appearance = self.state.appearance.of(who)
-        width, height = appearance.size + 2 * WINDOW_ROOM
+        width, height = appearance.size + 2 * WINDOW.room_px
         by_template = np.isfinite(appearance.soft) & (self.scene.detection.centroid == "weighted")
         return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 
@@ -269,7 +269,7 @@ class Tracker:
         met it.
         """
         missing, occlusions = self.state.missing, self.search.occlusions
-        lost = np.flatnonzero((missing > 0) & ((missing <= PACE.patience) | occlusions.met))
+        lost = np.flatnonzero((missing > 0) & ((missing <= PACE.sought_each) | occlusions.met))
         together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
         if not np.isin(lost_now, together).any():
             return predicted

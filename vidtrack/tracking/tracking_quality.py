@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,18 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 
-BINS = 20
+
+@dataclass(frozen=True)
+class Histogram:
+    """How positions within a pixel are counted.
+
+    bins  in a pixel
+    """
+
+    bins: int = 20
+
+
+HISTOGRAM = Histogram()
 
 
 def pixel_locking(x: Array) -> dict[str, Any]:
@@ -20,11 +32,11 @@ def pixel_locking(x: Array) -> dict[str, Any]:
     mean; `expected` what chance alone would give for targets that go everywhere, so resting targets exceed it.
     """
     middle = x[np.isfinite(x)] + 0.5
-    place = (BINS * (middle - np.floor(middle))).astype(np.intp)
-    counts = np.bincount(np.minimum(place, BINS - 1), minlength=BINS)
+    place = (HISTOGRAM.bins * (middle - np.floor(middle))).astype(np.intp)
+    counts = np.bincount(np.minimum(place, HISTOGRAM.bins - 1), minlength=HISTOGRAM.bins)
     mean = counts.mean()
     return {
-        "edges": np.linspace(-0.5, 0.5, BINS + 1),
+        "edges": np.linspace(-0.5, 0.5, HISTOGRAM.bins + 1),
         "counts": counts,
         "excess": float(counts.max() / mean - 1) if mean else np.nan,
         "expected": float(2.2 / np.sqrt(mean)) if mean else np.nan,  # the largest of 20 normal deviates

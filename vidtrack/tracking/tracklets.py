@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.measurement.window import GRAIN
+from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, RECOVERED, SD_X, SD_Y, Rows, X
 
@@ -145,7 +145,7 @@ def _changes(values: Array) -> Bools:
     """Rows (N,) whose pixel count or contrast is not that of the row before."""
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.abs(np.diff(np.log(values[[PIXELS, CONTRAST]]), prepend=np.nan))
-    grain = GRAIN / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
+    grain = WINDOW.grain / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
     return np.asarray((step[0] > CERTAINTY.looks + grain) | (step[1] > CERTAINTY.looks + grain))
 
 

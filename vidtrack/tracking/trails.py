@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +14,18 @@ from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import contrast_of
 from vidtrack.tracking.sample import Sample
 
-LEAP = 0.15
-"""# ASSUME: share of the picture's diagonal that a target moves between samples, at most."""
-SHORTEST = 3
-"""Samples that a moving trail must have: fewer could be chance."""
-STIR = 1.5
-"""px that a trail must move in all to count as moving."""
+
+@dataclass(frozen=True)
+class Linking:
+    """Which candidates make a trail, and which trails move.
+
+    shortest  samples that a moving trail has at least: fewer could be chance
+    """
+
+    shortest: int = 3
+
+
+LINKING = Linking()
 
 
 class Trail(NamedTuple):
@@ -32,10 +39,13 @@ class Trail(NamedTuple):
     fill: Array
 
 
-def link(found: Sequence[Blobs], samples: Sequence[Sample]) -> list[Trail]:
-    """Blobs of consecutive samples joined to trails: nearest to where the trail heads, alike in size and contrast."""
+def link(found: Sequence[Blobs], samples: Sequence[Sample], max_step: float) -> list[Trail]:
+    """Blobs of consecutive samples joined to trails: nearest to where the trail heads, alike in size and contrast.
+
+    max_step  share of the picture's diagonal that a target moves between samples, at most
+    """
     rows, columns = samples[0].luma.shape
-    leap = LEAP * float(np.hypot(rows * samples[0].lines, columns))
+    leap = max_step * float(np.hypot(rows * samples[0].lines, columns))
     trails: list[list[tuple[int, int]]] = []
     alive: list[int] = []
     ends = np.zeros((0, 8))  # x, y, log pixels, log contrast and time of the last blob; x, y and time of the one before
@@ -94,8 +104,9 @@ def as_trail(sample: Ints, b: Blobs) -> Trail:
     )
 
 
-def moves(trail: Trail) -> bool:
-    return len(trail.sample) >= SHORTEST and float(np.ptp(trail.position, axis=0).max()) > STIR
+def moves(trail: Trail, least_px: float) -> bool:
+    """Whether a trail is long enough, and moves by more than so many px in all."""
+    return len(trail.sample) >= LINKING.shortest and float(np.ptp(trail.position, axis=0).max()) > least_px
 
 
 def merit(trail: Trail) -> float:

@@ -14,6 +14,8 @@ from vidtrack.settings.runs import Run as RunSettings
 from vidtrack.timing.witnesses import asked
 
 Order = dict[str, Any]
+STILL_KEYS = ("polarity", "threshold", "centroid", "min_pixels", "start", "end", "gain", "offset")
+"""The detect settings by which balls that stand still are found in a calibration clip."""
 
 
 def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
@@ -29,7 +31,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
 
 
 def calibration_points(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> Order:
-    """Which tags each of a camera's clips shows, and how they are told from the background."""
+    """Which tags each of a camera's clips shows, and how they are distinguished from the background."""
     tags = point_tags(experiment)
     return {
         "units": settings.units,
@@ -232,7 +234,8 @@ def _targets(settings: Settings, run: Run) -> list[str] | int:
 
 def _clip_detect(settings: Settings, clip: str) -> Order:
     own = settings.calibration.clips.get(clip)
-    return detect_for(settings, own, own.detect) if own else detect_for(settings)
+    detect = detect_for(settings, own, own.detect) if own else detect_for(settings)
+    return {key: detect[key] for key in STILL_KEYS}
 
 
 def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, float, float] | None:

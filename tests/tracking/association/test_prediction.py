@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.tracking.association.prediction import LONGEST, predict
+from vidtrack.tracking.association.prediction import MOTION, predict
 
 TIMES = np.arange(8.0)
 
@@ -40,7 +40,7 @@ def test_a_target_never_seen_has_no_prediction():
 
 def test_long_lost_targets_are_not_sent_off_the_field():
     positions = np.stack([10 * TIMES, 0 * TIMES], -1)[:, None]
-    far, limit = predict(TIMES, positions, TIMES[-1] + np.array([500.0, LONGEST]))
+    far, limit = predict(TIMES, positions, TIMES[-1] + np.array([500.0, MOTION.longest]))
     assert far == pytest.approx(limit)
 
 

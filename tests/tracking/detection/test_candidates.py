@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.discs import picture
 from vidtrack.tracking.detection.blobs import no_blobs
 from vidtrack.tracking.detection.candidates import (
-    UNREACHABLE,
+    GATE,
     blobs_near,
     blobs_of,
     contrast_of,
@@ -62,12 +62,12 @@ def test_only_blobs_that_lie_wholly_in_a_box_are_found_near():
 def test_a_level_is_out_of_reach_where_nothing_stands_out_of_the_noise():
     noise = picture(SHAPE, [], noise=1.0, rng=np.random.default_rng(0))
     box = np.array([[40.0, 30.0, 30.0, 30.0]])
-    assert levels_in_boxes(Sample(noise, 0.0), box, np.array([50.0]), DETECTION).tolist() == [UNREACHABLE]
+    assert levels_in_boxes(Sample(noise, 0.0), box, np.array([50.0]), DETECTION).tolist() == [GATE.unreachable]
 
 
 def test_a_level_is_out_of_reach_in_a_box_that_shows_too_little_background():
     box = np.array([[48.0, 38.0, 10.0, 10.0]])
-    assert levels_in_boxes(square(40, 50, 6), box, np.array([36.0]), DETECTION).tolist() == [UNREACHABLE]
+    assert levels_in_boxes(square(40, 50, 6), box, np.array([36.0]), DETECTION).tolist() == [GATE.unreachable]
 
 
 def blobs_like(pixels, contrast):

@@ -1,5 +1,6 @@
 """What stands about: no target is measured while it touches it, and no piece of it is taken for a target."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -90,10 +91,10 @@ def samples(ground, parity=0, lines=1):
     return [Sample(np.clip(np.rint(ground), 0, 255).astype(np.uint8), float(k), parity, lines) for k in range(5)]
 
 
-def standing(ground, own=(), **kind):
+def standing(ground, own=(), detection=DETECTION, **kind):
     shown = samples(ground, **kind)
     parity = shown[0].parity
-    return static_clutter(shown, {parity: shown[0].luma}, DETECTION, np.reshape(np.asarray(own, float), (-1, 4)))
+    return static_clutter(shown, {parity: shown[0].luma}, detection, np.reshape(np.asarray(own, float), (-1, 4)))
 
 
 def test_boxes_that_reach_a_thing_touch_it():
@@ -125,6 +126,14 @@ def test_nothing_stands_about_in_an_even_picture_and_scenery_is_no_thing():
     scenery[::4] = scenery[1::4] = 160
     assert standing(scenery) is None
     assert isinstance(standing(np.where(np.arange(80) < 10, 200.0, 40.0) + np.zeros((60, 1))), StaticClutter)
+
+
+@pytest.mark.parametrize(("max_clutter", "scenery"), [(0.25, False), (0.01, True)])
+def test_bright_things_that_cover_more_than_max_clutter_are_scenery(max_clutter, scenery):
+    ground = np.full((60, 80), 40.0)
+    ground[20:30, 40:50] = 200  # a forty-eighth of the picture
+    found = standing(ground, detection=replace(DETECTION, max_clutter=max_clutter))
+    assert (found is None) == scenery
 
 
 def test_what_lies_wholly_in_a_target_s_own_place_is_the_target():

@@ -5,8 +5,8 @@ import pytest
 
 from tests.discs import picture
 from vidtrack.tracking.detection.target_threshold import target_levels
-from vidtrack.tracking.detection.threshold import SIGMAS
-from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.detection.threshold import THRESHOLD
+from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import Appearance
 
@@ -27,12 +27,12 @@ def test_each_target_has_the_level_half_way_up_its_own_peak():
 
 def test_no_level_lies_in_the_noise_of_the_background():
     levels = target_levels(looks([30.0], [2.0]), Detection(noise=3.0), 100.0)
-    assert levels == pytest.approx([30 + STANDS_OUT * 3])
+    assert levels == pytest.approx([30 + SURROUNDINGS.stands_out * 3])
 
 
 def test_a_target_that_has_not_been_seen_has_a_level_below_that_of_lone_pixels():
     levels = target_levels(looks([30.0, np.nan], [180.0, np.nan]), Detection(noise=2.0), 100.0)
-    assert levels[1] == pytest.approx(100 - 2 * (SIGMAS - STANDS_OUT))
+    assert levels[1] == pytest.approx(100 - 2 * (THRESHOLD.sigmas - SURROUNDINGS.stands_out))
     assert levels[1] < 100
     assert np.isfinite(levels).all()
 

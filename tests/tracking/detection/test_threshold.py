@@ -2,14 +2,7 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.detection.threshold import (
-    LEAST_CONTRAST,
-    SIGMAS,
-    automatic,
-    background_level,
-    grey_scale,
-    noise_sd,
-)
+from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level, grey_scale, noise_sd
 
 
 @pytest.mark.parametrize("sd", [0.5, 1.0, 3.0, 10.0])
@@ -55,5 +48,5 @@ def test_the_threshold_does_not_depend_on_how_many_targets_there_are(n):
 
 def test_an_empty_picture_keeps_the_threshold_out_of_its_noise():
     over = np.random.default_rng(3).normal(0, 5, (300, 300))
-    assert automatic(over, 5.0) == SIGMAS * 5
-    assert automatic(over * 0, 0.1) == LEAST_CONTRAST
+    assert automatic(over, 5.0) == THRESHOLD.sigmas * 5
+    assert automatic(over * 0, 0.1) == THRESHOLD.least_contrast

@@ -6,7 +6,7 @@ import pytest
 from tests.discs import windows
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components
-from vidtrack.tracking.measurement.empirical_sd import AT_REST, BORNE_OUT, scatter
+from vidtrack.tracking.measurement.empirical_sd import DIFFERENCES, scatter
 
 SD, MASS, PIXELS = 0.01, 9000.0, 50.0
 MASS_SD = SD * MASS * np.sqrt(4 * np.pi / (np.pi * (np.sqrt(PIXELS / np.pi) + 1.25) ** 2))
@@ -72,7 +72,7 @@ def test_motion_that_no_light_bears_out_is_told_and_does_not_count():
     walk = np.cumsum(np.random.default_rng(2).normal(0, 0.3, (2, 400, 4)), axis=1)
     found = seen(circles(400), noise(400) + walk)
     assert found.rough.all()
-    assert found.track.min() > BORNE_OUT
+    assert found.track.min() > DIFFERENCES.position_to_light
     assert found.factor.max() < 1.3
     # the same scatter with as much of it in the light is noise
     borne_out = seen(circles(400), 15 * noise(400), light=10.0)
@@ -86,7 +86,7 @@ def test_what_rests_and_is_copied_has_the_errors_of_what_moves():
     error[:, :, 2:] = error[:, :1, 2:]
     found = seen(motion, error, light=3.0)
     assert found.track[:, 2:].max() < 1e-6
-    assert found.factor[:, 2:] == pytest.approx(np.full((2, 2), AT_REST * 6), rel=0.2)
+    assert found.factor[:, 2:] == pytest.approx(np.full((2, 2), DIFFERENCES.at_rest * 6), rel=0.2)
     alone = seen(motion[..., 2:], error[..., 2:])
     assert (alone.factor == 1).all()  # nothing tells
 

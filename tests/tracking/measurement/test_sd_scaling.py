@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.sd_scaling import CLIPPED, with_grown_sd
+from vidtrack.tracking.measurement.sd_scaling import GROWTH, with_grown_sd
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 SD, PIXEL_COUNT, LIGHT = 0.01, 50.0, 9000.0
@@ -35,7 +35,7 @@ def test_saturated_targets_alone_are_less_sure_down_the_rows_of_a_field_twice_as
     of = rows()
     of.flag[50:60, 1] = SATURATED
     sd = grown(of, lines=2, kind=kind)
-    rim = CLIPPED[kind] * PIXEL_COUNT**-0.25
+    rim = dict(GROWTH.clipped)[kind] * PIXEL_COUNT**-0.25
     assert sd[:, 50:60, 1] / sd[:, 40:50, 1] == pytest.approx(
         np.hypot(1, np.array([1, 2]) * rim / SD)[:, None] * np.ones((2, 10)), rel=0.01
     )

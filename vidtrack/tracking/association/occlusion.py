@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.association.prediction import MOTION
 
 
 @dataclass(frozen=True)
@@ -25,24 +26,21 @@ class Occlusion:
                        are left out of a course
     inside             of a target's size: two centroids nearer than this to each other are of one and the same blob
     remembered         samples that a course rests on, at most
-    noise_px, speed_px, acceleration_px  (a sample, a sample^2) # ASSUME: how well positions fit a course, and what is
-                       usual among targets
-    fading             weight of a position for each sample of its age
+    course_noise_px, course_acceleration_px  (a sample^2) # ASSUME: how well positions fit a course that is followed
+                       through an occlusion; both are smaller than those of a prediction for the next sample (`MOTION`),
+                       because more samples are bridged
+    course_fading      weight of a position in a course for each sample of its age
     bending            samples for which an acceleration is taken to last
-    patience           samples without a blob that could be several targets, after which they count as lost and are
-                       sought elsewhere; the association in space finds out which is which
     """
 
     touching_px: float = 2.0
     blurred_px: float = 3.0
     inside: float = 0.5
     remembered: int = 24
-    noise_px: float = 0.1
-    speed_px: float = 30.0
-    acceleration_px: float = 0.5
-    fading: float = 0.93
+    course_noise_px: float = 0.1
+    course_acceleration_px: float = 0.5
+    course_fading: float = 0.93
     bending: float = 8.0
-    patience: int = 8
 
 
 OCCLUSION = Occlusion()
@@ -104,8 +102,8 @@ class Occlusions:
 def _course(back: Array, positions: Array) -> Array:
     """Position, velocity and acceleration (3, 2) at time 0 of a parabola through positions (m, 2) at times `back`."""
     A = np.stack([np.ones_like(back), back, back * back / 2], axis=1)
-    weight = OCCLUSION.fading**-back
-    noise, speed, acceleration = OCCLUSION.noise_px, OCCLUSION.speed_px, OCCLUSION.acceleration_px
+    weight = OCCLUSION.course_fading**-back
+    noise, speed, acceleration = OCCLUSION.course_noise_px, MOTION.speed_px, OCCLUSION.course_acceleration_px
     ridge = np.diag([1e-9, (noise / speed) ** 2, (noise / acceleration) ** 2])
     return np.asarray(np.linalg.solve((A.T * weight) @ A + ridge, (A.T * weight) @ positions), float)
 

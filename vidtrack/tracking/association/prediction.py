@@ -7,32 +7,47 @@ have predicted the latest of them far better than a parabola, the cubic is used:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from vidtrack.arrays import Array
 
-NOISE_PX = 0.3
-"""# ASSUME: px, how well a position fits a parabola: its own noise and what the motion does besides."""
-SPEED_PX = 30.0
-"""# ASSUME: px a sample, usual speeds; only where a single position is known does it matter."""
-ACCELERATION_PX = 10.0
-"""# ASSUME: px a sample^2, usual accelerations."""
-FADING = 0.6
-"""Weight of a position for each sample of its age: what no parabola describes is the less harmful the fresher it is."""
-LONGEST = 8.0
-"""Samples: further ahead than this a parabola says nothing, and the target is expected to stand still."""
 
-JERK_PX = 1.0
-"""# ASSUME: px a sample^3, usual jerks of smooth motion."""
-TRIED = 2
-"""Latest positions that a cubic must predict from those before."""
-BETTER = 0.25
-"""A cubic is used where its squares of errors sum to less than this share of the parabola's."""
+@dataclass(frozen=True)
+class Motion:
+    """What motion is usual, and how far a prediction reaches.
 
+    noise_px         # ASSUME: how well a position fits a parabola: its own noise and what the motion does besides
+    speed_px         # ASSUME: px a sample, usual speeds; only where a single position is known does it matter
+    acceleration_px  # ASSUME: px a sample^2, usual accelerations
+    jerk_px          # ASSUME: px a sample^3, usual jerks of smooth motion
+    fading           weight of a position for each sample of its age: what no parabola describes harms less where
+                     positions are fresh
+    longest          samples: further ahead than this a parabola says nothing, and the target is expected to stand still
+    tried            latest positions that a cubic must predict from those before
+    better           a cubic is used where its squares of errors sum to less than this share of the parabola's
+    """
+
+    noise_px: float = 0.3
+    speed_px: float = 30.0
+    acceleration_px: float = 10.0
+    jerk_px: float = 1.0
+    fading: float = 0.6
+    longest: float = 8.0
+    tried: int = 2
+    better: float = 0.25
+
+
+MOTION = Motion()
 _RIDGE = np.array(
-    [1e-9, (NOISE_PX / SPEED_PX) ** 2, (2 * NOISE_PX / ACCELERATION_PX) ** 2, (6 * NOISE_PX / JERK_PX) ** 2]
+    [
+        1e-9,
+        (MOTION.noise_px / MOTION.speed_px) ** 2,
+        (2 * MOTION.noise_px / MOTION.acceleration_px) ** 2,
+        (6 * MOTION.noise_px / MOTION.jerk_px) ** 2,
+    ]
 )
 
 
@@ -45,7 +60,7 @@ def predict(times: Array, positions: Array, to: Array) -> Array:
     """
     known = np.isfinite(positions[..., 0])
     if known.all():
-        return _smooth(times, positions, to) if len(times) > 2 * TRIED else _parabola(times, positions, to)
+        return _smooth(times, positions, to) if len(times) > 2 * MOTION.tried else _parabola(times, positions, to)
     predicted = np.full((len(to), *positions.shape[1:]), np.nan)
     patterns, which = np.unique(known, axis=1, return_inverse=True)
     for i, there in enumerate(patterns.T):  # few: targets are lost and begun together or seldom
@@ -66,9 +81,9 @@ def _parabola(times: Array, positions: Array, to: Array) -> Array:
 def _smooth(times: Array, positions: Array, to: Array) -> Array:
     """As `_parabola`, each target by the curve that would have predicted where it is."""
     k, (m, n, _) = len(to), positions.shape
-    curves = (_operator(*_steps(times, to)) @ positions.reshape(m, -1)).reshape(2, k + TRIED, n, 2)
+    curves = (_operator(*_steps(times, to)) @ positions.reshape(m, -1)).reshape(2, k + MOTION.tried, n, 2)
     squares = np.square(curves[:, k:]).sum(axis=(1, 3))
-    cubic = squares[1] < BETTER * squares[0]
+    cubic = squares[1] < MOTION.better * squares[0]
     if not cubic.any():
         return curves[0, :k]
     return np.where(cubic[:, None], curves[1, :k], curves[0, :k])
@@ -76,20 +91,20 @@ def _smooth(times: Array, positions: Array, to: Array) -> Array:
 
 def _steps(times: Array, to: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Samples from the last time to the others, and to those wanted; rounded, so that they come again."""
-    back, ahead = times - times[-1], np.minimum(to - times[-1], LONGEST)
+    back, ahead = times - times[-1], np.minimum(to - times[-1], MOTION.longest)
     return tuple(np.round(back, 4).tolist()), tuple(np.round(ahead, 4).tolist())
 
 
 @lru_cache(maxsize=256)
 def _operator(back: tuple[float, ...], ahead: tuple[float, ...]) -> Array:
-    """Times known positions (m, ..): for a parabola and a cubic the predictions, and how far those of the latest TRIED
-    positions from the others would have been off; (2 (k + TRIED), m).
+    """Times known positions (m, ..): for a parabola and a cubic the predictions, and how far those of the latest
+    MOTION.tried positions from the others would have been off; (2 (k + MOTION.tried), m).
     """
-    m, last = len(back), back[-TRIED - 1]
-    before, latest = (tuple(step - last for step in steps) for steps in (back[:-TRIED], back[-TRIED:]))
+    m, last = len(back), back[-MOTION.tried - 1]
+    before, latest = (tuple(step - last for step in steps) for steps in (back[: -MOTION.tried], back[-MOTION.tried :]))
     rows = []
     for degree in (2, 3):
-        off = np.hstack([_weights(before, latest, degree), -np.eye(TRIED)])
+        off = np.hstack([_weights(before, latest, degree), -np.eye(MOTION.tried)])
         rows += [_weights(back, ahead, degree).reshape(-1, m), off]
     return np.vstack(rows)
 
@@ -99,6 +114,6 @@ def _weights(back: tuple[float, ...], ahead: tuple[float, ...], degree: int) -> 
     """Of each known position in each prediction, (k, m)."""
     power = np.arange(degree + 1)[:, None]
     powers = np.array(back) ** power
-    fresh = powers * FADING ** -np.array(back)
+    fresh = powers * MOTION.fading ** -np.array(back)
     forward = (np.array(ahead) ** power).T
     return np.asarray(forward @ np.linalg.solve(fresh @ powers.T + np.diag(_RIDGE[: degree + 1]), fresh))

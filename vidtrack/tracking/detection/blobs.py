@@ -6,6 +6,7 @@ by the kernels of `measurement/centroid.py`. Calibration clips use this; the tra
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import cv2
@@ -19,10 +20,20 @@ from vidtrack.tracking.measurement.components import Windows, components_of, cut
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Kind
 
-BLOB_ROOM = 6
-"""px about a blob: three for its soft edge, three for the background."""
-UNEVEN_PICTURE = 4.0
-"""The background is mapped when it varies over the picture by more than this many noise sigmas."""
+
+@dataclass(frozen=True)
+class BlobSettings:
+    """How blobs of a whole picture are measured.
+
+    room_px  about a blob: three for its soft edge, three for the background
+    uneven   noise sigmas: where the background varies over the picture by more, it is mapped
+    """
+
+    room_px: int = 6
+    uneven: float = 4.0
+
+
+BLOBS = BlobSettings()
 
 
 class Blobs(NamedTuple):
@@ -121,7 +132,7 @@ def background_map(image: Picture, scale: float, noise: float) -> NDArray[np.flo
     wide = 2 * (min(image.shape) // block // 8) + 1
     smooth = cv2.medianBlur(np.clip(np.rint(small), 0, 255).astype(np.uint8), max(3, wide)).astype(np.float32)
     low, high = np.percentile(smooth, [2, 98])
-    if high - low <= max(UNEVEN_PICTURE * noise, 2.0):
+    if high - low <= max(BLOBS.uneven * noise, 2.0):
         return None
     smooth = cv2.blur(smooth, (3, 3))
     full = cv2.resize(smooth, image.shape[::-1], interpolation=cv2.INTER_LINEAR)
@@ -148,7 +159,7 @@ def measure_mask(
             for p, low, wide in zip(known, boxes.T[:2], boxes.T[2:4], strict=True)
         ]
         boxes = boxes[~(inside[0] & inside[1]).any(axis=1)]
-    side = _window_side(boxes[:, 2:4].max(axis=1, initial=0) + 2 * BLOB_ROOM)
+    side = _window_side(boxes[:, 2:4].max(axis=1, initial=0) + 2 * BLOBS.room_px)
     parts = [
         _measure_boxes(image, mask, boxes[side == size], int(size), scale=scale, noise=noise, centroid=centroid)
         for size in np.unique(side)

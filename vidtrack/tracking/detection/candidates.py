@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
@@ -14,15 +16,26 @@ from vidtrack.tracking.detection.blobs import (
     measure_mask,
     no_blobs,
 )
-from vidtrack.tracking.measurement.background import STANDS_OUT
-from vidtrack.tracking.measurement.window import GRAIN
+from vidtrack.tracking.measurement.background import SURROUNDINGS
+from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
-CANDIDATE = 0.9
-"""|log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4 and 2.5."""
-UNREACHABLE = 1e3
-"""A grey level that no pixel reaches."""
+
+@dataclass(frozen=True)
+class Gate:
+    """Which blobs may be a target.
+
+    unlike       |log| of the ratio of pixel counts, and of contrasts, up to which a blob may be the target: between 0.4
+                 and 2.5
+    unreachable  a grey level that no pixel reaches
+    """
+
+    unlike: float = 0.9
+    unreachable: float = 1e3
+
+
+GATE = Gate()
 
 
 def blobs_of(sample: Sample, detection: Detection, level: float | None, known: Array | None = None) -> Blobs:
@@ -92,7 +105,9 @@ def unlikeness(blobs: Blobs, pixels: Array, contrast: Array) -> Array:
     """
     size = np.abs(np.log(blobs.pixels[None] / pixels[:, None]))
     light = np.abs(np.log(np.maximum(contrast_of(blobs), 1e-3)[None] / contrast[:, None]))
-    unlike = np.where((size < CANDIDATE + GRAIN / pixels[:, None]) & (light < CANDIDATE), size + light, np.inf)
+    unlike = np.where(
+        (size < GATE.unlike + WINDOW.grain / pixels[:, None]) & (light < GATE.unlike), size + light, np.inf
+    )
     return np.where(np.isfinite(pixels)[:, None], unlike, 0.0)
 
 
@@ -126,7 +141,7 @@ def levels_in_boxes(sample: Sample, boxes: Array, pixels: Array, detection: Dete
     """Half-way, grey levels (n,), from what is usual in boxes (n, 4: left, top, width, height, px) to as many of their
     brightest pixels as each target has; out of reach where nothing stands out of the noise.
     """
-    levels = np.full(len(boxes), UNREACHABLE)
+    levels = np.full(len(boxes), GATE.unreachable)
     rows, columns = sample.luma.shape
     for i, (x, y, w, h) in enumerate(boxes):
         left, right = (int(np.clip(v, 0, columns)) for v in (x, x + w))
@@ -137,6 +152,6 @@ def levels_in_boxes(sample: Sample, boxes: Array, pixels: Array, detection: Dete
             continue
         base, on = float(np.median(light)), float(light[-n:].mean())
         half = (on - base) / 2 * detection.scale
-        if half > STANDS_OUT * detection.noise:
+        if half > SURROUNDINGS.stands_out * detection.noise:
             levels[i] = base * detection.scale + half
     return levels

@@ -13,6 +13,7 @@ that turn brighter later.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import cv2
@@ -20,25 +21,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
-from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS, noise_sd
+from vidtrack.tracking.detection.threshold import THRESHOLD, noise_sd
 
 Counts = NDArray[np.float64]
 Auto = Literal["auto"]
 
-BITS = 16
-"""Of the pictures that are given."""
-NEEDED = 2 * LEAST_CONTRAST
-"""Grey levels: a clip whose targets rise less above its background is stretched."""
-RAISED = 140.0
-"""Of 255: where the brightest level in use is put."""
-SPARE_LEVELS = 0.2
-"""Of the levels in use: room left at their other end."""
-DEFECTS = 3
-"""Pixels a picture that are not heeded: defects of the sensor."""
-LOOKED_AT = 5
-"""Pictures, evenly from those that are given."""
-DEPTHS = (10, 12, 14)
-"""Bits that sensors store in files of 16."""
+
+@dataclass(frozen=True)
+class Levels:
+    """When grey levels are stretched, and to what.
+
+    bits      of the pictures that are given
+    needed    grey levels: a clip whose targets rise less above its background is stretched
+    raised    of 255: where the brightest level in use is put
+    spare     of the levels in use: room left at their other end
+    defects   pixels a picture that are left out: defects of the sensor
+    pictures  that are examined, evenly from those that are given
+    depths    bits that sensors store in files of 16
+    """
+
+    bits: int = 16
+    needed: float = 2 * THRESHOLD.least_contrast
+    raised: float = 140.0
+    spare: float = 0.2
+    defects: int = 3
+    pictures: int = 5
+    depths: tuple[int, ...] = (10, 12, 14)
+
+
+LEVELS = Levels()
 
 
 class Stretch(NamedTuple):
@@ -91,7 +102,7 @@ def stretch(
         return None
     full = float(2**bits - 1)
     used = _used(pictures[:1], bits, dark)
-    if used.rise < NEEDED or bits > 8 or gain != "auto":  # few clips go on from here
+    if used.rise < LEVELS.needed or bits > 8 or gain != "auto":  # few clips go on from here
         used = _used(pictures, bits, dark)
     gain, offset = _chosen(used, bits, dark, gain, offset)
     if gain == 1 and offset == 0:
@@ -112,9 +123,9 @@ def _chosen(used: _Used, bits: int, dark: bool, gain: float | Auto, offset: floa
         return _needed(used, bits, dark)
     if gain == "auto":
         top = (255.0 - used.low if dark else used.high) - float(offset)
-        return (RAISED / top if 0 < top and used.rise < NEEDED else 1.0), float(offset)
+        return (LEVELS.raised / top if 0 < top and used.rise < LEVELS.needed else 1.0), float(offset)
     if offset == "auto":
-        low = used.low - max(SPARE_LEVELS * (used.high - used.low), 4 * used.noise)
+        low = used.low - max(LEVELS.spare * (used.high - used.low), 4 * used.noise)
         return float(gain), (255.0 - low - 255.0 / gain if dark else max(low, 0.0)) if gain > 1 else 0.0
     return float(gain), float(offset)
 
@@ -123,27 +134,27 @@ def _needed(used: _Used, bits: int, dark: bool) -> tuple[float, float]:
     """Gain and offset; 1 and 0 where none is needed, or where nothing stands out of the noise."""
     full = 2**bits - 1
     short = used.piled and used.high < 128
-    if used.rise < SIGMAS * used.noise or (used.rise >= NEEDED and not short):
+    if used.rise < THRESHOLD.sigmas * used.noise or (used.rise >= LEVELS.needed and not short):
         return 1.0, 0.0
     greatest = 255.0 - used.low if dark else used.high
-    for depth in DEPTHS:
+    for depth in LEVELS.depths:
         gain = full / (2**depth - 1)
-        if depth < bits and greatest * gain <= 255 and used.rise * gain >= NEEDED:
+        if depth < bits and greatest * gain <= 255 and used.rise * gain >= LEVELS.needed:
             return (255.0 / used.high if short and not dark else gain), 0.0
-    low = used.low - SPARE_LEVELS * (used.high - used.low)
-    gain = (255.0 if used.piled else RAISED) / (used.high - low)
+    low = used.low - LEVELS.spare * (used.high - used.low)
+    gain = (255.0 if used.piled else LEVELS.raised) / (used.high - low)
     return gain, 255.0 - low - 255.0 / gain if dark else max(low, 0.0)
 
 
 def _used(pictures: Sequence[Picture], bits: int, dark: bool) -> _Used:
     """What levels the pictures use, turned bright."""
-    some = [pictures[k] for k in np.unique(np.linspace(0, len(pictures) - 1, LOOKED_AT).round().astype(int))]
+    some = [pictures[k] for k in np.unique(np.linspace(0, len(pictures) - 1, LEVELS.pictures).round().astype(int))]
     scale = 255.0 / (2**bits - 1)
     counts = np.array([_counts(picture, bits) for picture in some])
     each = counts[:, ::-1] if dark else counts
     from_below, from_above = np.cumsum(each, axis=1), np.cumsum(each[:, ::-1], axis=1)
-    low = int(np.argmax(from_below > DEFECTS, axis=1).min())
-    high = each.shape[1] - 1 - int(np.argmax(from_above > DEFECTS, axis=1).min())
+    low = int(np.argmax(from_below > LEVELS.defects, axis=1).min())
+    high = each.shape[1] - 1 - int(np.argmax(from_above > LEVELS.defects, axis=1).min())
     total = each.sum(axis=0)
     usual = int(np.argmax(np.cumsum(total) >= total.sum() / 2))
     noise = noise_sd(some[0])
@@ -163,5 +174,7 @@ def _piled(counts: Counts, high: int, noise: float) -> bool:
     """
     below = counts[max(0, high - int(np.ceil(3 * noise))) : high].sum()
     return bool(
-        noise > 0.8 and counts[high] > max(below, 10 * DEFECTS) and counts[high + 1 :].sum() <= DEFECTS * LOOKED_AT
+        noise > 0.8
+        and counts[high] > max(below, 10 * LEVELS.defects)
+        and counts[high + 1 :].sum() <= LEVELS.defects * LEVELS.pictures
     )

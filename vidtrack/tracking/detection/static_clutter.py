@@ -17,20 +17,29 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above, background_map
-from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SHARE, SIGMAS, automatic, background_level
+from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
 Mask = NDArray[np.uint8]
 
-PULLS = 0.2
-"""Share of a target's contrast above which a thing beside it pulls its centroid by more than its fit can mend."""
-SOFT = 1.0
-"""px about a target's box in which its soft edge lies."""
-PLACE_ROOM = 4.0
-"""px about a target's place in the opening that are its own."""
-CROWDED = 0.25
-"""# ASSUME: share of the picture beyond which what is bright is scenery behind targets, not things among them."""
+
+@dataclass(frozen=True)
+class Clutter:
+    """What of a picture is static clutter.
+
+    pulls          of a target's contrast above which a thing beside it pulls its centroid by more than its fit can
+                   correct
+    soft_edge_px   about a target's box in which its soft edge lies
+    place_room_px  about a target's place in the opening that are its own
+    """
+
+    pulls: float = 0.2
+    soft_edge_px: float = 1.0
+    place_room_px: float = 4.0
+
+
+CLUTTER = Clutter()
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,10 @@ class StaticClutter:
         """Whether boxes touch any: middles x, y (k samples, n) frame-buffer px, height in rows of the sample."""
         lines, parity = samples[0].lines, np.array([sample.parity for sample in samples])
         middle = np.asarray(y, float) if lines == 1 else (y - parity[:, None]) / lines
-        wide, high = np.asarray(width, float) / 2 + (SOFT + 0.5), np.asarray(height, float) / 2 + (SOFT / lines + 0.5)
+        wide, high = (
+            np.asarray(width, float) / 2 + (CLUTTER.soft_edge_px + 0.5),
+            np.asarray(height, float) / 2 + (CLUTTER.soft_edge_px / lines + 0.5),
+        )
         edges = np.empty((4, *middle.shape))
         np.subtract(x, wide, out=edges[0])
         np.add(x, wide, out=edges[1])
@@ -101,7 +113,7 @@ def static_clutter(
         mask = _without(
             _bright_things(background, detection, contrast), bright_mask(detection.bright(first.luma), detection), boxes
         )
-        if mask.any() and mask.mean() < CROWDED:
+        if mask.any() and mask.mean() < detection.max_clutter:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
     return StaticClutter(sums) if sums else None
 
@@ -121,7 +133,7 @@ def start_places(sample: Sample, boxes: Array, detection: Detection) -> Array:
         left, top, width, height = stats[inside[:, i], :4].astype(float).T
         x, y = left + (width - 1) / 2, (top + (height - 1) / 2) * sample.lines + sample.parity
         at = int(np.argmin(np.hypot(x - boxes[i, ::2].mean(), y - boxes[i, 1::2].mean())))
-        room = np.array([1.5 * width[at], 1.5 * height[at] * sample.lines]) + PLACE_ROOM
+        room = np.array([1.5 * width[at], 1.5 * height[at] * sample.lines]) + CLUTTER.place_room_px
         boxes[i] = [x[at] - room[0], y[at] - room[1], x[at] + room[0], y[at] + room[1]]
     return boxes
 
@@ -133,7 +145,7 @@ def places(positions: Sequence[Array], sizes: Sequence[Array], lines: int) -> Ar
     """
     boxes = np.empty((len(positions), 4))
     for i, (position, size) in enumerate(zip(positions, sizes, strict=True)):
-        half = size.max(axis=0) * (1, lines) / 2 + PLACE_ROOM
+        half = size.max(axis=0) * (1, lines) / 2 + CLUTTER.place_room_px
         boxes[i] = [*(position.min(axis=0) - half), *(position.max(axis=0) + half)]
     return boxes
 
@@ -146,8 +158,8 @@ def _bright_things(background: NDArray[Any], detection: Detection, contrast: flo
     grey = background.astype(np.float32) * np.float32(detection.scale)
     over = grey - (np.float32(background_level(background, scale=detection.scale)) if even is None else even)
     if np.isnan(contrast):
-        contrast = automatic(over, detection.noise) / SHARE
-    least = max(SIGMAS * detection.noise, LEAST_CONTRAST, PULLS * contrast)
+        contrast = automatic(over, detection.noise) / THRESHOLD.share
+    least = max(THRESHOLD.sigmas * detection.noise, THRESHOLD.least_contrast, CLUTTER.pulls * contrast)
     return (over > np.float32(least)).view(np.uint8)
 
 

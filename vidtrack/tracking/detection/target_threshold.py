@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.tracking.detection.threshold import SIGMAS
-from vidtrack.tracking.measurement.background import STANDS_OUT
+from vidtrack.tracking.detection.threshold import THRESHOLD
+from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import Appearance
 
-HALF = 0.54
-"""Of the mean of a target's pixels, where its threshold is: half of its peak, as those on the rim are dimmer."""
+
+@dataclass(frozen=True)
+class PerTarget:
+    """Where the threshold of one target lies.
+
+    half  of the mean of a target's pixels: half of its peak, as those on the rim are dimmer
+    """
+
+    half: float = 0.54
+
+
+PER_TARGET = PerTarget()
 
 
 def target_levels(appearance: Appearance, detection: Detection, level: float) -> Array:
@@ -22,5 +34,7 @@ def target_levels(appearance: Appearance, detection: Detection, level: float) ->
     """
     if detection.level is not None:
         return np.full(appearance.pixels.size, detection.level)
-    own = appearance.background + np.maximum(HALF * appearance.plateau, STANDS_OUT * detection.noise)
-    return np.where(np.isfinite(own), own, level - (SIGMAS - STANDS_OUT) * detection.noise)
+    own = appearance.background + np.maximum(
+        PER_TARGET.half * appearance.plateau, SURROUNDINGS.stands_out * detection.noise
+    )
+    return np.where(np.isfinite(own), own, level - (THRESHOLD.sigmas - SURROUNDINGS.stands_out) * detection.noise)

@@ -9,6 +9,7 @@ so that a 4K picture costs no more than a small one.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,23 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
 
-SIGMAS = 6.0
-"""A pixel this many noise sigmas above the background belongs to something: chance gives one in 10^9."""
-SHARE = 0.4
-"""Where the threshold lies between the background and the brighter targets. Below a half, so that a target
-twice as dim as the brightest is still found; the weighted centroid hardly depends on it."""
-LEAST_CONTRAST = 8.0
-"""Grey levels: compression and shading leave patches of this size in a picture without targets."""
+
+@dataclass(frozen=True)
+class Threshold:
+    """Where the threshold of a picture lies.
+
+    sigmas          a pixel this many noise sigmas above the background belongs to something: chance gives one in 10^9
+    share           between the background (0) and the brighter targets (1). Below a half, so that a target twice as dim
+                    as the brightest is still found; the weighted centroid hardly depends on it
+    least_contrast  grey levels: compression and shading leave patches of this size in a picture without targets
+    """
+
+    sigmas: float = 6.0
+    share: float = 0.4
+    least_contrast: float = 8.0
+
+
+THRESHOLD = Threshold()
 
 
 def grey_scale(dtype: np.dtype[Any], bits: int | None = None) -> float:
@@ -72,10 +83,10 @@ def automatic(above: Picture, noise: float) -> float:
     noise  grey levels, standard deviation of a pixel
     A share of the way to the brighter objects (the 90th percentile of all that stands out of the noise), so the
     number and size of targets do not matter, as they do for Otsu's method where the target is a ten-thousandth of
-    the picture. Never nearer than SIGMAS.
+    the picture. Never nearer than THRESHOLD.sigmas.
     """
-    least = max(SIGMAS * noise, LEAST_CONTRAST)
+    least = max(THRESHOLD.sigmas * noise, THRESHOLD.least_contrast)
     strong = above[above > least]
     if strong.size == 0:
         return least
-    return max(least, SHARE * float(np.percentile(strong, 90)))
+    return max(least, THRESHOLD.share * float(np.percentile(strong, 90)))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.tracking.detection.blobs import Blobs, above, in_frame_buffer, no_blobs, rough_blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter
-from vidtrack.tracking.detection.threshold import LEAST_CONTRAST, SIGMAS
+from vidtrack.tracking.detection.threshold import THRESHOLD
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 
@@ -55,8 +55,8 @@ class WholePicture:
         self.static = static
         self._background = {parity: picture.copy() for parity, picture in backgrounds.items()}
         self._detection = detection
-        self._least = max(SIGMAS * detection.moving_noise, LEAST_CONTRAST)
-        self._drop = max(UNEXPLAINED.darker * detection.moving_noise, LEAST_CONTRAST) / detection.scale
+        self._least = max(THRESHOLD.sigmas * detection.moving_noise, THRESHOLD.least_contrast)
+        self._drop = max(UNEXPLAINED.darker * detection.moving_noise, THRESHOLD.least_contrast) / detection.scale
 
     def candidates(self, sample: Sample, middle: Array, size: Array, contrast: float) -> Blobs:
         """Blobs of a sample away from targets at middles (n, 2) px of these sizes (n, 2) px.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -10,16 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints, Picture
-from vidtrack.tracking.measurement.components import SEPARATOR
+from vidtrack.tracking.measurement.components import CUTTING
 
-QUANTISATION_SD = 12**-0.5
-"""Grey levels: the noise that rounding to whole levels leaves in any picture."""
-STANDS_OUT = 4.5
-"""Sigmas above the background from which a pixel shows something."""
-EVERY_OTHER = slice(0, None, 2)
-"""Every other row tells the background well enough: it adds 0.002 px to a centroid's error of 0.009 px."""
-SLOPE_PRIOR_PX2 = 100.0
-"""px^2: a slope of 0.1 grey levels/px is as unlikely as a pixel off by the noise."""
+
+@dataclass(frozen=True)
+class Surroundings:
+    """How the background about a target is estimated.
+
+    quantisation_sd  grey levels: the noise that rounding to whole levels leaves in any picture
+    stands_out       sigmas above the background from which a pixel shows something
+    row_step         of the rows that are used: at 2, a centroid's error of 0.009 px grows by 0.002 px
+    slope_prior_px2  a slope of 0.1 grey levels/px is as unlikely as a pixel off by the noise
+    """
+
+    quantisation_sd: float = 12**-0.5
+    stands_out: float = 4.5
+    row_step: int = 2
+    slope_prior_px2: float = 100.0
+
+    @property
+    def rows(self) -> slice:
+        """The rows that are used."""
+        return slice(0, None, self.row_step)
+
+
+SURROUNDINGS = Surroundings()
+
 _SQUARE7 = np.ones((7, 7), np.uint8)
 
 
@@ -28,7 +45,7 @@ class Sums:
 
     def __init__(self, height: int, width: int) -> None:
         self.middle_x, self.middle_y = (width - 1) / 2, (height - 1) / 2
-        x = np.arange(width + SEPARATOR, dtype=np.float32) - np.float32(self.middle_x)
+        x = np.arange(width + CUTTING.separator, dtype=np.float32) - np.float32(self.middle_x)
         y = np.arange(height, dtype=np.float32) - np.float32(self.middle_y)
         self.x = np.stack([np.ones_like(x), x, x * x], axis=1)
         self.y = np.stack([np.ones_like(y), y, y * y], axis=0)
@@ -69,12 +86,12 @@ def background_plane(grey: Picture, mask: NDArray[np.uint8], sums: Sums, noise: 
     the plane is fitted again.
     """
     height, n, width = grey.shape
-    near = cv2.dilate(mask.reshape(height, n * width), _SQUARE7).reshape(grey.shape)[EVERY_OTHER]
+    near = cv2.dilate(mask.reshape(height, n * width), _SQUARE7).reshape(grey.shape)[SURROUNDINGS.rows]
     outside = (near == 0).astype(np.float32)
-    outside[..., width - SEPARATOR :] = 0
-    part = grey[EVERY_OTHER]
+    outside[..., width - CUTTING.separator :] = 0
+    part = grey[SURROUNDINGS.rows]
     plane = plane_under(part, outside, sums)
-    rough = plane.noise > 2 * max(noise, QUANTISATION_SD)
+    rough = plane.noise > 2 * max(noise, SURROUNDINGS.quantisation_sd)
     return _refitted(part, outside, sums, plane, np.flatnonzero(rough)) if rough.any() else plane
 
 
@@ -83,7 +100,7 @@ def _refitted(part: Picture, outside: NDArray[np.float32], sums: Sums, plane: Pl
     some, free = part[:, rough], outside[:, rough]
     fit = Plane(*(values[..., rough] for values in plane))
     for _ in range(3):
-        off = np.abs(some - on_grid(fit.slope, sums, EVERY_OTHER))
+        off = np.abs(some - on_grid(fit.slope, sums, SURROUNDINGS.rows))
         fit = plane_under(some, free * (off < (2.0 * fit.noise.astype(np.float32))[:, None]), sums)
     tilt, unrest = plane.slope.copy(), plane.noise.copy()
     for values, better in zip(plane[:3], fit[:3], strict=True):
@@ -101,17 +118,21 @@ def on_grid(slope: Array, sums: Sums, rows: slice = slice(None)) -> NDArray[np.f
 def plane_under(grey: Picture, outside: NDArray[np.float32], sums: Sums) -> Plane:
     """Least squares of 1, x, y over the marked pixels; flat where there are too few to tell a slope."""
     lit = outside * grey
-    s, r = sums.moments(outside, EVERY_OTHER), sums.moments(lit, EVERY_OTHER)
+    s, r = sums.moments(outside, SURROUNDINGS.rows), sums.moments(lit, SURROUNDINGS.rows)
     squares = np.einsum("hnw,hnw->n", lit, grey)
     count = np.maximum(s[0, 0], 1e-6)
     mean, x, y = r[0, 0] / count, s[0, 1] / count, s[1, 0] / count
     # second moments about the middle of the marked pixels, with a gentle pull of the slope to zero
-    xx, yy, xy = s[0, 2] - s[0, 1] * x + SLOPE_PRIOR_PX2, s[2, 0] - s[1, 0] * y + SLOPE_PRIOR_PX2, s[1, 1] - s[0, 1] * y
+    xx, yy, xy = (
+        s[0, 2] - s[0, 1] * x + SURROUNDINGS.slope_prior_px2,
+        s[2, 0] - s[1, 0] * y + SURROUNDINGS.slope_prior_px2,
+        s[1, 1] - s[0, 1] * y,
+    )
     by_x, by_y = r[0, 1] - r[0, 0] * x, r[1, 0] - r[0, 0] * y
     determinant = xx * yy - xy * xy
     b, c = (yy * by_x - xy * by_y) / determinant, (xx * by_y - xy * by_x) / determinant
     left_over = squares - r[0, 0] * mean - b * by_x - c * by_y
     noise = np.sqrt(np.maximum(left_over, 0) / np.maximum(count - 3, 1))
     slope = np.stack([mean - b * x - c * y, b, c])
-    noise = np.maximum(noise, QUANTISATION_SD)
+    noise = np.maximum(noise, SURROUNDINGS.quantisation_sd)
     return Plane(slope, np.stack([yy, xx]) / determinant, noise, noise, np.zeros_like(slope))

@@ -13,8 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
-from vidtrack.tracking.measurement.background import STANDS_OUT, Plane, Sums, background_plane, on_grid, sums_of
-from vidtrack.tracking.measurement.components import FULL_SCALE, SEPARATOR, Components, Windows, above, own_pixels
+from vidtrack.tracking.measurement.background import (
+    SURROUNDINGS,
+    Plane,
+    Sums,
+    background_plane,
+    on_grid,
+    sums_of,
+)
+from vidtrack.tracking.measurement.components import CUTTING, Components, Windows, above, own_pixels
 from vidtrack.tracking.measurement.deblending import crowded, measure_beside
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import binary, plateau_of, soft_edge, weighted
@@ -73,7 +80,7 @@ def measure(
     threshold       grey levels, as given to `components`; not known: taken to be half-way up the target
     """
     height, n, width = windows.raw.shape
-    grey = np.zeros((height, n, width + SEPARATOR), np.float32)
+    grey = np.zeros((height, n, width + CUTTING.separator), np.float32)
     np.multiply(windows.raw, np.float32(windows.scale), out=grey[..., :width])
     none = chosen < 0
     alone = found.window.size == n and not none.any()
@@ -83,7 +90,7 @@ def measure(
     plane = background_plane(grey, found.mask, sums, noise)
     plateau = plateau_of(grey, target, plane, pixels)
     rise = 0.5 * plateau if threshold is None else np.asarray(threshold) - plane.value
-    level = plane.value + np.maximum(STANDS_OUT * noise, 0.1 * rise)
+    level = plane.value + np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise)
     low = _low(windows, level, target.shape)
     region = soft_edge(low, target, None if alone else found.mask)
     x, y, mass, sd_x, sd_y, area = weighted(grey, region, plane, sums)
@@ -144,11 +151,11 @@ def _ellipse(
 ) -> tuple[Array, Array, Array, Array]:
     """x, y, sd_x, sd_y of a soft-edged elliptical disc; pixels at full scale only bound it from below."""
     wider = cv2.dilate(region.reshape(grey.shape[0], -1), _SQUARE3).reshape(grey.shape)
-    wider[..., -SEPARATOR:] = 0
+    wider[..., -CUTTING.separator :] = 0
     fit = fit_soft_discs(
         grey - on_grid(plane.slope, sums),
         wider,
-        grey >= FULL_SCALE,
+        grey >= CUTTING.full_scale,
         middle=(sums.middle_x, sums.middle_y),
         x=x,
         y=y,
@@ -161,8 +168,8 @@ def _ellipse(
 
 def _saturated(windows: Windows, target: NDArray[np.uint8], pixels: Ints) -> Bools:
     """Whether at least a twentieth of each target is at full scale."""
-    if windows.raw.size == 0 or windows.raw.max() * windows.scale < FULL_SCALE:
+    if windows.raw.size == 0 or windows.raw.max() * windows.scale < CUTTING.full_scale:
         return np.zeros(pixels.size, bool)
-    full = (windows.raw >= FULL_SCALE / windows.scale) & (target[..., : windows.raw.shape[2]] > 0)
+    full = (windows.raw >= CUTTING.full_scale / windows.scale) & (target[..., : windows.raw.shape[2]] > 0)
     enough: Bools = full.sum(axis=(0, 2)) * 20 >= np.maximum(pixels, 1)
     return enough

@@ -7,6 +7,7 @@ Windows speak grey levels 0-255 whatever the depth of the video; x and y are px 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
@@ -15,10 +16,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
 
-FULL_SCALE = 254.5
-"""Grey levels: a pixel this bright may be brighter than the camera could tell."""
-SEPARATOR = 3
-"""Empty columns between windows: the soft edge grows by three pixels and must not reach the next window."""
+
+@dataclass(frozen=True)
+class Cutting:
+    """How windows are laid side by side, and which of their pixels are saturated.
+
+    full_scale  grey levels: a pixel this bright may be brighter than the camera can record
+    separator   empty columns between windows: the soft edge grows by three pixels and must not reach the next window
+    """
+
+    full_scale: float = 254.5
+    separator: int = 3
+
+
+CUTTING = Cutting()
 
 
 class Windows(NamedTuple):
@@ -38,7 +49,7 @@ class Windows(NamedTuple):
 class Components(NamedTuple):
     """Connected bright patches: one row a component, from label 1.
 
-    mask, labels   (height, n, width + SEPARATOR), 1 where a pixel is above the threshold, and which component it is of
+    mask, labels   (height, n, width + CUTTING.separator), 1 where a pixel is above the threshold, and its component
     window         index of the component's window
     x, y           px in the picture, the mean of its pixels; left, top, width, height px, the box that holds them
     pixels         their number
@@ -93,7 +104,7 @@ def above(windows: Windows, threshold: ArrayLike) -> Bools:
 def components_of(above: NDArray[Any], windows: Windows) -> Components:
     """Connected patches of pixels that are marked, (height, n, width), in every window."""
     height, n, width = above.shape
-    step = width + SEPARATOR
+    step = width + CUTTING.separator
     mask = np.zeros((height, n, step), np.uint8)
     mask[..., :width] = above
     kind = cv2.CV_16U if mask.size < 4 * 65_000 else cv2.CV_32S  # a component takes four pixels at least

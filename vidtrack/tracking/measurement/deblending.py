@@ -10,6 +10,7 @@ and whatever lies above the target's own threshold but is not it. All windows at
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
@@ -17,24 +18,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.measurement.background import (
-    EVERY_OTHER,
-    QUANTISATION_SD,
-    STANDS_OUT,
-    Plane,
-    Sums,
-    on_grid,
-    plane_under,
-)
-from vidtrack.tracking.measurement.components import FULL_SCALE, SEPARATOR
+from vidtrack.tracking.measurement.background import SURROUNDINGS, Plane, Sums, on_grid, plane_under
+from vidtrack.tracking.measurement.components import CUTTING
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import soft_edge, weighted
 
 Bytes = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
 
-HALO = 0.5
-"""Share of a target's surroundings above which what is bright there is its own blur."""
+
+@dataclass(frozen=True)
+class Deblending:
+    """What is a neighbour of a target, and what its own blur.
+
+    halo  share of a target's surroundings above which what is bright there is its own blur
+    """
+
+    halo: float = 0.5
+
+
+DEBLENDING = Deblending()
+
 _SQUARE2 = np.ones((2, 2), np.uint8)
 _SQUARE3 = np.ones((3, 3), np.uint8)
 _ROUND5, _ROUND7 = (cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)).astype(np.uint8) for side in (5, 7))
@@ -92,9 +96,9 @@ def measure_beside(
     always_fitted  whether a disc is fitted also to targets that nothing comes near
     """
     free = (_grown(mask[:, who], _ROUND7) == 0).astype(np.float32)
-    free[..., -SEPARATOR:] = 0
+    free[..., -CUTTING.separator :] = 0
     plane, scatter = _steady(grey[:, who], free, sums, noise)
-    low = _above(grey[:, who], plane, STANDS_OUT * scatter, sums)
+    low = _above(grey[:, who], plane, SURROUNDINGS.stands_out * scatter, sums)
     strange = strangers(low, target[:, who], (mask & ~target)[:, who])
     crowd = np.flatnonzero(strange.any(axis=(0, 2)))
     who, strange, free = who[crowd], strange[:, crowd], free[:, crowd]
@@ -102,8 +106,10 @@ def measure_beside(
         return who, Beside._make([np.empty(0)] * len(Beside._fields))
     grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
     hidden = lit(strange, others)
-    plane = plane_under(grey[EVERY_OTHER], (free * (hidden == 0))[EVERY_OTHER], sums)
-    region = soft_edge(_above(grey, plane, np.maximum(STANDS_OUT * noise, 0.1 * rise[who]), sums), target, None)
+    plane = plane_under(grey[SURROUNDINGS.rows], (free * (hidden == 0))[SURROUNDINGS.rows], sums)
+    region = soft_edge(
+        _above(grey, plane, np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise[who]), sums), target, None
+    )
     values = np.stack(weighted(grey, region, plane, sums))
     near = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
     if always_fitted:
@@ -114,7 +120,7 @@ def measure_beside(
             (grey - on_grid(plane.slope, sums))[:, near],
             target[:, near],
             hidden[:, near],
-            grey[:, near] >= FULL_SCALE,
+            grey[:, near] >= CUTTING.full_scale,
             sums,
             pixels[who[near]],
             plane.noise[near],
@@ -127,16 +133,17 @@ def _steady(grey: Float32, free: Float32, sums: Sums, noise: float) -> tuple[Pla
 
     It begins flat, at the level of the darkest fifth, and takes in from round to round what lies within its scatter.
     """
-    few, marked = grey[EVERY_OTHER], free[EVERY_OTHER]
+    few, marked = grey[SURROUNDINGS.rows], free[SURROUNDINGS.rows]
     something = np.bitwise_or.reduce(marked > 0, axis=(0, 2))
     marked = np.where(something[:, None], marked, np.float32(1))
     dark, base = np.nan_to_num(np.nanquantile(np.where(marked > 0, few, np.nan), [0.05, 0.2], axis=(0, 2)))
-    scatter = np.maximum((base - dark) / 0.8, max(noise, QUANTISATION_SD))  # 0.8 sigma lie between those quantiles
+    # 0.8 sigma lie between those quantiles
+    scatter = np.maximum((base - dark) / 0.8, max(noise, SURROUNDINGS.quantisation_sd))
     off = few - base.astype(np.float32)[:, None]
     for _ in range(5):
         weight = marked * (np.abs(off) < (3.5 * scatter).astype(np.float32)[:, None])
         plane = plane_under(few, weight, sums)
-        off = few - on_grid(plane.slope, sums, EVERY_OTHER)
+        off = few - on_grid(plane.slope, sums, SURROUNDINGS.rows)
     return plane, scatter
 
 
@@ -144,7 +151,7 @@ def _above(grey: Float32, plane: Plane, level: Array, sums: Sums) -> Bytes:
     """1 where windows are more than `level` (n,) above their planes."""
     low = np.zeros(grey.shape, np.uint8)
     low[grey - on_grid(plane.slope, sums) > level.astype(np.float32)[:, None]] = 1
-    low[..., -SEPARATOR:] = 0
+    low[..., -CUTTING.separator :] = 0
     return low
 
 
@@ -159,7 +166,7 @@ def strangers(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
     beyond = low & ~own
     beyond = cv2.morphologyEx(beyond.reshape(len(low), -1), cv2.MORPH_OPEN, _SQUARE2).reshape(low.shape)
     rim = _grown(own, _SQUARE3) & ~own
-    own_blur = _count(rim & beyond) > HALO * _count(rim)
+    own_blur = _count(rim & beyond) > DEBLENDING.halo * _count(rim)
     beyond[:, own_blur] = 0
     return np.asarray(beyond if others is None else beyond | others, np.uint8)
 
@@ -175,7 +182,7 @@ def _fitted(
 ) -> Array:
     """x, y, mass, sd_x, sd_y (5, n) of a soft-edged disc fitted to each target, without the pixels that are hidden."""
     near = _grown(target, _ROUND7)
-    near[..., -SEPARATOR:] = 0
+    near[..., -CUTTING.separator :] = 0
     own = sums.moments(target)
     light = np.einsum("hnw,hnw->n", data, target.astype(np.float32))
     count = np.maximum(own[0, 0], 1)

@@ -10,6 +10,7 @@ symmetric about the same middle. Damped Gauss-Newton (Levenberg, Marquardt), all
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,9 +20,24 @@ from vidtrack.arrays import Array
 
 Float32 = NDArray[np.float32]
 
-STEPS = 12
-_START_WIDTH = 0.25
-_LONGEST_STEP = np.array([1.0, 1.0, 0.5, 0.5, 100.0, 0.5])
+
+@dataclass(frozen=True)
+class DiscFit:
+    """How a disc is fitted.
+
+    steps           of the iteration, at most
+    start_width_px  of the edge, to begin with
+    longest_step    of x, y (px), log half axes, contrast (grey levels) and log width, at once
+    """
+
+    steps: int = 12
+    start_width_px: float = 0.25
+    longest_step: tuple[float, ...] = (1.0, 1.0, 0.5, 0.5, 100.0, 0.5)
+
+
+DISC_FIT = DiscFit()
+_LONGEST_STEP = np.array(DISC_FIT.longest_step)
+
 _DIAGONAL = np.arange(6)
 _EYE = np.eye(6)
 
@@ -59,7 +75,7 @@ def fit_soft_discs(
     middle    column and row that x and y count from, px
     x, y, radius (px), contrast, noise (grey levels)  (n,) where the fit begins; NaN gives NaN
     """
-    begin = np.stack([x, y, np.log(radius), np.log(radius), contrast, np.full_like(x, np.log(_START_WIDTH))])
+    begin = np.stack([x, y, np.log(radius), np.log(radius), contrast, np.full_like(x, np.log(DISC_FIT.start_width_px))])
     known = np.isfinite(begin).all(axis=0)
     begin = np.where(known, begin, 1.0)
     columns = np.arange(data.shape[2], dtype=np.float32) - np.float32(middle[0])
@@ -84,7 +100,7 @@ def _descend(
     trial, best = begin, begin
     cost, damping = np.full(n, np.inf), np.full(n, 1e-3)
     normal, gradient = np.zeros((n, 6, 6)), np.zeros((n, 6))
-    for _ in range(STEPS):
+    for _ in range(DISC_FIT.steps):
         model, slopes = _soft_disc(trial, rows, columns)
         free = weight * ~(clipped & (model >= data))
         left_over = (data - model) * free

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,8 +14,18 @@ from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import VALUES, Appearance
 
-ALIKE_PX = 2.0
-"""Targets whose half axes differ by less than this share a mask."""
+
+@dataclass(frozen=True)
+class Sharing:
+    """Which targets share a template.
+
+    alike_px  half axes that differ by less share a mask
+    """
+
+    alike_px: float = 2.0
+
+
+SHARING = Sharing()
 
 
 def measure_targets(
@@ -83,7 +94,7 @@ def _kinds(size: Array, soft: Array) -> Ints:
     if not known.any():
         return np.full(soft.size, -1)
     half = np.where(known[:, None], size / 2 + soft[:, None], 0.0)
-    if known.all() and (half.max(axis=0) - half.min(axis=0) < ALIKE_PX).all():
+    if known.all() and (half.max(axis=0) - half.min(axis=0) < SHARING.alike_px).all():
         return np.zeros(soft.size, np.intp)
-    steps = np.floor((half - np.median(half[known], axis=0)) / ALIKE_PX + 0.5).astype(np.intp)
+    steps = np.floor((half - np.median(half[known], axis=0)) / SHARING.alike_px + 0.5).astype(np.intp)
     return np.where(known, steps[:, 0] * 1000 + steps[:, 1], -1)

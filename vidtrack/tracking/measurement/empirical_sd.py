@@ -14,6 +14,7 @@ its pixels change its mass too. A track that scatters far more than the mass bea
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import comb
 from typing import NamedTuple
 
@@ -21,25 +22,37 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 
-ORDERS = (4, 6, 8, 10)
-"""d: the motion of what swings w rad a sample is left over by (2 sin(w/2))^d, its noise is all there."""
-FEWEST = 5
-"""Differences that tell a factor."""
-LATER = 4
-"""Samples apart at which errors are compared with those of neighbours."""
-LOOKED_AT = 20_000
-"""Differences of all targets that are looked at, about."""
-LONG_TAIL = 4.0
-"""sd that one difference counts for at most, the sd by the median: a knock is no noise, though errors of codecs have
-long tails."""
-BORNE_OUT = 4.0
-"""Times that a track may scatter more than the light does: at most 3.3 was met with any codec, and 1.9 with none."""
-SOFT_EDGE = 1.25
-"""px of soft edge about the pixels above the threshold that belong to the centroid."""
-CREEPING = 0.1
-"""px a sample: what moves less is coded once and copied from then on, errors and all."""
-AT_REST = 0.8
-"""# ASSUME: share of moving targets' factor that those at rest have (measured 0.4 to 1.2 with H.264, 1 with MPEG-2)."""
+
+@dataclass(frozen=True)
+class Differences:
+    """How the noise of tracks is estimated from their differences.
+
+    orders             d: of motion that swings w rad a sample (2 sin(w/2))^d is left over; of its noise, all
+    fewest             differences from which a factor is estimated
+    later              samples apart at which errors are compared with those of neighbours
+    at_most            differences of all targets that are used, about
+    long_tail          sd that one difference counts for at most, the sd by the median: a knock is no noise, though
+                       errors of codecs have long tails
+    position_to_light  largest ratio of a track's scatter to that of its light still taken as noise; seen: at most 3.3
+                       with any codec, and 1.9 with none
+    soft_edge_px       about the pixels above the threshold that belong to the centroid
+    creeping_px        a sample: what moves less is coded once and copied from then on, errors included
+    at_rest            # ASSUME: share of moving targets' factor that those at rest have (measured 0.4 to 1.2 with
+                       H.264, 1 with MPEG-2)
+    """
+
+    orders: tuple[int, ...] = (4, 6, 8, 10)
+    fewest: int = 5
+    later: int = 4
+    at_most: int = 20_000
+    long_tail: float = 4.0
+    position_to_light: float = 4.0
+    soft_edge_px: float = 1.25
+    creeping_px: float = 0.1
+    at_rest: float = 0.8
+
+
+DIFFERENCES = Differences()
 
 
 class Scatter(NamedTuple):
@@ -64,10 +77,10 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     time          (k,) samples; differences across a gap in it do not count. lines: of the frame buffer to a row
     """
     mass_sd = _mass_sd(sd[0], mass, pixels, lines)
-    light, later = (_least(mass[None], mass_sd[None], time, stride)[0] for stride in (1, LATER))
+    light, later = (_least(mass[None], mass_sd[None], time, stride)[0] for stride in (1, DIFFERENCES.later))
     track = _least(position, sd, time)
     borne_out = np.fmax(light, 1.0)
-    rough = (track > BORNE_OUT * borne_out).any(axis=0)
+    rough = (track > DIFFERENCES.position_to_light * borne_out).any(axis=0)
     track = track * _lasting(light, later)
     factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
     telling = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
@@ -76,12 +89,14 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
 
 def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
     """The least of `_over_sd` by all orders."""
-    return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in ORDERS]))
+    return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))
 
 
 def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
     """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
-    starts = _spread(_unbroken(time, order * stride), max(FEWEST, LOOKED_AT // max(values.shape[2], 1)))
+    starts = _spread(
+        _unbroken(time, order * stride), max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
+    )
     change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
     for i in range(order + 1):
         at, weight = starts + i * stride, (-1) ** i * comb(order, i)
@@ -92,12 +107,12 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
     count = told.sum(axis=1)
     square = _median(share, count) / 0.6745**2
     share[~told] = 0
-    square = np.minimum(share, LONG_TAIL**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
-    return np.where(count >= FEWEST, np.sqrt(square), np.nan)
+    square = np.minimum(share, DIFFERENCES.long_tail**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
+    return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
 
 
 def _lasting(light: Array, later: Array) -> float:
-    """By how much errors of samples LATER apart differ more than those of neighbours: codecs carry errors along.
+    """By how much errors of samples that are `later` apart differ more than those of neighbours: codecs repeat errors.
 
     Of all targets together; their light shows it without any motion.
     """
@@ -137,14 +152,14 @@ def _mass_sd(sd_x: Array, mass: Array, pixels: Array, lines: int) -> Array:
     sd_x = noise sqrt(sum x^2) / mass, and sum x^2 = lines A^2 / (4 pi) over an area of A pixels that is a circle in
     the frame buffer. What the background's plane adds to both is nearly the same.
     """
-    area = np.pi * (np.sqrt(lines * pixels / np.pi) + SOFT_EDGE) ** 2 / lines
+    area = np.pi * (np.sqrt(lines * pixels / np.pi) + DIFFERENCES.soft_edge_px) ** 2 / lines
     return np.asarray(sd_x * mass * np.sqrt(4 * np.pi / (lines * area)))
 
 
 def _moves(position: Array) -> Bools:
     """Which targets do more than creep, (n,)."""
     step = np.abs(np.diff(position, axis=1)).max(axis=0)
-    return np.asarray(_median(step[None], np.isfinite(step).sum(axis=0)[None])[0] > CREEPING)
+    return np.asarray(_median(step[None], np.isfinite(step).sum(axis=0)[None])[0] > DIFFERENCES.creeping_px)
 
 
 def _with_silent(factor: Array, own: Bools, telling: Bools) -> Array:
@@ -155,4 +170,4 @@ def _with_silent(factor: Array, own: Bools, telling: Bools) -> Array:
     if not telling.any() or own.all():
         return factor
     usual = np.median(factor[:, telling], axis=1, keepdims=True)
-    return np.where(own, factor, np.maximum(factor, AT_REST * usual))
+    return np.where(own, factor, np.maximum(factor, DIFFERENCES.at_rest * usual))

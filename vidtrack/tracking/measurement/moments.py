@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints, Picture
 from vidtrack.tracking.measurement.background import Plane, Sums
-from vidtrack.tracking.measurement.components import SEPARATOR
+from vidtrack.tracking.measurement.components import CUTTING
 
 _SQUARE3 = np.ones((3, 3), np.uint8)
 
@@ -32,7 +32,7 @@ def soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[n
         if others.any():
             near = cv2.dilate(others.reshape(flat), _SQUARE3, iterations=2).reshape(shape)
             region &= ~near | target
-    region[..., -SEPARATOR:] = 0
+    region[..., -CUTTING.separator :] = 0
     return np.asarray(region, np.uint8)
 
 

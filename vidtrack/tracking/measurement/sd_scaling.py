@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
-CLIPPED = {"weighted": 0.053, "ellipse": 0.027, "binary": 0.0}
-"""px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it does nothing."""
-PASSING, SUDDEN = 3, 0.15
-"""Samples before and after in which a target's mass changes by more than this share where the edge of a shadow, or of
-light, goes over it."""
+
+@dataclass(frozen=True)
+class Growth:
+    """What makes centroids worse than their noise says.
+
+    clipped  px, what saturation adds to the sd of a target of one pixel's area; to whole pixels it adds nothing
+    passing  samples before and after in which a target's mass changes where the edge of a shadow, or of light, goes
+             over it
+    sudden   share of its mass by which it changes then
+    """
+
+    clipped: tuple[tuple[str, float], ...] = (("weighted", 0.053), ("ellipse", 0.027), ("binary", 0.0))
+    passing: int = 3
+    sudden: float = 0.15
+
+
+GROWTH = Growth()
 
 
 def with_grown_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> tuple[Rows, Scatter]:
@@ -39,7 +53,7 @@ def _clipped(rows: Rows, lines: int, kind: str) -> Array:
     mean, half of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
     """
     with np.errstate(divide="ignore"):
-        of_rim = np.where(rows.flag & SATURATED, CLIPPED[kind] * rows.values[PIXELS] ** -0.25, 0.0)
+        of_rim = np.where(rows.flag & SATURATED, dict(GROWTH.clipped)[kind] * rows.values[PIXELS] ** -0.25, 0.0)
     return np.stack([of_rim, lines * of_rim])
 
 
@@ -53,17 +67,17 @@ def _half_lit(rows: Rows, lines: int) -> Array:
     if not len(mass):
         return moved
     with np.errstate(invalid="ignore"):
-        some = np.flatnonzero(1 - np.fmin.reduce(mass) / np.fmax.reduce(mass) > SUDDEN)
+        some = np.flatnonzero(1 - np.fmin.reduce(mass) / np.fmax.reduce(mass) > GROWTH.sudden)
     if not some.size:
         return moved
     mass = mass[:, some]
     most, least = mass.copy(), mass.copy()
-    for shift in range(1, PASSING + 1):
+    for shift in range(1, GROWTH.passing + 1):
         for to, of in ((slice(shift, None), slice(None, -shift)), (slice(None, -shift), slice(shift, None))):
             np.fmax(most[to], mass[of], out=most[to])
             np.fmin(least[to], mass[of], out=least[to])
     change = np.nan_to_num(1 - least / most)
     usual = np.nanmedian(np.where(np.isfinite(mass), change, np.nan), axis=0)
-    change[change <= np.maximum(SUDDEN, 5 * usual)] = 0
+    change[change <= np.maximum(GROWTH.sudden, 5 * usual)] = 0
     moved[:, some] = np.nan_to_num(0.25 * change * np.sqrt(lines * rows.values[PIXELS][:, some] / np.pi))
     return moved

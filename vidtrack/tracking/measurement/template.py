@@ -12,6 +12,7 @@ at the size it had, is reported as not clear and its window is segmented.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -19,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.measurement.background import QUANTISATION_SD
-from vidtrack.tracking.measurement.components import FULL_SCALE
-from vidtrack.tracking.measurement.window import GRAIN, PULL, SAME_SIZE, Seen
+from vidtrack.tracking.measurement.background import SURROUNDINGS
+from vidtrack.tracking.measurement.components import CUTTING
+from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
@@ -43,23 +44,33 @@ from vidtrack.tracking.state import (
 
 Float32 = NDArray[np.float32]
 
-SPARE = 0.25
-"""px of the soft edge, as segmentation grows it, that hold no light but only noise."""
-RECENTRE = 2
-"""Times that a window is moved onto its target, before the target counts as not there."""
-RING = 3
-"""px about the mask, for the background."""
-NEAR_CENTRE = 0.6
-"""px from the middle of its window's middle pixel up to which a target is well inside its mask."""
-OFF_CENTRE = 0.9
-"""px: a target further from the middle of its window's middle pixel is not where the mask is."""
-UNEVEN_RING = 8.0
-"""Sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in a thousand of
-compressed video did; what is taken for a neighbour wrongly costs a segmentation, but no accuracy."""
-STRAY = 2.0**20
-"""A pixel outside of the mask counts as many as no target has."""
-CHUNK = 100_000
-"""Pixels made floats at once, about: more no longer fit the processor's caches."""
+
+@dataclass(frozen=True)
+class Mask:
+    """The mask of a template, and where it is valid.
+
+    spare_px          of the soft edge, as segmentation grows it, that hold no light but only noise
+    recentred         times that a window is moved onto its target, before the target counts as not there
+    ring_px           about the mask, for the background
+    near_centre_px    from the centre of its window's middle pixel up to which a target is well inside its mask
+    off_centre_px     a target further from the centre of its window's middle pixel is not where the mask is
+    uneven_ring       sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in
+                      a thousand of compressed video did. A false neighbour costs a segmentation, but no accuracy
+    stray             pixels that one outside of the mask counts as: more than any target has
+    pixels_as_floats  made floats at once, about: more no longer fit the processor's caches
+    """
+
+    spare_px: float = 0.25
+    recentred: int = 2
+    ring_px: int = 3
+    near_centre_px: float = 0.6
+    off_centre_px: float = 0.9
+    uneven_ring: float = 8.0
+    stray: float = 2.0**20
+    pixels_as_floats: int = 100_000
+
+
+MASK = Mask()
 
 
 class Weights(NamedTuple):
@@ -67,7 +78,7 @@ class Weights(NamedTuple):
     from a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1.
 
     pull           px by which one grey level of those may have moved the target, times its mass
-    inside            weights of what is counted: 1 within the mask, STRAY without
+    inside            weights of what is counted: 1 within the mask, MASK.stray without
     x_noise, y_noise  sd of m_x, m_y for a noise of 1
     ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
     """
@@ -87,7 +98,7 @@ class Weights(NamedTuple):
 def weights(twice_a: int, twice_b: int) -> Weights:
     """Weights of an elliptical mask of half axes twice_a / 2 and twice_b / 2 px."""
     a, b = twice_a / 2, twice_b / 2
-    half_w, half_h = int(np.ceil(a)) + RING, int(np.ceil(b)) + RING
+    half_w, half_h = int(np.ceil(a)) + MASK.ring_px, int(np.ceil(b)) + MASK.ring_px
     y, x = np.mgrid[-half_h : half_h + 1, -half_w : half_w + 1].reshape(2, -1).astype(float)
     disc = ((x / a) ** 2 + (y / b) ** 2 <= 1).astype(float)
     ring = ((x / (a + 1)) ** 2 + (y / (b + 1)) ** 2 > 1).astype(float)
@@ -98,7 +109,7 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
     linear = np.stack([mass, m_x, m_y, plane[0], *uneven], axis=1).astype(np.float32)
     pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
-    inside = (disc + STRAY * (1 - disc)).astype(np.float32)
+    inside = (disc + MASK.stray * (1 - disc)).astype(np.float32)
     noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
@@ -140,7 +151,7 @@ def apply_template(
     careful  whether the unrest of the background is measured, or taken as known
     """
     k, n = predicted.shape[:2]
-    half = known.size.max(axis=0) / 2 + known.soft.max() - SPARE
+    half = known.size.max(axis=0) / 2 + known.soft.max() - MASK.spare_px
     w = weights(*np.rint(2 * half).astype(int).tolist())
     rows, columns = samples[0].luma.shape
     if w.width > columns or w.height > rows:
@@ -152,13 +163,13 @@ def apply_template(
     mass, m_x, m_y, background, uneven = moments.reshape(5, k, n)
     mass = np.where(mass > 0, mass, np.nan)
     off = np.stack([m_x / mass, m_y / mass])
-    unlike = np.exp(SAME_SIZE + GRAIN / known.pixels)
+    unlike = np.exp(WINDOW.same_size + WINDOW.grain / known.pixels)
     least = np.maximum(known.pixels / unlike, detection.min_pixels)
-    clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, STRAY))
-    clear &= (np.abs(off) < OFF_CENTRE).all(axis=0)
-    quiet = np.maximum(known.unrest, max(detection.noise, QUANTISATION_SD))
+    clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, MASK.stray))
+    clear &= (np.abs(off) < MASK.off_centre_px).all(axis=0)
+    quiet = np.maximum(known.unrest, max(detection.noise, SURROUNDINGS.quantisation_sd))
     clear &= noise <= 2 * quiet
-    clear &= uneven <= np.maximum(UNEVEN_RING * quiet, mass * (PULL / w.pull)) ** 2
+    clear &= uneven <= np.maximum(MASK.uneven_ring * quiet, mass * (WINDOW.pull_px / w.pull)) ** 2
     if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
         clear &= ~doubled
     values = np.empty((VALUES, k, n))
@@ -188,7 +199,8 @@ def _centred(
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
     reach = np.array([[w.width // 2], [w.height // 2]])
-    low, high = reach - RING, np.array([[columns], [rows]]) - 1 - reach + RING  # middles whose mask is in the picture
+    # middles whose mask is in the picture
+    low, high = reach - MASK.ring_px, np.array([[columns], [rows]]) - 1 - reach + MASK.ring_px
     at = predicted.reshape(k * n, 2).T
     if samples[0].lines == 2:
         parity = np.repeat([sample.parity for sample in samples], n)
@@ -202,11 +214,11 @@ def _centred(
     bright = _windows(pictures, views, each, centre - reach, w, detection)
     moments = _moments(bright, w, detection)
     missed = np.arange(k * n)
-    for _ in range(RECENTRE):
+    for _ in range(MASK.recentred):
         here = moments if missed.size == k * n else moments[:, missed]
         off = here[1:3] / np.maximum(here[0], 1e-3)
         far = np.abs(off)
-        moving = ((far > NEAR_CENTRE) & (far <= reach)).any(axis=0)
+        moving = ((far > MASK.near_centre_px) & (far <= reach)).any(axis=0)
         if not moving.any():
             break
         missed, off = missed[moving], off[:, moving]
@@ -277,12 +289,12 @@ def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
 
 def _chunks(bright: NDArray[Any]) -> list[slice]:
     m, pixels = bright.shape
-    each = max(1, CHUNK // pixels)
+    each = max(1, MASK.pixels_as_floats // pixels)
     return [slice(a, a + each) for a in range(0, m, each)]
 
 
 def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Array:
-    """Pixels of k n windows above the thresholds (n,) within the mask, and STRAY for each without, (k n,)."""
+    """Pixels of k n windows above the thresholds (n,) within the mask, and MASK.stray for each without, (k n,)."""
     level = np.resize(_stored(threshold, bright, detection), len(bright))[:, None]
     count = np.empty(len(bright), np.float32)
     for some in _chunks(bright):
@@ -307,10 +319,10 @@ def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
 
 def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:
     """Whether at least a twentieth of each target (k, n) is at full scale."""
-    if not bright.size or bright.max() * detection.scale < FULL_SCALE:
+    if not bright.size or bright.max() * detection.scale < CUTTING.full_scale:
         return np.zeros(count.shape, bool)
     within = (w.inside == 1).astype(np.float32)
-    full = (bright >= FULL_SCALE / detection.scale).astype(np.float32) @ within
+    full = (bright >= CUTTING.full_scale / detection.scale).astype(np.float32) @ within
     return np.asarray(full.reshape(count.shape) * 20 >= np.maximum(count, 1))
 
 
@@ -321,7 +333,7 @@ def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Ar
     slopes = values @ w.across.T
     squares = np.einsum("nr,nr->n", values, values) - np.einsum("nc,nc->n", slopes, slopes)
     noise = np.sqrt(np.maximum(squares, 0) / (w.ring.size - 3))
-    return np.asarray(np.maximum(noise, QUANTISATION_SD), float)
+    return np.asarray(np.maximum(noise, SURROUNDINGS.quantisation_sd), float)
 
 
 def _doubled(centre: Ints, k: int, n: int) -> NDArray[np.bool_] | None:

@@ -7,6 +7,7 @@ plainly itself in its window is reported as not clear, and a wider search decide
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,18 +19,29 @@ from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import VALUES
 
-CLEAR = 3
-"""px between a target and its window's border that its soft edge needs."""
-WINDOW_ROOM = 7.5
-"""px about a target in its window: its soft edge and the background, or room for it to be off by four."""
-SAME_SIZE = 0.6
-"""|log| of the ratio of pixel counts up to which a patch is taken for the target itself: between 0.55 and 1.8."""
-GRAIN = 3.0
-"""Pixels that the count of a tiny target changes by as it moves over the grid: the tolerance grows by GRAIN/count."""
-PULL = 0.01
-"""px that the background's unrest may cost before a window is segmented in every sample."""
-WINDOW_STEP = 4
-"""px: windows are as wide and as high as multiples of this, so that targets of about one size share them."""
+
+@dataclass(frozen=True)
+class Segmenting:
+    """The windows that are segmented, and when what they show is the target.
+
+    clear_px   between a target and its window's border, which its soft edge needs
+    room_px    about a target in its window: its soft edge and the background, or room for it to be off by four
+    same_size  |log| of the ratio of pixel counts up to which a patch is the target: between 0.55 and 1.8
+    grain      pixels that the count of a tiny target changes by as it moves over the grid: the tolerance grows by
+               grain/count
+    pull_px    that the background's unrest may cost before a window is segmented in every sample
+    step_px    windows are as wide and as high as multiples of this, so that targets of about one size share them
+    """
+
+    clear_px: int = 3
+    room_px: float = 7.5
+    same_size: float = 0.6
+    grain: float = 3.0
+    pull_px: float = 0.01
+    step_px: int = 4
+
+
+WINDOW = Segmenting()
 
 
 class Seen(NamedTuple):
@@ -60,14 +72,14 @@ def segment_windows(
     """
     k, n = predicted.shape[:2]
     rows, columns = samples[0].luma.shape
-    need = size + 2 * WINDOW_ROOM
+    need = size + 2 * WINDOW.room_px
     kind = _sorts(need)
     groups: list[Any] = (
         [slice(None)] if not kind.any() else [np.flatnonzero(kind == group) for group in np.unique(kind)]
     )
     parts = []
     for who in groups:
-        wide, high = (np.ceil(need[who].max(axis=0) / WINDOW_STEP) * WINDOW_STEP).astype(int).tolist()
+        wide, high = (np.ceil(need[who].max(axis=0) / WINDOW.step_px) * WINDOW.step_px).astype(int).tolist()
         width, height = min(wide, columns), min(high, rows)
         parts.append(_measure_alike(samples, predicted[:, who], width, height, pixels[who], threshold[who], detection))
     if len(parts) == 1:
@@ -118,7 +130,7 @@ def _measure_alike(
     box = np.stack([found.left, found.top, found.width, found.height])
     box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
     # Where the background is too restless for a template's plain plane, the next sample is segmented as well.
-    soft = np.where(c.pull > PULL, np.nan, c.soft)
+    soft = np.where(c.pull > WINDOW.pull_px, np.nan, c.soft)
     values = np.stack(
         [
             c.x,
@@ -162,9 +174,9 @@ def _clear(chosen: Ints, box: Ints, windows: Windows, now: Ints, before: Array) 
     """Of about the same size as before, and with room for its soft edge in the window."""
     height, _, width = windows.raw.shape
     left, top, wide, high = box
-    inside = (left - windows.left >= CLEAR) & (windows.left + width - left - wide >= CLEAR)
-    inside &= (top - windows.top >= CLEAR) & (windows.top + height - top - high >= CLEAR)
-    alike = np.abs(np.log(np.maximum(now, 1) / before)) < SAME_SIZE + GRAIN / before
+    inside = (left - windows.left >= WINDOW.clear_px) & (windows.left + width - left - wide >= WINDOW.clear_px)
+    inside &= (top - windows.top >= WINDOW.clear_px) & (windows.top + height - top - high >= WINDOW.clear_px)
+    alike = np.abs(np.log(np.maximum(now, 1) / before)) < WINDOW.same_size + WINDOW.grain / before
     clear: Bools = (chosen >= 0) & inside & alike
     return clear
 
