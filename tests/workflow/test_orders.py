@@ -44,9 +44,10 @@ def test_a_runs_crop_goes_before_its_cameras():
 
 
 def test_calibration_clips_depend_on_no_setting_of_moving_targets():
-    before = orders.calibration_points(config(), experiment(r=["cam1", "cam2"]), "cam1")
+    found = experiment(r=["cam1", "cam2"])._replace(points=None)
+    before = orders.calibration_points(config(), found, "cam1")
     moved = {"units": "in", "cameras": {"cam1": None, "cam2": None}, "detect": {"box": [90, 90], "max_step": 0.5}}
-    after = orders.calibration_points(settings_from_config(moved), experiment(r=["cam1", "cam2"]), "cam1")
+    after = orders.calibration_points(settings_from_config(moved), found, "cam1")
     assert after == before
     moved["detect"] = {"threshold": 90}
-    assert orders.calibration_points(settings_from_config(moved), experiment(r=["cam1", "cam2"]), "cam1") != before
+    assert orders.calibration_points(settings_from_config(moved), found, "cam1") != before
