@@ -1,5 +1,7 @@
 """What each job gets of the settings, and which cameras are calibrated at all."""
 
+from dataclasses import replace
+
 import pytest
 
 from vidtrack.files.experiment import Clip, Experiment, Run
@@ -44,7 +46,7 @@ def test_a_runs_crop_goes_before_its_cameras():
 
 
 def test_calibration_clips_depend_on_no_setting_of_moving_targets():
-    found = experiment(r=["cam1", "cam2"])._replace(points=None)
+    found = replace(experiment(r=["cam1", "cam2"]), points=None)
     before = orders.calibration_points(config(), found, "cam1")
     moved = {"units": "in", "cameras": {"cam1": None, "cam2": None}, "detect": {"box": [90, 90], "max_step": 0.5}}
     after = orders.calibration_points(settings_from_config(moved), found, "cam1")
