@@ -114,7 +114,7 @@ def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searche
 
 
 @pytest.mark.parametrize("longest", [5, 12])
-def test_targets_that_hide_each_other_count_as_gone_after_max_occlusion(longest):
+def test_targets_that_hide_each_other_count_as_lost_after_max_occlusion(longest):
     now, position = lost((60.0, 50.0), (62.0, 50.0))
     scene = Scene(Detection(noise=2.0, max_occlusion=longest), 100.0, np.zeros((2, 0)))
     search, who = Reacquisition(scene, 2, 2, far=False), np.arange(2)

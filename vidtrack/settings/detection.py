@@ -30,7 +30,8 @@ DETECT = {
     "less is found by its brightness",
     "max_clutter": "share of the picture that things which stand still and are as bright as targets may cover: targets "
     "are not measured while they touch such things; where these cover more they are scenery, and targets before it",
-    "max_occlusion": "samples that targets which hide each other may stay unseen; then one of them counts as gone",
+    "max_occlusion": "samples in which targets that hide each other are awaited where they met; then they count as "
+    "lost and are sought elsewhere",
     "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
 }
 """What each detect key means, for all clips and runs and where one of them differs."""
@@ -75,4 +76,4 @@ class Detect(Section):
     max_step: Annotated[float, Field(gt=0, le=1)] = Field(0.15, description=DETECT["max_step"])
     min_motion: Positive = Field(1.5, description=DETECT["min_motion"])
     max_clutter: Annotated[float, Field(gt=0, le=1)] = Field(0.25, description=DETECT["max_clutter"])
-    max_occlusion: Annotated[int, Field(ge=1)] = Field(40, description=DETECT["max_occlusion"])
+    max_occlusion: Annotated[int, Field(ge=1)] = Field(8, description=DETECT["max_occlusion"])

@@ -25,7 +25,8 @@ class Detection:
     max_step       # ASSUME: share of the picture's diagonal that a target moves between samples, at most
     min_motion     px that a thing moves in the first samples before it counts as moving
     max_clutter    # ASSUME: share of the picture beyond which what is bright is scenery behind targets, no clutter
-    max_occlusion  samples without a blob that could be several targets, after which one of them counts as gone
+    max_occlusion  samples without a blob that could be several targets, after which they count as lost and are sought
+                   elsewhere; the association in space finds out which is which
     """
 
     scale: float = 1.0
@@ -39,7 +40,7 @@ class Detection:
     max_step: float = 0.15
     min_motion: float = 1.5
     max_clutter: float = 0.25
-    max_occlusion: int = 40
+    max_occlusion: int = 8
 
     @property
     def moving_noise(self) -> float:
