@@ -157,3 +157,40 @@ def test_a_time_lapse_of_less_than_a_picture_a_second_has_labels():
     times = stamps(3, rate)
     np.testing.assert_allclose(base.seconds(times), 36000 + times, atol=1e-9)
     assert base.labels(times).tolist() == ["10:00:00:00", "10:00:10:00", "10:00:20:00"]
+
+
+@pytest.mark.parametrize("tick", [1e-6, 1 / 90_000])
+def test_stamps_finer_than_they_scatter_are_the_time(tick):
+    true = np.arange(200) / 30 + np.random.default_rng(0).uniform(-0.2, 0.2, 200) / 30
+    times = np.round(true / tick) * tick
+    base = TimeBase(Fraction(30), Fraction(30), tick=tick).fitted(times)
+    assert not base.constant
+    np.testing.assert_allclose(base.seconds(times), times, atol=1e-9)
+
+
+@pytest.mark.parametrize("coarse", [1e-3, 1 / 600, 1 / 1200])
+def test_stamps_that_a_coarser_container_rounded_once_lie_on_their_grid(coarse):
+    times = np.round(np.round(stamps(400, NTSC) / coarse) * coarse * 90_000) / 90_000
+    assert TimeBase(NTSC, NTSC, tick=1 / 90_000).fitted(times).constant
+    assert TimeBase(NTSC, NTSC, tick=1e-3).fitted(stamps(400, NTSC, 0.001)).constant
+
+
+@pytest.mark.parametrize(
+    ("rate", "labels"),
+    [
+        (Fraction(1, 2), 30),
+        (Fraction(7, 10), 30),
+        (Fraction(1), 1),
+        (Fraction(25, 2), 25),
+        (Fraction(15, 2), 30),
+        (Fraction(15), 15),
+        (Fraction(2983, 100), NTSC),
+        (Fraction(11987, 100), 30),
+        (NTSC, NTSC),
+    ],
+)
+def test_time_code_counts_by_a_rate_that_time_codes_have(rate, labels):
+    rate_of_code = code_rate_of(rate)
+    assert rate_of_code == labels or abs(rate_of_code / labels - 1) < 0.002
+    ten = parse("10:00:00:00", rate_of_code)
+    assert time_base(rate, ten).seconds(0.0) == pytest.approx(36000, abs=1e-6)

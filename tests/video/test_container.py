@@ -84,7 +84,20 @@ def two_streams(path: Path, *, cover: bool) -> Path:
 def test_a_second_stream_of_pictures_is_said(tmp_path):
     with open_video(str(two_streams(tmp_path / "a.mkv", cover=False))) as video:
         list(video.frames())
-        assert video.account.problems == ("2 streams of pictures (64 x 48, 96 x 64); number 1 of them is read",)
+        assert video.account.problems == (
+            "2 streams of pictures (64 x 48, 96 x 64); number 1 of them is read (set stream: to choose)",
+        )
+
+
+def test_a_stream_is_chosen_by_its_number(tmp_path):
+    path = str(two_streams(tmp_path / "a.mkv", cover=False))
+    for number, size in ((1, (64, 48)), (2, (96, 64))):
+        with open_video(path, stream=number) as video:
+            assert (video.info.width, video.info.height) == size
+            list(video.frames())
+            assert video.account.problems == ()
+    with pytest.raises(VidtrackError, match="has 2 streams of pictures, and stream is 3"):
+        open_video(path, stream=3)
 
 
 class Stream:

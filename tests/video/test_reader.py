@@ -1,6 +1,7 @@
 import subprocess
 import sys
 import tracemalloc
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,9 +9,10 @@ import av
 import numpy as np
 import pytest
 
-from tests.files.clips import NTSC, make_clip, moving_ball
+from tests.files.clips import NTSC, make_clip, moving_ball, video_frame
 from vidtrack.errors import VidtrackError
 from vidtrack.video.reader import open_video
+from vidtrack.video.time_source import find_time
 
 PACKAGE = Path(__file__).parents[2] / "vidtrack"
 SHARED = Path(__file__).parents[2] / "../shared/real"
@@ -184,6 +186,7 @@ def test_the_first_frame_comes_within_a_second_of_starting_python(tmp_path):
     script = f"""
 import time; begin = time.process_time()
 from vidtrack.video.reader import open_video
+from vidtrack.video.time_source import find_time
 with open_video({str(path)!r}) as video:
     next(iter(video.frames()))
 import sys
@@ -295,3 +298,127 @@ def test_a_webm_that_states_a_thousand_frames_a_second_has_the_rate_of_its_stamp
         list(video.frames())
         assert video.info.rate == 30
     assert video.account.lost == 1
+
+
+def unjumped(path):
+    with open_video(str(path)) as video:
+        return [(float(frame.time), frame.corrupt) for frame in video.frames()], video.account, video.info
+
+
+def test_b_pictures_packed_into_other_packets_come_in_order_with_their_times(tmp_path):
+    path = packed_b_pictures(tmp_path / "a.avi", n=24)
+    frames, account, _ = unjumped(path)
+    assert [time for time, _ in frames] == pytest.approx([i / 25 for i in range(24)])
+    assert not any(corrupt for _, corrupt in frames)
+    assert account.lost == 0
+    assert account.problems == ()
+    with open_video(str(path)) as video:
+        for frame in video.frames():
+            x = 30 + 2.0 * float(frame.time * 25)
+            assert abs(middle_of_ball(frame.luma)[0] - x) < 0.3
+
+
+def packed_b_pictures(path, *, n):
+    """An AVI as DivX 5 wrote it: each B picture in the packet of one that it is built on, then an empty packet."""
+    rate, size = Fraction(25), (160, 120)
+    coder = av.CodecContext.create("mpeg4", "w")
+    coder.width, coder.height = size
+    coder.pix_fmt, coder.framerate, coder.time_base = "yuv420p", rate, 1 / rate
+    coder.options, coder.gop_size = {"b": "2M", "bf": "1"}, 12
+    coded = []
+    for i in range(n):
+        frame = video_frame(moving_ball(*size)(i), "yuv420p")
+        frame.pts, frame.time_base = i, 1 / rate
+        coded += [bytes(packet) for packet in coder.encode(frame)]
+    coded += [bytes(packet) for packet in coder.encode(None)]
+    start = min(at for at in (coded[0].find(b"\0\0\1\xb3"), coded[0].find(b"\0\0\1\xb6")) if at >= 0)
+    coded[0] = coded[0][:start] + b"\0\0\1\xb2DivX503b1393p" + coded[0][start:]  # p: packed
+    kinds = [data[data.index(b"\0\0\1\xb6") + 4] >> 6 for data in coded]  # 0 I, 1 P, 2 B
+    skipped = "01" + "0" + "1" + "00001" + "1" + "0" + "01111"  # a P picture that is not coded, at 25 ticks a second
+    empty = b"\0\0\1\xb6" + int(skipped, 2).to_bytes(2)
+    packets = []
+    while coded:
+        data, kind = coded.pop(0), kinds.pop(0)
+        if kinds and kinds[0] == 2:
+            kinds.pop(0)
+            packets += [(data + coded.pop(0), kind == 0), (empty, False)]
+        else:
+            packets.append((data, kind == 0))
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        for at, (data, key) in enumerate(packets):
+            packet = av.Packet(data)
+            packet.stream, packet.pts, packet.dts, packet.time_base, packet.is_keyframe = stream, at, at, 1 / rate, key
+            container.mux(packet)
+    return path
+
+
+def middle_of_ball(luma):
+    weight = np.clip(luma.astype(float) - 110, 0, None)
+    Y, X = np.mgrid[: luma.shape[0], : luma.shape[1]]
+    return (X * weight).sum() / weight.sum(), (Y * weight).sum() / weight.sum()
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "rate"),
+    [
+        ("a.h264", "libx264", Fraction(90)),
+        ("a.h264", "libx264", Fraction(30)),
+        ("a.hevc", "libx265", Fraction(60)),
+        ("a.m2v", "mpeg2video", Fraction(60000, 1001)),
+    ],
+)
+def test_a_raw_stream_has_the_rate_that_it_states(tmp_path, name, codec, rate):
+    options = {"x265-params": "log-level=none"} if codec == "libx265" else {}
+    path = make_clip(tmp_path / name, codec, "yuv420p", rate=rate, n=20, options=options)
+    frames, account, info = unjumped(path)
+    assert info.rate == rate
+    assert account.problems == ()
+    assert [time for time, _ in frames] == pytest.approx([i / float(rate) for i in range(20)], abs=1e-6)
+
+
+def test_a_raw_stream_that_states_no_rate_says_what_was_assumed(tmp_path):
+    path = make_clip(tmp_path / "a.mjpeg", "mjpeg", "yuvj420p", rate=Fraction(50))
+    assert unjumped(path)[1].problems == ("a stream of pictures that states no rate: 25 a second assumed; give rate",)
+    with open_video(str(path), rate=50) as video:
+        assert [float(frame.time) for frame in video.frames()] == pytest.approx([i / 50 for i in range(12)])
+        assert video.account.problems == ()
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.mkv", "a.avi"])
+def test_slow_motion_stored_at_30_runs_at_the_rate_that_is_given(tmp_path, name):
+    codec = "mpeg4" if name.endswith("avi") else "libx264"
+    path = make_clip(tmp_path / name, codec, "yuv420p", rate=Fraction(30), n=40, timecode="10:00:00:00")
+    with open_video(str(path), rate=240) as video:
+        found = find_time(str(path), video.info)
+        base = replace(video.info, time=found.base).time if name.endswith("mp4") else video.info.time
+        times = np.array([float(frame.time) for frame in video.frames()])
+        assert video.info.rate == 240
+        assert video.account.lost == 0
+        assert not video.account.problems
+    seconds = base.fitted(times).seconds(times)
+    np.testing.assert_allclose(seconds - seconds[0], np.arange(40) / 240, atol=1e-9)
+    if name.endswith("mp4"):
+        assert seconds[0] == 36000
+
+
+def test_a_given_rate_keeps_the_gaps_of_the_stamps(tmp_path):
+    kept = [0, 1, 2, 5, 6, 7]
+    path = make_clip(
+        tmp_path / "a.mp4", "libx264", "yuv420p", n=6, stamps=kept, stamp_base=Fraction(1, 30), rate=Fraction(30)
+    )
+    with open_video(str(path), rate=120) as video:
+        assert [float(frame.time) for frame in video.frames()] == pytest.approx([k / 120 for k in kept], abs=1e-5)
+        assert video.account.lost == 2
+
+
+def test_a_given_rate_that_is_rounded_stands_for_the_exact_one_below_300_only(tmp_path):
+    path = make_clip(tmp_path / "a.mp4", "libx264", "yuv420p")
+    for given, exact in (
+        (29.97, Fraction(30000, 1001)),
+        (239.76, Fraction(240000, 1001)),
+        (1000.1, Fraction(10001, 10)),
+    ):
+        with open_video(str(path), rate=given) as video:
+            assert video.info.rate == exact

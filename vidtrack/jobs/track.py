@@ -18,6 +18,7 @@ from vidtrack.stages.track import track
 from vidtrack.timing.frame import ReadAccount, VideoInfo
 from vidtrack.timing.light import LightMeter
 from vidtrack.timing.run_scale import code_as_record
+from vidtrack.timing.timebase import TimeBase
 from vidtrack.video.account import BLANK
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
@@ -69,7 +70,7 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
     in_fields = bool((tracked.centroids["field"] != "frame").any())
-    write_parquet(job.outputs["light"], _light(meter, info, in_fields), units="px", provenance=job.provenance)
+    write_parquet(job.outputs["light"], _light(meter, tracked.clock, in_fields), units="px", provenance=job.provenance)
 
 
 def _not_refuted(account: ReadAccount, measured: float) -> ReadAccount:
@@ -79,7 +80,7 @@ def _not_refuted(account: ReadAccount, measured: float) -> ReadAccount:
     return account._replace(problems=tuple(line for line in account.problems if not line.startswith(BLANK)))
 
 
-def _light(meter: LightMeter, info: VideoInfo, in_fields: bool) -> DataFrame:
+def _light(meter: LightMeter, clock: TimeBase, in_fields: bool) -> DataFrame:
     """Every picture that was read: when it was taken, when the middle of its one or two exposures was, its brightness.
 
     stamp_s counts from the first picture; time_s, middle_s are by the time code.
@@ -87,7 +88,6 @@ def _light(meter: LightMeter, info: VideoInfo, in_fields: bool) -> DataFrame:
     from pandas import DataFrame
 
     stamps = meter.stamps
-    clock = info.time.fitted(stamps)
     columns = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": clock.seconds(stamps)}
     columns["middle_s"] = clock.seconds(stamps, fields=np.full(len(stamps), 0.25)) if in_fields else columns["time_s"]
     return DataFrame({**columns, "brightness": meter.levels})

@@ -20,6 +20,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.timebase import TimeBase
 from vidtrack.tracking.assessment import (
     line,
     missing_targets,
@@ -33,6 +34,7 @@ from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.frame_times import chosen_clock
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
@@ -70,12 +72,14 @@ class Tracked(NamedTuple):
     centroids    one row a sample and target, as `track` tells
     tracklets    one row a measured sample of all that was followed, `association.tracklets.COLUMNS`
     diagnostics  plain values, pictures under `worst`; findings: what the user should know
+    clock        the recording's, as its time stamps and tracks show it
     """
 
     centroids: DataFrame
     tracklets: DataFrame
     diagnostics: dict[str, Any]
     findings: list[Finding]
+    clock: TimeBase
 
 
 def track(
@@ -151,11 +155,13 @@ def track(
     rows = with_earlier(tracker.rows(), earlier)
     moment = _moments(stamps, clip.order)
     lines = len(set(moment.offset))
-    time = lines * (moment.time * float(info.rate) + moment.offset)
+    clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
+    elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
+    time = lines * (elapsed * float(info.rate) + moment.offset)
     repeated = np.repeat(np.array(repeats.flags, bool), lines)
     rows = with_resting(rows, repeated, lines)
     rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
-    columns = _Columns(moment, info)
+    columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     cut = cut_tracks(rows, tracker.others(), np.median(seen.factor, axis=1) if names else np.ones(2))
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
@@ -166,10 +172,11 @@ def track(
         *missing_targets(rows, names, begun.expected, clip.detection),
         *more_than_asked(cut, len(rows.flag), len(names), chosen=start_boxes is not None),
         *order_of_fields(rows, moment.field),
+        *uneven,
         *repeated_pictures(repeats.flags, rows),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
-    return Tracked(table, tracklets, diagnostics, found)
+    return Tracked(table, tracklets, diagnostics, found, clock)
 
 
 def _named(
@@ -220,8 +227,7 @@ def _moments(stamps: Sequence[tuple[int, float]], order: str) -> _Moments:
 class _Columns:
     """The columns that tell which sample a row is of."""
 
-    def __init__(self, moment: _Moments, info: VideoInfo) -> None:
-        clock = info.time.fitted(moment.time[moment.offset == 0])
+    def __init__(self, moment: _Moments, clock: TimeBase) -> None:
         self.frame = moment.frame
         self.time_s = clock.seconds(moment.time, fields=moment.offset)
         self.field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)

@@ -39,7 +39,7 @@ class VideoInfo:
     """What a recording says of itself.
 
     width, height  px of the frame buffer: the picture turned as a player turns it, its pixels as stored
-    rate           exact frames a second; of variable-rate video the mean
+    rate           exact frames a second; of variable-rate video the mean; as given by the user where the file is wrong
     sample_aspect  width of a pixel of the frame buffer over its height (8/9 for 720x480 tape); 1 where nothing is said.
                    Positions are in pixels as stored, never stretched by it
     rotation       degrees, anticlockwise, by which the stored picture was turned to give the frame buffer: 0, 90, ...
@@ -54,6 +54,8 @@ class VideoInfo:
     start          s, the time stamp of the recording's first picture on the container's scale, which its sound shares
     first_shown    s after `start`: the time of the first picture that could be decoded, most often 0
     time           from time stamps to seconds since midnight and labels
+    pace           s that passed in front of the camera in a second of the file's own time stamps: 1, or 1/8 for 240
+                   frames a second that are stored as 30. `rate`, `duration` and times of frames are of the former kind
     """
 
     width: int
@@ -74,6 +76,12 @@ class VideoInfo:
     start: Fraction = Fraction(0)
     first_shown: Fraction = Fraction(0)
     time: TimeBase = field(default_factory=lambda: TimeBase(Fraction(25), Fraction(25)))
+    pace: Fraction = Fraction(1)
+
+    @property
+    def stated_rate(self) -> Fraction:
+        """Frames a second as the file states them, which is how its time code counts."""
+        return self.rate * self.pace
 
 
 class ReadAccount(NamedTuple):

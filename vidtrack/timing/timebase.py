@@ -28,7 +28,14 @@ from vidtrack.arrays import Array
 from vidtrack.timing.timecode import Timecode, exact_rate, label_from_frame, nominal, parse
 
 TIME_LAPSE_CODE = Fraction(30)
-"""ASSUME: labels a second on recordings of less than one picture in two seconds, which have no count of their own."""
+"""ASSUME: labels a second on recordings whose rate no time code counts by, such as one picture in two seconds."""
+
+COUNTED = tuple(Fraction(n) for n in (24, 25, 30, 48, 50, 60)) + tuple(Fraction(n * 1000, 1001) for n in (24, 30, 60))
+"""Labels a second of the time code of film and television."""
+
+
+LEAST_SCATTER = 0.002
+"""Frames: time stamps that scatter by less are even ones."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +66,8 @@ class TimeBase:
                seconds count from the first frame
     constant   whether the frames fall on the grid of `rate`
     source     where the time code came from, "none" where there is none
+    tick       s by which time stamps are resolved; stamps that scatter by more are no rounded ones. 0: not known, and
+               stamps near a grid are taken for its
     """
 
     rate: Fraction
@@ -67,6 +76,7 @@ class TimeBase:
     anchors: tuple[Anchor, ...] = ()
     constant: bool = True
     source: str = "none"
+    tick: float = 0.0
 
     def seconds(self, times: ArrayLike, fields: ArrayLike = 0.0) -> Array:
         """Seconds since midnight of the code (without one: since the first frame), in the shape of `times`.
@@ -128,7 +138,8 @@ class TimeBase:
         """This time base on the grid that the time stamps themselves show, once they are all known.
 
         times  (n,) s after the first frame, in order; fewer than 3 change nothing
-        Where no grid fits, the rate varies: `constant` is False and the stamps are taken as they are.
+        Where no grid fits, the rate varies: `constant` is False and the stamps are taken as they are; so they are where
+        they scatter about a grid by more than their rounding.
         """
         times = np.asarray(times, float)
         if len(times) < 3:
@@ -136,7 +147,8 @@ class TimeBase:
         rate = grid_rate(times, self.rate)
         if rate is None:
             return replace(self, constant=False)
-        return replace(self, rate=rate, code_rate=self.code_rate if self.anchors else rate, constant=True)
+        rounded = not scatters(times, rate, self.tick)
+        return replace(self, rate=rate, code_rate=self.code_rate if self.anchors else rate, constant=rounded)
 
     def _column(self, name: str) -> Array:
         return np.array([getattr(anchor, name) for anchor in self.anchors], float)
@@ -212,14 +224,36 @@ def code_rate_of(rate: Fraction, base: Fraction | None = None) -> Fraction:
         part = rate / round(rate / base) if rate > base else rate * round(base / rate)
         return part if abs(part / base - 1) < Fraction(2, 1000) else exact_rate(base)
     n = nominal(rate)
-    if n == 0:
-        return TIME_LAPSE_CODE  # less than a picture in two seconds: labels pass between pictures
     if n <= 60:
-        return rate
+        whole = n and any(abs(rate / own - 1) < Fraction(2, 1000) for own in (n, Fraction(n * 1000, 1001)))
+        return rate if whole else _counted(rate)
     for labels in (30, 25, 24):
         if n % labels == 0:
             return rate * labels / n
     return rate
+
+
+def _counted(rate: Fraction) -> Fraction:
+    """Labels a second beside video of a rate that is no whole number: a mean, or that of a time-lapse."""
+    near = min(COUNTED, key=lambda labels: abs(rate / labels - 1))
+    if abs(rate / near - 1) < Fraction(5, 100):
+        return near
+    multiples = (labels for labels in (30, 25, 24) if abs(labels / rate - round(labels / rate)) < Fraction(2, 1000))
+    return Fraction(next(multiples, TIME_LAPSE_CODE))
+
+
+def scatters(times: Array, rate: Fraction, tick: float) -> bool:
+    """Whether time stamps (n,) s, resolved to `tick` s, lie off the grid of `rate` by more than rounding explains.
+
+    Stamps that went through a coarser container are rounded to its ticks: to their common divisor.
+    """
+    if not tick:
+        return False
+    ticks = np.rint(np.diff(times) / tick).astype(np.int64)
+    off = (times - times[0]) * float(rate)
+    off = off - np.rint(off)
+    off = np.abs(off - np.median(off)) / float(rate)
+    return bool(off.max() > max(2 * tick * int(np.gcd.reduce(ticks)), LEAST_SCATTER / float(rate)))
 
 
 def grid_rate(times: Array, stated: Fraction) -> Fraction | None:

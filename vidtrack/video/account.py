@@ -6,6 +6,7 @@ Every picture's time is kept (8 bytes), a few pictures are looked at and compare
 from __future__ import annotations
 
 from array import array
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -88,7 +89,7 @@ class ReadingLog:
         ended  whether reading came to the end of the file: where reading stopped before, nothing is missing there
         """
         times = np.array(self._times)
-        base = info.time.fitted(times)
+        base = replace(info.time, tick=0.0).fitted(times)  # stamps that scatter show gaps all the same
         gaps = _gaps(times, float(base.rate)) if base.constant else {}
         if n_first := round(times[0] * float(base.rate)) if len(times) else 0:
             gaps = {0: n_first, **gaps}

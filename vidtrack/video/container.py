@@ -109,12 +109,12 @@ def _why_not_opened(path: str, error: Exception) -> str:
     return f"not a video or image that can be read ({getattr(error, 'strerror', None) or error})."
 
 
-def picture_stream(container: Any, path: str) -> tuple[Any, str]:
+def picture_stream(container: Any, path: str, number: int | None = None) -> tuple[Any, str]:
     """The stream of pictures that is read, and what to know of the others; all other streams are left unread.
 
-    Pictures of a cover are no recording. Where there are several streams, the one that the file names its default, or
-    else the first.
-    Raises VidtrackError where there is none, and for a still that is stored in tiles, a stream each.
+    Pictures of a cover are no recording. Where there are several streams, the one of that number (1 for the first), or
+    else the one that the file names its default, or else the first.
+    Raises VidtrackError where there is none, none of that number, and for a still stored in tiles, a stream each.
     """
     streams = [stream for stream in container.streams.video if stream.codec_context is not None]
     pictures = [stream for stream in streams if not stream.disposition & Disposition.attached_pic] or streams
@@ -124,6 +124,11 @@ def picture_stream(container: Any, path: str) -> tuple[Any, str]:
     for stream in pictures:
         refuse_giants(path, stream.width, stream.height)
     chosen = next((stream for stream in pictures if stream.disposition & Disposition.default), pictures[0])
+    if number is not None:
+        if number > len(pictures):
+            many = "1 stream" if len(pictures) == 1 else f"{len(pictures)} streams"
+            raise VidtrackError(f"{path}: has {many} of pictures, and stream is {number}. Correct stream.")
+        chosen = pictures[number - 1]
     if len(pictures) > 2 and _is_heic(container):
         raise VidtrackError(
             f"{path}: a picture in {len(pictures)} tiles (HEIC), of which one alone would be read. "
@@ -133,10 +138,14 @@ def picture_stream(container: Any, path: str) -> tuple[Any, str]:
         if stream is not chosen:
             # where a recording is cut off, the first packet of sound that is missing would end it
             stream.discard = Discard.all
-    if len(pictures) == 1:
+    if len(pictures) == 1 or number is not None:
         return chosen, ""
     sizes = ", ".join(f"{stream.width} x {stream.height}" for stream in pictures)
-    return chosen, f"{len(pictures)} streams of pictures ({sizes}); number {pictures.index(chosen) + 1} of them is read"
+    read = pictures.index(chosen) + 1
+    return (
+        chosen,
+        f"{len(pictures)} streams of pictures ({sizes}); number {read} of them is read (set stream: to choose)",
+    )
 
 
 def _is_heic(container: Any) -> bool:

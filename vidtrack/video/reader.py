@@ -13,8 +13,9 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, islice, pairwise
 from types import TracebackType
 from typing import Any
 
@@ -35,10 +36,19 @@ from vidtrack.video.luma import bits_of, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.packet_times import retimer
 from vidtrack.video.read_ahead import read_ahead
-from vidtrack.video.stated import flagged_order, stated_duration, stated_rate
+from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
 _STREAMED = ("mpeg", "mpegts")
 """Containers in which few packets have a time stamp of their own."""
+
+_PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
+"""Codecs whose B pictures old programs packed into the packet of another one."""
+
+USUAL = 300
+"""Pictures a second below which rates are known by their rounded values."""
+
+PEEK = 6
+"""Pictures that are looked at to see whether time stamps are those of the order of coding."""
 
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
@@ -53,11 +63,11 @@ if get_level() is None:
 class Video:
     """An open recording; see `open_video`."""
 
-    def __init__(self, path: str, threads: int = 1) -> None:
+    def __init__(self, path: str, threads: int = 1, rate: Fraction | None = None, stream: int | None = None) -> None:
         self.path = path
         self._container = open_container(path)
         try:
-            self._stream, others = picture_stream(self._container, path)
+            self._stream, others = picture_stream(self._container, path, stream)
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
             self._stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
@@ -69,16 +79,26 @@ class Video:
                 self._log.noted(others)
             self._codes: dict[int | None, str | None] = {}
             self._drained = self._ended = False  # by the decoder, and by who is given the pictures
+            self._by_dts = False
             self._pictures = self._decoded()
             self._source = self._pictures
             self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
-            self._first = next(self._pictures, None)
-            if self._first is None:
+            self._first: list[tuple[Any, bool]] | None = list(
+                islice(self._pictures, PEEK if codec.name in _PACKED or kind == "avi" else 1)
+            )
+            if not self._first:
                 raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
-            self._zero = min([*(self._stamps or ()), self._first[0].pts or 0])
+            first = self._first[0][0]
+            self._by_dts = _coded_order([picture for picture, _ in self._first])
+            if self._by_dts:
+                self._first = [(_restamped(picture), corrupt) for picture, corrupt in self._first]
+                self._stamps = []
+            self._zero = min([*(self._stamps or ()), first.pts or 0])
             self._stamps = None
-            self._turn = self._orientation(self._first[0])
-            self.info = self._described(self._first[0])
+            self._turn = self._orientation(first)
+            self.info = self._described(first, rate)
+            if rate is None and rate_is_invented(self._container, self._stream):
+                self._log.noted("a stream of pictures that states no rate: 25 a second assumed; give rate")
         except BaseException:
             self._container.close()
             raise
@@ -120,14 +140,14 @@ class Video:
             raise ValueError("frames() reads a recording once; open it again to read it again")
         first, self._first = self._first, None
         log, codes = self._log, self._codes
-        width, height, name = first[0].width, first[0].height, ""
+        width, height, name = first[0][0].width, first[0][0].height, ""
         if ahead:
             size = width * height * (3 if self.info.bits == 8 else 6) // 2
             self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
         start, step = self._zero, 1 / self.info.rate
-        ticks, second = self._stream.time_base.as_integer_ratio()
+        ticks, second = (self._stream.time_base * self.info.pace).as_integer_ratio()
         time, index, latest = -step, 0, -step
-        for picture, corrupt in chain((first,), self._source):
+        for picture, corrupt in chain(first, self._source):
             pts = picture.pts
             time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
             if picture.width != width or picture.height != height:
@@ -177,7 +197,8 @@ class Video:
                 said = last[2] if last and logged != before else str(refused)
                 damage.complained(said, refused=refused is not None)
             for picture in pictures:
-                yield picture, damage.may_be_damaged(picture)
+                corrupt = damage.may_be_damaged(picture)
+                yield _restamped(picture) if self._by_dts else picture, corrupt
         self._drained = True
 
     def _packets(self) -> Iterator[tuple[Any, str]]:
@@ -204,13 +225,15 @@ class Video:
             self._log.noted("interlaced pictures that stand on their side: their fields are not taken apart")
         return turn or STORED
 
-    def _described(self, first: Any) -> VideoInfo:
+    def _described(self, first: Any, given: Fraction | None) -> VideoInfo:
         stream, codec = self._stream, self._stream.codec_context
         still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
-        rate = exact_rate(stated_rate(self._container, stream))
+        stated = exact_rate(stated_rate(self._container, stream))
+        rate = given or stated
+        pace, duration = stated / rate, None if still else stated_duration(self._container, stream, stated)
         codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
         bases = code_bases(self._container, codes)
-        shown = ((first.pts or 0) - self._zero) * stream.time_base
+        shown = ((first.pts or 0) - self._zero) * stream.time_base * pace
         aspect, turn = codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1), self._turn
         width, height = (first.height, first.width) if turn.transposed else (first.width, first.height)
         return VideoInfo(
@@ -227,20 +250,50 @@ class Video:
             timecodes=codes,
             code_bases=bases,
             n_frames_hint=stream.frames or None,
-            duration=None if still else stated_duration(self._container, stream, rate),
+            duration=duration and duration * pace,
             is_still=still,
             start=self._zero * stream.time_base,
             first_shown=shown,
-            time=base_from_labels(codes, rate, bases, float(shown)),
+            time=replace(
+                base_from_labels(codes, stated, bases, float(shown)), rate=rate, tick=float(stream.time_base * pace)
+            ),
+            pace=pace,
         )
 
 
-def open_video(path: str, threads: int = 1) -> Video:
+def _coded_order(pictures: list[Any]) -> bool:
+    """Whether presentation stamps are those of the order of coding, as in AVI with packed B pictures.
+
+    The decoder gives pictures in the order in which they are shown, and the stamps of decoding rise with them.
+    """
+    shown, decoded = [picture.pts for picture in pictures], [picture.dts for picture in pictures]
+    if None in shown or None in decoded:
+        return False
+    return any(b <= a for a, b in pairwise(shown)) and all(b > a for a, b in pairwise(decoded))
+
+
+def _restamped(picture: Any) -> Any:
+    picture.pts = picture.dts
+    return picture
+
+
+def _given(rate: Fraction | float | None) -> Fraction | None:
+    """The exact rate that a person means: 29.97 is 30000/1001, but 1000.1 is no rounded 1000."""
+    if rate is None:
+        return None
+    return exact_rate(rate) if rate < USUAL else Fraction(rate).limit_denominator(1_000_000)
+
+
+def open_video(
+    path: str, threads: int = 1, *, rate: Fraction | float | None = None, stream: int | None = None
+) -> Video:
     """Open a video, or a still image as a video of one frame.
 
     threads  of the decoder, 0 for as many as there are processors; when several videos are read side by side, one
              each is best
+    rate     pictures a second that the camera took, where the file states another: times are stretched accordingly
+    stream   which of several streams of pictures is read, 1 for the first
     Reading ahead (`frames(ahead=True)`) lowers Python's switch interval for the whole process while it runs.
     Raises VidtrackError naming the file when it is missing, empty, no video, or has no picture that can be decoded.
     """
-    return Video(str(path), threads)
+    return Video(str(path), threads, _given(rate), stream)

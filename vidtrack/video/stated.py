@@ -45,8 +45,21 @@ def measured_rate(path: str, index: int) -> Fraction | None:
     return min(near, key=lambda rate: abs(mean / rate - 1)) if near else mean
 
 
+RAW = frozenset(
+    "avs2 avs3 cavsvideo dirac dnxhd evc h261 h263 h264 hevc m4v mjpeg mpegvideo obu vc1 vvc".split()  # noqa: SIM905
+)
+"""Streams without a container: what their time stamps say is the demuxer's guess, unless the stream states a rate."""
+
+
+def rate_is_invented(container: Any, stream: Any) -> bool:
+    """Whether a rate is stated nowhere, so that libavformat takes 25."""
+    return container.format.name in RAW and not stream.codec_context.framerate
+
+
 def stated_rate(container: Any, stream: Any) -> Fraction:
     """Frames a second, by the header, or by the stamps where what it states is the scale of its stamps."""
+    if container.format.name in RAW and stream.codec_context.framerate:
+        return Fraction(stream.guessed_rate or stream.codec_context.framerate)
     rate = _header_rate(container, stream)
     if rate > FASTEST_USUAL and container.format.name == "matroska,webm":
         measured = measured_rate(container.name.removeprefix("file:"), stream.index)

@@ -23,6 +23,7 @@ Sources, the first that has a label being used, labels of a clock that was never
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -79,13 +80,13 @@ def find_time(path: str, info: VideoInfo, *, start_timecode: str | None = None, 
         return TimeSource(info.time, (), ())
     bases: dict[str, TimeBase] = {}
     notes: dict[str, str] = {}
-    if sound and (reading := longitudinal(path, info)) is not None:
+    if sound and info.pace == 1 and (reading := longitudinal(path, info)) is not None:
         bases["ltc"], notes["ltc"] = _base_of_reading(reading, info.rate), _told(reading)
     if info.codec == "dvvideo" and (base := _base_of_tape(path, info)) is not None:
         bases["dv"], notes["dv"] = base, _jumps(base)
     for source, label in info.timecodes.items():
         try:
-            code = parse(label, code_rate_of(info.rate, info.code_bases.get(source)))
+            code = parse(label, code_rate_of(info.stated_rate, info.code_bases.get(source)))
             code += -frames_before(source, float(info.first_shown), code.rate)
             bases.setdefault(source, time_base(info.rate, code, source=source))
         except ValueError as error:
@@ -119,12 +120,12 @@ def _ranked(bases: dict[str, TimeBase], notes: dict[str, str], info: VideoInfo) 
             )
         table.append(SourceRow(source, labels.get(source, ""), off, source == chosen, note))
     problems += [f"time code: {source} {note}" for source, note in notes.items() if "cannot be used" in note]
-    return TimeSource(base, tuple(table), tuple(problems))
+    return TimeSource(replace(base, tick=info.time.tick), tuple(table), tuple(problems))
 
 
 def _base_of_config(start_timecode: str, info: VideoInfo) -> TimeBase:
     try:
-        return time_base(info.rate, parse(start_timecode, code_rate_of(info.rate)), source="config")
+        return time_base(info.rate, parse(start_timecode, code_rate_of(info.stated_rate)), source="config")
     except ValueError as error:
         raise VidtrackError(f"start_timecode: {error}.") from None
 

@@ -1,0 +1,81 @@
+"""Whether time stamps that scatter are when the pictures were taken, or when they arrived: the tracks decide.
+
+Some recorders write the moment of each exposure, which may itself be uneven; others write when a picture reached
+them, late by turns, of a sensor that runs evenly. A target moves smoothly in the time in which its pictures were taken:
+the residuals of a local cubic are compared under both clocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.timing.timebase import TimeBase
+from vidtrack.tracking.state import SD_X, SD_Y, Rows, X, Y
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A track is compared in windows of `window` samples, by a polynomial of `degree`; of at least `windows` windows in
+    all. The clock whose residuals are larger by the share `distinct` is refused.
+    """
+
+    window: int = 9
+    degree: int = 3
+    windows: int = 4
+    distinct: float = 0.2
+
+
+LIMITS = Limits()
+
+
+def chosen_clock(base: TimeBase, stamps: Array, rows: Rows, lines: int) -> tuple[TimeBase, list[Finding]]:
+    """The clock of a recording whose pictures were tracked, and what to say where its stamps scatter.
+
+    stamps  (frames,) s after the first picture
+    rows    what was measured in `lines` samples a frame
+    """
+    clock, even = base.fitted(stamps), replace(base, tick=0.0).fitted(stamps)
+    if clock.constant or not even.constant:
+        return clock, []
+    fields = np.tile(np.arange(lines) / lines, len(stamps))
+    by_stamps, by_even = (
+        _roughness(one.seconds(np.repeat(stamps, lines), fields) - one.seconds(stamps[:1])[0], rows)
+        for one in (clock, even)
+    )
+    off = (stamps - stamps[0]) * float(even.rate)
+    scatter = float(np.std(off - np.rint(off))) / float(even.rate)
+    text = (
+        f"time stamps scatter by {1000 * scatter:.2g} ms (rms) about an even rate of {float(even.rate):.6g} a second;"
+    )
+    if by_even < by_stamps / (1 + LIMITS.distinct):
+        text += " the tracks are smoother at the even rate, which is used."
+        return even, [Finding("note", "time-stamps-late", text, "")]
+    if by_stamps < by_even / (1 + LIMITS.distinct):
+        return clock, [
+            Finding("note", "time-stamps-uneven", f"{text} the tracks are smoother by the stamps, which are used.", "")
+        ]
+    return clock, [
+        Finding("note", "time-stamps-uneven", f"{text} the stamps are used: no track is fast enough to decide.", "")
+    ]
+
+
+def _roughness(time: Array, rows: Rows) -> float:
+    """Mean square residual of the tracks, in sigmas, about local polynomials of time (samples,); NaN without any."""
+    total, windows = 0.0, 0
+    for target in range(rows.values.shape[2]):
+        at = np.flatnonzero(np.isfinite(rows.values[X, :, target]))
+        for begin in range(0, len(at) - LIMITS.window + 1, LIMITS.window):
+            here = at[begin : begin + LIMITS.window]
+            if here[-1] - here[0] > 2 * LIMITS.window:
+                continue
+            t = time[here] - time[here].mean()
+            powers = np.vander(t / np.abs(t).max(), LIMITS.degree + 1)
+            values = rows.values[[X, Y]][:, here, target] / np.maximum(rows.values[[SD_X, SD_Y]][:, here, target], 1e-3)
+            off = values.T - powers @ np.linalg.lstsq(powers, values.T, rcond=None)[0]
+            total += float((off**2).sum())
+            windows += 1
+    return total / windows if windows >= LIMITS.windows else np.nan
