@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -26,25 +27,62 @@ def test_a_rule_is_run_as_by_the_workflow(capsys, monkeypatch):
     assert "no order on the standard input" in capsys.readouterr().err
 
 
-def test_a_plan_that_is_not_there_is_told_in_one_line(capsys, tmp_path):
-    assert main(["sensitivity", str(tmp_path / "none.yaml"), str(tmp_path / "out")]) == 1
+@pytest.mark.parametrize("name", ["plan", "sensitivity"])
+def test_a_plan_that_is_not_there_is_reported_in_one_line(capsys, tmp_path, name):
+    assert main([name, str(tmp_path / "none.yaml"), str(tmp_path / "out")]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("vidtrack: ")
     assert "no such file" in line
 
 
-def test_an_unknown_command_is_told_with_a_near_one(capsys):
+def test_an_unknown_command_is_refused_with_a_near_one(capsys):
     assert main(["simulat"]) == 2
     assert capsys.readouterr().err == "vidtrack: no command 'simulat'; did you mean 'simulate'?\n"
 
 
-def test_help_names_every_command(capsys):
-    assert main([]) == 0
+def test_an_option_that_is_unknown_is_refused_in_one_line(capsys):
+    assert main(["run", "--corse", "2"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--corse" in line
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
+def test_help_names_every_command(capsys, arguments):
+    assert main(arguments) == 0
     said = capsys.readouterr().out
-    assert all(f"vidtrack {name} " in said for name in COMMANDS)
+    assert all(f"\n  {name} " in said for name in COMMANDS)
+    assert "Examples:" in said
 
 
-@pytest.mark.parametrize("heavy", ["numpy", "pydantic", "snakemake", "pandas"])
-def test_help_loads_nothing_heavy(heavy):
-    code = f"import sys; from vidtrack.command import main; main([]); sys.exit({heavy!r} in sys.modules)"
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_there_is_has_help(capsys, name):
+    if name in ("rule", "simulate"):
+        with pytest.raises(SystemExit) as ended:
+            main([name, "--help"])
+        assert ended.value.code == 0
+    else:
+        assert main([name, "--help"]) == 0
+    assert capsys.readouterr().out.lower().startswith("usage:")
+
+
+@pytest.mark.parametrize("arguments", [[], ["init", "--help"], ["run", "--help"]])
+@pytest.mark.parametrize("heavy", ["numpy", "pydantic", "snakemake", "pandas", "rich"])
+def test_help_loads_nothing_heavy(heavy, arguments):
+    code = f"import sys; from vidtrack.command import main; main({arguments}); sys.exit({heavy!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_tab_key_completes_commands(capsys, shell):
+    assert main(["completion", shell]) == 0
+    assert "_VIDTRACK_COMPLETE" in capsys.readouterr().out
+    environment = {
+        "_VIDTRACK_COMPLETE": f"{shell}_complete",
+        "COMP_WORDS": "vidtrack un",
+        "COMP_CWORD": "1" if shell != "fish" else "un",
+    }
+    code = "from vidtrack.command import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=False
+    )
+    assert "unlock" in done.stdout

@@ -1,67 +1,105 @@
-"""The console script `vidtrack`: what can be done without Snakemake. Each command loads only what it needs."""
+"""The console script `vidtrack`: from a folder of recordings to a report. Each command loads only what it needs."""
 
 from __future__ import annotations
 
+import importlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+COMMANDS = {
+    "init": "Look through a folder of recordings and write config.yaml and points.csv.",
+    "run": "Process everything that is not done yet, and say the verdict.",
+    "report": "Open the report.",
+    "unlock": "Remove the lock that a killed run left behind.",
+    "plan": "Predict the accuracy of a rig before it is built.",
+    "simulate": "Render a whole experiment from a scenario.",
+    "doctor": "Versions, codecs, cores and memory: the facts that a bug report needs.",
+    "schema": "Print the JSON schema of config.yaml.",
+    "completion": "Print what a shell needs to complete commands with the tab key.",
+    "rule": "Run one rule of the workflow, as Snakemake does.",
+}
+"""What there is to do; `vidtrack.commands.<name>` does it."""
+
+OLDER = {"sensitivity": "plan"}
+"""Names that commands had before."""
+
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack init my-lab --units m      what lies there, and a config.yaml
+  vidtrack run my-lab                 everything, with the verdict last
+"""
+
+
+class _Late(click.Group):
+    """Commands by name; a command's module is loaded when it is called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        name = OLDER.get(name, name)
+        if name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"vidtrack.commands.{name}").command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in (*COMMANDS, *OLDER) and not args[0].startswith("-"):
+            from vidtrack.naming import did_you_mean
+
+            near = did_you_mean(args[0], COMMANDS)
+            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(COMMANDS)}."
+            raise click.UsageError(f"no command {args[0]!r}; {hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.command(
+    cls=_Late,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=_EXAMPLES,
+    no_args_is_help=True,
+)
+@click.version_option(package_name="vidtrack")
+def vidtrack() -> None:
+    """Positions in space, with time and uncertainty, from recorded video.
+
+    An experiment is a folder: config.yaml, calibration/ and runs/. Snakemake does the work, and may be called as it is.
+    """
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Do what the first argument names with those that follow; its exit code, 2 where there is no such command."""
-    name, *rest = (sys.argv[1:] if argv is None else list(argv)) or ["--help"]
-    if name in ("-h", "--help"):
-        sys.stdout.write(_usage())
+    """Do what the arguments ask for; the exit code: 0 done, 1 refused or failed, 2 no such command, 130 stopped."""
+    from vidtrack.errors import VidtrackError
+
+    try:
+        answer: Any = vidtrack.main(None if argv is None else list(argv), prog_name="vidtrack", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as shown:
+        sys.stdout.write(shown.format_message() + "\n")
         return 0
-    if name not in COMMANDS:
-        from vidtrack.naming import did_you_mean
-
-        near = did_you_mean(name, COMMANDS)
-        hint = f"did you mean {near!r}?" if near else f"there are {', '.join(COMMANDS)}."
-        sys.stderr.write(f"vidtrack: no command {name!r}; {hint}\n")
+    except click.ClickException as error:
+        sys.stderr.write(f"vidtrack: {error.format_message()}\n")
         return 2
-    return COMMANDS[name][0](rest)
-
-
-def _rule(arguments: Sequence[str]) -> int:
-    from vidtrack.workflow.entry import main as run_rule
-
-    return run_rule(arguments)
-
-
-def _simulate(arguments: Sequence[str]) -> int:
-    from vidtrack.simulate.__main__ import main as simulate
-
-    return simulate(arguments)
-
-
-def _sensitivity(arguments: Sequence[str]) -> int:
-    from vidtrack.jobs.sensitivity import main as predict
-
-    return predict(arguments)
-
-
-def _schema(_: Sequence[str]) -> int:
-    from vidtrack.settings.config import schema_text
-
-    sys.stdout.write(schema_text())
-    return 0
-
-
-COMMANDS: dict[str, tuple[Callable[[Sequence[str]], int], str]] = {
-    "simulate": (_simulate, "SCENARIO FOLDER   render an experiment from a scenario"),
-    "sensitivity": (_sensitivity, "PLAN FOLDER    predict the accuracy of a rig, and what it depends on"),
-    "schema": (_schema, "                    print the JSON schema of config.yaml"),
-    "rule": (_rule, "RULE ...              run one rule of the workflow, as Snakemake does"),
-}
-
-
-def _usage() -> str:
-    lines = [f"  vidtrack {name} {told}\n" for name, (_, told) in COMMANDS.items()]
-    return (
-        "usage: vidtrack COMMAND ...\n\n"
-        + "".join(lines)
-        + "\nAn experiment is processed by Snakemake: see README.md.\n"
-    )
+    except (click.Abort, KeyboardInterrupt):
+        sys.stderr.write("vidtrack: stopped.\n")
+        return 130
+    except VidtrackError as error:
+        sys.stderr.write("".join(f"vidtrack: {problem}\n" for problem in error.problems))
+        return 1
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        sys.stderr.write(f"vidtrack: {where}{error.strerror or error}. Mend it and call again.\n")
+        return 1
+    return answer if isinstance(answer, int) else 0
 
 
 if __name__ == "__main__":

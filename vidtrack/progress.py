@@ -1,14 +1,42 @@
-"""Progress of long work: frames done, rate and time left on a terminal; nothing at all in a log."""
+"""Progress of long work: frames done, rate and time left on a terminal; nothing at all in a log.
+
+Where the environment names a folder (`ANNOUNCED`), each process keeps a small file there that says what it is at, for a
+display over all of them.
+"""
 
 from __future__ import annotations
 
+import json
+import os
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from types import TracebackType
 from typing import TextIO, TypeVar
 
 T = TypeVar("T")
+
+ANNOUNCED = "VIDTRACK_PROGRESS"
+"""The variable of the environment that names the folder."""
+
+
+def announce(job: str, done: int = 0, total: int | None = None, unit: str = "", elapsed: float = 0.0) -> None:
+    """Say what this process is at, where someone asked for it; a full disk is no reason to stop the work."""
+    folder = os.environ.get(ANNOUNCED)
+    if folder:
+        path = os.path.join(folder, f"{os.getpid()}.json")
+        with suppress(OSError):
+            with open(path + "~", "w", encoding="utf-8") as file:
+                json.dump({"job": job, "done": done, "total": total, "unit": unit, "elapsed": elapsed}, file)
+            os.replace(path + "~", path)
+
+
+def announce_end() -> None:
+    """Say that this process has ended its job."""
+    if folder := os.environ.get(ANNOUNCED):
+        with suppress(OSError):
+            os.unlink(os.path.join(folder, f"{os.getpid()}.json"))
 
 
 class Progress:
@@ -24,6 +52,7 @@ class Progress:
         self.label, self.total, self.unit = label, total, unit
         self.stream = sys.stderr if stream is None else stream
         self.live = self.stream.isatty()
+        self.announced = bool(os.environ.get(ANNOUNCED))
         self.done = 0
         self._began = self._shown = time.monotonic()
 
@@ -40,13 +69,15 @@ class Progress:
     def advance(self, n: int = 1) -> None:
         """Count n more units done."""
         self.done += n
-        if not self.live:
+        if not (self.live or self.announced):
             return
         now = time.monotonic()
         if now - self._shown > 0.25:
             self._shown = now
-            self.stream.write("\r\x1b[K" + self.line(now - self._began))
-            self.stream.flush()
+            announce(self.label, self.done, self.total, self.unit, now - self._began)
+            if self.live:
+                self.stream.write("\r\x1b[K" + self.line(now - self._began))
+                self.stream.flush()
 
     def over(self, items: Iterable[T]) -> Iterator[T]:
         """The items unchanged, each counted once it has been used."""

@@ -15,6 +15,7 @@ from typing import Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import remove_partial
+from vidtrack.progress import announce, announce_end
 from vidtrack.workflow.failure import remove_failure, write_failure
 from vidtrack.workflow.fingerprint import PACKAGE
 from vidtrack.workflow.job import Job
@@ -24,6 +25,7 @@ from vidtrack.workflow.provenance import (
     canonical,
     commit,
     experiment_of,
+    job_parts,
     version_of,
     versions,
     write_account,
@@ -37,6 +39,7 @@ def main(argv: Sequence[str]) -> int:
     # a path may begin with a dash
     arguments = _parser().parse_args([a if a in OPTIONS or not a.startswith("-") else f"./{a}" for a in argv])
     try:
+        announce(_name(arguments))
         _clear(arguments)
         order = _order(arguments.settings)
         job, used = _job(arguments, order)
@@ -59,6 +62,8 @@ def main(argv: Sequence[str]) -> int:
         told = f"the log {arguments.log} has the details" if arguments.log else "the details follow"
         line = f"{arguments.rule}: unexpected {type(error).__name__}: {what}. This is a fault of vidtrack; {told}."
         return _failed(arguments, [line], traceback.format_exc())
+    finally:
+        announce_end()
     return 0
 
 
@@ -78,6 +83,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--log", help="where a problem is also written")
     parser.add_argument("--threads", type=int, default=1)
     return parser
+
+
+def _name(arguments: argparse.Namespace) -> str:
+    """What a person calls the job: its rule, and what distinguishes it from others of its rule."""
+    parts = job_parts(arguments.account) if arguments.account else []
+    return f"{arguments.rule} {'/'.join(parts)}".rstrip()
 
 
 def _clear(arguments: argparse.Namespace) -> None:

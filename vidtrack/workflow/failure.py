@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from vidtrack.files.atomic import replacing
 from vidtrack.findings import Finding, as_records
 from vidtrack.workflow.provenance import FOLDER as ACCOUNTS
+from vidtrack.workflow.provenance import job_parts
 
 FOLDER = ".failures"
 
@@ -28,9 +29,8 @@ def write_failure(account: str, rule: str, problems: Sequence[str]) -> str:
     The record says the rule and the job's parts: run and camera, or the set of calibration clips and the camera.
     """
     path = failure_place(account)
-    parts = os.path.splitext(account.replace(os.sep, "/").rpartition(f"/{ACCOUNTS}/")[2])[0].split("/")[1:]
     findings = [Finding("failed", f"{rule.replace('_', '-')}-failed", problem) for problem in problems]
-    record = {"rule": rule, "parts": parts, "findings": as_records(findings)}
+    record = {"rule": rule, "parts": job_parts(account), "findings": as_records(findings)}
     with replacing(path) as file:
         file.write((json.dumps(record, indent=1, ensure_ascii=False) + "\n").encode())
     return path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from contextlib import suppress
 
 
@@ -14,7 +15,7 @@ def is_locked(folder: str) -> bool:
 
 def why_locked(folder: str) -> str:
     """One line on who holds the lock of `folder`, and what to do."""
-    holder = _at_work(folder)
+    holder = at_work(folder)
     if holder:
         return f"vidtrack: another snakemake works in this folder (process {holder}). Wait for its end, or stop it."
     return (
@@ -23,7 +24,12 @@ def why_locked(folder: str) -> str:
     )
 
 
-def _at_work(folder: str) -> int | None:
+def remove_lock(folder: str) -> None:
+    """Take away the lock that a Snakemake left in `folder`: only where none works there."""
+    shutil.rmtree(os.path.join(folder, ".snakemake", "locks"), ignore_errors=True)
+
+
+def at_work(folder: str) -> int | None:
     """The process of another Snakemake on this computer whose working directory is `folder`, if it can be seen."""
     try:
         processes = [int(name) for name in os.listdir("/proc") if name.isdigit()]

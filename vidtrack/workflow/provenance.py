@@ -53,6 +53,11 @@ def experiment_of(account: str) -> str:
     return os.path.dirname(results) or "."
 
 
+def job_parts(account: str) -> list[str]:
+    """What distinguishes a job from others of its rule (run, camera), of the place of its account."""
+    return os.path.splitext(account.replace(os.sep, "/").rpartition(f"/{FOLDER}/")[2])[0].split("/")[1:]
+
+
 def canonical(value: Mapping[str, Any]) -> str:
     """One line of JSON, the same for the same content, whatever the order of its keys."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"))

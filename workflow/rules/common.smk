@@ -94,6 +94,14 @@ def listed(paths):
     return hashlib.sha256(names.encode()).hexdigest()[:16]
 
 
+def of_the_run(paths):
+    """Those of the one run that is wanted (`vidtrack run --run`); all of them where none is named."""
+    only = os.environ.get("VIDTRACK_RUN")
+    if not only:
+        return paths
+    return [path for path in paths if path.startswith(f"{RESULTS}/runs/{only}/")]
+
+
 def settled(path):
     return ancient(path) if workflow.is_main_process and path in BOOK.settled else path
 

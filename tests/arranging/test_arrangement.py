@@ -1,0 +1,88 @@
+import os
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vidtrack.arranging.arrangement import Wishes, arranged
+from vidtrack.arranging.inventory import Recording
+
+
+def recordings(*paths):
+    return [Recording(p, (p,), "still" if p.endswith((".png", ".jpg")) else "video") for p in paths]
+
+
+def proposed(*paths, wishes=None):
+    """{kind: {take: {camera: path}}}."""
+    found = arranged(recordings(*paths), wishes or Wishes())
+    assert not found.left
+    return {
+        kind: {take.name: {c: r.path for c, r in take.recordings.items()} for take in found.of(kind)}
+        for kind in ("calibration", "run")
+    }
+
+
+@pytest.mark.parametrize(
+    ("paths", "cameras", "clips", "runs"),
+    [
+        (["left/pluck.mp4", "right/pluck.mp4", "left/calib.mp4", "right/calib.mp4"], "left right", "calib", "pluck"),
+        (["pluck_cam1.mp4", "pluck_cam2.mp4", "calib_cam1.png", "calib_cam2.png"], "cam1 cam2", "calib", "pluck"),
+        (["cam 1/run 1.mp4", "cam 2/run 1.mp4", "cam 1/calibration.mp4", "cam 2/calibration.mp4"],
+         "cam_1 cam_2", "calibration", "run1"),
+        (["wave 3/1.mov", "wave 3/2.mov", "calibration/1.jpg", "calibration/2.jpg"],
+         "cam1 cam2", "calibration", "wave_3"),
+        (["A/swing1.avi", "B/swing1.avi", "A/swing2.avi", "B/swing2.avi", "A/dots.avi", "B/dots.avi"],
+         "A B", "dots", "swing1 swing2"),
+        (["d_east_heave.mp4", "d_west_heave.mp4", "d_east_balls.mp4", "d_west_balls.mp4"],
+         "east west", "d-balls", "d-heave"),
+        (["Camera1.mp4", "Camera2.mp4", "Camera3.mp4"], "Camera1 Camera2 Camera3", "", "run1"),
+        (["calibration/row1/cam_left.mov", "calibration/row1/cam_right.mov", "runs/my-test/cam_left.mov"],
+         "cam_left cam_right", "row1", "my-test"),
+    ],
+)  # fmt: skip
+def test_cameras_clips_and_runs_are_found_in_what_people_name_their_files(paths, cameras, clips, runs):
+    found = arranged(recordings(*paths))
+    assert found.cameras == cameras.split()
+    assert [take.name for take in found.of("calibration")] == clips.split()
+    assert [take.name for take in found.of("run")] == runs.split()
+    assert not found.left
+
+
+def test_names_without_anything_in_common_are_paired_by_order_and_that_is_said():
+    found = arranged(recordings("GoPro1/GX42.MP4", "GoPro1/GX43.MP4", "GoPro2/GX100.MP4", "GoPro2/GX101.MP4"))
+    assert found.of("run")[1].recordings["GoPro2"].path == "GoPro2/GX101.MP4"
+    assert "order of their names" in found.notes[0]
+
+
+def test_one_recording_is_a_run_of_one_camera_and_that_is_said():
+    found = arranged(recordings("toss.mp4"))
+    assert (found.cameras, found.of("run")[0].name) == (["cam1"], "toss")
+    assert found.notes
+
+
+def test_two_recordings_for_one_place_are_not_merged_silently():
+    found = arranged(recordings("runs/a/cam1.mov", "runs/a/cam2.mov", "runs/a/cam1.mp4"))
+    assert [recording.path for recording, _ in found.left] == ["runs/a/cam1.mp4"]
+    assert "has runs/a/cam1.mov for cam1 already" in found.left[0][1]
+
+
+def test_what_a_person_says_counts_before_what_is_guessed():
+    wishes = Wishes([("near", "x*"), ("far", "y*")], [("board", "*7.mp4")], [("drop", "*8.mp4")])
+    found = proposed("x7.mp4", "y7.mp4", "x8.mp4", "y8.mp4", wishes=wishes)
+    assert found == {
+        "calibration": {"board": {"far": "y7.mp4", "near": "x7.mp4"}},
+        "run": {"drop": {"far": "y8.mp4", "near": "x8.mp4"}},
+    }
+
+
+NAMES = st.lists(st.sampled_from(["pluck", "forced", "heave", "roll", "wave12", "still"]), min_size=1, unique=True)
+
+
+@given(NAMES, st.integers(2, 5), st.sampled_from(["{c}/{t}.mp4", "{t}/{c}.mp4", "{t}_{c}.mp4", "{c}-{t}.mp4"]))
+def test_every_regular_arrangement_gives_all_cameras_in_every_take(takes, n, pattern):
+    cameras = [f"cam{i + 1}" for i in range(n)]
+    paths = [pattern.format(c=c, t=t).replace("/", os.sep) for c in cameras for t in takes]
+    found = arranged(recordings(*paths))
+    assert found.cameras == cameras
+    assert sorted(take.name for take in found.takes) == sorted(takes)
+    assert all(list(take.recordings) == cameras for take in found.takes)

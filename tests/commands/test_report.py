@@ -1,0 +1,19 @@
+from vidtrack.command import main
+
+
+def experiment(folder):
+    (folder / "config.yaml").write_text("units: m\ncameras: {cam1: }\nexperiment: lab\n")
+    (folder / "lab/results").mkdir(parents=True)
+
+
+def test_the_path_of_the_report_is_printed(tmp_path, capsys):
+    experiment(tmp_path)
+    (tmp_path / "lab/results/report.html").write_text("<p>")
+    assert main(["report", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f"{tmp_path}/lab/results/report.html\n"
+
+
+def test_a_report_that_is_not_written_yet_is_said_to_be_so(tmp_path, capsys):
+    experiment(tmp_path)
+    assert main(["report", str(tmp_path)]) == 1
+    assert "not written yet. Call vidtrack run" in capsys.readouterr().err

@@ -1,0 +1,146 @@
+"""config.yaml with every key: those that are given as they are, all others as comments with meaning and default."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from vidtrack.settings.config import Settings
+from vidtrack.settings.detection import DetectChange
+
+WIDTH = 110
+"""Characters of a line."""
+
+EXAMPLES: dict[str, str] = {
+    "Cx": "255.5",
+    "Cy": "239.5",
+    "sensor": "[8.8, 6.6]",
+    "crop": "[0, 0, 640, 480]",
+    "detect": "{threshold: 120}",
+    "clock": "{offset_s: 0.0, rate_ppm: 0.0}",
+    "tags": "1-16",
+    "period": "1.2",
+    "resolution": "0.02",
+    "series": "t1.x",
+    "start": "null",
+    "end": "null",
+    "waves": "+x",
+    "up": "+z",
+    "elevation": "gauge",
+    "file": "channels.csv",
+    "columns": "{gauge: eta_m}",
+    "targets": "1",
+    "scale": "0.14",
+    "points": "calibration/points.csv",
+    "clip": "plate",
+    "value": "x_in",
+    "target": "t1",
+    "offset_s": "0.0",
+    "camera": "cam1",
+    "transects": "{profile1: {from: [0, 0, 0], to: [10, 0, 1], step: 0.01, profile: beach.csv}}",
+    "bodies": "{float: {a: [0, 0, 0], b: [6, 0, 0], c: [0, 6, 0], points: {CoG: [2, 2, 0]}}}",
+    "videos": "{cam1: elsewhere/cam1.mp4}",
+    "start_timecode": '"10:00:00:00"',
+    "tolerance_px": "3",
+    "max_miss": "0.5",
+    "model": "auto",
+    "fix": "[Sx]",
+    "prior": "{f: [8.0, 0.05]}",
+    "after": "[row1_after]",
+    "quadratic": "true",
+    "title": "my experiment",
+}
+"""What stands behind a key that has no default, or an empty one, in the comment that shows it."""
+
+
+def commented_config(values: Mapping[str, Any], head: str = "") -> str:
+    """The text of a config.yaml that holds `values` and, as comments, every other key.
+
+    A key is commented out by a lone #, what it means stands behind # and a space. Under cameras, clips and runs the
+    comments stand under the first name only.
+    """
+    lines = [f"# {line}" if line else "#" for line in head.splitlines()]
+    lines += _section(Settings, values, "", "")
+    return "\n".join(lines) + "\n"
+
+
+def _section(model: type[BaseModel], values: Mapping[str, Any], indent: str, mark: str) -> Iterator[str]:
+    """The lines of a section. mark   "#" where all of it is a comment"""
+    for name, field in model.model_fields.items():
+        if issubclass(model, DetectChange) and name in DetectChange.model_fields and name not in values:
+            continue  # they stand under `detect`
+        yield from _key(field.alias or name, field, values, indent, mark)
+
+
+def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, mark: str) -> Iterator[str]:
+    given = name in values
+    mark = mark if given else "#"
+    if not indent:
+        yield ""
+    for line in textwrap.wrap(field.description or "", WIDTH - len(indent) - 2):
+        yield f"{indent}# {line}"
+    inner, many = _inner(field)
+    value = values.get(name)
+    if inner is not None and many and (given or name in ("cameras", "clips", "runs")):
+        yield f"{indent}{mark}{name}:"
+        entries = list((value or {"name": {}}).items())
+        for i, (key, own) in enumerate(entries):
+            if i and not own:
+                yield f"{indent}  {mark}{key}: {{}}"
+                continue
+            yield f"{indent}  {mark}{key}:"
+            if i:
+                yield from (f"{indent}    {mark}{k}: {flow(v)}" for k, v in own.items())
+            else:
+                yield from _section(inner, own or {}, indent + "    ", mark)
+    elif inner is not None and not many and not (name == "clock" or inner is DetectChange):
+        yield f"{indent}{mark}{name}:"
+        yield from _section(inner, value or {}, indent + "  ", mark)
+    else:
+        yield f"{indent}{mark}{name}: {flow(value) if given else _shown(name, field)}"
+
+
+def _inner(field: FieldInfo) -> tuple[type[BaseModel] | None, bool]:
+    """The section that a key holds, None for plain values, and whether it holds many under names."""
+    many = "dict[" in str(field.annotation)
+    todo: list[Any] = [field.annotation]
+    while todo:
+        part = todo.pop(0)
+        if isinstance(part, type) and issubclass(part, BaseModel):
+            return part, many
+        todo += get_args(part)
+    return None, False
+
+
+def _shown(name: str, field: FieldInfo) -> str:
+    default = field.default
+    if isinstance(default, BaseModel):
+        default = PydanticUndefined
+    if default in (None, PydanticUndefined, "", {}, ()):
+        return EXAMPLES.get(name, "null")
+    return flow(default)
+
+
+def flow(value: Any) -> str:
+    """A value as YAML on one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {flow(own)}" for key, own in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(flow(own) for own in value) + "]"
+    if isinstance(value, bool) or value is None:
+        return json.dumps(value)
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, int):
+        return str(value)
+    plain = str(value).replace("_", "").replace("-", "").replace(".", "").replace("/", "")
+    words = ("true", "false", "yes", "no", "null", "on", "off", "y", "n")
+    safe = plain.isascii() and plain.isalnum() and not plain[0].isdigit() and str(value).lower() not in words
+    safe = safe and not str(value).startswith(("-", ".", "/"))
+    return str(value) if safe or value == "." else json.dumps(str(value), ensure_ascii=False)
