@@ -1,13 +1,25 @@
-"""Tables that people wrote: columns that they left out are filled in, what cannot be is told by line."""
+"""Tables keep units and origin; columns that people left out are filled in, what cannot be is told by line."""
 
+import json
 import math
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.tables import read_parquet, read_picks, read_points, read_targets, write_parquet
+from vidtrack.files.tables import (
+    read_parquet,
+    read_picks,
+    read_points,
+    read_targets,
+    read_units,
+    write_csv,
+    write_parquet,
+)
+
+PROVENANCE = {"vidtrack": "0", "settings": {"Cx": 256.0}, "inputs": {"a.csv": "00"}}
 
 
 def written(tmp_path, text):
@@ -55,3 +67,33 @@ def test_a_column_of_lists_is_read_as_it_was_written(tmp_path):
     write_parquet(tmp_path / "t.parquet", table, units="in", provenance={})
     back = read_parquet(tmp_path / "t.parquet")
     assert np.stack(back["covariance"])[0].tolist() == [0, 1, 2, 3]
+
+
+def test_every_column_carries_its_unit_and_the_schema_its_origin(tmp_path):
+    path = tmp_path / "t.parquet"
+    table = pd.DataFrame({"time_s": [0.0], "target": ["t1"], "x": [1.0], "vx": [2.0], "heave": [3.0]})
+    write_parquet(path, table, units="in", provenance=PROVENANCE, columns={"heave": "world"})
+    assert read_units(path) == {"time_s": "s", "target": "", "x": "in", "vx": "in/s", "heave": "in"}
+    schema = pq.read_schema(path)
+    assert schema.field("x").metadata[b"unit"] == b"in"
+    assert json.loads(schema.metadata[b"provenance"]) == PROVENANCE
+    pd.testing.assert_frame_equal(read_parquet(path), table)
+
+
+def test_the_same_table_makes_the_same_bytes(tmp_path):
+    table = pd.DataFrame({"x": np.arange(5.0)})
+    for name in "ab":
+        write_parquet(tmp_path / name, table, units="m", provenance=PROVENANCE)
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_a_missing_value_is_an_empty_cell_in_csv(tmp_path):
+    write_csv(tmp_path / "t.csv", pd.DataFrame({"x": [1.5, np.nan]}))
+    assert (tmp_path / "t.csv").read_text() == 'x\n1.5\n""\n'
+
+
+def test_something_else_than_parquet_is_told_by_name(tmp_path):
+    path = tmp_path / "t.parquet"
+    path.write_text("x,y")
+    with pytest.raises(VidtrackError, match="not a Parquet table"):
+        read_parquet(path)

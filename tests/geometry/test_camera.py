@@ -282,3 +282,12 @@ def test_opencv_sees_the_same_where_both_models_agree():
 
 def test_the_perspective_needs_a_depth():
     np.testing.assert_allclose(undistorted_from_camera(straight_on(), [2.0, -4.0, 8.0]), [2.5, -5.0])
+
+
+def test_many_lines_of_sight_are_unit_vectors_each_through_its_own_point():
+    camera = straight_on(kappa1=1e-3, R=rotation_from_vector([0.3, -0.4, 0.5]), T=np.array([1.0, 2, 90]))
+    p = camera.position + np.random.default_rng(0).uniform([-20, -20, 80], [20, 20, 120], (4, 3, 3)) @ camera.R
+    centre, direction = line_of_sight(camera, project(camera, p))
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
+    along = (p - centre) / np.linalg.norm(p - centre, axis=-1, keepdims=True)
+    np.testing.assert_allclose(direction, along, atol=1e-9)

@@ -89,3 +89,22 @@ def test_a_lost_camera_is_not_left_out_again():
     assert not located.left_out[0].any()
     assert located.left_out[2].all()
     assert (located.n_cameras == 2).all()
+
+
+def test_odds_of_ninety_to_one_decide_between_two_cameras_that_may_err():
+    """Twice the log of the odds is the difference of the two sums of weighted squares: 9."""
+    cameras, _, b, _ = scene(4, 1, seed=5)
+    b += np.random.default_rng(5).normal(0, 3.0, b.shape)
+    b[2] += [12.0, 0.0]
+    squares = []
+    for i in range(4):
+        rest = np.where(np.arange(4)[:, None, None] == i, np.nan, b)
+        squares.append(np.nansum(locate_points(cameras, rest, sd=1.0).error ** 2))
+    best, second = np.sort(squares)[:2]
+    assert np.argmin(squares) == 2
+    assert best > 0.1 * second
+    for share, decided in ((0.97, True), (1.03, False)):
+        sd = share * np.sqrt((second - best) / 9)
+        located = locate_points(cameras, b, sd=sd, reject=9.0)
+        assert located.left_out[2].all() == decided
+        assert located.disagree.all() != decided

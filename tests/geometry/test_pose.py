@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.pose import RICH, adjust, poses, predicted, starting_poses
+from vidtrack.geometry.pose import F_STARTS, RICH, adjust, poses, predicted, starting_poses
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 
 SIZE = (512, 480)
@@ -53,6 +53,18 @@ def test_a_plane_seen_from_afar_may_tip_either_way():
     found = starting_poses(p, project(camera, p), SIZE)
     normals = np.array([c.R @ [0, 0, 1] for c in found])
     assert np.ptp(np.arctan2(normals[:, 1], normals[:, 0])) > 0.5
+
+
+def test_a_pinhole_camera_of_a_starting_focal_length_is_among_the_starts_wherever_the_origin_lies():
+    shift = np.array([1000.0, -2000, 500])
+    position = np.add(shift, (3, -4, 2))
+    R = look_at(position, shift, roll_deg=20)
+    camera = Camera(255.5, 239.5, 1, 1, 1, F_STARTS[1] * 512, 0.0, R, -R @ position, SIZE)
+    p = np.random.default_rng(0).uniform(-0.5, 0.5, (9, 3)) + shift
+    b = project(camera, p)
+    off = [np.abs(project(start, p) - b).max() for start in starting_poses(p, b, SIZE)]
+    assert min(off) < 1e-3
+    assert sorted(off)[1] > 0.1
 
 
 def test_a_start_behind_the_points_is_refused():

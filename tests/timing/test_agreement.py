@@ -5,7 +5,6 @@ import pytest
 
 from vidtrack.timing.agreement import NOT_ESTIMATED, Timing, agreed
 from vidtrack.timing.clock import Clock
-from vidtrack.timing.witnesses import asked
 
 
 def said(offset_s, sd_s, rate_ppm=0.0, rate_sd=100.0):
@@ -70,17 +69,3 @@ def test_a_clock_moved_along_its_own_line_is_the_same_clock():
     assert there.sd.offset_s == pytest.approx(np.hypot(0.001, 100 * 10e-6))
     back = there.moved(-100.0)
     assert back.covariance == pytest.approx(here.covariance)
-
-
-@pytest.mark.parametrize(
-    ("clocks", "who"),
-    [
-        ([{"offset_s": 0.0}, "auto"], [(), ("motion", "sound", "flash")]),
-        (["auto", "auto"], [(), ("motion", "sound", "flash")]),
-        (["sound", None, "flash"], [("sound",), (), ("flash",)]),
-        (["motion", "sound"], [(), ("sound",)]),
-        ([], []),
-    ],
-)
-def test_somebody_tells_the_time_and_the_others_are_asked_for(clocks, who):
-    assert asked(clocks) == who

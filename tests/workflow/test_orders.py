@@ -5,8 +5,10 @@ from dataclasses import replace
 import pytest
 
 from vidtrack.files.experiment import Clip, Experiment, Run
+from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import orders
+from vidtrack.workflow.order_book import OrderBook
 
 
 def config(**runs):
@@ -53,3 +55,54 @@ def test_calibration_clips_depend_on_no_setting_of_moving_targets():
     assert after == before
     moved["detect"] = {"threshold": 90}
     assert orders.calibration_points(settings_from_config(moved), found, "cam1") != before
+
+
+def orders_of(**changes):
+    """Every order of the experiment, by its job."""
+    these = settings_from_config({"units": "in", "cameras": {"cam1": {}, "cam2": {}}, **changes})
+    found = checked_experiment(these)
+    run = found.runs["pluck"]
+    book = OrderBook(".", cache=".cache")
+    book.add("track", orders.track(these, found, "pluck", "cam1"), [run.videos["cam1"]], "pluck", "cam1")
+    book.add("calibrate", orders.calibrate(these, "cam1"), [], "cam1")
+    book.add("calibrate", orders.calibrate(these, "cam2"), [], "cam2")
+    book.add("calibration_points", orders.calibration_points(these, found, "cam1"), [], "cam1")
+    book.add("locate", orders.locate(these, found, "pluck"), [], "pluck")
+    book.add("compare", orders.compare(these, found, "pluck"), [run.reference], "pluck")
+    return {" ".join(key): book.order(*key) for key in book.jobs}
+
+
+def changed(before, after):
+    return sorted(job for job in after if before[job] != after[job])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "touched"),
+    [
+        ({"cameras": {"cam1": {"Cx": 250}, "cam2": {}}}, ["calibrate cam1"]),
+        ({"runs": {"pluck": {"threshold": 90}}}, ["track pluck cam1"]),
+        ({"calibration": {"refine": "linear"}}, ["calibrate cam1", "calibrate cam2"]),
+        ({"calibration": {"clips": {"row1": {"tags": "1-8"}}}}, []),
+        ({"cameras": {"cam2": {}, "cam1": {}}}, []),
+        ({"cameras": {"cam1": {"clock": {"offset_s": 1}}, "cam2": {}}}, ["locate pluck"]),
+        ({"runs": {"pluck": {"reference": {"value": "x_in", "axis": "y"}}}}, ["compare pluck"]),
+    ],
+)
+def test_a_setting_touches_the_orders_of_its_rules_alone(folder, changes, touched):
+    assert changed(orders_of(), orders_of(**changes)) == touched
+
+
+def test_asking_for_orders_writes_nothing(folder):
+    before = sorted(folder.rglob("*"))
+    orders_of()
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.slow
+def test_an_edited_recording_is_seen_and_a_touched_one_is_not(folder):
+    before = orders_of()
+    (folder / "runs/pluck/cam1.mov").write_text("video")
+    assert changed(before, orders_of()) == []
+    (folder / "runs/pluck/cam1.mov").write_text("other")
+    assert changed(before, orders_of()) == ["track pluck cam1"]

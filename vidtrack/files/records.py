@@ -46,7 +46,10 @@ def write_png(path: str | os.PathLike[str], picture: np.ndarray[Any, Any]) -> No
 
     if picture.ndim == 3:
         picture = picture[..., ::-1]
-    good, data = cv2.imencode(".png", np.ascontiguousarray(picture))
+    try:
+        good, data = cv2.imencode(".png", np.ascontiguousarray(picture))
+    except cv2.error:
+        good = False
     if not good:
         raise ValueError(f"a picture of shape {picture.shape} and type {picture.dtype} cannot be a PNG")
     with replacing(path) as file:

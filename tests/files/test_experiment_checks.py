@@ -1,0 +1,86 @@
+"""Every problem of a folder and its config shows before work begins, on one line each."""
+
+import pytest
+
+from tests.files.folders import problems, settings, spoil
+from vidtrack.files.experiment_checks import checked_experiment
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "says"),
+    [
+        ("runs/pluck/cam2.MP4", None, "runs/pluck: only camera cam1 has a recording, and mode space needs two"),
+        ("runs/pluck/cma1.mov", "v", "runs/pluck/cma1.mov: config.yaml names no camera 'cma1'; did you mean 'cam1'?"),
+        ("runs/pluck/cam1.avi", "v", "cam1.mov: camera cam1 has another recording here, runs/pluck/cam1.avi"),
+        ("runs/empty/notes.txt", "v", "runs/empty: no recording of any camera"),
+        ("calibration/points.csv", None, "calibration/points.csv: no such file"),
+        ("calibration/points.csv", "tag,x,y,z\n1,0,0,0\n1,1,1,1\n", "line 3: tag 1 appears twice (also line 2)"),
+        ("calibration/points.csv", "tag,x,y,z\n1,0,zero,0\n", "line 2: y is 'zero', not a number"),
+        ("calibration/row1/cam2.mov", None, "runs/pluck: camera cam2 has no calibration clip"),
+        ("calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam1,99,1,1\n", "line 2: clip row1 shows no tag 99"),
+        ("calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam9,1,1,1\n", "line 2: config.yaml names no camera cam9"),
+    ],
+)
+def test_a_problem_in_the_folder_is_one_line(folder, path, text, says):
+    spoil(folder, path, text)
+    lines = problems()
+    assert len(lines) == 1
+    assert says in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"experiment": "nowhere"}, "experiment: no such folder as 'nowhere'"),
+        ({"calibration": {"clips": {"rwo1": {}}}}, "clips.rwo1: no such folder in calibration/; did you mean 'row1'?"),
+        ({"calibration": {"clips": {"row1": {"tags": "1-9"}}}}, "row1.tags: tag 9 is not in calibration/points.csv"),
+        ({"calibration": {"clips": {"row1": {"tags": "1, 2, 2"}}}}, "row1.tags: tag 2 appears twice"),
+        ({"runs": {"plukc": {}}}, "runs.plukc: no such folder in runs/; did you mean 'pluck'?"),
+        ({"runs": {"pluck": {"reference": {"value": "x"}}}}, "runs/pluck/reference.csv has no column 'x'"),
+        ({"runs": {"pluck": {"reference": {"value": "x_in", "target": "ball"}}}}, "no target 'ball'; known: t1"),
+        ({"runs": {"pluck": {"mode": "plane", "plane": {"scale": 1}}}}, "mode plane uses one camera"),
+        ({"runs": {"pluck": {"bodies": {"b": {"t1": [0, 0, 0]}}}}}, "1 targets; six degrees of freedom need three"),
+        ({"runs": {"pluck": {"videos": {"cam1": "no.mov"}}}}, "runs.pluck.videos.cam1: no such file as no.mov"),
+    ],
+)  # fmt: skip
+def test_a_config_that_does_not_fit_the_folder_is_one_line(folder, changes, says):
+    lines = problems(**changes)
+    assert len(lines) == 1
+    assert says in lines[0]
+
+
+def test_many_problems_are_told_at_once(folder):
+    spoil(folder, "runs/pluck/cam2.MP4")
+    spoil(folder, "calibration/row1/picks.csv", "camera,tag,Xf,Yf\ncam1,77,1,1\n")
+    assert len(problems()) == 2
+
+
+def test_a_unit_in_a_header_is_held_against_the_configs(folder):
+    spoil(folder, "calibration/points.csv", "tag,x (mm),y (mm),z (mm)\n1,0,0,0\n")
+    spoil(folder, "runs/pluck/truth.csv", "time_s,target,x_mm,y_mm,z_mm\n0,t1,0,0,0\n")
+    first, second = problems()
+    assert "is in mm, but config.yaml says units: in" in first
+    assert second.startswith("runs/pluck/truth.csv, line 1")
+    assert "x_in of runs/pluck/reference.csv is in in, but units is mm" in "".join(
+        problems(units="mm", runs={"pluck": {"reference": {"value": "x_in"}}})
+    )
+
+
+def test_tags_with_hyphens_are_those_of_the_points(folder):
+    spoil(folder, "calibration/points.csv", "tag,x,y,z\n1-1,0,0,0\n2-1,1,0,0\n")
+    spoil(folder, "calibration/row1/picks.csv")
+    assert checked_experiment(settings(calibration={"clips": {"row1": {"tags": "1-1, 2-1"}}}))
+
+
+def test_a_tag_that_a_spreadsheet_made_a_date_is_recognised(folder):
+    spoil(folder, "calibration/points.csv", "tag,x,y,z\n01-Jan,0,0,0\n01-Feb,1,0,0\n")
+    spoil(folder, "calibration/row1/picks.csv")
+    (line, *_) = problems(calibration={"clips": {"row1": {"tags": ["1/1"]}}})
+    assert "'01-Jan' there may be it, as a spreadsheet changed it" in line
+
+
+def test_very_many_problems_of_one_kind_are_counted(folder):
+    spoil(folder, "calibration/row1/picks.csv", "camera,tag,Xf,Yf\n" + "".join(f"cam1,q{n},1,1\n" for n in range(47)))
+    lines = problems()
+    assert len(lines) == 11
+    assert "37 more" in lines[-1]

@@ -1,0 +1,27 @@
+"""Which methods estimate which camera's clock."""
+
+import pytest
+
+from vidtrack.timing.witnesses import WITNESSES, asked
+
+
+@pytest.mark.parametrize(
+    ("clocks", "who"),
+    [
+        ([{"offset_s": 0.0}, "auto"], [(), ("motion", "sound", "flash")]),
+        (["auto", "auto"], [(), ("motion", "sound", "flash")]),
+        (["sound", None, "flash"], [("sound",), (), ("flash",)]),
+        (["motion", "sound"], [(), ("sound",)]),
+        ([], []),
+    ],
+)
+def test_one_clock_is_given_and_the_others_are_estimated_by_the_methods_named(clocks, who):
+    assert asked(clocks) == who
+
+
+def test_auto_is_every_method_that_can_be_named():
+    assert set(WITNESSES["auto"]) == set(WITNESSES) - {"auto"}
+
+
+def test_a_word_that_is_no_method_is_a_clock_that_is_given():
+    assert asked(["offset", "sound"]) == [(), ("sound",)]
