@@ -11,6 +11,7 @@ import click
 
 COMMANDS = {
     "init": "Look through a folder of recordings and write config.yaml and points.csv.",
+    "check": "Say what will happen with an experiment, and what is wrong with it. Runs nothing.",
     "run": "Process everything that is not done yet, and say the verdict.",
     "report": "Open the report.",
     "unlock": "Remove the lock that a killed run left behind.",
@@ -30,6 +31,7 @@ _EXAMPLES = """
 \b
 Examples:
   vidtrack init my-lab --units m      what lies there, and a config.yaml
+  vidtrack check my-lab               what will happen, and what is wrong
   vidtrack run my-lab                 everything, with the verdict last
 """
 

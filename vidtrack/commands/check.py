@@ -1,0 +1,48 @@
+"""vidtrack check: what will happen with an experiment, and what is wrong with it."""
+
+from __future__ import annotations
+
+import os
+
+import click
+
+from vidtrack.commands.folder import FOLDER, inside, settings_here
+from vidtrack.errors import VidtrackError
+
+
+@click.command("check")
+@FOLDER
+def command(folder: str) -> int:
+    """Read every input of FOLDER, decode a few pictures of each, and say what will come of it and what is wrong.
+
+    Nothing is processed and nothing is written. Exit code 1 where something would be refused.
+    """
+    from rich.console import Console
+
+    from vidtrack.files.experiment_checks import checked_experiment
+    from vidtrack.findings import worst_first
+    from vidtrack.preview.survey import survey
+    from vidtrack.verdict.judgement import sentence
+
+    console = Console(stderr=True)
+    with inside(folder):
+        settings = settings_here()
+        try:
+            experiment = checked_experiment(settings)
+        except VidtrackError as error:
+            for problem in error.problems:
+                click.echo(f"refused: {problem}")
+            click.echo(f"{len(error.problems)} things would be refused.")
+            return 1
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        with console.status("looking") as status:
+            found = survey(settings, experiment, cores, lambda what: status.update(f"looking at {what}"))
+    for about, what in found.facts:
+        click.echo(f"{about}: {what}")
+    words = {"failed": "refused", "bad": "bad", "doubtful": "doubtful", "note": "note"}
+    for finding in worst_first(dict.fromkeys(found.findings)):
+        click.echo(f"{words[finding.level]}: {sentence(finding.text)} {sentence(finding.cure)}".rstrip())
+    refused = sum(finding.level == "failed" for finding in found.findings)
+    if refused:
+        click.echo(f"{refused} things would be refused.")
+    return 1 if refused else 0

@@ -1,0 +1,1 @@
+"""What an experiment will give, found out by the stages themselves from a few pictures; nothing is written."""

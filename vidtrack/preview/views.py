@@ -1,0 +1,83 @@
+"""Each camera's view from a few pictures of its calibration clips, by the stages that the workflow calls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.experiment import Experiment
+from vidtrack.files.tables import read_picks, read_points
+from vidtrack.settings.config import Settings
+from vidtrack.timing.frame import Frame
+from vidtrack.workflow import orders
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from vidtrack.stages.calibrate import Calibration
+    from vidtrack.stages.calibration_points import Sightings
+
+
+class Few(NamedTuple):
+    """Some frames of a recording, the size of its pictures and their bits."""
+
+    frames: Sequence[Frame]
+    size: tuple[int, int]
+    bits: int
+
+
+class View(NamedTuple):
+    """What is known of a camera: its points, then the camera; where one is missing, problems say why."""
+
+    sightings: Sightings | None
+    calibration: Calibration | None
+    problems: tuple[str, ...]
+
+
+def view_of(
+    settings: Settings,
+    experiment: Experiment,
+    camera: str,
+    read: Callable[[str, str], Few],
+    picks: Mapping[str, DataFrame] | None = None,
+) -> View:
+    """Name the points of a camera and calibrate it.
+
+    read    a function of clip and path that gives some frames
+    picks   clip: tag, Xf, Yf of this camera; None: those in the clips' picks.csv
+    """
+    import pandas as pd
+
+    from vidtrack.stages.calibrate import calibrate
+    from vidtrack.stages.calibration_points import calibration_points
+
+    order = orders.calibration_points(settings, experiment, camera)
+    try:
+        if experiment.points is None:
+            raise VidtrackError("calibration/points.csv: no such file. Write tag,x,y,z for each calibration point.")
+        points = read_points(experiment.points, settings.units)
+        few = {clip: read(clip, experiment.clips[clip].videos[camera]) for clip in order["clips"]}
+        if picks is None:
+            paths = {clip: str(experiment.clips[clip].picks) for clip in order["picks_clips"]}
+            picks = {clip: read_picks(path, camera).assign(file=path) for clip, path in paths.items()}
+        parts = [table.assign(clip=clip) for clip, table in picks.items() if len(table) and clip in few]
+        found = calibration_points(
+            {clip: own.frames for clip, own in few.items()},
+            points,
+            pd.concat(parts, ignore_index=True) if parts else None,
+            camera=camera,
+            tags={clip: own["tags"] for clip, own in order["clips"].items()},
+            detect={clip: own["detect"] for clip, own in order["clips"].items()},
+            bits={clip: own.bits for clip, own in few.items()},
+            sigma=order["sigma"],
+        )
+    except VidtrackError as error:
+        return View(None, None, error.problems)
+    size = next(iter(few.values())).size
+    try:
+        how = {name: value for name, value in orders.calibrate(settings, camera).items() if name != "units"}
+        done = calibrate(found.table, image_size=size, units=settings.units, search=False, **how)
+    except VidtrackError as error:
+        return View(found, None, error.problems)
+    return View(found, done, ())
