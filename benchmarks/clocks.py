@@ -95,7 +95,7 @@ def main() -> None:
         for seed in range(arguments.trials):
             found.append(way(arguments.seconds, np.random.default_rng(seed)).moved(arguments.seconds / 2))
         each = (time.process_time() - began) / arguments.trials
-        told = [timing for timing in found if timing.tells]
+        told = [timing for timing in found if timing.is_known]
         right = LATE.offset_s + LATE.rate_ppm * 1e-6 * arguments.seconds / 2
         off = np.array([((x.clock.offset_s - right) * RATE, x.clock.rate_ppm - LATE.rate_ppm) for x in told])
         sd = np.array([(x.sd.offset_s * RATE, x.sd.rate_ppm) for x in told])

@@ -101,7 +101,7 @@ def test_sound_that_agrees_is_a_check_and_gives_the_rate():
 
 
 @pytest.mark.parametrize("who", ["sound", "flash"])
-def test_the_config_may_insist_on_one_witness(who):
+def test_the_config_may_insist_on_one_method(who):
     heard = {who: said(0.02, 0.001)}
     own, _ = located(pluck, Clock(0.012), heard, who)
     assert own["offset_s"] == pytest.approx(0.02)
@@ -130,7 +130,7 @@ def test_sound_is_doubted_by_what_it_needs_from_camera_to_camera():
     assert own["offset_s_sd"] == pytest.approx(metres / np.sqrt(3) / 343, rel=1e-3)
 
 
-def test_a_witness_from_before_midnight_is_no_day_late():
+def test_an_estimate_from_before_midnight_is_no_day_late():
     own, _ = located(rest, Clock(0.012), {"flash": said(0.012, rate=30.0, at_s=START - 10 + 86400)}, "flash")
     assert own["offset_s"] == pytest.approx(0.012 + 10 * 30e-6, abs=1e-6)
 

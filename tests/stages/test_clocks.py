@@ -39,11 +39,11 @@ def told(cameras, sought, references=("cam1",)):
     return clocks(light, sounds, rate_hz=HZ, references=references, sought=sought)
 
 
-@pytest.mark.parametrize("witness", ["sound", "flash"])
+@pytest.mark.parametrize("method", ["sound", "flash"])
 @pytest.mark.parametrize("clock", [Clock(-0.012), Clock(0.37 / RATE), Clock(0.0)])
-def test_the_clock_told_is_the_one_that_must_be_added(witness, clock):
+def test_the_clock_found_is_the_one_that_must_be_added(method, clock):
     cameras = {"cam1": recorded(Clock(), 0.0, 1), "cam2": recorded(clock, 0.25, 2)}
-    own = told(cameras, {"cam2": [witness]})["cam2"][witness]
+    own = told(cameras, {"cam2": [method]})["cam2"][method]
     assert own["reference"] == "cam1"
     assert own["offset_s"] * RATE == pytest.approx(clock.offset_s * RATE, abs=0.02)
     assert own["n"] >= 3
@@ -69,7 +69,7 @@ def test_one_change_that_lies_seconds_apart_is_not_one_event():
     assert "offset_s" not in told(cameras, {"cam2": ["flash"]})["cam2"]["flash"]
 
 
-def test_who_is_not_asked_does_not_answer_and_nothing_in_common_tells_nothing():
+def test_only_wanted_clocks_are_estimated_and_nothing_in_common_gives_no_estimate():
     cameras = {"cam1": recorded(Clock(), 0.0, 1, lamp=()), "cam2": recorded(Clock(), 0.0, 2, lamp=())}
     cameras["cam2"] = cameras["cam2"][0], (0.0, np.random.default_rng(5).normal(size=HZ * 12))
     own = told(cameras, {"cam2": ["sound", "flash"]})["cam2"]

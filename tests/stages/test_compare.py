@@ -131,7 +131,7 @@ def test_a_target_that_was_hardly_ever_located_is_told_and_stops_nothing(located
     video.loc[located:, ["x", "y", "z"]] = np.nan
     done = compare(video, reference, truth, value="x_in")
     assert not np.isfinite(done.record["lag_s"])
-    assert f"{located} samples were located: too few to hold them against the reference" in done.record["warnings"]
+    assert f"{located} samples were located: too few to compare with the reference" in done.record["warnings"]
     assert len(done.series) == len(video)
 
 

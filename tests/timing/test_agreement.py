@@ -1,4 +1,4 @@
-"""Several witnesses of one clock."""
+"""Several estimates of one clock."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from vidtrack.timing.clock import Clock
 
 
 def said(offset_s, sd_s, rate_ppm=0.0, rate_sd=100.0):
-    """What a witness says of a clock at its first sample."""
+    """The estimate of a clock by a method, at its first sample."""
     return Timing(Clock(offset_s, rate_ppm), np.diag([sd_s**2, rate_sd**2]))
 
 
@@ -44,7 +44,7 @@ def test_who_does_not_tell_is_not_heard():
     one = agreed({"motion": said(0.01, 0.001), "sound": NOT_ESTIMATED}, 10.0)
     assert one.used == ("motion",)
     assert one.timing.clock.offset_s == pytest.approx(0.01)
-    assert not agreed({"sound": NOT_ESTIMATED}, 10.0).timing.tells
+    assert not agreed({"sound": NOT_ESTIMATED}, 10.0).timing.is_known
 
 
 @pytest.mark.parametrize("apart", [0.0, 3.0])

@@ -47,7 +47,7 @@ class Extremes(NamedTuple):
 
 
 class Decay(NamedTuple):
-    """What a free decay tells.
+    """What is estimated from a free decay.
 
     Td, fn, zeta, b   damped period (s), undamped natural frequency (Hz), linear damping ratio, quadratic damping
                       (1/length)

@@ -147,7 +147,7 @@ def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> Finding | N
 def handedness(p: ArrayLike, b: ArrayLike, Cx: float, Cy: float, dx: float, dy: float) -> int:
     """-1 where the points can only be seen by a mirrored camera, 1 where by a true one, 0 where too flat to tell.
 
-    Two witnesses must agree on a mirror: the DLT's determinant, and Tsai's f or depths below 0.
+    Two independent signs must agree on a mirror: the DLT's determinant, and Tsai's f or depths below 0.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
     if flatness(p) < FLAT:

@@ -1,7 +1,7 @@
 """How large a target must be, how many pixels it gives, and how well its centroid can then be found.
 
 The thesis found these by filming ten black circles (appendix A); here they follow from geometry and noise, and its
-table A.3 is their witness.
+table A.3 is what they are compared with.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def free_decay(decay: Mapping[str, Any], title: str) -> Figure:
 
 
 def transfer_functions(waves: Mapping[str, Any], names: list[str], title: str) -> Figure:
-    """Amplitude ratio with its 95 % band, phase and coherence of each response, over the frequencies that tell."""
+    """Amplitude ratio with its 95 % band, phase and coherence of each response, over the frequencies with energy."""
     figure, axes = new_figure(3, 1, height=2.0, sharex=True)
     for i, name in enumerate(names):
         own, colour = waves["responses"][name], PALETTE[i % len(PALETTE)]
@@ -65,8 +65,8 @@ def transfer_functions(waves: Mapping[str, Any], names: list[str], title: str) -
     axes[2].set_xlabel("frequency (Hz)", fontsize=8)
     spectrum = waves["spectrum"]
     S = np.array([np.nan if v is None else v for v in spectrum["S"]], float)
-    telling = np.array(spectrum["f_Hz"], float)[np.nan_to_num(S) > 0.01 * np.nanmax(S)]
-    axes[2].set_xlim(0, 1.5 * telling.max())
+    energetic = np.array(spectrum["f_Hz"], float)[np.nan_to_num(S) > 0.01 * np.nanmax(S)]
+    axes[2].set_xlim(0, 1.5 * energetic.max())
     figure.suptitle(title, fontsize=10)
     return figure
 

@@ -1,4 +1,4 @@
-"""Whether an experiment folder can be worked on: every problem that shows before work begins, told at once."""
+"""Whether an experiment folder can be worked on: every problem that shows before work begins, reported at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JSON records and pictures in and out; a record always tells where it comes from."""
+"""JSON records and pictures in and out; a record always says where it comes from."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ distorts it is a curve. With tangents u = (Xu/f, Yu/f, 1) of both cameras and th
     u_b . (t x R u_a) = 0,        E = [t]x R  (Longuet-Higgins 1981)
 
 and the left side, divided by its gradient by the pixel (Xf, Yf) of camera b, is the distance from the curve to
-first order: within 1 % of the exact one for a px or two. Its sign tells the side.
+first order: within 1 % of the exact one for a px or two. Its sign is that of the side.
 """
 
 from __future__ import annotations

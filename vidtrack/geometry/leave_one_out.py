@@ -14,7 +14,7 @@ from vidtrack.geometry.sights import Mask
 
 
 def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask, Mask]:
-    """The cameras (n_cameras, n) that agree within `reject` px, and where (n,) nothing tells which ones do.
+    """The cameras (n_cameras, n) that agree within `reject` px, and where (n,) it cannot be decided which ones do.
 
     Leaves out, of each point, the camera without which the others agree best, until all agree. Where those that
     agree are no more than those that do not, or two explanations are about equally good, nothing is left out and

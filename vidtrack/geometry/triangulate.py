@@ -43,7 +43,7 @@ class Located(NamedTuple):
     miss: Array  # (...) rms distance from the point to its lines of sight
     n_cameras: NDArray[np.intp]  # (...) cameras that the fix rests on; 0 where there is none
     left_out: Mask  # (n_cameras, ...) saw the target, but disagreed
-    disagree: Mask  # (...) cameras disagree and nothing tells which is right: no fix
+    disagree: Mask  # (...) cameras disagree and it cannot be decided which is right: no fix
     error: Array  # (n_cameras, ..., 2) measured minus projected, px, for every camera that saw the target
     sd: float  # px: the centroid noise given (NaN where it varies) or found
 
@@ -54,7 +54,7 @@ def triangulate(origins: ArrayLike, directions: ArrayLike, *, min_angle_deg: flo
     The stages use `locate_points`, which weighs each camera and gives the covariance.
 
     Exact lines would meet; measured ones pass close by. The rms distance that
-    remains, the miss, tells how far to trust the fix.
+    remains, the miss, shows how far to trust the fix.
 
     origins     (..., n_cameras, 3)  perspective centres, world units
     directions  (..., n_cameras, 3)  unit vectors; a row of NaN is a camera that lost the target
@@ -112,7 +112,7 @@ def locate_points(
     b              (n_cameras, ..., 2)  frame buffer px; NaN where a camera lost the target
     sd             px, standard deviation of the centroids: a number, or its own leading axes as b's, so that
                    (n_cameras,) gives each camera its own. None: found from the reprojection errors of all points
-                   together; sigma is NaN where fewer than 10 redundant measurements tell it
+                   together; sigma is NaN with fewer than 10 redundant measurements
     uncertainties  a calibration uncertainty (or None) for each camera; adds to the covariance
     joint          covariance (k, k) of the parameters of all cameras that have an uncertainty, one camera after the
                    other, where their errors are not independent (see `shared_survey`)
@@ -124,7 +124,7 @@ def locate_points(
     most_unsure    the largest sigma of a fix, as a share of its distance to the nearest camera
     Returns Located. NaN where fewer than two cameras saw the target, their lines are so nearly parallel that sigma
     (without sd: that of 1 px of noise) is beyond most_unsure,
-    the point falls behind a camera, or cameras disagree and nothing tells which one errs (`disagree`;
+    the point falls behind a camera, or cameras disagree and it cannot be decided which one errs (`disagree`;
     two cameras never can).
     Raises ValueError for fewer than two cameras or shapes that do not match.
     Equations 4.3.6 - 4.3.14. Two cameras at right angles, 0.25 in/px each and 0.1 px noise: sigma is .025 in across
@@ -166,7 +166,7 @@ def _weights(sd: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _noise(solved: Solution, used: Mask) -> float:
-    """The centroid noise, px, that the reprojection errors of all points together tell; outliers do not count.
+    """The centroid noise, px, estimated from the reprojection errors of all points; outliers do not count.
 
     Each point has 2 n_cameras - 3 redundant measurements. NaN for fewer than 10 of them.
     """

@@ -1,6 +1,6 @@
 """The part of the calibration's picture that a run's picture shows, and the camera as that picture has it.
 
-A camera records at several sizes. Where the whole picture is scaled, or a rectangle of it is cut out and scaled, a
+A camera records at several both. Where the whole picture is scaled, or a rectangle of it is cut out and scaled, a
 column or row of the one follows from that of the other by the corners of the rectangle, pixels being unit squares about
 their centres:
 
@@ -157,19 +157,19 @@ def _squeezed(given: Window, calibrated: Picture, run: Picture, camera: str, whe
 
 
 def _refusal(calibrated: Picture, run: Picture, camera: str, where: str) -> str:
-    told = f"{where}: {camera} shows {run.size} px and was calibrated at {calibrated.size}"
+    both = f"{where}: {camera} shows {run.size} px and was calibrated at {calibrated.size}"
     if _alike(calibrated, Picture(run.height, run.width, 1 / run.sample_aspect)):
         return (
-            f"{told}: one of them is turned by a quarter (rotation flags: {run.rotation} and {calibrated.rotation} "
+            f"{both}: one of them is turned by a quarter (rotation flags: {run.rotation} and {calibrated.rotation} "
             "degrees). Give both recordings the same rotation flag, or calibrate the camera as it stood in the run."
         )
     if run.width == calibrated.width and run.height * 2 == calibrated.height:
-        return f"{told}: single fields or squeezed. Record whole frames, or give `crop` for the run if it is squeezed."
+        return f"{both}: single fields or squeezed. Record whole frames, or give `crop` for the run if it is squeezed."
     share = min(calibrated.width / run.width, calibrated.height / run.height)
     width, height = run.width * share, run.height * share
     left, top = (calibrated.width - width) / 2, (calibrated.height - height) / 2
     return (
-        f"{told}: another shape, cut off or squeezed. Give `crop: [left, top, width, height]` (px of the calibration's "
+        f"{both}: another shape, cut off or squeezed. Give `crop: [left, top, width, height]` (px of the calibration's "
         f"picture that it shows) for the run or the camera, such as [{left:g}, {top:g}, {width:g}, {height:g}] where "
         "the edges are cut off evenly; or calibrate with clips of the run's size."
     )

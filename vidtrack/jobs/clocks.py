@@ -14,7 +14,7 @@ from vidtrack.workflow.job import Job
 def run(job: Job) -> None:
     """inputs: videos, light, readings (in the order of settings.cameras); output record.
 
-    settings: run, cameras, references, sought. Sound is read only of cameras for whose clocks it is asked.
+    settings: run, cameras, references, sought. Sound is read only of cameras whose clocks it is to give.
     """
     names, sought = job.settings["cameras"], job.settings["sought"]
     light = {name: read_parquet(path) for name, path in zip(names, job.paths("light"), strict=True)}
@@ -23,14 +23,14 @@ def run(job: Job) -> None:
         light[name][["time_s", "middle_s"]] += later
     listening = [name for name in names if name in job.settings["references"] or "sound" in sought.get(name, ())]
     sounds = {}
-    if any("sound" in witnesses for witnesses in sought.values()):
+    if any("sound" in methods for methods in sought.values()):
         for name, path in zip(names, job.paths("videos"), strict=True):
             if name in listening:
                 with open_video(path) as video:
                     start = video.info.start
                 table = light[name]
                 sounds[name] = room_sound(path, start, table["stamp_s"].to_numpy(), table["time_s"].to_numpy())
-    told = clocks(
+    estimates = clocks(
         light,
         {name: (sound.start, sound.samples) for name, sound in sounds.items() if sound.samples.size},
         rate_hz=RATE_HZ,
@@ -40,7 +40,7 @@ def run(job: Job) -> None:
     record = {
         "run": job.settings["run"],
         "references": job.settings["references"],
-        "cameras": told,
+        "cameras": estimates,
         "sound": {name: sound.note for name, sound in sounds.items()},
     }
     write_json(job.outputs["record"], record, job.provenance)

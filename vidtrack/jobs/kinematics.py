@@ -10,7 +10,7 @@ from vidtrack.workflow.job import Job
 
 def run(job: Job) -> None:
     """inputs: trajectories. outputs: kinematics, record. settings: units."""
-    table, told = kinematics(read_parquet(job.path("trajectories")))
+    table, smoothing = kinematics(read_parquet(job.path("trajectories")))
     units = job.settings["units"]
     write_parquet(job.outputs["kinematics"], table, units=units, provenance=job.provenance, columns=COLUMNS)
-    write_json(job.outputs["record"], {"units": units, "smoothing": told}, job.provenance)
+    write_json(job.outputs["record"], {"units": units, "smoothing": smoothing}, job.provenance)

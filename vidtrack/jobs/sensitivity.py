@@ -67,7 +67,7 @@ def _write(path: str, table: DataFrame, units: str, provenance: dict[str, object
 
 
 def main(arguments: Sequence[str]) -> int:
-    """A scenario's tables and figures into a folder; 0, or 1 where a problem was told on one line."""
+    """A scenario's tables and figures into a folder; 0, or 1 where a problem was reported on one line."""
     if len(arguments) != 2:
         sys.stderr.write("usage: vidtrack sensitivity SCENARIO.yaml FOLDER\n")
         return 2

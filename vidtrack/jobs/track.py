@@ -51,7 +51,7 @@ def run(job: Job) -> None:
     record = {
         "run": settings["run"],
         "camera": camera,
-        "video": _told(info),
+        "video": _video_record(info),
         "time": {
             "source": info.time.source,
             "rate": str(info.rate),
@@ -93,7 +93,7 @@ def _light(meter: LightMeter, clock: TimeBase, in_fields: bool) -> DataFrame:
     return DataFrame({**columns, "brightness": meter.levels})
 
 
-def _told(info: VideoInfo) -> dict[str, Any]:
+def _video_record(info: VideoInfo) -> dict[str, Any]:
     return {
         "width": info.width,
         "height": info.height,

@@ -42,7 +42,8 @@ FEWEST = 4
 def label_with(points: Array, views: Sequence[View], picks: Picks, image_size: tuple[int, int]) -> list[Labels]:
     """Labels from any number of picks: 4 or more are seeds; where a doubt is left, they vote on `label_alone`.
 
-    points  (m, 3) surveyed, world units. The best answer first, then rivals that neither balls nor picks tell from it.
+    points  (m, 3) surveyed, world units. The best answer first, then rivals that fit balls and
+            picks as well.
     """
     seeded: list[Labels] = []
     if len(picks.point) >= 4 and not on_one_line(points[picks.point]):
@@ -102,11 +103,11 @@ def rivals(labels: Labels, points: Array, views: Sequence[View]) -> list[Labels]
 
 
 def self_maps(points: Array, groups: Sequence[Index]) -> list[Index]:
-    """Maps (m,) of the points onto themselves that an affine view could not tell: image[i] is where i goes.
+    """Maps (m,) of the points onto themselves that an affine view cannot distinguish: image[i] is where i goes.
 
     points  (m, 3); groups: the points of each view, which must map onto themselves.
     Turns and mirrors of the whitened points, so those of the points themselves are among them; a point lands within a
-    quarter of the distance to its neighbour. Points in no group map to themselves. The identity is not told.
+    quarter of the distance to its neighbour. Points in no group map to themselves. The identity is left out.
     """
     shown = np.unique(np.concatenate(list(groups)))
     x, _ = _whitened(points[shown])

@@ -25,7 +25,7 @@ class Shift(NamedTuple):
 def shifted(labels: Labels, i: int) -> Shift | None:
     """Labels of view i after moving it as a whole, where that finds most of its points and the fit as it is does not.
 
-    A camera that was knocked between clips does this. Moves up to 0.45 of the balls' spacing can be told.
+    A camera that was knocked between clips does this. Moves up to 0.45 of the balls' spacing can be recognised.
     """
     view, at = labels.views[i], labels.projected[i]
     seen = np.isfinite(at).all(-1).sum()

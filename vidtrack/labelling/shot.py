@@ -15,7 +15,7 @@ from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import noise_sd
 
 SCATTER_FRAMES = 24
-"""Frames whose centroids tell how much a ball's position scatters."""
+"""Frames from whose centroids the scatter of a ball's position is estimated."""
 SMALLEST_SD = 0.002
 """px; frames that a codec copies do not scatter at all, which does not make them exact."""
 SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
@@ -25,9 +25,9 @@ SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
 class Shot(NamedTuple):
     """One clip, averaged and searched.
 
-    still    grey levels 0-255, stretched as `stretch` tells (gain and offset)
+    still    grey levels 0-255, stretched as `stretch` does (gain and offset)
     at       (n, 2) px, where its blobs are; sd (n, 2) px, one standard deviation of that
-    tremble  (n, 2) px, standard deviation of a single frame's centroid; NaN where fewer than three frames tell
+    tremble  (n, 2) px, standard deviation of a single frame's centroid; NaN with fewer than three frames
     seen     frames in the clip; damaged: how many of them were damaged, and left out
     """
 

@@ -27,7 +27,7 @@ _BLOCK = 1 << 19
 
 
 class FrameLike(Protocol):
-    """What a frame must tell: its luma plane and whether the decoder met damage."""
+    """What a frame must have: its luma plane and whether the decoder met damage."""
 
     @property
     def luma(self) -> Picture: ...

@@ -39,7 +39,7 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
 
     answers   best first, rivals after it (`configuration.label_with`)
     Raises VidtrackError, one line, where there is none or more than one.
-    At most a third of the picks may be at odds with the answer; `odd_picks` tells which.
+    At most a third of the picks may be at odds with the answer; `odd_picks` says which.
     """
     if not answers:
         raise VidtrackError(_nothing_fits(case, None))
@@ -135,8 +135,8 @@ def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
     _, v, row = choice
     tag = case.tags[int(case.views[v].points[row])]
     lines = [f"{case.camera},{tag},{b[0]:.0f},{b[1]:.0f}" for b in (labels.projected[v][row] for labels in answers)]
-    told = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
+    listed = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
     return (
         f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways "
-        f"that fit equally well, because the layout is symmetric. Add the line that is true: {told}."
+        f"that fit equally well, because the layout is symmetric. Add the line that is true: {listed}."
     )

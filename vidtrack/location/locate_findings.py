@@ -86,7 +86,7 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
         f"{sights['expected_px'][worst]:.2g} px are expected: positions are off by some {over:.2g} sigma"
     )
     if _explains(cause):
-        text += f"; it would be explained by {_told(cause)}"
+        text += f"; it would be explained by {_in_words(cause)}"
     return [Finding("bad" if over > OVER_SIGMA[1] else "doubtful", "sight-lines-miss", text, _cure(record))]
 
 
@@ -94,7 +94,7 @@ def _explains(cause: Record) -> bool:
     return bool(cause["evidence"] > EVIDENCE and cause["share"] > EXPLAINS)
 
 
-def _told(cause: Record) -> str:
+def _in_words(cause: Record) -> str:
     cameras = " or ".join(cause["cameras"])
     if cause["kind"] == "turned":
         return f"{cameras} turned by {cause['amount']:.2g} ± {cause['sd']:.1g} deg after its calibration"

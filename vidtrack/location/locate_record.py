@@ -18,7 +18,7 @@ from vidtrack.location.views import View, of_samples
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock
 
-MOST_TOLD = float(np.log(1e12))
+LARGEST_LEAD = float(np.log(1e12))
 """Nats beyond which odds are as good as certain."""
 
 
@@ -36,7 +36,7 @@ def clock_record(views: Sequence[View], given: Sequence[Clock | str], timed: Run
             own |= {"offset_s_95": [clock.offset_s - 1.96 * sd.offset_s, clock.offset_s + 1.96 * sd.offset_s]}
             own |= {"rate_ppm_95": [clock.rate_ppm - 1.96 * sd.rate_ppm, clock.rate_ppm + 1.96 * sd.rate_ppm]}
             own |= {"ambiguous": motion is not None and "motion" in timed.used[i] and motion.ambiguous[i]}
-            own |= {"witnesses": {w: _said(told, w in timed.used[i]) for w, told in timed.witnesses[i].items()}}
+            own |= {"witnesses": {w: _said(t, w in timed.used[i]) for w, t in timed.estimates[i].items()}}
         if motion is not None and np.isfinite(motion.error_by_offset[i]).any():
             tried = (motion.offsets + motion.clocks[i].offset_s).tolist()
             own |= {"offsets_s": tried, "error_px": motion.error_by_offset[i].tolist()}
@@ -73,7 +73,7 @@ def match_record(
             },
             "error_px": float(match.error_px[k]),
             "error": float(match.error_px[k]) * scale,
-            "odds": float(np.exp(min(lead, MOST_TOLD))) if np.isfinite(lead) else None,
+            "odds": float(np.exp(min(lead, LARGEST_LEAD))) if np.isfinite(lead) else None,
             "ambiguous": any(
                 ((reason[v.piece] == "contested") & (v.piece != NONE))[(own == k).any(1)].any()
                 for v, own, reason in zip(views, whose, match.reason, strict=True)

@@ -34,9 +34,9 @@ class Match(NamedTuple):
     trajectory: tuple[Ints, ...]  # for each camera (n_pieces,): that of each tracklet; NONE
     reason: tuple[Labels, ...]  # for each camera (n_pieces,): why a tracklet is of none; '' where it is of one
     error_px: Array  # (m,) rms distance from the epipolar curves, px
-    lead: Array  # (m,) nats by which the least sure join of each is likelier than any other; inf where names tell
+    lead: Array  # (m,) nats by which the least sure join of each is likelier than any other; inf where names decide
     n_common: Ints  # (m,) moments at which two cameras or more saw it
-    bias_px: float  # what the calibration was found to leave; NaN where names tell
+    bias_px: float  # what the calibration was found to leave; NaN where names decide
 
 
 def matched(
@@ -188,7 +188,7 @@ def _shown(view: View, trajectory: Ints, labels: Sequence[str], *, first: bool =
 
 
 def _by_name(views: Sequence[View], seen: Sequence[Seen], names: list[str] | None) -> Match | None:
-    """What the names tell, where the user gave them and every track bears one."""
+    """The match by names, where the user gave them and every track bears one."""
     if names is None or not all(set(v.named) <= set(names) for v in views):
         return None
     shown = [n for n in names if any(n in v.tracks for v in views)]

@@ -1,8 +1,8 @@
-"""Cameras' clocks: how far each is off and how fast it runs, and how the motion itself tells.
+"""Cameras' clocks: how far each is off and how fast it runs, estimated from the motion itself.
 
 Where cameras are not locked together (the thesis's half frame), a moving target is seen by one of them a little
 later, and lies off its epipolar curve by its speed across that curve times the delay. The clock that brings the
-whole trajectory nearest to the curves is the answer; targets at rest, or moving along the curves, tell nothing.
+whole trajectory nearest to the curves is the answer; targets at rest, or moving along the curves, contribute nothing.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ CENTROID_BIAS_PX = 0.005
 
 
 OFFSET_PRIOR_S = 100.0
-"""ASSUME: s, so wide that it decides nothing where the motion tells anything."""
+"""ASSUME: s, so wide that it decides nothing where the motion contributes anything."""
 
 
 class Clocks(NamedTuple):
-    """What `estimate_clocks` returns; cameras that were not asked for keep the clock they came with."""
+    """What `estimate_clocks` returns; cameras whose clocks are not sought keep the clock they came with."""
 
     clocks: tuple[Clock, ...]
-    sd: tuple[Clock, ...]  # standard deviations; NaN where the motion does not tell, 0 where the clock was given
+    sd: tuple[Clock, ...]  # standard deviations; NaN where the motion gives no estimate, 0 where the clock was given
     covariance: Array  # (n_cameras, 2, 2) of offset and rate, s and ppm
     error_px: float  # rms distance from the epipolar curves with these clocks
     error_before_px: float  # and with those they came with
@@ -56,10 +56,10 @@ def estimate_clocks(
 
     times          for each camera (T_c,)  s, rising
     tracks         for each camera (n_targets, T_c, 2)  px, the same targets in every camera; NaN where lost
-    free           cameras whose clock is sought; at least one other camera tells the time
+    free           cameras whose clock is sought; at least one other camera has the right time
     clocks         those the cameras came with; default: none of them off
     max_offset_s   how far to search on either side; one for all cameras, or one each
-    rate           whether rates are sought too, near 0 unless the run is long enough to tell (RATE_PRIOR_PPM)
+    rate           whether rates are sought too, near 0 unless the run is long enough to estimate them (RATE_PRIOR_PPM)
     bias_px        sd of the error that the calibration leaves in epipolar distances; it varies little along a
                    trajectory, and is fitted beside the clocks so as not to pass for a delay
     Raises ValueError when every camera is free or shapes do not match.

@@ -63,7 +63,7 @@ class PlaneFit(NamedTuple):
 
     plane: Plane
     residuals: Array  # (n, 2) surveyed minus located, at the points of the fit
-    held_out: dict[str, float]  # model: rms distance at points left out, nan where too few points to tell
+    held_out: dict[str, float]  # model: rms distance at points left out, NaN where there are too few points
     chi2: float  # reduced: 1 where the stated noise explains the residuals, nan without redundancy
 
 

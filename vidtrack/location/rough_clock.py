@@ -1,4 +1,4 @@
-"""Roughly by how much two cameras' clocks differ, where nothing tells it: recordings that were started by hand.
+"""Roughly by how much two cameras' clocks differ, where no time code says so: recordings that were started by hand.
 
 Every offset is tried at which the recordings overlap, with the other camera's nearest sample, at a hundred moments. The
 offset at which tracks lie nearest to each other's epipolar lines is good to a sampling interval.

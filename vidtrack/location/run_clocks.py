@@ -1,7 +1,7 @@
-"""The clocks of a run's cameras: from the motion of its targets, and from what sound and light told before.
+"""The clocks of a run's cameras: from the motion of its targets, and from sound and light.
 
-Motion is the sharpest witness where targets move across the epipolar lines, and none where they rest; a periodic one
-fits a period later as well. Sound and light then say where to look. Whoever tells is weighed by how well it knows.
+Motion gives the best estimate where targets move across the epipolar lines, and none where they rest; periodic motion
+fits a period later as well. Sound and light then limit the search. Estimates are weighted by their covariances.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ SOUND_M_S = 343.0
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
-TELLS = 0.1
+KNOWN = 0.1
 """Of a sampling interval: a clock with a larger standard error is not known well enough."""
 
 TAKES_PART, ALONE = 0.2, 0.5
-"""Of a sampling interval: with a larger standard error the motion is not heard beside other witnesses, and not at all.
-What it says may then be mere noise, and be off by more than its standard error (targets at rest leave 0.4 and more)."""
+"""Of a sampling interval: with a larger standard error the estimate by motion is not used beside other methods, and not
+at all. It may then be mere noise, and be off by more than its standard error (targets at rest leave 0.4 and more)."""
 
 REACH_S = 1.0
 """How far from the clocks that the cameras came with motion alone is searched."""
@@ -57,8 +57,8 @@ class RunClocks(NamedTuple):
     """What `run_clocks` returns."""
 
     clocks: tuple[Clock, ...]  # to be used, one a camera
-    covariance: Array  # (n_cameras, 2, 2) of offset and rate, s and ppm; 0 where given, NaN where nothing tells
-    witnesses: tuple[Mapping[str, Timing], ...]  # what each witness that was asked and tells says, at the first sample
+    covariance: Array  # (n_cameras, 2, 2) of offset and rate, s and ppm; 0 where given, NaN where not known
+    estimates: tuple[Mapping[str, Timing], ...]  # by each method that gives one, at the first sample
     used: tuple[tuple[str, ...], ...]  # those that the clock rests on
     motion: Clocks | None
     error_before_px: float  # rms distance from the epipolar curves with the clocks that the cameras came with
@@ -72,7 +72,7 @@ class RunClocks(NamedTuple):
 def run_clocks(
     views: Sequence[View],
     given: Sequence[Clock | str],
-    asked: Sequence[Sequence[str]],
+    methods: Sequence[Sequence[str]],
     heard: Mapping[str, Mapping[str, Mapping[str, Any]]],
     *,
     names: list[str] | None,
@@ -83,21 +83,21 @@ def run_clocks(
 ) -> RunClocks:
     """The clocks of the cameras for which a method is named, against those of the others.
 
-    given    each camera's clock, or the word that asks for it
-    asked    for each camera the witnesses: motion, sound, flash; none where its clock is given
-    heard    camera: witness: what stage clocks told of it
+    given    each camera's clock, or the word of the config for its method
+    methods  for each camera: motion, sound, flash; none where its clock is given
+    heard    camera: method: the answer of stage clocks
     names, limit, tolerance_px   of the targets, as for `matched`; a match may lie a sample's delay further off
     findings  what a person should know is added to them
     """
     start = [own if isinstance(own, Clock) else Clock() for own in given]
     length = max((float(np.ptp(v.t)) for v in views if v.t.size), default=0.0)
     step = min((interval(v.t) for v in views if v.t.size > 1), default=np.nan)
-    witnesses = [_others(views, i, start, asked[i], heard, units) for i in range(len(views))]
-    apart = [agreed(own, length) for own in witnesses]
+    estimates = [_others(views, i, start, methods[i], heard, units) for i in range(len(views))]
+    apart = [agreed(own, length) for own in estimates]
     films = all(v.t.size > 3 for v in views)  # stills do not move
-    moving = [i for i, who in enumerate(asked) if "motion" in who and films]
-    for i, who in enumerate(asked):
-        if apart[i].timing.tells and "motion" not in who:
+    moving = [i for i, who in enumerate(methods) if "motion" in who and films]
+    for i, who in enumerate(methods):
+        if apart[i].timing.is_known and "motion" not in who:
             start[i] = apart[i].timing.clock
     motion, before = None, np.nan
     if moving:
@@ -109,19 +109,19 @@ def run_clocks(
         motion, before = _settled(search, alone, apart, start, length, step), alone.error_before_px
         for i in moving:
             by_motion = Timing(motion.clocks[i], motion.covariance[i])
-            if by_motion.sd.offset_s < (TAKES_PART if witnesses[i] else ALONE) * step:
-                witnesses[i] = {"motion": by_motion, **witnesses[i]}
-    answers = [agreed(own, length) for own in witnesses]
-    for i, (who, answer) in enumerate(zip(asked, answers, strict=True)):
+            if by_motion.sd.offset_s < (TAKES_PART if estimates[i] else ALONE) * step:
+                estimates[i] = {"motion": by_motion, **estimates[i]}
+    answers = [agreed(own, length) for own in estimates]
+    for i, (who, answer) in enumerate(zip(methods, answers, strict=True)):
         if who:
-            start[i] = answer.timing.clock if answer.timing.tells else start[i]
+            start[i] = answer.timing.clock if answer.timing.is_known else start[i]
             ambiguous = motion is not None and "motion" in answer.used and motion.ambiguous[i]
-            found = _findings(views[i].name, who, witnesses[i], answer, length, step, ambiguous)
+            found = _findings(views[i].name, who, estimates[i], answer, length, step, ambiguous)
             still = _moved_px(views[i]) < STILL_PX
             findings += [f._replace(level="note") if still and f.code == "clock-not-found" else f for f in found]
-    covariance = [a.timing.covariance if who else np.zeros((2, 2)) for a, who in zip(answers, asked, strict=True)]
+    covariance = [a.timing.covariance if who else np.zeros((2, 2)) for a, who in zip(answers, methods, strict=True)]
     used = tuple(a.used for a in answers)
-    return RunClocks(tuple(start), np.stack(covariance), tuple(witnesses), used, motion, before)
+    return RunClocks(tuple(start), np.stack(covariance), tuple(estimates), used, motion, before)
 
 
 def _moved_px(view: View) -> float:
@@ -145,7 +145,7 @@ def _roughly(
     own = views[reference]
     for i in moving:
         other = views[i]
-        if apart[i].timing.tells or start[i] != Clock() or not (own.t.size and other.t.size):
+        if apart[i].timing.is_known or start[i] != Clock() or not (own.t.size and other.t.size):
             continue
         shifted = start[reference].corrected(own.t)
         rough = rough_offset(own.camera, shifted, own.b, other.camera, other.t, other.b, length)
@@ -187,7 +187,7 @@ class _Search(NamedTuple):
 
 
 def _begun(search: _Search, start: Sequence[Clock], apart: Sequence[Agreement]) -> list[Clock]:
-    """Clocks to begin with: those of cameras of which nothing else tells, shifted to where their tracklets fit best.
+    """Clocks to begin with: those for which there is no other estimate, shifted to where the tracklets fit best.
 
     With many targets identities are not known a few samples off; then no refinement can find the offset.
     """
@@ -203,7 +203,7 @@ def _begun(search: _Search, start: Sequence[Clock], apart: Sequence[Agreement]) 
     shifts = np.arange(-reach, reach + 1)
     known = [i for i in range(len(views)) if i not in search.free]
     for i in search.free:
-        if not apart[i].timing.tells:
+        if not apart[i].timing.is_known:
             worth = np.sum(
                 [shift_worths((views[k].camera, views[i].camera), (pieces[k], pieces[i]), shifts, bias) for k in known],
                 axis=0,
@@ -223,13 +223,13 @@ def _tracklets(view: View, moment: Ints) -> Tracklets:
 def _settled(
     search: _Search, alone: Clocks, apart: Sequence[Agreement], start: Sequence[Clock], length: float, step: float
 ) -> Clocks:
-    """Motion searched again near what sound and light say, where it does not tell by itself or says another thing.
+    """Motion searched again near what sound and light say, where it gives no estimate by itself or another one.
 
     The second answer is taken if it fits about as well; else they contradict each other.
     """
     doubtful = []
     for i in search.free:
-        if not apart[i].timing.tells:
+        if not apart[i].timing.is_known:
             continue
         both = agreed({"motion": Timing(alone.clocks[i], alone.covariance[i]), "others": apart[i].timing}, length)
         if alone.ambiguous[i] or not alone.sd[i].offset_s < TAKES_PART * step or both.contradicting:
@@ -250,23 +250,23 @@ def _others(
     views: Sequence[View],
     i: int,
     clocks: Sequence[Clock],
-    asked: Sequence[str],
+    methods: Sequence[str],
     heard: Mapping[str, Mapping[str, Mapping[str, Any]]],
     units: str,
 ) -> dict[str, Timing]:
-    """What sound and light tell of a camera's clock, at its first sample, on the time of its reference as corrected."""
+    """The estimates by sound and light of a camera's clock at its first sample, with the reference's time corrected."""
     out: dict[str, Timing] = {}
     index = {v.name: k for k, v in enumerate(views)}
-    for witness, own in heard.get(views[i].name, {}).items():
+    for method, own in heard.get(views[i].name, {}).items():
         k = index.get(own.get("reference", ""))
-        if witness not in asked or k is None or not views[i].t.size or not views[k].t.size:
+        if method not in methods or k is None or not views[i].t.size or not views[k].t.size:
             continue
         timing = Timing(
             Clock(own["offset_s"], own["rate_ppm"]), np.array(own["covariance"], float), own["n"], own["of"]
         )
         later = float(views[i].t[0]) - own["at_s"]
         timing = timing.moved(later - 86400.0 * round(later / 86400.0))
-        if witness == "sound":
+        if method == "sound":
             timing = timing.doubted(_travel_sd(views[i], views[k], units))
         reference = clocks[k]
         since = float(views[i].t[0]) + timing.clock.offset_s - float(views[k].t[0])
@@ -274,7 +274,7 @@ def _others(
             timing.clock.offset_s + reference.offset_s + 1e-6 * reference.rate_ppm * since,
             timing.clock.rate_ppm + reference.rate_ppm,
         )
-        out[witness] = timing._replace(clock=clock)
+        out[method] = timing._replace(clock=clock)
     return out
 
 
@@ -297,8 +297,8 @@ def _slip_px(views: Sequence[View]) -> float:
 
 def _findings(
     name: str,
-    asked: Sequence[str],
-    witnesses: Mapping[str, Timing],
+    methods: Sequence[str],
+    estimates: Mapping[str, Timing],
     answer: Agreement,
     length: float,
     step: float,
@@ -308,19 +308,19 @@ def _findings(
     place = f"cameras.{name}.clock"
     out: list[Finding] = []
     for better, other in answer.contradicting:
-        said = " and ".join(f"{_spoken(w, witnesses[w].moved(length / 2))}" for w in (better, other))
+        said = " and ".join(f"{_spoken(w, estimates[w].moved(length / 2))}" for w in (better, other))
         text = f"{place}: {said} contradict each other, at the middle of the run; the {better} is believed"
         cure = f"See what misled the {other}, or insist on one (clock: {other})."
         out.append(Finding("doubtful", "clocks-contradict", text, cure))
     sd = answer.timing.sd.offset_s
     cross = "Move a target across the epipolar lines"
-    if not witnesses:
-        who = " and the ".join(asked)
-        verb = "does" if len(asked) == 1 else "do"
+    if not estimates:
+        who = " and the ".join(methods)
+        verb = "does" if len(methods) == 1 else "do"
         text = f"{place}: the {who} {verb} not estimate it, and it is left as it is: moving targets are misplaced"
         cure = f"{cross}, clap, switch a lamp on before all cameras, or give offset_s."
         out.append(Finding("bad", "clock-not-found", text, cure))
-    elif not sd < TELLS * step:
+    elif not sd < KNOWN * step:
         text = f"{place}: known to {1e3 * sd:.3g} ms only (standard error; from the {' and the '.join(answer.used)})"
         out.append(Finding("doubtful", "clock-uncertain", text, f"{cross}, or give offset_s."))
     elif ambiguous:
@@ -329,5 +329,5 @@ def _findings(
     return out
 
 
-def _spoken(witness: str, timing: Timing) -> str:
-    return f"the {witness} ({1e3 * timing.clock.offset_s:.4g} ± {1e3 * timing.sd.offset_s:.2g} ms)"
+def _spoken(method: str, timing: Timing) -> str:
+    return f"the {method} ({1e3 * timing.clock.offset_s:.4g} ± {1e3 * timing.sd.offset_s:.2g} ms)"

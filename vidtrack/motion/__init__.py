@@ -1,1 +1,1 @@
-"""What trajectories tell: velocity and acceleration, rigid bodies, lag behind another record."""
+"""From trajectories: velocity and acceleration, rigid bodies, lag behind another record."""

@@ -50,7 +50,7 @@ def motion(t: ArrayLike, p: ArrayLike, sigma: ArrayLike | None = None, *, noise:
     n, axes = places.shape
     state, sd = np.full((2, n, axes, 3), np.nan)
     outlier, used = np.zeros(n, bool), np.zeros(n, bool)
-    told = np.full((3, axes), np.nan)
+    scales = np.full((3, axes), np.nan)
     for k in range(axes):
         if not np.isfinite(places[:, k]).any():
             continue
@@ -59,12 +59,12 @@ def motion(t: ArrayLike, p: ArrayLike, sigma: ArrayLike | None = None, *, noise:
         state[:, k], sd[:, k] = smoothed.state, smoothed.sd
         outlier |= smoothed.outlier
         used |= smoothed.piece >= 0
-        told[:, k] = smoothed.noise_sd, smoothed.noise_ratio, smoothed.spacing_s
+        scales[:, k] = smoothed.noise_sd, smoothed.noise_ratio, smoothed.spacing_s
     with np.errstate(invalid="ignore"):
         relative = sd[..., 2] / _median(sd[..., 2])
     edge = np.asarray((np.nan_to_num(relative) > EDGE).any(-1))
     short = np.isfinite(places).any(-1) & ~used
-    return Motion(state[..., 0], state[..., 1], state[..., 2], sd, edge, outlier, short, *told)
+    return Motion(state[..., 0], state[..., 1], state[..., 2], sd, edge, outlier, short, *scales)
 
 
 def _median(sd: Array) -> Array:

@@ -26,7 +26,7 @@ LEAST_OVERLAP = 0.5
 AS_GOOD = 2.0
 """Lags whose unexplained variance is within this factor of the least are equally likely; the shortest is taken."""
 FEWEST = 8
-"""Common samples below which no lag is told."""
+"""Common samples below which no lag is estimated."""
 
 
 class Lag(NamedTuple):
@@ -178,7 +178,7 @@ def _memory(r: Array) -> int:
 
 
 def _coarse(tx: Array, x: Smooth, ty: Array, y: Smooth, longest: float | None) -> list[float]:
-    """Lags on a grid at which the records run alike or opposite, the likeliest first; empty where none can be told."""
+    """Lags on a grid at which the records run alike or opposite, the likeliest first; empty where there is none."""
     if not (x.splines and y.splines):
         return []
     step = min(_interval(tx), _interval(ty))

@@ -24,7 +24,7 @@ from vidtrack.motion.spline_basis import Basis, PieceFit
 
 DEGREE = 7
 FEWEST = 6
-"""Samples in a piece below which no acceleration is told."""
+"""Samples in a piece below which no acceleration is estimated."""
 LONGEST_MISSING = 2
 """ASSUME: a piece goes on over this many missing samples in a row; a longer gap parts the record."""
 CLOSEST = 1.5
@@ -44,8 +44,8 @@ class Smooth(NamedTuple):
 
     state   (n, 3)  position, velocity, acceleration: unit of y, and that per s and per s^2
     sd      (n, 3)  their standard deviations: noise, and the motion that wide knots lose (rms over the record)
-    noise_sd        of y's samples, as the record tells it (median over samples); the given one where it is known
-    noise_ratio     that over the given sigma: 1 where sigma told the truth; NaN where none was given
+    noise_sd        of y's samples, as estimated from the record (median over samples); the given one where it is known
+    noise_ratio     that over the given sigma: 1 where sigma is right; NaN where none was given
     spacing_s       s between knots: what happens faster is smoothed away
     piece   (n,)    number of the piece a sample belongs to, -1 for none
     outlier (n,)    samples that the others contradict; they carry no weight
@@ -75,7 +75,7 @@ def smooth(
 
     t       (n,)  s, rising; y (n,) with NaN where a sample is missing
     sigma   scalar or (n,), unit of y, or None
-    noise   estimated: sigma is relative, the record tells the rest; known: sigma is believed
+    noise   estimated: sigma is relative, its scale is estimated from the record; known: sigma is believed
     reject  a single sample that misses what the others predict by more than this many sd carries no weight. Where
             several in a row do, the spline is too stiff, and none is left out
     impacts whether the record is parted where the velocity jumps (see `velocity_jumps`)

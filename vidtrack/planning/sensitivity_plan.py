@@ -80,7 +80,7 @@ class RigPlan(Plan):
 
 
 def read_sensitivity(path: str) -> tuple[RigPlan, list[Case]]:
-    """The plan at `path` and its cases, the rig as planned first; VidtrackError with every problem told."""
+    """The plan at `path` and its cases, the rig as planned first; VidtrackError with every problem."""
     return sensitivity_cases(read_config(path), path)
 
 
@@ -174,7 +174,7 @@ def _noise(plan: RigPlan, cameras: list[Camera], p: Array, diameter: float, fram
     if light.centroid_px is not None:
         return np.full(len(cameras), light.centroid_px)
     each = [pixels_across(camera, p, diameter) for camera in cameras]
-    # a camera that looks away has no noise worth the name; the prediction tells that it sees nothing
+    # a camera that sees no target has no noise; the prediction shows that it sees none
     across = np.array([np.nanmean(a) if np.isfinite(a).any() else np.inf for a in each])
     return centroid_noise(
         across,

@@ -77,14 +77,15 @@ _BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|float$|int$|
 
 def _lines(where: str, problems: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line for each place that is wrong, whatever the number of forms that were tried there."""
-    told: dict[str, list[str]] = {}
+    found: dict[str, list[str]] = {}
     for problem in problems:
         path = [str(part) for part in problem["loc"] if not _BRANCHES.match(str(part))]
         if problem["type"] == "literal_error" and isinstance(problem["input"], Mapping):
-            continue  # the other form of this place has told what is wrong inside
-        told.setdefault(".".join(path), []).append(_message(path, problem))
+            continue  # the other form of this place has reported what is wrong inside
+        found.setdefault(".".join(path), []).append(_message(path, problem))
     return [
-        f"{where}: {place + ': ' if place else ''}{' Or: '.join(dict.fromkeys(texts))}" for place, texts in told.items()
+        f"{where}: {place + ': ' if place else ''}{' Or: '.join(dict.fromkeys(texts))}"
+        for place, texts in found.items()
     ]
 
 

@@ -7,7 +7,7 @@ frame to frame. So each sample has a log-likelihood ratio for being wet. The edg
 those below it; a path through all frames that does not leap is found by dynamic programming (Viterbi). Last, the edge
 is placed between samples, by the two ground levels beside it: a step by its moments.
 
-Ground that stays dark after the water has left it is told from water only by its steadiness.
+Ground that stays dark after the water has left it is distinguished from water only by its steadiness.
 Sources: timestacks Aagaard & Holm (1989); the step by moments Tabatabai & Mitchell (1984).
 """
 

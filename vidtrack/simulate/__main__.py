@@ -17,7 +17,7 @@ from vidtrack.simulate.scenario import scenario_from
 
 
 def main(argv: Sequence[str]) -> int:
-    """Write the folder; 0 when it stands, 1 when a problem was told."""
+    """Write the folder; 0 when it is written, 1 when a problem was reported."""
     parser = argparse.ArgumentParser(prog="python -m vidtrack.simulate", description="Make an experiment folder.")
     parser.add_argument("scenario", help="YAML; data/demo.yaml is an example with comments")
     parser.add_argument("out", help="the folder to write")

@@ -4,7 +4,7 @@
     set_up(scenario, folder)         write it all
 
 What a laboratory does not have (where the balls truly hung, how the target truly moved) is written apart, into
-truth/ and each run's truth.csv, for whoever wants to know how good the answer was.
+truth/ and each run's truth.csv, to compare answers with.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ def tables(scenario: Scenario) -> Iterator[Task]:
     yield "truth/cameras.json", _text(_cameras_json(scenario))
     if tags:
         sigma = survey_sigma(scenario)
-        told = [[tag, *place, sigma] for tag, place in zip(tags, surveyed(scenario), strict=True)]
-        yield "calibration/points.csv", _table("tag,x,y,z,sigma", told, 5)
+        rows = [[tag, *place, sigma] for tag, place in zip(tags, surveyed(scenario), strict=True)]
+        yield "calibration/points.csv", _table("tag,x,y,z,sigma", rows, 5)
         yield "truth/points.csv", _table("tag,x,y,z", [[t, *p] for t, p in zip(tags, places, strict=True)], 5)
     for name, clip in scenario.calibration.clips.items():
         if clip.picks:
@@ -62,7 +62,7 @@ def survey_sigma(scenario: Scenario) -> float:
 
 
 def experiment_config(scenario: Scenario) -> dict[str, object]:
-    """The config.yaml that whoever set up this laboratory would write: nominal values, nothing they cannot know."""
+    """The config.yaml of this laboratory: nominal values, and nothing that its user could not know."""
     runs: dict[str, object] = {}
     for name, run in scenario.runs.items():
         entry: dict[str, object] = {"targets": list(run.targets) if run.boxes else len(run.targets) or 1}

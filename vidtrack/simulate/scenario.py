@@ -137,7 +137,7 @@ class Clip(Plan):
 
     tags: Tags = Field(None, description="the balls in view, 1-16 or a list; default: all")
     frames: Count | None = None
-    picks: Tags = Field((), description="the balls that somebody picked on the screen, written to picks.csv")
+    picks: Tags = Field((), description="the balls that were picked on the screen, written to picks.csv")
     moved: dict[str, tuple[Vector, Vector]] = Field(
         {}, description="camera: [shift in world units, turn in degrees about its x, y, z axes] since the runs"
     )
@@ -150,7 +150,7 @@ class Calibration(Plan):
     diameter: Positive = 2.0
     frames: Count = 20
     survey: Survey = Survey()
-    picking: NotNegative = Field(2.0, description="px, sigma of somebody's hand")
+    picking: NotNegative = Field(2.0, description="px, sigma of a pick by hand")
     start: str = Field("09:00:00:00", description="time code of the first clip; the others follow, a minute apart")
     clips: dict[str, Clip] = Field({})
 
@@ -197,7 +197,7 @@ class Run(Plan):
     first_frame: dict[str, int] = Field({}, description="camera: frames after the start at which its recording begins")
     lost_frames: dict[str, tuple[int, ...]] = Field({}, description="camera: frames that its recording lacks")
     reference: Reference | None = None
-    boxes: bool = Field(False, description="whether targets.csv tells where each target is at first")
+    boxes: bool = Field(False, description="whether there is a targets.csv with a start box of each target")
     recording: Recording | None = None
     cameras: tuple[str, ...] | None = Field(None, description="those that film this run; default: all")
 

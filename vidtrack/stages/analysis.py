@@ -37,7 +37,7 @@ FEW_CYCLES = 5
 
 
 class Analysis(NamedTuple):
-    """motions: a row for each sample, body and point; record: what analysis.json tells; findings."""
+    """motions: a row for each sample, body and point; record: what analysis.json records; findings."""
 
     motions: pd.DataFrame
     record: dict[str, Any]
@@ -240,9 +240,7 @@ def _waves(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> 
     if regular:
         record |= regular_waves(own, f, wave, motions)
         if wave.samples_a_period < FEW_SAMPLES_A_PERIOD:
-            text = (
-                f"waves: {wave.samples_a_period:.0f} samples a period of {name}; {FEW_SAMPLES_A_PERIOD} are asked for"
-            )
+            text = f"waves: {wave.samples_a_period:.0f} samples a period of {name}; {FEW_SAMPLES_A_PERIOD} are needed"
             findings.append(Finding("note", "few-samples-a-period", text, "Record at a higher rate."))
         if wave.periods < FEW_CYCLES:
             text = f"waves: only {wave.periods} whole periods of {name} could be used"

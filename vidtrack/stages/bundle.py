@@ -94,20 +94,20 @@ def _rms(shift: Array) -> float:
 
 
 def _warnings(found: Bundle, shared: SharedPoints) -> list[str]:
-    told = [] if found.converged else [f"the bundle did not converge in {found.steps} steps; look for bad points"]
+    warnings = [] if found.converged else [f"the bundle did not converge in {found.steps} steps; look for bad points"]
     if found.survey_factor > 2:
-        told.append(
+        warnings.append(
             f"the survey's errors are {found.survey_factor:.1f} times what sigma says; give a larger calibration.sigma"
         )
     far = np.nanmax(np.where(np.isfinite(found.survey_shift), np.abs(found.survey_shift), 0), -1)
     limit = NormalDist().inv_cdf(1 - BY_CHANCE / (2 * 3 * max(len(far), 1)))  # 4.6 standard deviations for 64 points
     for j in np.flatnonzero(far > limit):
         shift = np.linalg.norm(found.points[j] - shared.p[j])
-        told.append(
+        warnings.append(
             f"tag {shared.keys[j][1]} lies {shift:.3g} from its surveyed place, {far[j]:.1f} standard deviations; "
             "measure it again or drop it"
         )
-    return told
+    return warnings
 
 
 def _points(found: Bundle, shared: SharedPoints) -> pd.DataFrame:

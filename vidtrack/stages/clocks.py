@@ -1,4 +1,4 @@
-"""Stage clocks: what the sound and the light of a run's recordings tell of the cameras' clocks."""
+"""Stage clocks: estimates of the cameras' clocks from the sound and the light of a run's recordings."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ def clocks(
     references: Sequence[str],
     sought: Mapping[str, Sequence[str]],
 ) -> dict[str, Any]:
-    """What each witness tells of each clock that is sought.
+    """The estimate of each wanted clock by each method.
 
     light        camera: table of middle_s (s, camera time of the middle of each picture's exposure) and brightness
                  (grey levels; NaN where damaged)
     sounds       camera: camera time of the first sample, s, and samples (n,) at rate_hz; those that have sound
-    references   cameras that tell the time; the first that has something in common with a camera is the one
+    references   cameras whose clock is right; the first that has something in common with a camera is the one
     sought       camera: "sound", "flash"
-    For each camera and witness: reference; offset_s and rate_ppm, to be added to the camera's time to give the
+    For each camera and method: reference; offset_s and rate_ppm, to be added to the camera's time to give the
     reference's, at at_s of its time; offset_s_sd, rate_ppm_sd, covariance (2, 2; s and ppm; without what sound needs
-    to travel); n of `of` windows or changes that agree. Only n and `of` where the recordings do not tell.
+    to travel); n of `of` windows or changes that agree. Only n and `of` where there is no estimate.
     """
 
     def of_sound(reference: str, camera: str) -> tuple[Timing, float]:
@@ -50,24 +50,24 @@ def clocks(
         (a, x), (b, y) = (_exposures(light[name]) for name in (reference, camera))
         if a.size < 4 or b.size < 4:
             return NOT_ESTIMATED, 0.0
-        told = timing_from_flash(a, x, b + _days(a[0], b[0]), y, shutter=None, alone_s=ALONE_S)
-        return told, float(b[0])
+        timing = timing_from_flash(a, x, b + _days(a[0], b[0]), y, shutter=None, alone_s=ALONE_S)
+        return timing, float(b[0])
 
     by: dict[str, Callable[[str, str], tuple[Timing, float]]] = {"sound": of_sound, "flash": of_flash}
     return {
-        camera: {witness: _first_told(by[witness], references, camera) for witness in witnesses}
-        for camera, witnesses in sought.items()
+        camera: {method: _first_estimate(by[method], references, camera) for method in methods}
+        for camera, methods in sought.items()
     }
 
 
-def _first_told(
-    witness: Callable[[str, str], tuple[Timing, float]], references: Sequence[str], camera: str
+def _first_estimate(
+    method: Callable[[str, str], tuple[Timing, float]], references: Sequence[str], camera: str
 ) -> dict[str, Any]:
-    """What a witness tells of a camera's clock against the first reference of which it tells."""
+    """The estimate of a camera's clock by a method, against the first reference with which it gives one."""
     n = of = 0
     for reference in references:
-        timing, at_s = witness(reference, camera)
-        if timing.tells:
+        timing, at_s = method(reference, camera)
+        if timing.is_known:
             return {
                 "reference": reference,
                 "offset_s": timing.clock.offset_s,

@@ -46,7 +46,7 @@ LEAST_STRAIGHT = 0.98
 
 
 class Comparison(NamedTuple):
-    """record: what comparison.json tells; series: the records side by side, a row for each video sample."""
+    """record: what comparison.json records; series: the records side by side, a row for each video sample."""
 
     record: dict[str, Any]
     series: pd.DataFrame
@@ -75,7 +75,7 @@ def compare(
     axis            x | y | z, or auto: the line along which the target moves, as a rod that is skewed to the world
                     axes leads it (thesis figure 6.12)
     target          default: the only one
-    field_diagonal  world units; mean errors are told as a share of it, 1/N
+    field_diagonal  world units; mean errors are given as a share of it, 1/N
     longest_lag     s
     offset_s        added to the reference's times; auto: that at which the records correlate best, for a logger
                     without a clock. The lag then says nothing
@@ -85,18 +85,18 @@ def compare(
     record: dict[str, Any] = {"units": units, "meaning": MEANING, "warnings": [], "findings": []}
     parts = []
     if reference is not None:
-        told, part = _against_reference(
+        about, part = _against_reference(
             trajectories, target, reference, value, time, axis, longest_lag, offset_s, where
         )
-        record["warnings"] += told.pop("warnings")
-        record["findings"] += as_records(told.pop("findings", ()))
-        record |= told
+        record["warnings"] += about.pop("warnings")
+        record["findings"] += as_records(about.pop("findings", ()))
+        record |= about
         parts.append(part)
     if truth is not None:
-        told, errors = _against_truth(trajectories, truth, field_diagonal, where)
-        record["warnings"] += told.pop("warnings")
-        record["findings"] += as_records(told.pop("findings", ()))
-        record["truth"] = told
+        about, errors = _against_truth(trajectories, truth, field_diagonal, where)
+        record["warnings"] += about.pop("warnings")
+        record["findings"] += as_records(about.pop("findings", ()))
+        record["truth"] = about
         parts.append(errors)
     if not parts:
         raise VidtrackError(f"{where}: neither a reference nor the truth to compare with. Give reference.csv.")
@@ -148,8 +148,8 @@ def _against_reference(
     warnings += about.pop("warnings") + _lag_warnings(lag, int(np.isfinite(video).sum()))
     before = _at(tr, r, t)
     after = _at(tr, r, t - lag.lag_s) if np.isfinite(lag.lag_s) else np.full(len(t), np.nan)
-    told_before, told_after = _told(agreement(video, before)), _told(agreement(video, after))
-    gain = abs(told_after["gain"])
+    agreed_before, agreed_after = _plain(agreement(video, before)), _plain(agreement(video, after))
+    gain = abs(agreed_after["gain"])
     if gain > ONE_UNIT or gain < 1 / ONE_UNIT:
         warnings.append(
             f"the reference moves {gain:.4g} times as far as the video: are points.csv, reference.csv and `units` in "
@@ -162,9 +162,9 @@ def _against_reference(
         "lag_low_s": lag.low,
         "lag_high_s": lag.high,
         "lag_others_s": list(lag.others),
-        **told_after,
-        "before": told_before,
-        "after": told_after,
+        **agreed_after,
+        "before": agreed_before,
+        "after": agreed_after,
         "axis": _told_line(line, axis),
         "reference": about,
         "warnings": warnings,
@@ -246,7 +246,7 @@ def _reference_record(
 
 def _lag_warnings(lag: Lag, located: int) -> list[str]:
     if located < FEWEST:
-        return [f"{located} samples were located: too few to hold them against the reference"]
+        return [f"{located} samples were located: too few to compare with the reference"]
     if not np.isfinite(lag.lag_s):
         return ["no lag could be found: one record does not move, or too little of them is in common"]
     warnings = []
@@ -260,7 +260,7 @@ def _lag_warnings(lag: Lag, located: int) -> list[str]:
     return warnings
 
 
-def _told(a: Agreement) -> dict[str, Any]:
+def _plain(a: Agreement) -> dict[str, Any]:
     low, high = a.mean_difference - 1.96 * a.sd_difference, a.mean_difference + 1.96 * a.sd_difference
     return {**a._asdict(), "limits": [low, high]}
 
@@ -294,8 +294,8 @@ def _against_truth(
         findings.append(Finding("doubtful" if pairs else "bad", "truth-target-missing", text, cure))
     none: dict[Any, Any] = {n: {"n": 0} for n in never}
     if not pairs:
-        told = {"n": 0, "by_target": none, "warnings": [], "findings": findings}
-        return told, pd.DataFrame(columns=["time_s", "target", "error_x", "error_y", "error_z"])
+        about = {"n": 0, "by_target": none, "warnings": [], "findings": findings}
+        return about, pd.DataFrame(columns=["time_s", "target", "error_x", "error_y", "error_z"])
     for name, true_name in pairs.items():
         rows = _of_target(trajectories, name, where)
         known = _of_target(truth, true_name, where)
@@ -317,8 +317,8 @@ def _against_truth(
         warnings.append("truth.csv and the located samples share no time: put both on one clock")
         return {"n": 0, "warnings": warnings, "findings": findings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
     by_target = {n: _errors(e, diagonal) for n, e in errors.groupby("target")} | none
-    told = {**_errors(errors, diagonal), "by_target": by_target, "warnings": warnings, "findings": findings}
-    return told, errors.drop(columns=[f"z_{a}" for a in "xyz"])
+    about = {**_errors(errors, diagonal), "by_target": by_target, "warnings": warnings, "findings": findings}
+    return about, errors.drop(columns=[f"z_{a}" for a in "xyz"])
 
 
 def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
@@ -329,8 +329,8 @@ def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
         return {"n": 0}
     length = np.sqrt(np.nansum(e**2, axis=1))
     axes = [k for k in range(3) if np.isfinite(e[:, k]).any()]
-    told: dict[str, Any] = {"n": len(e), "mean": float(length.mean()), "rms": float(np.sqrt((length**2).mean()))}
-    told["max"] = float(length.max())
+    about: dict[str, Any] = {"n": len(e), "mean": float(length.mean()), "rms": float(np.sqrt((length**2).mean()))}
+    about["max"] = float(length.max())
     size = np.abs(e)
     for name, of_axes in (
         ("mean_abs", np.nanmean(size[:, axes], 0)),
@@ -338,11 +338,11 @@ def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
         ("max_abs", np.nanmax(size[:, axes], 0)),
         ("bias", np.nanmean(e[:, axes], 0)),
     ):
-        told[name] = {"xyz"[k]: float(v) for k, v in zip(axes, of_axes, strict=True)}
+        about[name] = {"xyz"[k]: float(v) for k, v in zip(axes, of_axes, strict=True)}
     z = errors[["z_x", "z_y", "z_z"]].to_numpy(float)[used]
-    told["normalised_variance"] = {
+    about["normalised_variance"] = {
         "xyz"[k]: float(np.nanmean(z[:, k] ** 2)) for k in axes if np.isfinite(z[:, k]).any()
     }
     if diagonal is not None:
-        told |= {"field_diagonal": float(diagonal), "one_over": float(diagonal / max(told["mean"], 1e-300))}
-    return told
+        about |= {"field_diagonal": float(diagonal), "one_over": float(diagonal / max(about["mean"], 1e-300))}
+    return about

@@ -33,15 +33,15 @@ def kinematics(trajectories: pd.DataFrame) -> tuple[pd.DataFrame, list[dict[str,
     as uncertain as the median), outlier (contradicted by its neighbours, not used), short (too few samples
     between gaps).
     """
-    tables, told = [], []
+    tables, smoothing = [], []
     for target, rows in trajectories.groupby("target", sort=True):
         rows = rows.sort_values("time_s").drop_duplicates("time_s")
         table, about = _one(rows, str(target))
         tables.append(table)
-        told += about
+        smoothing += about
     if not tables:
         return pd.DataFrame({name: pd.Series(dtype=float) for name in COLUMNS}), []
-    return pd.concat(tables, ignore_index=True), told
+    return pd.concat(tables, ignore_index=True), smoothing
 
 
 def _one(rows: pd.DataFrame, target: str) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
@@ -52,7 +52,7 @@ def _one(rows: pd.DataFrame, target: str) -> tuple[pd.DataFrame, list[dict[str, 
     position, velocity, acceleration, sigma = m.position, m.velocity, m.acceleration, m.sigma
     for name, where in (("edge", m.edge), ("outlier", m.outlier), ("short", m.short)):
         flag = np.where(where, np.where(flag == "", name, flag + ";" + name), flag)
-    told = [
+    smoothing = [
         {"target": target, "axis": a, "noise_sd": sd, "noise_ratio": ratio, "spacing_s": spacing}
         for a, sd, ratio, spacing in zip(_AXES, m.noise_sd, m.noise_ratio, m.spacing_s, strict=True)
         if np.isfinite(sd)
@@ -62,4 +62,4 @@ def _one(rows: pd.DataFrame, target: str) -> tuple[pd.DataFrame, list[dict[str, 
         columns |= {a: position[:, k], f"v{a}": velocity[:, k], f"a{a}": acceleration[:, k]}
         columns |= {f"sigma_{d}{a}": sigma[:, k, i] for i, d in enumerate(("", "v", "a"))}
     columns["flag"] = flag
-    return pd.DataFrame(columns, index=range(len(t)))[list(COLUMNS)], told
+    return pd.DataFrame(columns, index=range(len(t)))[list(COLUMNS)], smoothing

@@ -44,8 +44,8 @@ from vidtrack.location.views import (
 )
 from vidtrack.location.volume import distance_outside
 from vidtrack.timing.clock import Clock
+from vidtrack.timing.clock_methods import methods_of
 from vidtrack.timing.resample import COINCIDE, common_times, interval
-from vidtrack.timing.witnesses import asked
 
 SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors show it."""
@@ -85,9 +85,9 @@ def locate(
     centroids      camera: table of time_s, target, Xf, Yf (px), flag; timecode, sd_x, sd_y (px) where there are any
     cameras        camera: (Camera, Uncertainty or None), or a Calibrated; more cameras than tables do no harm
     targets        their names, or how many there are; None: as many as the cameras agree upon
-    clocks         camera: {"offset_s", "rate_ppm"}, added to its time; or who is to tell it: "auto", "motion",
-                   "sound", "flash"
-    heard          what stage clocks told: camera: witness: its answer; None: only the motion is asked
+    clocks         camera: {"offset_s", "rate_ppm"}, added to its time; or the method that estimates it: "auto",
+                   "motion", "sound", "flash"
+    heard          the estimates of stage clocks: camera: method: its answer; None: only the motion is used
     tolerance_px   how far from its epipolar line a match may lie, and how far from the located point a sample;
                    None: 3 px, for samples 6 sd of the centroids where that is more
     max_miss       world units; a fix whose lines of sight miss it by more is not believed
@@ -111,7 +111,7 @@ def locate(
     timed = run_clocks(
         views,
         given,
-        asked(given),
+        methods_of(given),
         heard or {},
         names=names,
         limit=limit,
@@ -169,8 +169,8 @@ def _usual(sd: Array) -> float:
 def _without_chance(located: Located) -> Located:
     """Positions of two cameras dropped where a target's cameras disagree so often that agreement says nothing."""
     found = np.isfinite(located.point[..., 0])
-    asked = (found | located.disagree).sum(-1, keepdims=True)
-    chance = located.disagree.sum(-1, keepdims=True) > BY_CHANCE * asked
+    tried = (found | located.disagree).sum(-1, keepdims=True)
+    chance = located.disagree.sum(-1, keepdims=True) > BY_CHANCE * tried
     drop = chance & found & (located.n_cameras == 2)
     return located._replace(
         point=np.where(drop[..., None], np.nan, located.point),
@@ -232,12 +232,12 @@ def _check_overlap(views: Sequence[View], times: Sequence[Array], where: str) ->
     spans = [(t[0], t[-1]) for t in times if t.size]
     overlap = any(a[0] <= b[1] and b[0] <= a[1] for i, a in enumerate(spans) for b in spans[i + 1 :])
     if not overlap:
-        told = ", ".join(
+        when = ", ".join(
             f"{v.name} {t[0]:.3f} to {t[-1]:.3f} s" if t.size else f"{v.name} nothing"
             for v, t in zip(views, times, strict=True)
         )
         raise VidtrackError(
-            f"{where}: no two cameras saw a target at one moment ({told}). "
+            f"{where}: no two cameras saw a target at one moment ({when}). "
             "Check the time codes, or give cameras.<name>.clock.offset_s."
         )
 
@@ -331,13 +331,13 @@ def _flags(
     flag[located.disagree] = "disagree"
     if max_miss is not None:
         flag[located.miss > max_miss] = "far"
-    told_of = zip(views, seen, match.trajectory, match.reason, located.left_out, strict=True)
-    for view, s, trajectory, reason, left_out in told_of:
+    views_and_tracks = zip(views, seen, match.trajectory, match.reason, located.left_out, strict=True)
+    for view, s, trajectory, reason, left_out in views_and_tracks:
         contested = np.append(reason == "contested", False)[s.piece]
         with_contested = np.where(contested, joined(s.flag, np.full(s.flag.shape, "contested", object)), s.flag)
         own = flags_by_trajectory(s._replace(flag=with_contested), trajectory, len(flag))
         own[left_out] = joined(own[left_out], np.full(int(left_out.sum()), "left_out", object))
         said = own != ""
-        told = [";".join(f"{view.name}:{part}" for part in dict.fromkeys(x.split(";"))) for x in own[said]]
-        flag[said] = joined(flag[said], np.array(told, object))
+        texts = [";".join(f"{view.name}:{part}" for part in dict.fromkeys(x.split(";"))) for x in own[said]]
+        flag[said] = joined(flag[said], np.array(texts, object))
     return flag

@@ -40,7 +40,7 @@ CENTROID_SD_PX = 0.1
 
 
 class PlaneLocations(NamedTuple):
-    """Trajectories as in mode space, with z and miss NaN; and what to tell about the plane."""
+    """Trajectories as in mode space, with z and miss NaN; and findings about the plane."""
 
     trajectories: pd.DataFrame
     record: dict[str, Any]

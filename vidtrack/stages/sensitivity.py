@@ -41,17 +41,17 @@ def sensitivity(cases: Iterable[Case], *, trials: int = 0, seed: int = 0) -> Sen
         row: dict[str, Any] = {"sweep": case.sweep, "value": str(case.value), "number": _number(case.value)}
         row |= {"n_cameras": len(case.layout.cameras), "n_points": len(case.layout.p)}
         try:
-            told = predicted(case.layout)
-            row |= _design(case) | _accuracy(case, told)
+            expected = predicted(case.layout)
+            row |= _design(case) | _accuracy(case, expected)
         except ValueError as error:
             rows.append({**row, "reason": str(error)})
             continue
         if trials:
             row |= checked(case, trials, np.random.default_rng([seed, number]))
         rows.append({**row, "reason": ""})
-        cameras.append(_cameras(case, told))
+        cameras.append(_cameras(case, expected))
         if number == 0:
-            volume = _volume(case, told)
+            volume = _volume(case, expected)
     every = pd.concat(cameras, ignore_index=True) if cameras else pd.DataFrame()
     return Sensitivity(pd.DataFrame(rows), every, volume)
 
@@ -96,9 +96,9 @@ def _units_per_px(camera: Camera, field: Field) -> float:
     return field.width / camera.image_size[0]
 
 
-def _accuracy(case: Case, told: Prediction) -> dict[str, Any]:
-    sd = np.sqrt(np.einsum("naa->na", told.covariance))
-    length, floor = mean_length(told.covariance), mean_length(told.floor)
+def _accuracy(case: Case, expected: Prediction) -> dict[str, Any]:
+    sd = np.sqrt(np.einsum("naa->na", expected.covariance))
+    length, floor = mean_length(expected.covariance), mean_length(expected.floor)
     located = np.isfinite(length)
     if not located.any():
         raise ValueError("no two cameras see the same place in the volume")
@@ -178,13 +178,13 @@ def _calibrated(case: Case, rng: np.random.Generator) -> Sequence[Camera]:
     return cameras
 
 
-def _cameras(case: Case, told: Prediction) -> pd.DataFrame:
+def _cameras(case: Case, expected: Prediction) -> pd.DataFrame:
     """How well each camera will be known: standard errors of its parameters, and what its picture covers."""
     rows = []
-    for i, (camera, known) in enumerate(zip(case.layout.cameras, told.parameters, strict=True)):
+    for i, (camera, known) in enumerate(zip(case.layout.cameras, expected.parameters, strict=True)):
         field = field_of_view(camera, mean_depth(camera, case.layout.q))
         row: dict[str, Any] = {"sweep": case.sweep, "value": str(case.value), "camera": camera.name}
-        row |= {"n_points": int(told.n_points[i])}
+        row |= {"n_points": int(expected.n_points[i])}
         row |= {f"field_{name}": size for name, size in field._asdict().items()}
         row |= {"target_px": float(np.nanmean(_across(camera, case))), "target_noise_px": case.layout.target_sd[i]}
         row |= {f"sd_{name}": float(s) for name, s in zip(known.names, known.standard_errors, strict=True)}
@@ -192,9 +192,9 @@ def _cameras(case: Case, told: Prediction) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _volume(case: Case, told: Prediction) -> pd.DataFrame:
-    sd = np.sqrt(np.einsum("naa->na", told.covariance))
+def _volume(case: Case, expected: Prediction) -> pd.DataFrame:
+    sd = np.sqrt(np.einsum("naa->na", expected.covariance))
     columns: dict[str, Any] = dict(zip(AXES, case.layout.q.T, strict=True))
     columns |= {f"sigma_{axis}": sd[:, k] for k, axis in enumerate(AXES)}
-    columns |= {"mean_3d": mean_length(told.covariance), "floor_3d": mean_length(told.floor)}
-    return pd.DataFrame({**columns, "n_cameras": told.n_cameras})
+    columns |= {"mean_3d": mean_length(expected.covariance), "floor_3d": mean_length(expected.floor)}
+    return pd.DataFrame({**columns, "n_cameras": expected.n_cameras})

@@ -69,7 +69,7 @@ PICTURES = Pictures()
 class Tracked(NamedTuple):
     """What the stage gives.
 
-    centroids    one row a sample and target, as `track` tells
+    centroids    one row a sample and target, as `track` says
     tracklets    one row a measured sample of all that was followed, `association.tracklets.COLUMNS`
     diagnostics  plain values, pictures under `worst`; findings: what the user should know
     clock        the recording's, as its time stamps and tracks show it
@@ -117,7 +117,7 @@ def track(
     max_step, min_motion, max_clutter, max_occlusion  as `Detection` has them
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
-    sd_y (px, from noise and contrast, grown to what `scatter` tells), pixels, total_pixels, mass, contrast, background
+    sd_y (px, from noise and contrast, grown as `scatter` finds), pixels, total_pixels, mass, contrast, background
     (grey levels), box_x, box_y (px, the box's left top corner), box_w, box_h, flag. A target that was not measured has
     NaN and a flag that says why; its box is a guess.
     Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
@@ -165,8 +165,8 @@ def track(
     table = _table(rows, columns, names, begun.starts)
     cut = cut_tracks(rows, tracker.others(), np.median(seen.factor, axis=1) if names else np.ones(2))
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
-    diagnostics = _diagnosed(rows, moment, names, tracker.crops) | clip.told() | {"begun": begun.how}
-    _tell_scatter(diagnostics, seen, names)
+    diagnostics = _diagnosed(rows, moment, names, tracker.crops) | clip.as_record() | {"begun": begun.how}
+    _record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
@@ -225,7 +225,7 @@ def _moments(stamps: Sequence[tuple[int, float]], order: str) -> _Moments:
 
 
 class _Columns:
-    """The columns that tell which sample a row is of."""
+    """The columns that say which sample a row is of."""
 
     def __init__(self, moment: _Moments, clock: TimeBase) -> None:
         self.frame = moment.frame
@@ -307,7 +307,7 @@ def _tracklet_table(cut: Tracklets, columns: _Columns, names: list[str], in_boxe
     return DataFrame(table)[list(COLUMNS)]
 
 
-def _tell_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
+def _record_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
     for i, name in enumerate(names):
         x, y = seen.factor[:, i]
         diagnostics["targets"][name]["sd_grown"] = {"x": float(x), "y": float(y)}

@@ -15,26 +15,26 @@ CONTRADICT = 3.3
 """Two offsets further apart than so many standard errors of their difference (one chance in a thousand) contradict."""
 
 TAKES_PART = 0.05
-"""An answer rests on a witness without whom the variance of offset or rate would be larger by this share or more."""
+"""An answer rests on a method without which the variance of offset or rate would be larger by this share or more."""
 
 
 class Timing(NamedTuple):
-    """A camera's clock by one witness, and how well it is known."""
+    """A camera's clock by one method, with its uncertainty."""
 
     clock: Clock  # to be given to the camera
-    covariance: Array  # (2, 2) of offset and rate, s and ppm; NaN where the recordings do not tell
+    covariance: Array  # (2, 2) of offset and rate, s and ppm; NaN where it cannot be estimated
     n: int = 1  # windows or events that agree
     of: int = 1  # that were looked at
 
     @property
     def sd(self) -> Clock:
-        """Standard errors; NaN where the recordings do not tell."""
+        """Standard errors; NaN where it cannot be estimated."""
         offset, rate = np.sqrt(np.diag(self.covariance)).tolist()
         return Clock(offset, rate)
 
     @property
-    def tells(self) -> bool:
-        """Whether the recordings tell anything."""
+    def is_known(self) -> bool:
+        """Whether it could be estimated."""
         return bool(np.isfinite(self.covariance).all())
 
     def moved(self, later_s: float) -> Timing:
@@ -49,26 +49,26 @@ class Timing(NamedTuple):
 
 
 NOT_ESTIMATED = Timing(Clock(), np.full((2, 2), np.nan), 0, 0)
-"""What is told where nothing tells."""
+"""The answer where no method gives an estimate."""
 
 
 class Agreement(NamedTuple):
     """What `agreed` returns."""
 
     timing: Timing
-    used: tuple[str, ...]  # the witnesses that the answer rests on, the weightiest first
-    contradicting: tuple[tuple[str, str], ...]  # pairs of witnesses, the better one first
+    used: tuple[str, ...]  # the methods that the answer rests on, the largest weight first
+    contradicting: tuple[tuple[str, str], ...]  # pairs of methods, the better one first
 
 
-def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
-    """One clock from what each witness tells of it.
+def agreed(estimates: Mapping[str, Timing], length_s: float) -> Agreement:
+    """One clock from the estimates of several methods.
 
-    told      witness: offset at the camera's first sample and rate
-    length_s  s, of the run; offsets are compared at its middle
-    Witnesses are weighted by their covariances. One that contradicts a better one is left out. Witnesses that do not
-    tell (NaN) are left out; where none tells, the covariance is NaN and the clock is NOT_ESTIMATED.
+    estimates  method: offset at the camera's first sample and rate
+    length_s   s, of the run; offsets are compared at its middle
+    Estimates are weighted by their covariances. One that contradicts a better one is left out, and so is NaN; where
+    none is left, the covariance is NaN and the clock is NOT_ESTIMATED.
     """
-    sure = {name: own.moved(length_s / 2) for name, own in told.items() if own.tells}
+    sure = {name: own.moved(length_s / 2) for name, own in estimates.items() if own.is_known}
     order = sorted(sure, key=lambda name: sure[name].sd.offset_s)
     contradicting: list[tuple[str, str]] = []
     for better, other in combinations(order, 2):
@@ -95,7 +95,7 @@ def agreed(told: Mapping[str, Timing], length_s: float) -> Agreement:
 
 
 def _share(name: str, known: Mapping[str, Array], covariance: Array) -> float:
-    """Of the variance of offset or rate without a witness, what it took off; 1 for one that is alone."""
+    """Share of the variance of offset or rate without a method by which it is reduced; 1 for a single method."""
     rest = sum((own for other, own in known.items() if other != name), np.zeros((2, 2)))
     if len(known) == 1:
         return 1.0

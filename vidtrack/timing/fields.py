@@ -47,7 +47,7 @@ class Order(NamedTuple):
     sd       its standard error; NaN without motion
     n        how many samples moved
     combing  how far a frame's own fields differ where it moves, against those of its neighbours: 0 to 0.25 progressive,
-             0.4 to 1 interlaced, even where the order is not to be told; NaN where whole pictures were not looked at
+             0.4 to 1 interlaced, even where the order cannot be found; NaN where whole pictures were not examined
     """
 
     order: str
@@ -112,7 +112,7 @@ def _common_slope(y: Array, x: Array, good: NDArray[np.bool_]) -> tuple[float, f
 
     A first slope that outliers cannot pull (the median of the ratios, weighted by how fast), then least squares
     over what lies near it. An offset is allowed for by taking off most, not all, of a column's mean (the random
-    effect's share): a target that moves evenly would tell nothing otherwise.
+    effect's share): a target that moves evenly would give no answer otherwise.
     """
     slope, sigma = _weighted_median(y[good] / np.where(x[good] == 0, np.nan, x[good]), np.abs(x[good])), 0.0
     for _ in range(6):

@@ -6,11 +6,11 @@ and bright by just the share of the exposure that was left: with the shutter ope
     t = sum(d_k t_k) / sum(d_k),   d_k = L_k - L_(k-1) about the change, t_k when exposure k began
 
 exact for a sudden change, whatever its phase in the picture. A flash much shorter than a picture falls into one and
-tells no more than which.
+shows no more than which.
 
 Two things that no record states spoil it, and count in the error. What happens while the shutter is shut is not
 seen: with a share S of the interval open, moments are off by (1 - S)/sqrt(12) of it (rms over all phases), and how
-many changes fell within an exposure tells S. And a camera's gamma bends shares of light that are no small change.
+many changes fell within an exposure gives S. And a camera's gamma bends shares of light that are no small change.
 """
 
 from __future__ import annotations
@@ -132,8 +132,8 @@ def timing_from_flash(
     """The clock of camera b that makes its changes of light fall on camera a's; its offset is that at b's first time.
 
     Times, levels and shutter as for `light_changes`. Changes are paired in the one way that lets most of them agree
-    to within a picture, at the least offset. The rate is told from three changes or more; NaN where none is in common.
-    alone_s   s: a single pair further apart may be two things that each camera saw for itself, and tells nothing
+    to within a picture, at the least offset. The rate needs three changes or more; NaN where none is in common.
+    alone_s   s: a single pair further apart may be two things that each camera saw for itself, and gives no estimate
     """
     a, size_a, sd_a = light_changes(t_a, level_a, shutter=shutter)
     b, size_b, sd_b = light_changes(t_b, level_b, shutter=shutter)
@@ -153,7 +153,7 @@ def timing_from_flash(
     lag, sd = difference[i, j], np.maximum(np.hypot(sd_a[i], sd_b[j]), 1e-6)
     if lag.size == 1 and abs(lag[0]) > alone_s:
         return nothing
-    # a line through the lags, the slope near 0 unless they tell it
+    # a line through the lags, the slope near 0 unless they show it
     A = np.stack([1 / sd, (b[j] - float(np.asarray(t_b, float)[0])) / sd], -1)
     covariance = np.linalg.inv(A.T @ A + np.diag([0, (RATE_PRIOR_PPM * 1e-6) ** -2]))
     offset, rate = (covariance @ (A.T @ (lag / sd))).tolist()

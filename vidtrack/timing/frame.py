@@ -49,7 +49,7 @@ class VideoInfo:
     timecodes      where a time code was found -> label of the first frame
     code_bases     where one was found -> labels a second, where the file says how its code counts
     n_frames_hint  how many pictures the container claims; never to be relied on
-    duration       s that the container claims, None where it only guesses; tells a recording that is cut off
+    duration       s that the container claims, None where it only guesses; shows where a recording is cut off
     is_still       one picture, no time
     start          s, the time stamp of the recording's first picture on the container's scale, which its sound shares
     first_shown    s after `start`: the time of the first picture that could be decoded, most often 0

@@ -44,7 +44,7 @@ def resample(t: ArrayLike, x: ArrayLike, at: ArrayLike) -> Resampled:
     x    (..., T, k)  samples; NaN where lost
     at   (m,)         s
     A moment that coincides with a sample gets that sample as it is. Samples more than 1.5 intervals apart do not
-    hang together; nothing is told before the first or after the last sample.
+    hang together; there is no value before the first or after the last sample.
     Raises ValueError for shapes that do not match or times that do not rise.
     """
     t, x, at = np.asarray(t, float), np.asarray(x, float), np.asarray(at, float)

@@ -88,13 +88,13 @@ def _findings(codes: Mapping[str, Timecode], where: str) -> list[Finding]:
     without = {_falls_behind(code) for code in codes.values()}
     if len(without) < 2:
         return []
-    told = "; ".join(f"{', '.join(names)} {kind}" for kind, names in kinds.items())
+    counted = "; ".join(f"{', '.join(names)} {kind}" for kind, names in kinds.items())
     apart = max(float(code.seconds - code.clock) for code in codes.values())
     return [
         Finding(
             "doubtful",
             "time-code-kinds-differ",
-            f"{where}{': ' if where else ''}the cameras' time codes count differently ({told}). Where both ran "
+            f"{where}{': ' if where else ''}the cameras' time codes count differently ({counted}). Where both ran "
             f"on from midnight they are {apart:.2f} s apart; each is taken to be right as a clock at its first frame.",
             "Set one kind of time code in all cameras, or give cameras.<name>.clock (auto seeks it).",
         )

@@ -4,7 +4,7 @@ The tracks are whitened before they are correlated (GCC-PHAT, Knapp and Carter 1
 gives one sharp peak, whatever the microphones' tone. The lag is found for one stretch first, the loudest that has a
 clear peak, and followed from there window by window; the windows' lags lie on a line: offset and rate, with standard
 errors from their scatter. A window counts if its peak stands clear of the rest: silence between claps does no harm.
-Sound needs 2.9 ms a metre (0.09 of a frame at 30 Hz): what that may do is for whoever knows where the microphones were.
+Sound needs 2.9 ms a metre (0.09 of a frame at 30 Hz): where the microphones were is not known here.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def timing_from_sound(
     start_a, _b     s, each camera's time at its first sample
     window_s        s; an eighth of the shorter track where that is less
     Windows whose lag is off the line of the others by more than five times the usual amount do not count; where
-    fewer than half agree, nothing is told (NaN). A single clap tells the offset, and leaves the rate at
+    fewer than half agree, there is no estimate (NaN). A single clap gives the offset, and leaves the rate at
     RATE_PRIOR_PPM. Raises ValueError for sound that is not (n,).
     """
     x, y = np.asarray(a), np.asarray(b)
@@ -72,7 +72,7 @@ def timing_from_sound(
         if n < max(1, len(lags) / 2):
             return NOT_ESTIMATED._replace(of=of)
         A = np.stack([np.ones(n), later[good]], -1)
-        # the rate near 0 unless the windows tell it, in samples a second
+        # the rate near 0 unless the windows show it, in samples a second
         prior = np.diag([0.0, (0.5 / (RATE_PRIOR_PPM * 1e-6 * rate_hz)) ** 2])
         line = np.linalg.solve(A.T @ A + prior, A.T @ lags[good])
         off = np.abs(lags - line[0] - line[1] * later)
@@ -112,7 +112,7 @@ def _anywhere(x: NDArray[np.floating], y: NDArray[np.floating], rate_hz: float, 
 
 def _followed(x: NDArray[np.floating], y: NDArray[np.floating], found: _Found, size: int) -> tuple[Array, Array, int]:
     """Lags (n,), samples, of the windows that have a clear one; their middles in y (n,); how many were looked at."""
-    told: list[tuple[float, float]] = []
+    lags_at: list[tuple[float, float]] = []
     of = 0
     begin = max(0, found.at - size // 2)
     for starts in (range(begin, y.size - size + 1, size), range(begin - size, -1, -size)):
@@ -123,16 +123,16 @@ def _followed(x: NDArray[np.floating], y: NDArray[np.floating], found: _Found, s
             of += 1
             peak = _peak(x[i + lag : i + lag + size], y[i : i + size], reach=size // 8)
             if peak.clear > CLEAR:
-                told.append((lag + peak.lag, i + size / 2))
+                lags_at.append((lag + peak.lag, i + size / 2))
                 lag = round(lag + peak.lag)
-    lags, middles = np.array(told).reshape(-1, 2).T
+    lags, middles = np.array(lags_at).reshape(-1, 2).T
     return lags, middles, of
 
 
 class _Peak(NamedTuple):
     lag: float  # samples by which y must be delayed to sound like x; NaN for silence
     clear: float  # the peak over the correlation's rms
-    alone: float  # and over the highest elsewhere, where that was asked for
+    alone: float  # and over the highest elsewhere, where that is wanted
 
 
 def _peak(

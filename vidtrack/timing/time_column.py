@@ -64,7 +64,7 @@ def counting_of(labels: Sequence[str], time_s: ArrayLike) -> Counting | None:
         if behind and 0 < (fitted := float(np.median(later))) - least < FARTHEST_S * 1e-3:
             behind = fitted  # read as a clock at the run's first frame, which may lie well before these labels
         found.append((float(np.abs(later - behind).max() * rate), Counting(rate, drop, behind)))
-    # 30 and 29.97 differ by a frame after 33 s only: the last label is farthest and tells best
+    # 30 and 29.97 differ by a frame after 33 s only: the last label is farthest and shows it best
     miss, likely = min(found, key=lambda one: one[0], default=(np.inf, None))
     return likely if miss < 0.75 else None
 
@@ -76,7 +76,7 @@ def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None
     cell ends in two digits below the frame rate; else a point begins decimals. ISO dates count from the midnight that
     begins the first cell's day, by the clock as written.
     A clock that falls by more than half a day has passed midnight.
-    Raises ValueError that tells the cell (counted from 1) for anything else, or a time code without a known counting.
+    Raises ValueError that names the cell (counted from 1) for anything else, or a time code without a known counting.
     """
     texts = ["" if c is None or c != c else str(c).strip() for c in cells]
     filled = [t for t in texts if t]
@@ -84,7 +84,7 @@ def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None
         return Times(_over_midnight(np.array([float(t) if t else np.nan for t in texts])), "seconds")
     if _are_labels(filled, counting):
         if counting is None:
-            raise ValueError("it holds time codes, and the video has none to tell their frame rate")
+            raise ValueError("it holds time codes, and the video has none that gives their frame rate")
         return Times(_over_midnight(_each(texts, lambda t: _label_seconds(t, counting))), "time code")
     days: list[date] = []
     return Times(_over_midnight(_each(texts, lambda t: _iso_seconds(t, days))), "ISO")

@@ -177,7 +177,7 @@ class Timecode:
 
     @property
     def clock(self) -> Fraction:
-        """Seconds since midnight that the label shows to whoever reads it as a clock.
+        """Seconds since midnight that the label shows, read as the time of a clock.
 
         Non-drop labels at 29.97 run 3.6 s an hour behind a clock: they were set by one when the recording was made,
         so that they show its time then, not the time since a midnight. Other codes keep up: there it is `seconds`.

@@ -91,7 +91,7 @@ class Clip:
             for f, d in fields
         ]
 
-    def told(self) -> dict[str, Any]:
+    def as_record(self) -> dict[str, Any]:
         """How it is seen, for the diagnostics."""
         gain, offset = (self._levels.gain, self._levels.offset) if self._levels else (1.0, 0.0)
         return {

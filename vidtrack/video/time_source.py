@@ -112,7 +112,7 @@ def _ranked(bases: dict[str, TimeBase], notes: dict[str, str], info: VideoInfo) 
             off = float(bases[source].seconds(0.0) - base.seconds(0.0))
         note = notes.get(source, "")
         if source in unset:
-            note = note or "counts from zero: nobody set it"
+            note = note or "counts from zero: it was never set"
         elif abs(off) > 1.5 / float(info.rate):
             problems.append(
                 f"time code: {source} says {labels[source]} for the first frame, {chosen} says {labels[chosen]} "

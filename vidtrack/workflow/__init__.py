@@ -1,1 +1,1 @@
-"""Between Snakemake and the jobs: what each is asked to do, what it made of it, what has to run."""
+"""Between Snakemake and the jobs: what each has to do, what it made, and which have to run."""

@@ -34,7 +34,7 @@ def write_without(book: OrderBook, wanted: Mapping[str, tuple[Sequence[str], str
 
     wanted   rule: the paths of its inputs `results` and of its output (named as the rule), in their order
     failed   records of failures, inputs as well
-    Their accounts say that they are partial: once the failure is mended they run again.
+    Their accounts say that they are partial: once the failure is corrected they run again.
     """
     made: set[str] = set()
     for rule, (inputs, output) in wanted.items():

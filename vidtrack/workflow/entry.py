@@ -59,8 +59,8 @@ def main(argv: Sequence[str]) -> int:
         return 130
     except Exception as error:
         what = " ".join(str(error).split()) or "no message"
-        told = f"the log {arguments.log} has the details" if arguments.log else "the details follow"
-        line = f"{arguments.rule}: unexpected {type(error).__name__}: {what}. This is a fault of vidtrack; {told}."
+        details = f"the log {arguments.log} has the details" if arguments.log else "the details follow"
+        line = f"{arguments.rule}: unexpected {type(error).__name__}: {what}. This is a fault of vidtrack; {details}."
         return _failed(arguments, [line], traceback.format_exc())
     finally:
         announce_end()

@@ -1,4 +1,4 @@
-"""What each job of an experiment is asked to do, and which results are of just that: reading it writes nothing.
+"""What each job of an experiment has to do, and which results are of just that: reading it writes nothing.
 
 A job is done where its account (see provenance.py) holds the present order, the results that it made are as it made
 them, and those that it read are as they are now. Dates count for nothing: neither a touched file nor one from the
@@ -43,7 +43,7 @@ class OrderBook:
         self.results = within(folder, "results")
         self._checksums = Checksums(os.path.join(cache, "checksums.json"))
         self._code = Fingerprints(os.path.join(cache, "code.json"))
-        self._asked: dict[Key, tuple[Mapping[str, Any], tuple[str, ...]]] = {}
+        self._wanted: dict[Key, tuple[Mapping[str, Any], tuple[str, ...]]] = {}
         self._orders: dict[Key, Order] = {}
         self._rules: dict[str, str] = {}
 
@@ -51,15 +51,15 @@ class OrderBook:
         """Note that a job is wanted.
 
         raw      the paths of the inputs that people made: their content is what counts
-        parts    what tells the job from others of its rule: run, camera
+        parts    what distinguishes the job from others of its rule: run, camera
         """
-        self._asked[rule, *parts] = settings, tuple(path for path in raw if path)
+        self._wanted[rule, *parts] = settings, tuple(path for path in raw if path)
 
     def order(self, rule: str, *parts: str) -> Order:
         """The order of one job; VidtrackError where an input cannot be read."""
         key = (rule, *parts)
         if key not in self._orders:
-            settings, raw = self._asked[key]
+            settings, raw = self._wanted[key]
             self._orders[key] = Order(canonical(settings), canonical(self._files(raw)), self._code_of(rule))
         return self._orders[key]
 
@@ -68,7 +68,7 @@ class OrderBook:
 
         VidtrackError, a line each, for what cannot be named, read or written.
         """
-        raw_paths = [path for _, raw in self._asked.values() for path in raw]
+        raw_paths = [path for _, raw in self._wanted.values() for path in raw]
         if unnamable := _unnamable([self.folder, *raw_paths]):
             raise VidtrackError(*unnamable)
         fresh = {path: None for path in raw_paths if may_be_recording(path) and not self._knows(path)}
@@ -76,7 +76,7 @@ class OrderBook:
         problems += _unwritable(os.path.join(self.results, FOLDER))
         if problems:
             raise VidtrackError(*problems)
-        for key in self._asked:
+        for key in self._wanted:
             self.order(*key)
 
     def place(self, rule: str, *parts: str) -> str:
@@ -86,12 +86,12 @@ class OrderBook:
     @property
     def jobs(self) -> list[Key]:
         """All jobs that are wanted."""
-        return list(self._asked)
+        return list(self._wanted)
 
     @cached_property
     def done(self) -> dict[Key, Account]:
         """The jobs that need not run again for their own sake, with their accounts."""
-        accounts = {key: account for key in self._asked if (account := read_account(self.place(*key)))}
+        accounts = {key: account for key in self._wanted if (account := read_account(self.place(*key)))}
         made = {name: checksum for account in accounts.values() for name, checksum in account.made.items()}
         return {
             key: account
@@ -114,7 +114,7 @@ class OrderBook:
 
     def unsettled(self) -> dict[str, Order]:
         """The jobs that have to run: the path of the account of each, and its order."""
-        return {self.place(*key): self.order(*key) for key in self._asked if key not in self.done}
+        return {self.place(*key): self.order(*key) for key in self._wanted if key not in self.done}
 
     def look_again(self) -> None:
         """Forget what was done: jobs have run meanwhile."""

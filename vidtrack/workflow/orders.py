@@ -11,7 +11,7 @@ from vidtrack.files.experiment import Experiment, Run, point_tags, reference_col
 from vidtrack.settings.cameras import Clock
 from vidtrack.settings.config import Settings, detect_for
 from vidtrack.settings.runs import Run as RunSettings
-from vidtrack.timing.witnesses import asked
+from vidtrack.timing.clock_methods import methods_of
 
 Order = dict[str, Any]
 STILL_KEYS = ("polarity", "threshold", "centroid", "min_pixels", "start", "end", "gain", "offset")
@@ -109,14 +109,14 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
 
 
 def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
-    """Which cameras' clocks are sought in the sound and the light of a run, and which cameras tell the time."""
+    """Which cameras' clocks are sought in the sound and the light of a run, and which cameras give the time."""
     cameras = list(experiment.runs[run].videos) if _own(settings, run).mode == "space" else []
-    witnesses = dict(zip(cameras, asked([settings.cameras[c].clock for c in cameras]), strict=True))
-    sought = {c: [w for w in own if w != "motion"] for c, own in witnesses.items()}
+    methods = dict(zip(cameras, methods_of([settings.cameras[c].clock for c in cameras]), strict=True))
+    sought = {c: [w for w in own if w != "motion"] for c, own in methods.items()}
     return {
         "run": run,
         "cameras": cameras,
-        "references": [c for c in cameras if not witnesses[c]],
+        "references": [c for c in cameras if not methods[c]],
         "sought": {c: own for c, own in sought.items() if own},
     }
 
@@ -207,7 +207,7 @@ def verdict(settings: Settings, experiment: Experiment) -> Order:
 
 
 def report(settings: Settings, experiment: Experiment) -> Order:
-    """What the report page tells of."""
+    """What the report shows."""
     return {
         "title": settings.title or "Experiment",
         "units": settings.units,

@@ -1,4 +1,4 @@
-"""The account of a job that ended well: what it was asked to do, what it read, what it made.
+"""The account of a job that ended well: what it had to do, what it read, what it made.
 
 One small JSON file a job under `<results>/.provenance`. It holds checksums, no dates and no absolute paths: a folder
 may be moved or copied, and what is recorded still says whether its results are those of the present settings.

@@ -1,4 +1,4 @@
-# What all rules share: the settings, the experiment, what each job is asked to do, and which results are settled.
+# What all rules share: the settings, the experiment, what each job has to do, and which results are settled.
 import atexit
 import hashlib
 import os

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-WITNESSES = {
+METHODS = {
     "auto": ("motion", "sound", "flash"),
     "motion": ("motion",),
     "sound": ("sound",),
@@ -13,10 +13,10 @@ WITNESSES = {
 }
 
 
-def asked(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
+def methods_of(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
     """The methods that estimate each camera's clock: () where it is given, and for the first camera where none is.
 
-    clocks   a word of WITNESSES, or anything else where the clock is given
+    clocks   a word of METHODS, or anything else where the clock is given
     """
-    witnesses = [WITNESSES.get(own, ()) if isinstance(own, str) else () for own in clocks]
-    return witnesses if () in witnesses or not witnesses else [(), *witnesses[1:]]
+    methods = [METHODS.get(own, ()) if isinstance(own, str) else () for own in clocks]
+    return methods if () in methods or not methods else [(), *methods[1:]]
