@@ -127,7 +127,7 @@ def test_the_start_in_the_config_is_the_last_resort(tmp_path):
     found, _ = clock_of(unset, start_timecode="10:00:59.15")
     assert found.base.source == "config"
     assert found.problems == ()
-    assert "nobody set it" in {row.source: row for row in found.table}["matroska"].note
+    assert "it was never set" in {row.source: row for row in found.table}["matroska"].note
 
 
 def test_without_any_source_time_counts_from_the_first_frame(tmp_path):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vidtrack.timing.witnesses import WITNESSES, asked
+from vidtrack.timing.clock_methods import METHODS, methods_of
 
 
 @pytest.mark.parametrize(
@@ -16,12 +16,12 @@ from vidtrack.timing.witnesses import WITNESSES, asked
     ],
 )
 def test_one_clock_is_given_and_the_others_are_estimated_by_the_methods_named(clocks, who):
-    assert asked(clocks) == who
+    assert methods_of(clocks) == who
 
 
 def test_auto_is_every_method_that_can_be_named():
-    assert set(WITNESSES["auto"]) == set(WITNESSES) - {"auto"}
+    assert set(METHODS["auto"]) == set(METHODS) - {"auto"}
 
 
 def test_a_word_that_is_no_method_is_a_clock_that_is_given():
-    assert asked(["offset", "sound"]) == [(), ("sound",)]
+    assert methods_of(["offset", "sound"]) == [(), ("sound",)]
