@@ -10,12 +10,13 @@ import itertools
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from itertools import combinations
+from math import hypot
 
 import numpy as np
 
 from vidtrack.arrays import Ints
 from vidtrack.association.continuity import UNKNOWN, Evidence, Motion
-from vidtrack.association.courses import AROUND, Course, Rows, courses, motion_of, seam_evidence
+from vidtrack.association.courses import AROUND, Course, Rows, courses, longest_gap, motion_of, seam_evidence
 from vidtrack.association.groups import MARGIN, TOUCHES, Groups, Pair, Worth, clear_pairs
 from vidtrack.geometry.camera import Camera
 
@@ -33,6 +34,10 @@ FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
 
+def _information(told: Evidence) -> float:
+    return told.information
+
+
 class Bridges:
     """Worth of joining groups, remembered while neither changes."""
 
@@ -41,6 +46,7 @@ class Bridges:
         self.order = np.lexsort((rows.moment, rows.node))
         self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
         self.known: dict[Local, float] = {}
+        self._reach: dict[Pair, tuple[int, int, bool]] = {}
         self.first, self.last = groups.nodes.first, groups.nodes.last
         self.farthest = REACHES[0]
         self.heads, self.tails = self._ends(0), self._ends(-1)
@@ -93,6 +99,13 @@ class Bridges:
 
     def _reachable(self, g: int, h: int) -> bool:
         """Whether one group can become the other in every picture, by FASTER times the run's speeds and bends there."""
+        state = self.groups.joins[g], self.groups.joins[h]
+        known = self._reach.get((g, h))
+        if known is None or known[:2] != state:
+            known = self._reach[g, h] = (*state, self._can_become(g, h))
+        return known[2]
+
+    def _can_become(self, g: int, h: int) -> bool:
         groups = self.groups
         if len(groups.members[g]) > len(groups.members[h]):
             g, h = h, g
@@ -115,11 +128,11 @@ class Bridges:
         (x, y), v, sd = self.tails[one]
         (X, Y), w, _ = self.heads[other]
         gap = self.first[other] - self.last[one]
-        if np.hypot(X - x, Y - y) > FASTER * motion.fastest * gap + 10 * sd:
+        if hypot(X - x, Y - y) > FASTER * motion.fastest * gap + 10 * sd:
             return False
         bend = FASTER * motion.sharpest * gap * (gap + 3) / 2 + 10 * sd * (1 + gap)
-        return (v is None or np.hypot(X - x - gap * v[0], Y - y - gap * v[1]) <= bend) and (
-            w is None or np.hypot(X - x - gap * w[0], Y - y - gap * w[1]) <= bend
+        return (v is None or hypot(X - x - gap * v[0], Y - y - gap * v[1]) <= bend) and (
+            w is None or hypot(X - x - gap * w[0], Y - y - gap * w[1]) <= bend
         )
 
     def _ends(self, which: int) -> list[tuple[Point, Point | None, float]]:
@@ -137,18 +150,22 @@ class Bridges:
     def _moved(self, course: Course, rows: tuple[Ints, Ints]) -> float:
         """What the motion says, nats: that in space or in one of the pictures, whichever knows most of such gaps.
 
-        A camera that goes on seeing what the others lost bridges a gap that is longer in space.
+        A camera that goes on seeing what the others lost bridges a gap that is more than twice as long in space.
         """
-        told = [] if self.space is None or not len(course.moment) else [seam_evidence(course, self.space)]
-        return max([*told, *self._in_pictures(*rows), UNKNOWN], key=lambda e: e.information).nats
+        known = self.space is not None and len(course.moment)
+        gap = longest_gap(course.moment, course.source) if known else 0
+        told = [seam_evidence(course, self.space)] if gap and self.space is not None else []
+        return max([*told, *self._in_pictures(*rows, gap / 2 or FARTHEST)], key=_information, default=UNKNOWN).nats
 
-    def _in_pictures(self, row: Ints, part: Ints) -> Iterator[Evidence]:
+    def _in_pictures(self, row: Ints, part: Ints, shorter: float) -> Iterator[Evidence]:
+        """What the motion says in each picture where the gap is shorter than so many moments."""
         for camera, motion in enumerate(self.pictures):
             own = self.rows.camera[row] == camera
-            if own.any():
-                mine, parts = row[own], part[own]
-                order = np.argsort(self.rows.moment[mine], kind="stable")
-                yield seam_evidence(self._seen(mine[order], parts[order]), motion)
+            mine, parts = row[own], part[own]
+            order = np.argsort(self.rows.moment[mine], kind="stable")
+            mine, parts = mine[order], parts[order]
+            if 0 < longest_gap(self.rows.moment[mine], parts) < shorter:
+                yield seam_evidence(self._seen(mine, parts), motion)
 
     def _local(self, pair: Pair) -> tuple[Local, tuple[int, int]]:
         """The tracklets of two groups about where one passes into the other, and from when to when that is."""

@@ -105,6 +105,12 @@ def motion_of(some: Sequence[Course], dimension: int) -> Motion:
     return Motion(pieces or [np.zeros((0, dimension))])
 
 
+def longest_gap(moment: Ints, source: Ints) -> int:
+    """Moments of the longest gap at which one source of a course passes into another one; 0 where none does."""
+    step = np.diff(moment)[np.diff(source) != 0]
+    return int(step.max(initial=0))
+
+
 def seam_evidence(course: Course, motion: Motion) -> Evidence:
     """What the motion says of a joint course, over the longest of its seams."""
     course = filled(course)

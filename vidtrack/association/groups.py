@@ -77,6 +77,8 @@ class Groups:
         self.span: dict[int, tuple[int, int]] = {i: (nodes.first[i], nodes.last[i]) for i in range(n)}
         self.lead: dict[int, float] = dict.fromkeys(range(n), np.inf)
         self.pair: dict[Pair, tuple[float | None, int]] = {}
+        self.joins = [0] * n  # how often a group has grown
+        self._known: dict[Pair, tuple[int, int, tuple[float, int]]] = {}
         self.friends: list[list[int]] = [[] for _ in range(n)]
         for i in range(n):
             own: list[list[Span]] = [[] for _ in range(n_cameras)]
@@ -102,6 +104,15 @@ class Groups:
         (a, b), (c, d) = self.span[g], self.span[h]
         if max(a, c) > min(b, d):
             return 0.0, 0
+        if g > h:
+            g, h = h, g
+        state = self.joins[g], self.joins[h]
+        known = self._known.get((g, h))
+        if known is None or known[:2] != state:
+            known = self._known[g, h] = (*state, self._summed(g, h))
+        return known[2]
+
+    def _summed(self, g: int, h: int) -> tuple[float, int]:
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
         total, count = 0.0, 0
@@ -141,6 +152,7 @@ class Groups:
             for span in spans:
                 insort(self.spans[g][camera], span)
         self.members[g] += self.members.pop(h)
+        self.joins[g] += 1
         return g
 
     def cameras(self, g: int) -> int:
