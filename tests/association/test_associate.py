@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.association.swarm import T, as_tracklets, seen, swarm, who
-from vidtrack.association.associate import NONE, associate
+from vidtrack.association.associate import NONE, associate, associate_in_picture, most_at_once
 from vidtrack.simulate.rig import thesis_rig
 
 
@@ -140,9 +140,11 @@ def test_targets_that_swap_places_unseen_are_not_guessed():
     for track in tracks:
         track[:, 60:90] = np.nan
     for targets in (None, 2):
-        told = associated(cameras, tracks, orders, targets=targets)[1]
+        found, told, _ = associated(cameras, tracks, orders, targets=targets)
         assert all(len(t) == 1 for t, _ in told)
-        assert len(told) == (4 if targets is None else 2)
+        assert len(told) == 4
+        # two stretches are of the two targets, and nothing says which is of which
+        assert found.part_of == (((),) * 4 if targets is None else ((), (), (0, 1), (0, 1)))
 
 
 def test_tracklets_that_share_no_moment_make_no_trajectory():
@@ -170,3 +172,109 @@ def test_what_stands_in_two_cameras_is_no_target_where_much_else_stands_about():
     assert told == [({0}, 2)]
     reasons = np.concatenate(found.reason)
     assert (reasons == "surplus").sum() >= 4  # they do meet
+
+
+def test_a_reflection_is_never_taken_for_the_target_and_is_said_to_be_one():
+    rng = np.random.default_rng(8)
+    cameras = thesis_rig(2)
+    p = swarm(2, rng)
+    p[1] = p[0] * (1, 1, -1) - (0, 0, 24)  # in still water below
+    tracks, orders = seen(cameras, p, rng)
+    for targets in (1, 2, None):
+        found, told, _ = associated(cameras, tracks, orders, targets=targets)
+        assert told == [({0}, 2)]
+        assert [(one.reason, one.of) for one in found.left] == [("mirror", 0)]
+        assert all(set(reason) == {"", "mirror"} for reason in found.reason)
+
+
+def test_what_is_located_besides_the_targets_asked_for_is_listed_with_its_place():
+    rng = np.random.default_rng(9)
+    cameras = thesis_rig(2)
+    p = swarm(4, rng)
+    tracks, orders = seen(cameras, p, rng)
+    found, told, _ = associated(cameras, tracks, orders, targets=2)
+    assert len(told) == 2
+    places = {tuple(np.round(one.place).tolist()) for one in found.left}
+    others = {0, 1, 2, 3} - set.union(*(t for t, _ in told))
+    assert places == {tuple(np.round(p[k].mean(0)).tolist()) for k in others}
+    assert all((one.first, one.last, one.n, one.reason) == (0, 149, 150, "surplus") for one in found.left)
+
+
+def test_each_tracklet_is_listed_with_what_holds_it_to_its_trajectory():
+    rng = np.random.default_rng(10)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(5, rng), rng)
+    tracks[0][:, 70:80] = np.nan
+    found, _, of = associated(cameras, tracks, orders, targets=5)
+    owner = [order[o] for order, o in zip(orders, of, strict=True)]
+    tied = [(i, k, *ties.fellow[k]) for i, ties in enumerate(found.ties) for k in np.flatnonzero(ties.lead > 0)]
+    assert len(tied) == 10  # of three tracklets of a target two are joined with another one
+    assert all(owner[i][k] == owner[j][fellow] for i, k, j, fellow in tied)
+    assert all(np.isfinite(ties.lead[ties.fellow[:, 0] >= 0]).all() for ties in found.ties)
+    rivals = [
+        owner[j][r] != owner[i][k] for i, t in enumerate(found.ties) for k, (j, r) in enumerate(t.rival) if j >= 0
+    ]
+    assert all(rivals)
+
+
+def test_start_boxes_settle_what_lines_of_sight_leave_open_and_are_refuted_by_those_that_do_not():
+    along = thesis_rig(2)[1].position - thesis_rig(2)[0].position
+    along /= np.linalg.norm(along)
+    swing = np.sin(3 * T)[:, None] * along
+    rng = np.random.default_rng(3)
+    cameras = thesis_rig(2)
+    p = np.stack([4 * swing, 8 * along + 3 * swing[::-1]])
+    tracks, orders = seen(cameras, p, rng)
+    named = [["ab"[k] for k in order] for order in orders]
+    told = associated(cameras, tracks, orders, targets=2, names=named)[1]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[0], [1]]
+    tracks, orders = seen(cameras, swarm(2, rng), rng)
+    exchanged = [["ab"[k] for k in orders[0]], ["ba"[k] for k in orders[1]]]
+    told = associated(cameras, tracks, orders, targets=2, names=exchanged)[1]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[0], [1]]
+
+
+def test_of_few_targets_those_that_start_boxes_name_come_first():
+    rng = np.random.default_rng(1)
+    cameras = thesis_rig(2)
+    tracks, orders = seen(cameras, swarm(3, rng), rng)
+    for track, order in zip(tracks, orders, strict=True):
+        track[order == 2, 100:] = np.nan
+    names = [["c" if k == 2 else "" for k in order] for order in orders]
+    assert associated(cameras, tracks, orders, targets=1, names=names)[1] == [({2}, 2)]
+
+
+@pytest.mark.parametrize("targets", [None, 4])
+def test_tracklets_of_one_camera_are_joined_by_their_motion_in_its_picture(targets):
+    rng = np.random.default_rng(2)
+    camera = thesis_rig(1)
+    tracks, orders = seen(camera, swarm(4, rng), rng)
+    tracks[0][:, 60:66] = np.nan
+    tracks[0][2, 100:104] = np.nan
+    pieces, of = as_tracklets(tracks[0])
+    found = associate_in_picture(pieces, targets=targets)
+    assert sorted(map(sorted, (t for t, _ in who(found, [of], orders)))) == [[k] for k in range(4)]
+    assert (found.lead > np.log(1000)).all()
+
+
+def test_two_that_meet_in_the_only_picture_and_part_at_rest_are_not_guessed():
+    t = np.arange(120)
+    one, other = np.stack([100 + t, 100 + 0 * t], -1), np.stack([220 - t, 100 + 0 * t], -1)
+    rng = np.random.default_rng(0)
+    track = np.stack([one, other])[:, :, :] + rng.normal(0, 0.05, (2, 120, 2))
+    track[:, 50:70] = np.nan
+    assert (
+        len(who(associate_in_picture(as_tracklets(track)[0], targets=2), [as_tracklets(track)[1]], [np.arange(2)])) == 2
+    )
+    rest = track.copy()  # at rest behind the meeting, each where the other one might have come to rest as well
+    rest[:, 70:] = np.array([[150.0, 100], [170, 100]])[:, None] + rng.normal(0, 0.05, (2, 50, 2))
+    rest[:, :50] = np.array([[160.0, 90], [160, 110]])[:, None] + rng.normal(0, 0.05, (2, 50, 2))
+    found = associate_in_picture(as_tracklets(rest)[0], targets=2)
+    assert found.part_of == ((), (), (0, 1), (0, 1))  # the chosen two are there at one moment
+
+
+def test_how_many_there_are_at_once_counts_both_ends():
+    assert most_at_once([(0, 5), (5, 9), (6, 20)], 0, 20) == 2
+    assert most_at_once([(0, 5), (6, 9)], 0, 20) == 1
+    assert most_at_once([(0, 5), (7, 9)], 6, 6) == 0
+    assert most_at_once([], 0, 9) == 0

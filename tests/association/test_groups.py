@@ -59,7 +59,7 @@ def test_what_fits_two_about_as_well_is_left_apart_and_what_fits_one_better_is_j
 def test_of_two_pairings_the_likelier_is_clear_by_the_difference_of_their_sums():
     g = groups([tracklets((0, 9), (0, 9), (20, 29), (20, 29))])
     worth = {p: Worth(0.0, 10 + w, 0) for p, w in {(0, 2): 5.0, (1, 3): 5.0, (0, 3): 1.0, (1, 2): 0.5}.items()}
-    assert clear_pairs(g, worth, 8.0) == [(pytest.approx(8.5), (1, 3)), (pytest.approx(8.5), (0, 2))]
+    assert clear_pairs(g, worth, 8.0) == [(pytest.approx(8.5), (1, 3), 2), (pytest.approx(8.5), (0, 2), 3)]
     assert clear_pairs(g, worth, 8.6) == []
 
 
@@ -68,13 +68,13 @@ def test_what_noise_makes_of_two_pairings_that_both_fit_is_no_evidence():
     alike = {(0, 2): 500.0, (1, 3): 500.0, (0, 3): 480.0, (1, 2): 480.0}
     assert clear_pairs(g, {p: Worth(w, 0.0, 200) for p, w in alike.items()}, MARGIN) == []
     told = {p: Worth(w, m, 200) for (p, w), m in zip(alike.items(), (0.0, 0.0, -9.0, 0.0), strict=True)}
-    assert [p for _, p in clear_pairs(g, told, MARGIN)] == [(1, 3), (0, 2)]
+    assert [p for _, p, _ in clear_pairs(g, told, MARGIN)] == [(1, 3), (0, 2)]
 
 
 def test_what_can_be_joined_one_after_the_other_is_no_rival():
     g = groups([tracklets((0, 9), (20, 29), (40, 49))])
     worth = {(0, 1): Worth(0.0, 9.0, 0), (0, 2): Worth(0.0, 8.5, 0)}
-    assert {p for _, p in clear_pairs(g, worth, MARGIN)} == {(0, 1), (0, 2)}
+    assert {p for _, p, _ in clear_pairs(g, worth, MARGIN)} == {(0, 1), (0, 2)}
 
 
 def test_two_tracklets_of_one_camera_at_one_moment_are_never_one_target():

@@ -3,22 +3,24 @@
 1. Pairs of tracklets of different cameras are weighed by their lines of sight (`pairs`).
 2. Tracklets are joined to groups as far as lines of sight tell beyond doubt (`groups`).
 3. How targets move is measured on these groups' courses, and the rest is joined by sights and motion (`bridging`).
-4. Groups that two cameras see become trajectories; tracklets that remain are of none, each with its reason.
+4. Groups that two cameras see become trajectories; tracklets that remain are of none, each with its reason. Mirror
+   images are none either, and a stretch that may be a part of several trajectories stays a trajectory of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.association.bridging import Bridges
+from vidtrack.association.bridging import LASTS, Bridges
 from vidtrack.association.courses import Course, rows_of
 from vidtrack.association.groups import MARGIN, Groups, nodes_of
+from vidtrack.association.mirror import images_among
 from vidtrack.association.pairs import Pairs, Rays, bias_of, pairs_of, rays_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
@@ -38,12 +40,34 @@ FEWEST = 5
 """Moments with a fix that a trajectory has, at least, or all there are."""
 
 
+class Left(NamedTuple):
+    """What was located and is of none of the targets asked for."""
+
+    reason: str  # surplus: those chosen go on for longer, or it is too short; mirror: the image of a target
+    of: int  # the trajectory that it is the image of; NONE
+    first: int  # first and last moment
+    last: int
+    n: int  # moments with a fix
+    place: Array  # (d,) mean
+
+
+class Ties(NamedTuple):
+    """What holds each of a camera's n tracklets to its trajectory, at its least sure join."""
+
+    lead: Array  # (n,) nats by which the join is likelier than any other choice; NaN where it was joined with nothing
+    fellow: Ints  # (n, 2) camera and tracklet that it was joined with; NONE
+    rival: Ints  # (n, 2) camera and tracklet of the next best choice; NONE
+
+
 class Association(NamedTuple):
     """What `associate` returns; m trajectories, those of the first camera's first tracklets first."""
 
     trajectory: tuple[Ints, ...]  # for each camera (n_tracklets,): the trajectory of each; NONE
     reason: tuple[NDArray[np.object_], ...]  # for each camera (n_tracklets,): why it is of none; '' where it is of one
+    ties: tuple[Ties, ...]  # for each camera
     lead: Array  # (m,) nats by which the least sure of a trajectory's joins is likelier than any other choice
+    part_of: tuple[tuple[int, ...], ...]  # (m,) of which trajectories each may be a part; of none where it stands alone
+    left: tuple[Left, ...]  # the longest first
     bias_px: float  # what the calibration was found to leave
 
     @property
@@ -58,33 +82,52 @@ def associate(
     *,
     targets: int | None = None,
     tolerance_px: float = 3.0,
+    names: Sequence[Sequence[str]] | None = None,
 ) -> Association:
     """Join tracklets of several cameras to trajectories in space.
 
     tracklets      for each camera; their samples are indices of moments that all cameras share
     targets        how many trajectories there are, at most; None: not known
     tolerance_px   what the calibration may leave, px, at most: 3 standard deviations
+    names          for each camera the name of each tracklet that begins in a start box, else ''; None: no box is known
     A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
+    A stretch that goes on as one of several targets, and nothing tells which, is a trajectory of its own (`part_of`).
     """
     rays = [rays_of(c, t.b) for c, t in zip(cameras, tracklets, strict=True)]
     moments = np.unique(np.concatenate([t.sample for t in tracklets]))
     most = tolerance_px / 3
     some = moments[:: max(1, moments.size // SOME)]
     bias = bias_of(list(_pairs(cameras, tracklets, rays, most, some).values()), LEAST_BIAS_PX, most)
-    groups = Groups(nodes_of(tracklets), len(cameras))
+    groups = Groups(nodes_of(tracklets, names), len(cameras))
     for (i, j), pairs in _pairs(cameras, tracklets, rays, bias, moments).items():
         groups.add(i, j, pairs)
     groups.join_the_clear()
     bridges = Bridges(cameras, rows_of(tracklets, groups.nodes.begin, bias), groups)
+    courses = _bridged(bridges, targets)
+    if targets is None:
+        courses = {g: c for g, c in courses.items() if _beyond_chance(bridges, g)}
+    images = _images(courses, np.array([c.position for c in cameras]))
+    chosen = _chosen({g: c for g, c in courses.items() if g not in images}, targets, groups)
+    return _told(groups, tracklets, chosen, courses, images, targets, bias)
+
+
+def associate_in_picture(
+    tracklets: Tracklets, *, targets: int | None = None, names: Sequence[str] | None = None
+) -> Association:
+    """Join one camera's tracklets to trajectories in its picture, by their motion alone; as `associate`."""
+    groups = Groups(nodes_of([tracklets], None if names is None else [names]), 1)
+    bridges = Bridges([None], rows_of([tracklets], groups.nodes.begin, 0.0), groups)
+    courses = _bridged(bridges, targets)
+    return _told(groups, [tracklets], _chosen(courses, targets, groups), courses, {}, targets, 0.0)
+
+
+def _bridged(bridges: Bridges, targets: int | None) -> dict[int, Course]:
+    """The courses of groups when all that is clear is joined."""
     bridges.learn()
     bridges.join_the_clear()
     if targets is not None:
         bridges.join_to(targets, LASTING)
-    courses = bridges.group_courses()
-    if targets is None:
-        courses = {g: c for g, c in courses.items() if _beyond_chance(bridges, g)}
-    chosen = _chosen(courses, targets)
-    return _told(groups, tracklets, chosen, bias)
+    return bridges.group_courses()
 
 
 def _pairs(
@@ -107,7 +150,9 @@ def _beyond_chance(bridges: Bridges, g: int) -> bool:
     own = bridges.rows_of_nodes(groups.members[g])
     cameras = [i for i, spans in enumerate(groups.spans[g]) if spans]
     extent = max(float(np.ptp(rows.b[own[rows.camera[own] == i]], axis=0).max()) for i in cameras)
-    chance = 5 * float(np.median(rows.sd[own])) / max(bridges.cameras[cameras[0]].image_size)
+    camera = bridges.cameras[cameras[0]]
+    assert camera is not None
+    chance = 5 * float(np.median(rows.sd[own])) / max(camera.image_size)
     looks = (1 + extent / APART_PX) * (2 * len(cameras) - 3)
     first, last = groups.span[g]
     nodes = groups.nodes
@@ -120,14 +165,63 @@ def _beyond_chance(bridges: Bridges, g: int) -> bool:
     return bool(-looks * np.log(min(chance, 0.5)) - tries > MARGIN)
 
 
-def _chosen(courses: dict[int, Course], targets: int | None) -> list[int]:
-    """Groups that are trajectories: those with most fixes; of few targets, those that move before those that stand."""
+def _images(courses: dict[int, Course], eyes: Array) -> dict[int, int]:
+    """Groups that are mirror images of others, each with that which it is the image of."""
+    several = list(courses)
+    found = images_among([courses[g].moment for g in several], [courses[g].place for g in several], eyes)
+    return {several[i]: several[j] for i, j in found.items()}
+
+
+def _chosen(courses: dict[int, Course], targets: int | None, groups: Groups) -> list[int]:
+    """Groups that are trajectories: those with most fixes; of few targets, those that start boxes name before others,
+    and those that move before those that stand.
+
+    Those that there are at one moment come first: they are as many targets, whatever remains open.
+    """
     longest = max((len(c.moment) for c in courses.values()), default=0)
     found = [g for g, c in courses.items() if len(c.moment) >= min(FEWEST, longest) and len(c.moment)]
     if targets is None or len(found) <= targets:
         return found
     size = {g: len(courses[g].moment) * (1.0 if _moves(courses[g]) else 0.1) for g in found}
-    return sorted(found, key=lambda g: -size[g])[:targets]
+    best = sorted(found, key=lambda g: (not groups.names[g], -size[g]))
+    at_once: list[int] = []
+    for moment in {groups.span[g][0] for g in found}:
+        there = [g for g in best if groups.span[g][0] <= moment <= groups.span[g][1]][:targets]
+        if _merit(there, groups, size) > _merit(at_once, groups, size):
+            at_once = there
+    return [*at_once, *(g for g in best if g not in at_once)][:targets]
+
+
+def _merit(several: Sequence[int], groups: Groups, size: dict[int, float]) -> tuple[int, float]:
+    return sum(bool(groups.names[g]) for g in several), sum(size[g] for g in several)
+
+
+def _alternatives(
+    groups: Groups, courses: dict[int, Course], chosen: Sequence[int], images: dict[int, int]
+) -> dict[int, tuple[int, ...]]:
+    """Courses that may be parts of chosen ones, but not of which: with those that each may be a part of.
+
+    At no moment may there be more courses than targets, so that each of them is a target; and each must be able to go
+    on as one of the chosen, or to have come from it.
+    """
+    out: dict[int, tuple[int, ...]] = {}
+    taken = list(chosen)
+    for g in sorted(courses.keys() - {*chosen} - images.keys(), key=lambda g: -len(courses[g].moment)):
+        if len(courses[g].moment) < LASTS:
+            break
+        first, last = groups.span[g]
+        beside = [h for h in taken if groups.span[h][0] <= last and groups.span[h][1] >= first]
+        able = tuple(h for h in chosen if np.isfinite(groups.value(g, h)) and h not in beside)
+        if able and most_at_once([groups.span[h] for h in beside], first, last) < len(chosen):
+            out[g] = able
+            taken.append(g)
+    return out
+
+
+def most_at_once(spans: Sequence[tuple[int, int]], first: int, last: int) -> int:
+    """How many of the spans, both ends inside, there are at any one moment from the first to the last, at most."""
+    begins = [first, *(a for a, _ in spans if first < a <= last)]
+    return max(sum(a <= t <= b for a, b in spans) for t in begins)
 
 
 def _moves(course: Course) -> bool:
@@ -139,21 +233,69 @@ def _moves(course: Course) -> bool:
     return bool(np.linalg.norm(p.std(axis=0)) > 2 * jitter)
 
 
-def _told(groups: Groups, tracklets: Sequence[Tracklets], chosen: Sequence[int], bias: float) -> Association:
+def _told(
+    groups: Groups,
+    tracklets: Sequence[Tracklets],
+    chosen: Sequence[int],
+    courses: dict[int, Course],
+    images: dict[int, int],
+    targets: int | None,
+    bias: float,
+) -> Association:
+    may_be = _alternatives(groups, courses, chosen, images) if targets is not None else {}
     order = sorted(chosen, key=lambda g: min(groups.members[g]))
+    order += sorted(may_be, key=lambda g: min(groups.members[g]))
     number = {g: k for k, g in enumerate(order)}
     begin = groups.nodes.begin
     trajectory, reason = [], []
     for i in range(len(tracklets)):
         roots = groups.root[int(begin[i]) : int(begin[i + 1])]
         trajectory.append(np.array([number.get(g, NONE) for g in roots], np.intp))
-        reason.append(np.array(["" if g in number else _why(groups, g) for g in roots], object))
-    return Association(tuple(trajectory), tuple(reason), np.array([groups.lead[g] for g in order]), bias)
+        reason.append(np.array(["" if g in number else _why(groups, g, images) for g in roots], object))
+    left = [
+        Left(
+            "mirror" if g in images else "surplus",
+            number.get(images.get(g, NONE), NONE),
+            int(c.moment[0]),
+            int(c.moment[-1]),
+            len(c.moment),
+            c.place.mean(0),
+        )
+        for g, c in sorted(courses.items(), key=lambda item: -len(item[1].moment))
+        if g not in number and len(c.moment)
+    ]
+    return Association(
+        tuple(trajectory),
+        tuple(reason),
+        tuple(_ties(groups, int(i), int(j)) for i, j in pairwise(begin)),
+        np.array([groups.lead[g] for g in order]),
+        tuple(tuple(number[h] for h in may_be.get(g, ())) for g in order),
+        tuple(left),
+        bias,
+    )
 
 
-def _why(groups: Groups, g: int) -> str:
+def _ties(groups: Groups, begin: int, end: int) -> Ties:
+    """What holds the nodes of one camera to their groups."""
+    lead = np.full(end - begin, np.nan)
+    fellow, rival = np.full((end - begin, 2), NONE), np.full((end - begin, 2), NONE)
+    starts = groups.nodes.begin
+    for k, node in enumerate(range(begin, end)):
+        if node in groups.tie:
+            tie = groups.tie[node]
+            lead[k] = tie.lead
+            for out, who in ((fellow, tie.fellow), (rival, tie.rival)):
+                if who != NONE:
+                    camera = groups.nodes.camera[who]
+                    out[k] = camera, who - starts[camera]
+    return Ties(lead, fellow, rival)
+
+
+def _why(groups: Groups, g: int, images: dict[int, int]) -> str:
     """Why a group is no trajectory."""
-    if groups.cameras(g) > 1:
+    if g in images:
+        return "mirror"
+    if groups.cameras(g) > 1 or groups.n_cameras == 1:
         return "surplus"  # fewer fixes than the trajectories chosen, or too few to be believed
     if any(groups.value(g, h) > 0 for h in groups.neighbours(g)):
         return "contested"  # fits another camera's, but so do others

@@ -16,7 +16,16 @@ import numpy as np
 
 from vidtrack.arrays import Ints
 from vidtrack.association.continuity import UNKNOWN, Evidence, Motion
-from vidtrack.association.courses import AROUND, Course, Rows, courses, longest_gap, motion_of, seam_evidence
+from vidtrack.association.courses import (
+    AROUND,
+    Course,
+    Rows,
+    courses,
+    fewest_of,
+    longest_gap,
+    motion_of,
+    seam_evidence,
+)
 from vidtrack.association.groups import MARGIN, TOUCHES, Groups, Pair, Worth, clear_pairs
 from vidtrack.geometry.camera import Camera
 
@@ -41,8 +50,9 @@ def _information(told: Evidence) -> float:
 class Bridges:
     """Worth of joining groups, remembered while neither changes."""
 
-    def __init__(self, cameras: Sequence[Camera], rows: Rows, groups: Groups) -> None:
+    def __init__(self, cameras: Sequence[Camera | None], rows: Rows, groups: Groups) -> None:
         self.cameras, self.rows, self.groups = cameras, rows, groups
+        self.fewest = fewest_of(cameras)
         self.order = np.lexsort((rows.moment, rows.node))
         self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
         self.known: dict[Local, float] = {}
@@ -66,16 +76,21 @@ class Bridges:
         """Rows of tracklets."""
         return np.concatenate([self.order[self.edges[n] : self.edges[n + 1]] for n in nodes])
 
+    def located(self) -> list[int]:
+        """Groups that enough cameras show."""
+        return [g for g in self.groups.members if self.groups.cameras(g) >= self.fewest]
+
     def group_courses(self) -> dict[int, Course]:
-        """The course of every group that two cameras see."""
-        several = [g for g, spans in self.groups.spans.items() if sum(bool(s) for s in spans) >= 2]
+        """The course of every group that enough cameras show."""
+        several = self.located()
         chosen = [self.rows_of_nodes(self.groups.members[g]) for g in several]
         made = courses(self.cameras, self.rows, [(r, np.ones(len(r), np.intp)) for r in chosen])
         return dict(zip(several, made, strict=True))
 
     def learn(self) -> None:
         """Measure how targets move in space, from the groups as they are."""
-        self.space = motion_of([c for c in self.group_courses().values() if len(c.moment)], 3)
+        several = [c for c in self.group_courses().values() if len(c.moment)]
+        self.space = motion_of(several, 3 if len(self.cameras) > 1 else 2)
 
     def worths(self) -> dict[Pair, Worth]:
         """What joining is worth, nats, for all pairs of groups that fit or that a short gap parts."""
@@ -198,7 +213,7 @@ class Bridges:
             i, j = np.searchsorted(first, (last + 1, last + self.farthest + 1)).tolist()
             out |= {(min(g, h), max(g, h)) for _, h in begins[i:j]}
         if self.farthest == FARTHEST:  # courses that take turns as well
-            several = sorted(g for g in groups.members if groups.cameras(g) >= 2)
+            several = sorted(self.located())
             out |= set(combinations(several, 2))
         for camera in range(len(self.cameras)):
             out |= self._in_gaps(camera)
@@ -214,7 +229,7 @@ class Bridges:
         out: set[Pair] = set()
         for g, spans in groups.spans.items():
             own, whole = spans[camera], groups.span[g]
-            if groups.cameras(g) == 1:
+            if groups.cameras(g) < self.fewest:
                 continue
             edges = [(whole[0] - 1, whole[0] - 1), *((a, b) for a, b, _ in own), (whole[1] + 1, whole[1] + 1)]
             for (_, before), (after, _) in itertools.pairwise(edges):
@@ -242,7 +257,7 @@ class Bridges:
         """
         self.farthest = FARTHEST
         while True:
-            several = {g for g in self.groups.members if self.groups.cameras(g) >= 2}
+            several = set(self.located())
             surplus = len(several) - targets
             worth = {
                 p: w._replace(motion=w.motion + bonus * (several.issuperset(p) and self._lasts(*p, w.n)))
@@ -257,13 +272,13 @@ class Bridges:
         gain = {p: w for p, w in worth.items() if w.sights + w.motion > 0}
         clear = clear_pairs(self.groups, gain, margin)
         if only is not None:  # the nearest in time first: none is passed over
-            clear = [(lead, pair) for lead, pair in clear if only.issuperset(pair)]
-            nearest = min((self._gap(*pair) for _, pair in clear), default=0)
-            clear = [(lead, pair) for lead, pair in clear if self._gap(*pair) <= max(REACHES[0], 2 * nearest)]
-        for lead, (g, h) in clear:
+            clear = [one for one in clear if only.issuperset(one.pair)]
+            nearest = min((self._gap(*one.pair) for one in clear), default=0)
+            clear = [one for one in clear if self._gap(*one.pair) <= max(REACHES[0], 2 * nearest)]
+        for lead, (g, h), rival in clear:
             if g not in touched and h not in touched and len(touched) < 2 * most:
                 touched |= {g, h}
-                self.groups.join(g, h, lead)
+                self.groups.join(g, h, lead, rival)
         return bool(touched)
 
     def _gap(self, g: int, h: int) -> int:

@@ -1,4 +1,5 @@
-"""The courses of groups: where they are in space at the moments at which two of their cameras see them.
+"""The courses of groups: where they are in space at the moments at which two of their cameras see them; of one camera
+alone, where they are in its picture.
 
 Also of pairs of groups as if they were one target, and what the motion says of that at the seams: the places where
 the joint course passes from what one of them tells to what the other one, or only both together, tell.
@@ -53,7 +54,12 @@ def rows_of(tracklets: Sequence[Tracklets], begin: Ints, bias_px: float) -> Rows
     return Rows(camera, moment, node, np.concatenate([t.b for t in tracklets]), sd, n)
 
 
-def courses(cameras: Sequence[Camera], rows: Rows, chosen: Sequence[tuple[Ints, Ints]]) -> list[Course]:
+def fewest_of(cameras: Sequence[Camera | None]) -> int:
+    """Cameras that must see a target for it to have a place: two in space, one where there is no other."""
+    return min(2, len(cameras))
+
+
+def courses(cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple[Ints, Ints]]) -> list[Course]:
     """The joint course of each choice: rows, and for each row 1 or 2, the part that it belongs to."""
     if not chosen:
         return []
@@ -66,11 +72,16 @@ def courses(cameras: Sequence[Camera], rows: Rows, chosen: Sequence[tuple[Ints, 
     b[rows.camera[row], place] = rows.b[row]
     sd[rows.camera[row], place] = rows.sd[row]
     first, second = (np.bincount(place[part == k], minlength=len(key)) for k in (1, 2))
-    fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= 2)
-    point = locate_points(cameras, b[:, fixed], sd=sd[:, fixed], most_unsure=np.inf).point
+    fewest = fewest_of(cameras)
+    fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= fewest)
+    if fewest > 1:
+        known = [camera for camera in cameras if camera is not None]
+        point = locate_points(known, b[:, fixed], sd=sd[:, fixed], most_unsure=np.inf).point
+    else:
+        point = b[0, fixed]
     good = np.isfinite(point[:, 0])
     fixed, point = fixed[good], point[good]
-    source = np.where(first[fixed] >= 2, 1, np.where(second[fixed] >= 2, 2, 3))
+    source = np.where(first[fixed] >= fewest, 1, np.where(second[fixed] >= fewest, 2, 3))
     owner, moment = np.divmod(key[fixed], max(rows.n_moments, 1))
     edges = np.searchsorted(owner, np.arange(len(chosen) + 1))
     return [Course(moment[i:j], point[i:j], source[i:j]) for i, j in itertools.pairwise(edges)]

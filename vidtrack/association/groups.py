@@ -26,6 +26,10 @@ TOUCHES = 2
 CHANCE = 3.0
 """Standard deviations of the noise in a difference of likelihoods that is taken for chance."""
 
+NAMED = 20.0
+"""# ASSUME: nats for one target where the user's start boxes give two tracklets one name, and against it where they
+give two: names are exchanged by mistake now and then, so that lines of sight can refute them."""
+
 Span = tuple[int, int, int]
 """First and last moment of a tracklet, and its node."""
 Pair = tuple[int, int]
@@ -44,6 +48,22 @@ class Worth(NamedTuple):
 NOTHING = Worth(0.0, 0.0, 0)
 
 
+class Tie(NamedTuple):
+    """What holds a tracklet to the rest of its group, at its least sure join."""
+
+    lead: float  # nats by which the join is likelier than any other choice
+    fellow: int  # node of the other part that is nearest in time
+    rival: int  # a node of what it would be joined with in the next best way; -1 where there is none
+
+
+class Clear(NamedTuple):
+    """A pair of groups that are to be joined, likelier by `lead` nats than if `rival` (-1: none) took a part of it."""
+
+    lead: float
+    pair: Pair
+    rival: int
+
+
 class Nodes(NamedTuple):
     """The tracklets of all cameras, numbered through."""
 
@@ -51,9 +71,10 @@ class Nodes(NamedTuple):
     first: list[int]
     last: list[int]
     begin: Ints  # (n_cameras + 1,) number of each camera's first tracklet
+    name: list[str]  # that the user's start box gives it; empty: none
 
 
-def nodes_of(tracklets: Sequence[Tracklets]) -> Nodes:
+def nodes_of(tracklets: Sequence[Tracklets], names: Sequence[Sequence[str]] | None = None) -> Nodes:
     """Number the tracklets through, camera by camera."""
     begin = np.concatenate([[0], np.cumsum([t.n for t in tracklets])]).astype(np.intp)
     camera = np.repeat(np.arange(len(tracklets)), np.diff(begin)).tolist()
@@ -62,6 +83,7 @@ def nodes_of(tracklets: Sequence[Tracklets]) -> Nodes:
         np.concatenate([t.first for t in tracklets]).tolist() if tracklets else [],
         np.concatenate([t.last for t in tracklets]).tolist() if tracklets else [],
         begin,
+        [name for own in names for name in own] if names is not None else [""] * len(camera),
     )
 
 
@@ -78,6 +100,8 @@ class Groups:
         self.lead: dict[int, float] = dict.fromkeys(range(n), np.inf)
         self.pair: dict[Pair, tuple[float | None, int]] = {}
         self.joins = [0] * n  # how often a group has grown
+        self.names = [{name} - {""} for name in nodes.name]
+        self.tie: dict[int, Tie] = {}
         self._known: dict[Pair, tuple[int, int, tuple[float, int]]] = {}
         self.friends: list[list[int]] = [[] for _ in range(n)]
         for i in range(n):
@@ -137,12 +161,18 @@ class Groups:
                             worth = -LOSS * n
                         total += worth
                         count += n
+        if self.names[g] and self.names[h]:
+            total += -NAMED if self.names[g].isdisjoint(self.names[h]) else NAMED
         return total, count
 
-    def join(self, g: int, h: int, lead: float = np.inf) -> int:
-        """Join two groups, likelier by `lead` nats than any other choice; returns the one that holds both."""
+    def join(self, g: int, h: int, lead: float = np.inf, rival: int = -1) -> int:
+        """Join two groups, likelier by `lead` nats than if `rival` took one; returns the one that holds both."""
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
+        for node in self.members[h]:
+            if node not in self.tie or lead < self.tie[node].lead:
+                self.tie[node] = Tie(lead, self._nearest(g, node), rival)
+        self.names[g] = self.names[g] | self.names[h]
         self.lead[g] = min(lead, self.lead[g], self.lead.pop(h))
         (a, b), (c, d) = self.span[g], self.span.pop(h)
         self.span[g] = (min(a, c), max(b, d))
@@ -154,6 +184,18 @@ class Groups:
         self.members[g] += self.members.pop(h)
         self.joins[g] += 1
         return g
+
+    def _nearest(self, g: int, node: int) -> int:
+        """The member of a group that is nearest in time to a node."""
+        first, last = self.nodes.first[node], self.nodes.last[node]
+        best, least = -1, np.inf
+        for spans in self.spans[g]:
+            k = bisect_left(spans, (first, -1, -1))
+            for low, high, who in spans[max(k - 1, 0) : k + 1]:
+                gap = max(low, first) - min(high, last)
+                if gap < least:
+                    best, least = who, gap
+        return best
 
     def cameras(self, g: int) -> int:
         """How many cameras a group has tracklets of."""
@@ -171,10 +213,10 @@ class Groups:
         while True:
             changed: set[int] = set()
             touched: set[int] = set()
-            for lead, (g, h) in clear_pairs(self, self._worths(active), margin):
+            for lead, (g, h), rival in clear_pairs(self, self._worths(active), margin):
                 if g not in touched and h not in touched:
                     touched |= {g, h}
-                    changed.add(self.join(g, h, lead))
+                    changed.add(self.join(g, h, lead, rival))
             if not changed:
                 return
             self._forget_inner(changed)
@@ -202,8 +244,8 @@ class Groups:
         return out
 
 
-def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list[tuple[float, Pair]]:
-    """Pairs whose lead over the best other way is above the margin, the clearest first, with their leads.
+def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list[Clear]:
+    """Pairs whose lead over the best other way is above the margin, the clearest first.
 
     The other way gives a part of the pair to a rival, and what is then left, on both sides, to the best that it could
     not have otherwise.
@@ -227,15 +269,16 @@ def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list
 
     out = []
     for (g, h), value in worth.items():
-        lead = _total(value)
+        lead, rival = _total(value), -1
         for one, other in ((g, h), (h, g)):
             for k, w in partners[one].items():
                 if lead <= margin:
                     break
                 if k != other and excludes(k, other):
-                    lead = min(lead, _lead((value, best(k, (g, h), one)), (w, best(other, (one, k), one))))
+                    less = _lead((value, best(k, (g, h), one)), (w, best(other, (one, k), one)))
+                    lead, rival = (less, k) if less < lead else (lead, rival)
         if lead > margin:
-            out.append((lead, (g, h)))
+            out.append(Clear(lead, (g, h), rival))
     return sorted(out, reverse=True)
 
 
