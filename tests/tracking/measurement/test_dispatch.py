@@ -80,3 +80,15 @@ def test_centroids_of_another_kind_are_always_segmented(kind):
     seen = measured(one, looks, detection=detection)
     assert np.array_equal(seen.values, segmented(one, looks, detection=detection).values)
     assert seen.values.shape == (VALUES, 1, 4)
+
+
+def test_targets_smaller_than_most_are_measured_by_the_template_like_the_rest():
+    """Those whose half axes are more than one px below the median were segmented in every sample."""
+    radius = np.array([9.0, 9.0, 4.0, 9.0])
+    one, looks = sample(radius=radius), appearance(radius)
+    seen, some = measured(one, looks), np.array([2])
+    small = looks.of(some)
+    known = Known(small.size.T, small.soft, small.unrest, small.pixels, level(1))
+    by_template = apply_template([one], PLACE[None, some], known, DETECTION)
+    assert np.array_equal(seen.values[:2, 0, some], by_template.values[:2, 0])
+    assert (seen.values[:2, 0, some] != segmented(one, small, place=PLACE[some]).values[:2, 0]).all()

@@ -89,12 +89,13 @@ def _joined(whole: Seen, parts: Sequence[tuple[Ints, Seen]]) -> Seen:
 
 
 def _kinds(size: Array, soft: Array) -> Ints:
-    """Targets of one kind share a mask, 0 most of them; -1 where the soft edge is not known yet."""
+    """Targets of one kind share a mask, numbers from 0; -1 where the soft edge is not known yet."""
     known = np.isfinite(soft)
     if not known.any():
         return np.full(soft.size, -1)
     half = np.where(known[:, None], size / 2 + soft[:, None], 0.0)
     if known.all() and (half.max(axis=0) - half.min(axis=0) < SHARING.alike_px).all():
         return np.zeros(soft.size, np.intp)
-    steps = np.floor((half - np.median(half[known], axis=0)) / SHARING.alike_px + 0.5).astype(np.intp)
-    return np.where(known, steps[:, 0] * 1000 + steps[:, 1], -1)
+    steps = np.floor((half - np.median(half[known], axis=0)) / SHARING.alike_px + 0.5)
+    _, kinds = np.unique(steps, axis=0, return_inverse=True)
+    return np.where(known, kinds.ravel(), -1)
