@@ -1,11 +1,10 @@
 """The rendered gauntlet: scenes drawn as pictures, tracked by the track stage, located by the locate stage.
 
-    python benchmarks/rendered.py --seeds 2 [--kind NAME ...] [--method vidtrack peers] [--scenes]
+    python benchmarks/rendered.py --seeds 2 [--kind NAME ...] [--scenes]
 
 For each kind: the share located of the samples that two cameras saw, IDF1, fixes beyond five sigma in any coordinate,
 z (rms of error over sigma of the fixes within the gate), the share of samples measured of those that a camera saw, and
-samples measured elsewhere than on a ball (3 px and 5 sd away) with an empty flag. See rendered_scenes, gauntlet_metrics.
-`peers`: trackpy (locate and link) in each camera, epipolar matching and OpenCV's triangulatePoints, on the same pictures.
+rows of targets that lie on no ball (0.3 px and 5 sd away) with an empty flag. See rendered_scenes and gauntlet_metrics.
 """
 
 from __future__ import annotations

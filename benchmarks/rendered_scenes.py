@@ -172,9 +172,8 @@ def scene(kind: str, seed: int) -> Scene:
             things.append(_Thing(mirrored, ball, look.mirror * contrast, present))
         drawing = _Drawing(look, camera, things, t, dark if i == blind else None, int(rng.integers(1 << 30)))
         shots.append(drawing.shot())
-    return Scene(
-        f"{kind} {seed}", shots, course, present, others, K, look.known, look.contrast[0] < 0, 2 * float(ball.min()), look
-    )  # fmt: skip
+    is_dark, diameter = look.contrast[0] < 0, 2 * float(ball.min())
+    return Scene(f"{kind} {seed}", shots, course, present, others, K, look.known, is_dark, diameter, look)
 
 
 def _grazing(K: int, length: float, cameras: list[Camera], rng: np.random.Generator) -> Callable[[Array], Array]:
@@ -357,7 +356,7 @@ class _Drawing:
 
     def _seen(self, p: Array, depth: Array) -> Bools:
         """Which balls can be measured in which samples: whole in the picture, most of them to be seen."""
-        K, M = depth.shape
+        M = depth.shape[1]
         seen = self.things[0].present(self.t) & np.asarray(contains(self.camera, self.place, 1.0), bool)
         margin = self.radius + 3
         width, height = self.size
