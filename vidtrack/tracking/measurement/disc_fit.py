@@ -112,7 +112,8 @@ def fit_soft_discs(
     width = np.exp(best[5])
     size2 = np.exp(best[2] + best[3]) + width**2
     linear = np.maximum(noise, np.sqrt(cost / spare)) ** 2 * np.maximum(variance[:2], 0)
-    grid = DISC_FIT.grid_px**2 / np.sqrt(size2) * np.exp(-2 * ((width - DISC_FIT.least_px) / DISC_FIT.grid_blur_px) ** 2)
+    sharpness = np.exp(-(((width - DISC_FIT.least_px) / DISC_FIT.grid_blur_px) ** 2))
+    grid = (DISC_FIT.grid_px * sharpness) ** 2 / np.sqrt(size2)
     sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid)
     stayed = known & (np.hypot(best[0] - begin[0], best[1] - begin[1]) < 0.5 * radius + 1)
     area = np.pi * (size2 + 1 / 12)  # a blurred edge adds its variance to the squares of the radii, as the pixel does
