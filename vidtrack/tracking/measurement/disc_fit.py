@@ -171,7 +171,7 @@ def soft_disc(unknowns: Array, rows: Float32, columns: Float32, *, fine: bool) -
         for down in (-1, 1)
         for across in (-1, 1)
     ]
-    return tuple(sum(of) * quarter for of in zip(*parts, strict=True))  # type: ignore[return-value]
+    return tuple(sum(of) * quarter for of in zip(*parts, strict=True))
 
 
 def _sampled(unknowns: Array, rows: Float32, columns: Float32, half: float) -> tuple[Float32, Float32]:
