@@ -6,108 +6,44 @@ handled so that all numbers are right.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 
+from benchmarks.campaign.changes import (
+    Circumstance,
+    Rng,
+    Scene,
+    config_of,
+    film_without_loss,
+    refilmed,
+    run_videos,
+    table_of,
+)
+from benchmarks.campaign.light import LIGHT
+from benchmarks.campaign.mixed_up import MIXED_UP
 from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
-from vidtrack.simulate.tape import Tape, write_tape
-from vidtrack.timing.timecode import parse
-from vidtrack.video.reader import open_video
-
-Scene = dict[str, Any]
-Rng = np.random.Generator
-
-
-def _nothing_before(scene: Scene, rng: Rng) -> None:
-    return
-
-
-def _nothing_after(folder: Path, rng: Rng) -> None:
-    return
-
-
-@dataclass(frozen=True)
-class Circumstance:
-    named: str
-    before: Callable[[Scene, Rng], None] = _nothing_before
-    after: Callable[[Path, Rng], None] = _nothing_after
-    harmless: bool = False
-
-
-def config_of(folder: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change config.yaml as a user would."""
-    path = folder / "config.yaml"
-    config = yaml.safe_load(path.read_text())
-    change(config)
-    path.write_text(yaml.safe_dump(config, sort_keys=False))
-
-
-def table_of(path: Path, change: Callable[[list[dict[str, str]]], None]) -> None:
-    """Change a CSV file as a user would."""
-    with path.open() as file:
-        rows = list(csv.DictReader(file))
-    header = list(rows[0])
-    change(rows)
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, header)
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def refilmed(
-    path: Path, change: Callable[[list[np.ndarray]], list[np.ndarray]], code: str = "10:00:00:00", **tape: Any
-) -> None:
-    """Write a recording again with changed pictures, without loss."""
-    with open_video(str(path)) as video:
-        pictures = [np.array(frame.luma) for frame in video.frames()]
-    drop = ";" in code
-    rate = video.info.rate
-    path.unlink()
-    write_tape(
-        str(path.with_suffix(".mkv")),
-        iter(change(pictures)),
-        Tape(codec="ffv1", container="mkv", **tape),
-        rate=rate,
-        bits=8,
-        interlace="none",
-        start=parse(code, rate, drop),
-        lost=frozenset(),
-        sound=None,
-    )
-
-
-def _run_videos(folder: Path) -> list[Path]:
-    return sorted((folder / "runs/test").glob("cam*.m*"))
-
-
-def _film_without_loss(scene: Scene, rng: Rng) -> None:
-    scene["recording"]["tape"] = {"codec": "ffv1", "container": "mkv"}
-
 
 # pictures
 
 
 def _half_size(folder: Path, rng: Rng) -> None:
-    for path in _run_videos(folder):
+    for path in run_videos(folder):
         refilmed(
             path, lambda pictures: [cv2.resize(p, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for p in pictures]
         )
 
 
 def _cropped(folder: Path, rng: Rng) -> None:
-    for path in _run_videos(folder):
+    for path in run_videos(folder):
         refilmed(path, lambda pictures: [np.ascontiguousarray(p[24:-24, 32:-32]) for p in pictures])
 
 
 def _letterbox(folder: Path, rng: Rng) -> None:
-    for path in _run_videos(folder):
+    for path in run_videos(folder):
         refilmed(path, lambda pictures: [np.ascontiguousarray(p[36:-36]) for p in pictures])
 
 
@@ -118,11 +54,11 @@ def _repeated(folder: Path, rng: Rng) -> None:
             answer[k] = answer[k - 1]
         return answer
 
-    refilmed(_run_videos(folder)[0], change)
+    refilmed(run_videos(folder)[0], change)
 
 
 def _stuck(folder: Path, rng: Rng) -> None:
-    refilmed(_run_videos(folder)[0], lambda p: [*p[: len(p) // 2], *[p[len(p) // 2]] * (len(p) - len(p) // 2)])
+    refilmed(run_videos(folder)[0], lambda p: [*p[: len(p) // 2], *[p[len(p) // 2]] * (len(p) - len(p) // 2)])
 
 
 def _knocked(folder: Path, rng: Rng) -> None:
@@ -130,7 +66,7 @@ def _knocked(folder: Path, rng: Rng) -> None:
         half = len(pictures) // 2
         return [p if k < half else np.roll(p, (3, 5), (0, 1)) for k, p in enumerate(pictures)]
 
-    refilmed(_run_videos(folder)[0], change)
+    refilmed(run_videos(folder)[0], change)
 
 
 def _dim(scene: Scene, rng: Rng) -> None:
@@ -145,7 +81,7 @@ def _saturated(scene: Scene, rng: Rng) -> None:
 
 
 def _codes_differ(folder: Path, rng: Rng) -> None:
-    refilmed(_run_videos(folder)[-1], lambda p: p, "10:00:00;00")
+    refilmed(run_videos(folder)[-1], lambda p: p, "10:00:00;00")
 
 
 def _rate_of_ntsc(scene: Scene, rng: Rng) -> None:
@@ -361,8 +297,8 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "picture-half-size": Circumstance(r"size|scale|px", after=_half_size),
     "picture-cropped": Circumstance(r"size|crop|px", after=_cropped),
     "picture-letterbox": Circumstance(r"size|crop|shape|aspect", after=_letterbox),
-    "frames-repeated": Circumstance(r"repeat|identical|same picture", _film_without_loss, _repeated, harmless=True),
-    "recording-stuck": Circumstance(r"repeat|identical|stuck|same picture", _film_without_loss, _stuck),
+    "frames-repeated": Circumstance(r"repeat|identical|same picture", film_without_loss, _repeated, harmless=True),
+    "recording-stuck": Circumstance(r"repeat|identical|stuck|same picture", film_without_loss, _stuck),
     "camera-knocked-in-run": Circumstance(r"moved|knock|camera|line of sight|lines of sight", after=_knocked),
     "contrast-low": Circumstance(r"contrast|noise|threshold|measured|located", _dim, harmless=True),
     "saturated": Circumstance(r"saturat", _saturated, harmless=True),
@@ -396,4 +332,6 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "out-of-volume": Circumstance(r"volume|outside|picture|points cover", _far_out, harmless=True),
     "reference-in-cm": Circumstance(r"unit|gain|times", _with_reference, _reference_in_cm),
     "reference-late": Circumstance("", _with_reference, harmless=True),
+    **MIXED_UP,
+    **LIGHT,
 }
