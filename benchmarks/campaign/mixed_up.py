@@ -108,16 +108,16 @@ def _frames_of_another_rate(folder: Path, rng: Rng) -> None:
 GEOMETRY = r"moved|turned|camera|line of sight|lines of sight"
 SURVEY = r"survey|points\.csv|misplaced|tag"
 MIXED_UP: dict[str, Circumstance] = {
-    "cameras-exchanged": Circumstance(GEOMETRY, after=_cameras_exchanged),
+    "cameras-exchanged": Circumstance("exchanged", after=_cameras_exchanged),
     "clips-exchanged": Circumstance(GEOMETRY, after=_clips_exchanged),
     "clip-twice": Circumstance(r"clip|rear|balls|points|tag", after=_one_clip_twice),
-    "run-mirrored": Circumstance(GEOMETRY + "|mirror", after=_turned(lambda p: p[:, ::-1])),
-    "run-upside-down": Circumstance(GEOMETRY + "|rotat", after=_turned(lambda p: p[::-1, ::-1])),
+    "run-mirrored": Circumstance("mirrored", after=_turned(lambda p: p[:, ::-1])),
+    "run-upside-down": Circumstance("turned by 180", after=_turned(lambda p: p[::-1, ::-1])),
     "survey-axes-exchanged": Circumstance(r"mirror|hand|axes", after=_survey(_axes_exchanged)),
     "survey-sign-lost": Circumstance(SURVEY, after=_survey(_sign_lost)),
     "survey-typing-mistake": Circumstance(r"\b21\b", after=_survey(_digits_exchanged)),
     "survey-tags-exchanged": Circumstance(r"\b5\b", after=_survey(_tags_exchanged)),
-    "survey-axis-scaled": Circumstance(r"survey|scale|residual|model|points", after=_survey(_one_axis_scaled)),
+    "survey-axis-scaled": Circumstance(r"scaled|Sx", after=_survey(_one_axis_scaled)),
     "picks-from-below": Circumstance(r"pick|mirror", after=_picks_from_below),
     "centre-fixed-wrongly": Circumstance(
         r"fix|Cx|centre|residual|model", after=_setting(fix={"Cx": 120.0, "Cy": 200.0}), harmless=True

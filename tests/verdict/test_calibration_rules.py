@@ -5,7 +5,15 @@ import math
 import pytest
 from scipy.stats import chi2
 
-from vidtrack.verdict.calibration_rules import Fit, by_chance, camera_findings, graded, unfound_findings, whole_findings
+from vidtrack.verdict.calibration_rules import (
+    Fit,
+    by_chance,
+    camera_findings,
+    graded,
+    square_findings,
+    unfound_findings,
+    whole_findings,
+)
 
 CAMERA = {"rms_px": 0.2}
 
@@ -94,3 +102,20 @@ def test_a_point_that_each_of_two_cameras_misses_is_named_as_the_survey_s_fault(
 def test_a_point_hidden_from_one_camera_or_listed_by_one_alone_is_no_finding():
     assert unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True, "18": True}}) == []
     assert unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True}}) == []
+
+
+def squares(*Sx, sd=0.001, dy=0.01):
+    records = {f"cam{i}": {"Sx": v, "dx": 0.01, "dy": dy, "standard_errors": {"Sx": sd}} for i, v in enumerate(Sx)}
+    return [(f.level, f.code) for f in square_findings(records)]
+
+
+def test_square_pixels_that_come_out_wide_are_a_doubt_about_the_survey():
+    assert squares(1.0, 0.995) == []
+    assert squares(1.035, 1.036) == [("doubtful", "pixels-not-square")]
+    assert squares(1.035, sd=0.01) == []  # not known well enough
+    assert squares(1.035, dy=0.008) == []  # pixels that are not square have whatever the frame grabber gave them
+
+
+def test_the_pixels_of_video_are_a_note_about_the_sensor():
+    assert squares(10 / 11, 10 / 11) == [("note", "pixels-not-square")]
+    assert squares(59 / 54 * 1.0 + 0.08, 10 / 11) == [("doubtful", "pixels-not-square")]

@@ -55,7 +55,7 @@ def matched(
     if same is not None:
         if len(match.labels) < len(same.labels):
             return _only_choice(same, tolerance_px, findings)
-        findings.append(_exchanged(views, same, match))
+        findings += _exchanged(views, same, match)
     if not match.labels and all(len(v.named) == 1 for v in views):
         # one target in every camera: there is nothing else that it could be
         label = views[0].named[0]
@@ -140,7 +140,7 @@ def _only_choice(match: Match, tolerance_px: float, findings: list[Finding]) -> 
     return match
 
 
-def _exchanged(views: Sequence[View], same: Match, match: Match) -> Finding:
+def _exchanged(views: Sequence[View], same: Match, match: Match) -> list[Finding]:
     """Whether names mean different targets from the start, or tracks went over to other targets later."""
     named = [_shown(v, t, match.labels, first=True) for v, t in zip(views, match.trajectory, strict=True)]
     wrong = []
@@ -160,14 +160,16 @@ def _exchanged(views: Sequence[View], same: Match, match: Match) -> Finding:
     )
     if wrong:
         text = f"targets.csv: names do not agree between cameras: {'; '.join(wrong[:6])}. {gain}"
-        return Finding("doubtful", "names-exchanged", text, "Correct the names in targets.csv.")
+        return [Finding("doubtful", "names-exchanged", text, "Correct the names in targets.csv.")]
     later = [
         f"{view.name}'s {track} shows {', '.join(shown)}"
         for view, own in zip(views, match.trajectory, strict=True)
         for track, shown in _several(_shown(view, own, match.labels)).items()
     ]
-    text = f"where targets met, tracks went over to others: {'; '.join(later[:6]) or 'for some samples'}. {gain}"
-    return Finding("note", "tracks-exchanged", text, "Nothing, where positions are smooth; see the tracks there.")
+    if not later:
+        return []
+    text = f"where targets met, tracks went over to others: {'; '.join(later[:6])}. {gain}"
+    return [Finding("note", "tracks-exchanged", text, "Nothing, where positions are smooth; see the tracks there.")]
 
 
 def _several(shown: Sequence[tuple[str, str]]) -> dict[str, list[str]]:

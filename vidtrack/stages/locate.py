@@ -43,6 +43,7 @@ from vidtrack.location.views import (
     timecodes,
 )
 from vidtrack.location.volume import distance_outside
+from vidtrack.location.wrong_pictures import wrong_pictures
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.clock_methods import methods_of
 from vidtrack.timing.resample import COINCIDE, common_times, interval
@@ -52,6 +53,9 @@ SD_PX = 0.1
 
 TOLERANCE_PX, TOLERANCE_SD = 3.0, 6.0
 """How far a sample may lie from the located point where the config does not say: px, or sd of noisy centroids."""
+
+MISFITS = {"nothing-matched", "track-unmatched", "match-contradicted", "sight-lines-miss", "cameras-disagree"}
+"""Findings that may have their reason in a camera whose pictures are not those of its calibration."""
 
 BY_CHANCE = 0.3
 """Share of a target's samples on which cameras disagree above which two that agree now and then do so by chance."""
@@ -158,6 +162,8 @@ def locate(
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     findings += findings_of(record, units)
+    if any(finding.code in MISFITS for finding in findings):
+        findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     return Locations(table, record)
 

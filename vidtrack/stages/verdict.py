@@ -10,7 +10,13 @@ import pandas as pd
 
 from vidtrack.findings import Finding
 from vidtrack.results import CameraResults, Results, RunResults
-from vidtrack.verdict.calibration_rules import Fit, camera_findings, unfound_findings, whole_findings
+from vidtrack.verdict.calibration_rules import (
+    Fit,
+    camera_findings,
+    square_findings,
+    unfound_findings,
+    whole_findings,
+)
 from vidtrack.verdict.collected import collected, placed
 from vidtrack.verdict.judgement import Judgement, added, inherited, judged, worst_word
 from vidtrack.verdict.run_rules import (
@@ -70,6 +76,7 @@ def _of_whole(results: Results) -> list[Finding]:
     found = added(collected(results.back, "calibration"), whole_findings(results.back or {}))
     doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}
     if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere
+        found += square_findings({name: own.record or {} for name, own in results.cameras.items()})
         found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
     for name, own in results.after.items():
         found += [

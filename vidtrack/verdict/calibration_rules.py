@@ -37,8 +37,14 @@ class Limits:
     of_field: tuple[float, float] = (1 / 200, 1 / 50)
     """Held-out error as a share of the diagonal field. The thesis, with cameras of 1995, reached 1/1350."""
 
+    square: tuple[float, float] = (0.015, 8.0)
+    """Departure of Sx from 1, and in standard errors, that square pixels do not have; frame grabbers stay below it."""
+
 
 LIMITS = Limits()
+
+PIXEL_ASPECTS = (10 / 11, 12 / 11, 40 / 33, 16 / 11, 8 / 9, 16 / 15, 32 / 27, 64 / 45, 4 / 3, 80 / 99, 118 / 81)
+"""Widths of pixels over their heights that video has (ITU-R BT.601, DV, HDV): then `sensor` is what is not right."""
 
 
 class Fit(NamedTuple):
@@ -104,6 +110,36 @@ def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
         cure = "Check units, tags and survey; use more points, spread in depth."
         out.append(Finding(level, "held-out-error-large", text, cure))
     return out
+
+
+def square_findings(cameras: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
+    """Whether square pixels came out as not square. cameras: camera.json of each.
+
+    A survey with one axis scaled (a tape read in other units, a stretched drawing) fits well: Sx and the centre take it
+    up. What does not fit is a digital camera with a scale factor that is none of video's.
+    """
+    least, errors = LIMITS.square
+    off = {}
+    for name, record in cameras.items():
+        Sx, sd = record.get("Sx"), (record.get("standard_errors") or {}).get("Sx")
+        if Sx is None or not sd or abs(record["dx"] / record["dy"] - 1) > 1e-3:
+            continue
+        if abs(Sx - 1) > max(least, errors * sd):
+            off[name] = Sx, sd
+    if not off:
+        return []
+    known = all(min(min(abs(Sx - a), abs(Sx * a - 1)) for a in PIXEL_ASPECTS) < 0.005 for Sx, _ in off.values())
+    text = (
+        f"calibration: Sx is {', '.join(f'{Sx:.3f} ± {sd:.1g} for {name}' for name, (Sx, sd) in off.items())}, where "
+        "square pixels have 1"
+    )
+    if known:
+        return [Finding("note", "pixels-not-square", text, "Give cameras.<name>.sensor as the pixels are.")]
+    cure = (
+        "Check points.csv for an axis that is scaled, and cameras.<name>.sensor; with square pixels set "
+        "calibration.fix: {Sx: 1}."
+    )
+    return [Finding("doubtful", "pixels-not-square", text, cure)]
 
 
 def unfound_findings(seen: Mapping[str, Mapping[str, bool]]) -> list[Finding]:
