@@ -52,6 +52,7 @@ class Results:
     """The whole experiment.
 
     cameras, after   by camera: the calibration, and that from the clips filmed after the test
+    survey           survey.json; survey_after: that of the clips filmed after the test
     back             backprojection.json; stability: stability.json; verdict: verdict.json
     runs             by name
     failures         of jobs that failed: {rule, parts: run and camera, or clip set and camera; findings}
@@ -59,6 +60,8 @@ class Results:
 
     cameras: dict[str, CameraResults] = field(default_factory=dict)
     after: dict[str, CameraResults] = field(default_factory=dict)
+    survey: Record | None = None
+    survey_after: Record | None = None
     back: Record | None = None
     stability: Record | None = None
     verdict: Record | None = None

@@ -132,14 +132,14 @@ def inliers(points: Points, task: Task, start: Mask) -> Inliers:
     models = ["tsai"]
     if not fixed:
         models = [model for model in LENS_MODELS if points.n >= 2 * points_needed(model) or model == "tsai"]
-    plain = _grown(points, task.nominal, "tsai", fixed, start)
+    plain = grown(points, task.nominal, "tsai", fixed, start)
     if plain is None:
         raise NoCamera(_NOTHING_FITS)
-    found = _grown(points, task.nominal, models[-1], fixed, plain.keep) if models[1:] else plain
+    found = grown(points, task.nominal, models[-1], fixed, plain.keep) if models[1:] else plain
     if found is not None and found.keep.all():
         return found._replace(plain_keep=plain.keep)
     others = [
-        _grown(points, task.nominal, model, fixed, begin)
+        grown(points, task.nominal, model, fixed, begin)
         for model in models
         for begin in ((start, everything) if model != "tsai" else (everything,))
     ]
@@ -155,9 +155,9 @@ def better_part(points: Points, *, seed: int = 0) -> Mask:
     return majority(points.p, points.b, rng=np.random.default_rng(seed))
 
 
-def _grown(points: Points, nominal: Nominal, model: str, fixed: dict[str, float], start: Mask) -> Inliers | None:
-    """The inliers of one lens model from one start; None where no camera fits."""
-    judge = _Judge(points, nominal, model, fixed)
+def grown(points: Points, nominal: Nominal, model: str, fixed: dict[str, float], start: Mask) -> Inliers | None:
+    """The inliers of one lens model, grown from those of `start` (n,); None where no camera fits."""
+    judge = Judge(points, nominal, model, fixed)
     try:
         keep, _, scale = trusted(start, judge.distances, n_parameters=len(judge.free))
         off = distances(judge.camera, points.p, points.b) if judge.camera else judge.distances(keep)
@@ -173,14 +173,21 @@ def _grown(points: Points, nominal: Nominal, model: str, fixed: dict[str, float]
     return Inliers(keep, scale, judge.camera, model, keep, float(length))
 
 
-class _Judge:
-    """Measures all points against a camera fitted to some; each fit starts from the last."""
+class Judge:
+    """Measures all points against a camera fitted to some; each fit starts from the last, the first from `near`."""
 
-    def __init__(self, points: Points, nominal: Nominal, model: str, fixed: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        points: Points,
+        nominal: Nominal,
+        model: str,
+        fixed: Mapping[str, float],
+        near: Camera | None = None,
+    ) -> None:
         self.points, self.nominal, self.model, self.fixed = points, nominal, model, fixed
         self.coplanar = points.coplanar
         self.free = free_parameters(model, tuple(fixed))
-        self.camera: Camera | None = None
+        self.camera = near
 
     def distances(self, keep: Mask) -> Array:
         """Studentised distances (n,) px of all points from the camera fitted to those kept."""

@@ -30,7 +30,12 @@ CAMERA_FILES = {
     "points.parquet": "points",
     "search.parquet": "search",
 }
-WHOLE_FILES = {"backprojection.json": "back", "stability.json": "stability", "verdict.json": "verdict"}
+WHOLE_FILES = {
+    "survey.json": "survey",
+    "backprojection.json": "back",
+    "stability.json": "stability",
+    "verdict.json": "verdict",
+}
 OVERLAY, FAILURES = "overlay_", ".failures"
 
 
@@ -50,7 +55,8 @@ def read_results(paths: Iterable[str]) -> Results:
         elif parts[-3:-2] == ["runs"]:
             _put_in_run(results.runs.setdefault(parts[-2], RunResults()), parts[-1], content)
         elif parts[-1] in WHOLE_FILES:
-            setattr(results, WHOLE_FILES[parts[-1]], content)
+            after = "_after" if parts[-1] == "survey.json" and parts[-2] == "calibration_after" else ""
+            setattr(results, WHOLE_FILES[parts[-1]] + after, content)
         elif parts[-1].startswith(OVERLAY):
             camera = os.path.splitext(parts[-1])[0].removeprefix(OVERLAY)
             results.cameras.setdefault(camera, CameraResults()).overlay = content

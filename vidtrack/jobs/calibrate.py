@@ -5,18 +5,22 @@ from __future__ import annotations
 import sys
 
 from vidtrack.files.camera_json import write_camera
-from vidtrack.files.records import read_png
+from vidtrack.files.records import read_json, read_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.stages.calibrate import calibrate
 from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Inputs sightings, picture; outputs points, camera, search."""
+    """Inputs sightings, picture, and where several cameras are calibrated survey; outputs points, camera, search."""
     settings = {name: value for name, value in job.settings.items() if name != "units"}
     height, width = read_png(job.path("picture")).shape[:2]
     done = calibrate(
-        read_parquet(job.path("sightings")), image_size=(width, height), units=job.settings["units"], **settings
+        read_parquet(job.path("sightings")),
+        image_size=(width, height),
+        units=job.settings["units"],
+        left_out=_left_out(job),
+        **settings,
     )
     for warning in done.warnings:
         sys.stderr.write(f"warning: {warning}\n")
@@ -29,3 +33,10 @@ def run(job: Job) -> None:
         }
         write_parquet(job.outputs["search"], done.search, units=units, provenance=provenance, columns=columns)
     write_camera(job.outputs["camera"], done.camera, done.uncertainty, done.record, provenance)
+
+
+def _left_out(job: Job) -> dict[tuple[str, str], str]:
+    """What all cameras together leave out of this one."""
+    paths = job.paths("survey")
+    own = read_json(paths[0])["left_out"].get(job.settings["camera"], []) if paths else []
+    return {(each["clip"], each["tag"]): each["reason"] for each in own}

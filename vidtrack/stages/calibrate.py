@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.calibration.centroid_noise import centroid_sd
 from vidtrack.calibration.diagnosis import left_out, misfit
 from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.one_camera import (
@@ -36,9 +38,6 @@ from vidtrack.geometry.lens_terms import RICHEST
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise is not known; only its ratio to the survey's tolerance matters."""
-
-SMALLEST_SD_PX = 0.02
-"""ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
 
 Rows = NDArray[np.intp]
 
@@ -74,6 +73,7 @@ def calibrate(
     sigma: float = 0.0,
     camera: str = "",
     units: str = "in",
+    left_out: Mapping[tuple[str, str], str] | None = None,
     search: bool = True,
     seed: int = 0,
 ) -> Calibration:
@@ -89,6 +89,7 @@ def calibrate(
     prior        name: (mean, standard deviation)
     reject       auto: outliers are left out; off: every point is used
     sigma        units, survey tolerance (1 sigma) of points that have none of their own
+    left_out     (clip, tag): why it is not used, as all cameras together judged (`stages.survey`)
     search       whether to map the error over Cx, Cy and the sensor's width
     seed         of the random samples by which bad points are found
     Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `findings`.
@@ -97,6 +98,7 @@ def calibrate(
     task = task_from_settings(where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject)
     table = sightings.reset_index(drop=True).assign(tag=sightings["tag"].astype(str).to_numpy())
     _check_tags(where, table)
+    table = _without(table, left_out or {})
     rows = _usable(table)
     points = stated = _points(table, rows, sigma)
     _refuse(where, points, task)
@@ -147,10 +149,23 @@ def _check_tags(where: str, table: pd.DataFrame) -> None:
         raise VidtrackError(*problems)
 
 
+def _without(table: pd.DataFrame, left_out: Mapping[tuple[str, str], str]) -> pd.DataFrame:
+    """The sightings, those that are not to be used with their reason and not `found`."""
+    clips = table["clip"].astype(str) if "clip" in table else pd.Series("", table.index)
+    why = [left_out.get(key, "") for key in zip(clips, table["tag"], strict=True)]
+    if not any(why):
+        return table
+    old = table["reason"].fillna("").astype(str) if "reason" in table else [""] * len(table)
+    out = np.array([bool(each) for each in why])
+    return table.assign(judged_out=out, reason=[new or own for new, own in zip(why, old, strict=True)])
+
+
 def _usable(table: pd.DataFrame) -> Rows:
     usable = np.isfinite(table[["x", "y", "z", "Xf", "Yf"]].to_numpy(float)).all(1)
     if "found" in table:
         usable &= table["found"].fillna(False).to_numpy(bool)
+    if "judged_out" in table:
+        usable &= ~table["judged_out"].to_numpy(bool)
     return np.flatnonzero(usable)
 
 
@@ -158,28 +173,11 @@ def _points(table: pd.DataFrame, rows: Rows, sigma: float) -> Points:
     numbers = table[["x", "y", "z", "Xf", "Yf"]].to_numpy(float)[rows]
     own = table["sigma"].to_numpy(float)[rows] if "sigma" in table else np.full(len(rows), np.nan)
     survey = np.where(np.isfinite(own), own, sigma)
-    sd = _centroid_sd(table, rows)
+    sd = centroid_sd(table, rows)
     if sd is None and survey.any():
         sd = np.full((len(rows), 2), CENTROID_SD_PX)
     clips = table["clip"].astype(str).to_numpy(np.str_)[rows] if "clip" in table else None
     return Points(numbers[:, :3], numbers[:, 3:], sd, survey if survey.any() else None, clips)
-
-
-def _centroid_sd(table: pd.DataFrame, rows: Rows) -> Array | None:
-    """Noise of each position, px (n, 2): its own estimate, drawn towards all points' the fewer frames it rests on."""
-    if not {"sd_x", "sd_y"} <= set(table):
-        return None
-    own = table[["sd_x", "sd_y"]].to_numpy(float)[rows]
-    known = np.isfinite(own)
-    if not known.any():
-        return None
-    frames = (
-        np.nan_to_num(table["frames"].to_numpy(float)[rows, None]) if "frames" in table else np.ones((len(rows), 1))
-    )
-    common = float(np.median(own[known])) ** 2
-    trust = np.where(known, frames / (frames + 10), 0.0)
-    variance: Array = trust * np.where(known, own, 0) ** 2 + (1 - trust) * common + SMALLEST_SD_PX**2
-    return np.sqrt(variance)
 
 
 def _refuse(where: str, points: Points, task: Task, among: int | None = None) -> None:
@@ -223,6 +221,7 @@ def _points_table(
             reason[rows[i]] = _off(float(np.hypot(*errors[i])), found.scale)
     residual = np.full((len(table), 2), np.nan)
     residual[rows] = errors
+    table = table.drop(columns="judged_out", errors="ignore")
     return table.assign(used=used, reason=reason, residual_x=residual[:, 0], residual_y=residual[:, 1])
 
 

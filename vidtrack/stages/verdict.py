@@ -31,7 +31,16 @@ from vidtrack.verdict.run_rules import (
 
 Record = Mapping[str, Any]
 
-CALIBRATING = ("calibration_points", "calibrate", "bundle", "bundle_after", "back_project", "overlay", "stability")
+CALIBRATING = (
+    "calibration_points",
+    "survey",
+    "calibrate",
+    "bundle",
+    "bundle_after",
+    "back_project",
+    "overlay",
+    "stability",
+)
 """Rules whose failure is the calibration's; that of any other is a run's."""
 
 LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
@@ -73,11 +82,14 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
 
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
-    found = added(collected(results.back, "calibration"), whole_findings(results.back or {}))
+    found = collected(results.survey) + added(
+        collected(results.back, "calibration"), whole_findings(results.back or {})
+    )
     doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}
     if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere
         found += square_findings({name: own.record or {} for name, own in results.cameras.items()})
         found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
+    found += [placed(finding, "after the test") for finding in collected(results.survey_after)]
     for name, own in results.after.items():
         found += [
             placed(finding, "after the test")

@@ -61,6 +61,12 @@ def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
     return [camera for camera in experiment.cameras_in_clips() if modes.get(camera) != {"plane"}]
 
 
+def survey(settings: Settings, cameras: list[str]) -> Order:
+    """How all cameras together judge the surveyed points."""
+    how = settings.calibration
+    return {"units": settings.units, "cameras": cameras, "sigma": how.sigma, "reject": how.reject}
+
+
 def calibrate(settings: Settings, camera: str) -> Order:
     """How one camera is calibrated."""
     own, how = settings.cameras[camera], settings.calibration

@@ -28,6 +28,8 @@ for clip_set, members in SETS.items():
             BOOK.add(
                 "calibrate", orders.calibrate(SETTINGS, camera), [], clip_set, camera
             )
+    if len(members) > 1:
+        BOOK.add("survey", orders.survey(SETTINGS, members), [], clip_set)
     if BUNDLED and members:
         BOOK.add("bundle", orders.bundle(SETTINGS, members), [], clip_set)
 CALIBRATED, CALIBRATED_AFTER = SETS.values()
@@ -93,8 +95,41 @@ rule calibration_points:
         " --output sightings {output.sightings:q} --output picture {output.picture:q} --output record {output.record:q}"
 
 
+rule survey:
+    input:
+        sightings=results(
+            lambda w: [f"{RESULTS}/{w.set}/{c}/sightings.parquet" for c in SETS[w.set]]
+        ),
+        pictures=results(
+            lambda w: [f"{RESULTS}/{w.set}/{c}/picture.png" for c in SETS[w.set]]
+        ),
+    output:
+        record=f"{RESULTS}/{{set}}/survey.json",
+        account=account("survey", "{set}"),
+    log:
+        f"{LOGS}/survey/{{set}}.log",
+    benchmark:
+        f"{BENCHMARKS}/survey/{{set}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
+    params:
+        **order("survey", "set"),
+    message:
+        "Judging the surveyed points by all cameras"
+    shell:
+        "printf '%s\n' {params:q} | python -m vidtrack survey --account {output.account:q} --log {log:q}"
+        " --input sightings {input.sightings:q} --input pictures {input.pictures:q} --output record {output.record:q}"
+
+
 rule calibrate:
     input:
+        # one camera cannot tell a misplaced point from a mistaken one
+        survey=results(
+            lambda w: (
+                f"{RESULTS}/{w.set}/survey.json" if len(SETS[w.set]) > 1 else []
+            )
+        ),
         sightings=results(f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet"),
         picture=results(f"{RESULTS}/{{set}}/{{camera}}/picture.png"),
     output:
@@ -115,7 +150,7 @@ rule calibrate:
         "Calibrating {wildcards.camera}"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack calibrate --account {output.account:q} --log {log:q}"
-        " --input sightings {input.sightings:q} --input picture {input.picture:q}"
+        " --input sightings {input.sightings:q} --input picture {input.picture:q} --input survey {input.survey:q}"
         " --output points {output.points:q} --output camera {output.camera:q} --output search {output.search:q}"
 
 

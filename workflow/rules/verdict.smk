@@ -13,6 +13,11 @@ JUDGED += [
     for camera in EXPERIMENT.cameras_in_clips()
     if camera not in NEEDED
 ]
+JUDGED += [
+    f"{RESULTS}/{clip_set}/survey.json"
+    for clip_set, members in SETS.items()
+    if len(members) > 1
+]
 if CALIBRATED:
     JUDGED.append(f"{RESULTS}/calibration/backprojection.json")
 if CALIBRATED_AFTER:

@@ -1,0 +1,32 @@
+"""The noise of calibration balls' centroids, from what their clips show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+
+SMALLEST_SD_PX = 0.02
+"""ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
+
+
+def centroid_sd(table: pd.DataFrame, rows: NDArray[np.intp]) -> Array | None:
+    """Noise of each position, px (n, 2), of rows (n,) of a table with sd_x, sd_y (px) and where known frames.
+
+    Each is its own estimate, drawn towards all points' the fewer frames it rests on. None where nothing is known.
+    """
+    if not {"sd_x", "sd_y"} <= set(table):
+        return None
+    own = table[["sd_x", "sd_y"]].to_numpy(float)[rows]
+    known = np.isfinite(own)
+    if not known.any():
+        return None
+    frames = (
+        np.nan_to_num(table["frames"].to_numpy(float)[rows, None]) if "frames" in table else np.ones((len(rows), 1))
+    )
+    common = float(np.median(own[known])) ** 2
+    trust = np.where(known, frames / (frames + 10), 0.0)
+    variance: Array = trust * np.where(known, own, 0) ** 2 + (1 - trust) * common + SMALLEST_SD_PX**2
+    return np.sqrt(variance)
