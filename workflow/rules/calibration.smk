@@ -124,7 +124,7 @@ rule survey:
 
 rule calibrate:
     input:
-        # one camera cannot tell a misplaced point from a mistaken one
+        # one camera cannot distinguish a misplaced point from a mistaken one
         survey=results(
             lambda w: (
                 f"{RESULTS}/{w.set}/survey.json" if len(SETS[w.set]) > 1 else []
