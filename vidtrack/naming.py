@@ -68,3 +68,22 @@ def some_of(names: Sequence[str], most: int = 12) -> str:
     return (
         ", ".join(names) if len(names) <= most else f"{', '.join(names[: most - 2])} and {len(names) - most + 2} more"
     )
+
+
+_NUMBERED = re.compile(r"(?P<before>.*?)(?P<number>\d{1,12})(?P<after>\.[^.\d][^.]*|\.[^.]*[^.\d])", re.DOTALL)
+
+
+def numbered_like(name: str, names: Iterable[str]) -> list[tuple[int, str]]:
+    """The names that differ from `name` in the number before its ending alone, by their numbers, which are given too.
+
+    img_0001.png finds img_0002.png and img_10000.png. Empty where `name` bears no number.
+    """
+    own = _NUMBERED.fullmatch(name)
+    if own is None:
+        return []
+    found: dict[int, str] = {}
+    for other in sorted(names):
+        match = _NUMBERED.fullmatch(other)
+        if match and (match["before"], match["after"].lower()) == (own["before"], own["after"].lower()):
+            found.setdefault(int(match["number"]), other)
+    return sorted(found.items())

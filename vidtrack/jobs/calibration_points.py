@@ -16,7 +16,8 @@ from vidtrack.progress import Progress
 from vidtrack.stages.calibration_points import calibration_points
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
-from vidtrack.video.reader import Video, open_video
+from vidtrack.video.reader import open_video
+from vidtrack.video.recording import Video
 from vidtrack.video.time_source import find_time
 from vidtrack.workflow.job import Job
 

@@ -1,280 +1,28 @@
-"""Recordings: every picture of a video or still image, in order, with its own time stamp.
+"""Recordings: every picture of a video, a still image or numbered pictures, in order, with its own time.
 
-    with open_video("runs/pluck/cam1.mov") as video:
-        for frame in video.frames():
-            frame.luma          # a view of the decoder's picture, levels as stored
-    video.account               # how the reading went
-
-PyAV decodes (OpenCV's reader gives black or stale pictures for interlaced video and stretches grey levels; a test
-bans it). Packets are decoded one by one, so that a damaged one costs its own pictures only. Container frame
-counts are never relied on. Memory does not grow with length but for 8 bytes a frame of time stamps.
+with open_video("runs/pluck/cam1.mov") as video:
+    for frame in video.frames():
+        frame.luma          # a view of the decoder's picture, levels as stored
+video.account               # how the reading went
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
-from dataclasses import replace
+import os
+from collections.abc import Sequence
 from fractions import Fraction
-from itertools import chain, islice, pairwise
-from types import TracebackType
-from typing import Any
 
-import av
-from av.codec.codec import Capabilities
-from av.logging import PANIC, get_last_error, get_level, set_level
-
-from vidtrack.errors import VidtrackError
-from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
-from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
-from vidtrack.video.account import ReadingLog
-from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
-from vidtrack.video.damage import DamageWatch
-from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
-from vidtrack.video.luma import bits_of, luma_reader
-from vidtrack.video.orientation import STORED, Orientation, orientation_of
-from vidtrack.video.packet_times import retimer
-from vidtrack.video.read_ahead import read_ahead
-from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
-
-_STREAMED = ("mpeg", "mpegts")
-"""Containers in which few packets have a time stamp of their own."""
-
-_PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
-"""Codecs whose B pictures old programs packed into the packet of another one."""
+from vidtrack.video.decoded import DecodedVideo
+from vidtrack.video.joined import JoinedVideo
+from vidtrack.video.mraw import MrawPictures
+from vidtrack.video.numbered import NumberedPictures
+from vidtrack.video.picture_stack import PictureStack
+from vidtrack.video.recording import Video
+from vidtrack.video.tiff_pages import TiffPages, page_count
 
 USUAL = 300
 """Pictures a second below which rates are known by their rounded values."""
-
-PEEK = 6
-"""Pictures that are looked at to see whether time stamps are those of the order of coding."""
-
-_PATIENCE = 100
-"""How often in a row reading is taken up again where a container is damaged."""
-
-AHEAD_BYTES = 32_000_000
-"""Decoded pictures that wait while those before them are in use: as many as come while a tracker finds its targets."""
-
-if get_level() is None:
-    set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
-
-
-class Video:
-    """An open recording; see `open_video`."""
-
-    def __init__(self, path: str, threads: int = 1, rate: Fraction | None = None, stream: int | None = None) -> None:
-        self.path = path
-        self._container = open_container(path)
-        try:
-            self._stream, others = picture_stream(self._container, path, stream)
-            self._stream.codec_context.thread_count = threads
-            self._stream.codec_context.thread_type = "AUTO"
-            self._stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
-            codec, kind = self._stream.codec_context, self._container.format.name
-            self._bitstream = Bitstream(codec.name, codec.extradata)
-            self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
-            self._log = ReadingLog()
-            if others:
-                self._log.noted(others)
-            self._codes: dict[int | None, str | None] = {}
-            self._drained = self._ended = False  # by the decoder, and by who is given the pictures
-            self._by_dts = False
-            self._pictures = self._decoded()
-            self._source = self._pictures
-            self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
-            self._first: list[tuple[Any, bool]] | None = list(
-                islice(self._pictures, PEEK if codec.name in _PACKED or kind == "avi" else 1)
-            )
-            if not self._first:
-                raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
-            first = self._first[0][0]
-            self._by_dts = _coded_order([picture for picture, _ in self._first])
-            if self._by_dts:
-                self._first = [(_restamped(picture), corrupt) for picture, corrupt in self._first]
-                self._stamps = []
-            self._zero = min([*(self._stamps or ()), first.pts or 0])
-            self._stamps = None
-            self._turn = self._orientation(first)
-            self.info = self._described(first, rate)
-            if rate is None and rate_is_invented(self._container, self._stream):
-                self._log.noted("a stream of pictures that states no rate: 25 a second assumed; give rate")
-        except BaseException:
-            self._container.close()
-            raise
-
-    def __enter__(self) -> Video:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Let the file go; frames that were given become invalid."""
-        self._first = None
-        self._source.close()  # a thread that reads ahead ends with it
-        if not self._drained:
-            # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
-            self._stream.codec_context.flush_buffers()
-        self._pictures.close()
-        self._container.close()
-
-    def _packets_in_flight(self, threads: int) -> int:
-        """How many packets the decoder may be at work on: one a thread, where its threads take whole pictures."""
-        if not self._stream.codec_context.codec.capabilities & Capabilities.frame_threads:
-            return 1
-        return threads or 16
-
-    @property
-    def account(self) -> ReadAccount:
-        """How the reading went; complete once `frames` has come to its end."""
-        return self._log.account(self.info, self._damage, ended=self._ended)
-
-    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
-        """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
-
-        Frame.luma is a view into the decoder's picture; hold few of them.
-        ahead  whether a thread of its own decodes the next ones, AHEAD_BYTES of them, while these are in use
-        """
-        if self._first is None:
-            raise ValueError("frames() reads a recording once; open it again to read it again")
-        first, self._first = self._first, None
-        log, codes = self._log, self._codes
-        width, height, name = first[0][0].width, first[0][0].height, ""
-        if ahead:
-            size = width * height * (3 if self.info.bits == 8 else 6) // 2
-            self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
-        start, step = self._zero, 1 / self.info.rate
-        ticks, second = (self._stream.time_base * self.info.pace).as_integer_ratio()
-        time, index, latest = -step, 0, -step
-        for picture, corrupt in chain(first, self._source):
-            pts = picture.pts
-            time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
-            if picture.width != width or picture.height != height:
-                log.other_size()
-                continue
-            if picture.format.name != name:
-                name, read = picture.format.name, self._turn.applied(luma_reader(picture.format))
-            luma = read(picture)
-            if time > latest:
-                latest = time
-            else:
-                corrupt = True  # pieces of two pictures, or of another moment than the stamp says
-            log.picture(index, time.numerator / time.denominator, luma, corrupt)
-            yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
-            index += 1
-        self._ended = True
-
-    def _decoded(self) -> Generator[tuple[Any, bool]]:
-        """Pictures, packet by packet, past every packet that fails; and whether each is suspect of damage.
-
-        Everything that may run in a thread of its own is in here: it changes nothing that `frames` reads but _codes.
-        """
-        codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
-        decode, tape = codec.decode, codec.name == "dvvideo"
-        logged, _ = get_last_error()
-        for packet, misplaced in self._packets():
-            if packet.size:
-                damage.sent(packet)
-                if self._stamps is not None and packet.pts is not None and not packet.is_discard:
-                    self._stamps.append(packet.pts)
-                if packet.is_corrupt:
-                    damage.complained("a packet that the container marks as corrupt", alone=True)
-                if wrong := misplaced or (fault(packet) if fault else ""):
-                    damage.complained(wrong, alone=True)
-                if tape:
-                    self._codes[packet.pts] = code_of_dv_packet(packet)
-            before, last = get_last_error()  # since the decoder was last at work: its other threads, or the container
-            if before != logged and last and last[1] == codec.name:
-                damage.complained(last[2])
-            refused = None
-            try:
-                pictures = decode(packet)
-            except (av.error.FFmpegError, EOFError) as error:
-                pictures, refused = [], error
-            logged, last = get_last_error()
-            if refused or logged != before:
-                said = last[2] if last and logged != before else str(refused)
-                damage.complained(said, refused=refused is not None)
-            for picture in pictures:
-                corrupt = damage.may_be_damaged(picture)
-                yield _restamped(picture) if self._by_dts else picture, corrupt
-        self._drained = True
-
-    def _packets(self) -> Iterator[tuple[Any, str]]:
-        """Packets of the picture stream, and what is wrong with their place in the file.
-
-        Where the container is damaged, reading is taken up again behind it.
-        """
-        failures, rightly_timed = 0, retimer(self._container, self._stream)
-        while failures < _PATIENCE:
-            try:
-                for packet in self._container.demux(self._stream):
-                    failures = 0
-                    yield packet, rightly_timed(packet) if packet.size else ""
-                return
-            except av.error.FFmpegError as error:
-                failures += 1
-                self._log.broken_off(error)
-
-    def _orientation(self, first: Any) -> Orientation:
-        turn = orientation_of(first, self.path)
-        if turn is None:
-            self._log.noted(f"the file asks players to turn the picture by {first.rotation} degrees: not obeyed")
-        elif turn.transposed and flagged_order(self._stream.codec_context, first) in ("top", "bottom"):
-            self._log.noted("interlaced pictures that stand on their side: their fields are not taken apart")
-        return turn or STORED
-
-    def _described(self, first: Any, given: Fraction | None) -> VideoInfo:
-        stream, codec = self._stream, self._stream.codec_context
-        still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
-        stated = exact_rate(stated_rate(self._container, stream))
-        rate = given or stated
-        pace, duration = stated / rate, None if still else stated_duration(self._container, stream, stated)
-        codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
-        bases = code_bases(self._container, codes)
-        shown = ((first.pts or 0) - self._zero) * stream.time_base * pace
-        aspect, turn = codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1), self._turn
-        width, height = (first.height, first.width) if turn.transposed else (first.width, first.height)
-        return VideoInfo(
-            width=width,
-            height=height,
-            rate=rate,
-            sample_aspect=1 / aspect if turn.transposed else aspect,
-            rotation=turn.rotation,
-            mirrored=turn.mirrored,
-            codec=codec.name,
-            pix_fmt=first.format.name,
-            bits=bits_of(first.format),
-            field_order=turn.field_order(flagged_order(codec, first), first.height),
-            timecodes=codes,
-            code_bases=bases,
-            n_frames_hint=stream.frames or None,
-            duration=duration and duration * pace,
-            is_still=still,
-            start=self._zero * stream.time_base,
-            first_shown=shown,
-            time=replace(
-                base_from_labels(codes, stated, bases, float(shown)), rate=rate, tick=float(stream.time_base * pace)
-            ),
-            pace=pace,
-        )
-
-
-def _coded_order(pictures: list[Any]) -> bool:
-    """Whether presentation stamps are those of the order of coding, as in AVI with packed B pictures.
-
-    The decoder gives pictures in the order in which they are shown, and the stamps of decoding rise with them.
-    """
-    shown, decoded = [picture.pts for picture in pictures], [picture.dts for picture in pictures]
-    if None in shown or None in decoded:
-        return False
-    return any(b <= a for a, b in pairwise(shown)) and all(b > a for a, b in pairwise(decoded))
-
-
-def _restamped(picture: Any) -> Any:
-    picture.pts = picture.dts
-    return picture
 
 
 def _given(rate: Fraction | float | None) -> Fraction | None:
@@ -285,15 +33,36 @@ def _given(rate: Fraction | float | None) -> Fraction | None:
 
 
 def open_video(
-    path: str, threads: int = 1, *, rate: Fraction | float | None = None, stream: int | None = None
+    path: str,
+    threads: int = 1,
+    *,
+    rate: Fraction | float | None = None,
+    stream: int | None = None,
+    parts: Sequence[str] = (),
+    numbered: bool = False,
 ) -> Video:
-    """Open a video, or a still image as a video of one frame.
+    """Open a recording; a still image is one of one frame.
 
-    threads  of the decoder, 0 for as many as there are processors; when several videos are read side by side, one
-             each is best
-    rate     pictures a second that the camera took, where the file states another: times are stretched accordingly
-    stream   which of several streams of pictures is read, 1 for the first
+    path      its file, or the first of its files
+    threads   of the decoder, 0 for as many as there are processors; when several videos are read side by side, one
+              each is best
+    rate      pictures a second that the camera took, where the file states another or none: times follow it
+    stream    which of several streams of pictures is read, 1 for the first
+    parts     the files that go on where `path` ends, as paths from its folder
+    numbered  whether `path` is the first of numbered pictures in its folder
     Reading ahead (`frames(ahead=True)`) lowers Python's switch interval for the whole process while it runs.
     Raises VidtrackError naming the file when it is missing, empty, no video, or has no picture that can be decoded.
     """
-    return Video(str(path), threads, _given(rate), stream)
+    path, given = str(path), _given(rate)
+    if numbered:
+        return PictureStack(NumberedPictures(path), given)
+    if parts:
+        folder = os.path.dirname(path)
+        paths = [path, *(os.path.join(folder, part) for part in parts)]
+        return JoinedVideo(paths, lambda one: open_video(one, threads, rate=given, stream=stream))
+    ending = os.path.splitext(path)[1].lower()
+    if ending == ".mraw" and os.path.isfile(path):
+        return PictureStack(MrawPictures(path), given)
+    if ending in (".tif", ".tiff") and os.path.isfile(path) and page_count(path) > 1:
+        return PictureStack(TiffPages(path), given)
+    return DecodedVideo(path, threads, given, stream)

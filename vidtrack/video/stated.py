@@ -53,7 +53,8 @@ RAW = frozenset(
 
 def rate_is_invented(container: Any, stream: Any) -> bool:
     """Whether a rate is stated nowhere, so that libavformat takes 25."""
-    return container.format.name in RAW and not stream.codec_context.framerate
+    kind = container.format.name
+    return kind == "ser" or (kind in RAW and not stream.codec_context.framerate)
 
 
 def stated_rate(container: Any, stream: Any) -> Fraction:

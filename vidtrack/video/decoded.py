@@ -1,0 +1,278 @@
+"""A recording in one file that PyAV decodes: every picture, in order, with its own time stamp.
+
+PyAV decodes (OpenCV's reader gives black or stale pictures for interlaced video and stretches grey levels; a test
+bans it). Packets are decoded one by one, so that a damaged one costs its own pictures only. Container frame
+counts are never relied on. Memory does not grow with length but for 8 bytes a frame of time stamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from itertools import chain, islice, pairwise
+from typing import Any
+
+import av
+import numpy as np
+from av.codec.codec import Capabilities
+from av.logging import PANIC, get_last_error, get_level, set_level
+
+from vidtrack.errors import VidtrackError
+from vidtrack.timing.frame import Frame, Luma, ReadAccount, VideoInfo
+from vidtrack.timing.timebase import base_from_labels
+from vidtrack.timing.timecode import exact_rate
+from vidtrack.video.account import ReadingLog
+from vidtrack.video.bitstream import Bitstream
+from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
+from vidtrack.video.damage import DamageWatch
+from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
+from vidtrack.video.luma import bits_of, luma_reader
+from vidtrack.video.orientation import STORED, Orientation, orientation_of
+from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
+from vidtrack.video.packet_times import retimer
+from vidtrack.video.read_ahead import read_ahead
+from vidtrack.video.recording import Video
+from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
+
+_STREAMED = ("mpeg", "mpegts")
+"""Containers in which few packets have a time stamp of their own."""
+
+_PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
+"""Codecs whose B pictures old programs packed into the packet of another one."""
+
+PEEK = 6
+"""Pictures that are looked at to see whether time stamps are those of the order of coding."""
+
+_PATIENCE = 100
+"""How often in a row reading is taken up again where a container is damaged."""
+
+AHEAD_BYTES = 32_000_000
+"""Decoded pictures that wait while those before them are in use: as many as come while a tracker finds its targets."""
+
+if get_level() is None:
+    set_level(PANIC)  # prints nothing, but counts the errors that decoders log: for many their only word on damage
+
+
+class DecodedVideo(Video):
+    """A video, or a still picture as a video of one frame; the parameters are those of `reader.open_video`."""
+
+    def __init__(self, path: str, threads: int = 1, rate: Fraction | None = None, stream: int | None = None) -> None:
+        self.path = path
+        self._container = open_container(path)
+        try:
+            self._stream, others = picture_stream(self._container, path, stream)
+            self._stream.codec_context.thread_count = threads
+            self._stream.codec_context.thread_type = "AUTO"
+            self._stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
+            codec, kind = self._stream.codec_context, self._container.format.name
+            self._bitstream = Bitstream(codec.name, codec.extradata)
+            self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
+            self._log = ReadingLog()
+            if others:
+                self._log.noted(others)
+            self._codes: dict[int | None, str | None] = {}
+            self._drained = self._ended = False  # by the decoder, and by who is given the pictures
+            self._by_dts = False
+            self._pictures = self._decoded()
+            self._source = self._pictures
+            self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
+            self._first: list[tuple[Any, bool]] | None = list(
+                islice(self._pictures, PEEK if codec.name in _PACKED or kind == "avi" else 1)
+            )
+            if not self._first:
+                raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
+            first = self._first[0][0]
+            self._by_dts = _coded_order([picture for picture, _ in self._first])
+            if self._by_dts:
+                self._first = [(_restamped(picture), corrupt) for picture, corrupt in self._first]
+                self._stamps = []
+            self._zero = min([*(self._stamps or ()), first.pts or 0])
+            self._stamps = None
+            self._turn = self._orientation(first)
+            self._own = own_stamps(path, kind)
+            self._swapped = kind == "ser" and _is_swapped(luma_reader(first.format)(first))
+            self.info = self._described(first, rate)
+            if rate is None and not self._own and rate_is_invented(self._container, self._stream):
+                self._log.noted("a stream of pictures that states no rate: 25 a second assumed; give rate")
+        except BaseException:
+            self._container.close()
+            raise
+
+    def close(self) -> None:
+        """Release the file; frames that were given become invalid."""
+        self._first = None
+        self._source.close()  # a thread that reads ahead ends with it
+        if not self._drained:
+            # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
+            self._stream.codec_context.flush_buffers()
+        self._pictures.close()
+        self._container.close()
+
+    def _packets_in_flight(self, threads: int) -> int:
+        """How many packets the decoder may be at work on: one a thread, where its threads take whole pictures."""
+        if not self._stream.codec_context.codec.capabilities & Capabilities.frame_threads:
+            return 1
+        return threads or 16
+
+    @property
+    def account(self) -> ReadAccount:
+        """How the reading went; complete once `frames` has come to its end."""
+        return self._log.account(self.info, self._damage, ended=self._ended)
+
+    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
+        """As `Video.frames`; ahead: AHEAD_BYTES of pictures are decoded while those before them are in use."""
+        if self._first is None:
+            raise ValueError("frames() reads a recording once; open it again to read it again")
+        first, self._first = self._first, None
+        log, codes = self._log, self._codes
+        width, height, name = first[0][0].width, first[0][0].height, ""
+        if ahead:
+            size = width * height * (3 if self.info.bits == 8 else 6) // 2
+            self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
+        start, step, own = self._zero, 1 / self.info.rate, self._own
+        swapped = self._swapped
+        ticks, second = (self._stream.time_base * self.info.pace).as_integer_ratio()
+        time, index, latest = -step, 0, -step
+        for picture, corrupt in chain(first, self._source):
+            pts = picture.pts
+            if own and pts is not None and 0 <= pts - start < len(own):
+                time = own[pts - start] * self.info.pace
+            else:
+                time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
+            if picture.width != width or picture.height != height:
+                log.other_size()
+                continue
+            if picture.format.name != name:
+                name, read = picture.format.name, self._turn.applied(luma_reader(picture.format))
+            luma = read(picture)
+            if swapped:
+                luma = luma.byteswap()
+            if time > latest:
+                latest = time
+            else:
+                corrupt = True  # pieces of two pictures, or of another moment than the stamp says
+            log.picture(index, time.numerator / time.denominator, luma, corrupt)
+            yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
+            index += 1
+        self._ended = True
+
+    def _decoded(self) -> Generator[tuple[Any, bool]]:
+        """Pictures, packet by packet, past every packet that fails; and whether each is suspect of damage.
+
+        Everything that may run in a thread of its own is in here: it changes nothing that `frames` reads but _codes.
+        """
+        codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
+        decode, tape = codec.decode, codec.name == "dvvideo"
+        logged, _ = get_last_error()
+        for packet, misplaced in self._packets():
+            if packet.size:
+                damage.sent(packet)
+                if self._stamps is not None and packet.pts is not None and not packet.is_discard:
+                    self._stamps.append(packet.pts)
+                if packet.is_corrupt:
+                    damage.complained("a packet that the container marks as corrupt", alone=True)
+                if wrong := misplaced or (fault(packet) if fault else ""):
+                    damage.complained(wrong, alone=True)
+                if tape:
+                    self._codes[packet.pts] = code_of_dv_packet(packet)
+            before, last = get_last_error()  # since the decoder was last at work: its other threads, or the container
+            if before != logged and last and last[1] == codec.name:
+                damage.complained(last[2])
+            refused = None
+            try:
+                pictures = decode(packet)
+            except (av.error.FFmpegError, EOFError) as error:
+                pictures, refused = [], error
+            logged, last = get_last_error()
+            if refused or logged != before:
+                said = last[2] if last and logged != before else str(refused)
+                damage.complained(said, refused=refused is not None)
+            for picture in pictures:
+                corrupt = damage.may_be_damaged(picture)
+                yield _restamped(picture) if self._by_dts else picture, corrupt
+        self._drained = True
+
+    def _packets(self) -> Iterator[tuple[Any, str]]:
+        """Packets of the picture stream, and what is wrong with their place in the file.
+
+        Where the container is damaged, reading is taken up again behind it.
+        """
+        failures, rightly_timed = 0, retimer(self._container, self._stream)
+        while failures < _PATIENCE:
+            try:
+                for packet in self._container.demux(self._stream):
+                    failures = 0
+                    yield packet, rightly_timed(packet) if packet.size else ""
+                return
+            except av.error.FFmpegError as error:
+                failures += 1
+                self._log.broken_off(error)
+
+    def _orientation(self, first: Any) -> Orientation:
+        turn = orientation_of(first, self.path)
+        if turn is None:
+            self._log.noted(f"the file asks players to turn the picture by {first.rotation} degrees: not obeyed")
+        elif turn.transposed and flagged_order(self._stream.codec_context, first) in ("top", "bottom"):
+            self._log.noted("interlaced pictures that stand on their side: their fields are not taken apart")
+        return turn or STORED
+
+    def _described(self, first: Any, given: Fraction | None) -> VideoInfo:
+        stream, codec = self._stream, self._stream.codec_context
+        still = self._container.format.name.endswith("_pipe") or self._container.format.name == "image2"
+        stated = rate_of(self._own) or exact_rate(stated_rate(self._container, stream))
+        rate = given or stated
+        pace = stated / rate
+        duration = None if still or self._own else stated_duration(self._container, stream, stated)
+        tick = TICK if self._own else float(stream.time_base * pace)
+        codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
+        bases = code_bases(self._container, codes)
+        shown = ((first.pts or 0) - self._zero) * stream.time_base * pace
+        aspect, turn = codec.sample_aspect_ratio or stream.sample_aspect_ratio or Fraction(1), self._turn
+        width, height = (first.height, first.width) if turn.transposed else (first.width, first.height)
+        return VideoInfo(
+            width=width,
+            height=height,
+            rate=rate,
+            sample_aspect=1 / aspect if turn.transposed else aspect,
+            rotation=turn.rotation,
+            mirrored=turn.mirrored,
+            codec=codec.name,
+            pix_fmt=first.format.name,
+            bits=bits_of(first.format),
+            field_order=turn.field_order(flagged_order(codec, first), first.height),
+            timecodes=codes,
+            code_bases=bases,
+            n_frames_hint=stream.frames or None,
+            duration=duration and duration * pace,
+            is_still=still,
+            start=self._zero * stream.time_base,
+            first_shown=shown,
+            time=replace(base_from_labels(codes, stated, bases, float(shown)), rate=rate, tick=tick),
+            pace=pace,
+        )
+
+
+def _coded_order(pictures: list[Any]) -> bool:
+    """Whether presentation stamps are those of the order of coding, as in AVI with packed B pictures.
+
+    The decoder gives pictures in the order in which they are shown, and the stamps of decoding rise with them.
+    """
+    shown, decoded = [picture.pts for picture in pictures], [picture.dts for picture in pictures]
+    if None in shown or None in decoded:
+        return False
+    return any(b <= a for a, b in pairwise(shown)) and all(b > a for a, b in pairwise(decoded))
+
+
+def _is_swapped(luma: Luma) -> bool:
+    """Whether the two bytes of deep levels are exchanged: neighbours then differ by far more."""
+    if luma.dtype.itemsize == 1:
+        return False
+    other = luma.byteswap()
+    apart, apart_other = (np.abs(np.diff(a.astype(np.int64), axis=1)).sum() for a in (luma, other))
+    return bool(apart_other < apart)
+
+
+def _restamped(picture: Any) -> Any:
+    picture.pts = picture.dts
+    return picture
