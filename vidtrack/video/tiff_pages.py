@@ -9,7 +9,6 @@ import re
 import struct
 from typing import Any, BinaryIO, NamedTuple
 
-import cv2
 import numpy as np
 
 from vidtrack.errors import VidtrackError
@@ -77,6 +76,8 @@ class TiffPages:
         return self._held.pop(place), False
 
     def _read(self, place: int, many: int) -> None:
+        import cv2  # libtiff, for files of several pages alone
+
         begin = self._places[place]
         many = min(many, self._places[-1] + 1 - begin)
         try:
@@ -104,6 +105,8 @@ class TiffPages:
 def _grey(picture: Any) -> Luma:
     if picture.ndim == 2:
         return np.asarray(picture)
+    import cv2
+
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGRA2GRAY if picture.shape[2] == 4 else cv2.COLOR_BGR2GRAY))
 
 
