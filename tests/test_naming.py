@@ -1,6 +1,6 @@
 import pytest
 
-from vidtrack.naming import did_you_mean, some_of, tags_meant
+from vidtrack.naming import chapter_of, did_you_mean, in_order, numbered_like, some_of, tags_meant
 
 NUMBERED = [str(n) for n in range(1, 17)]
 
@@ -47,3 +47,24 @@ def test_a_range_that_cannot_be_is_one_sentence(part, says):
 def test_names_beyond_the_first_are_counted():
     assert some_of(NUMBERED[:12]) == ", ".join(NUMBERED[:12])
     assert some_of(NUMBERED) == "1, 2, 3, 4, 5, 6, 7, 8, 9, 10 and 6 more"
+
+
+def test_numbered_names_are_found_by_the_number_before_their_ending_and_sorted_by_it():
+    names = ["img_2.png", "img_10.PNG", "img_1.png", "img_1.tif", "other_3.png", "img_x.png", "img_2b.png"]
+    assert numbered_like("img_1.png", names) == [(1, "img_1.png"), (2, "img_2.png"), (10, "img_10.PNG")]
+    assert numbered_like("2024-05-01_007.bmp", ["2024-05-01_007.bmp", "2024-05-02_008.bmp"]) == [
+        (7, "2024-05-01_007.bmp")
+    ]
+    assert numbered_like("img.png", names) == []
+
+
+def test_chapters_come_after_each_other_and_ten_after_nine():
+    assert in_order(["GX020001.MP4", "GX010002.MP4", "GX010001.MP4"]) == [
+        "GX010001.MP4",
+        "GX020001.MP4",
+        "GX010002.MP4",
+    ]
+    assert in_order(["a10.mts", "a9.mts", "b1.mts", "1.mts"]) == ["1.mts", "a9.mts", "a10.mts", "b1.mts"]
+    assert chapter_of("GOPR0042.MP4") == ("0042", 0)
+    assert chapter_of("GP010042.MP4") == ("0042", 1)
+    assert chapter_of("cam1.mov") is None

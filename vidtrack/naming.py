@@ -87,3 +87,31 @@ def numbered_like(name: str, names: Iterable[str]) -> list[tuple[int, str]]:
         if match and (match["before"], match["after"].lower()) == (own["before"], own["after"].lower()):
             found.setdefault(int(match["number"]), other)
     return sorted(found.items())
+
+
+_CHAPTERS = (
+    re.compile(r"G[HXLS](?P<chapter>\d\d)(?P<recording>\d{4})\.\w+", re.IGNORECASE),
+    re.compile(r"GP(?P<chapter>\d\d)(?P<recording>\d{4})\.\w+", re.IGNORECASE),
+    re.compile(r"GOPR(?P<chapter>)(?P<recording>\d{4})\.\w+", re.IGNORECASE),
+)
+"""GoPro's names: GX010012, GX020012; before 2018 GOPR0012, GP010012, GP020012."""
+
+
+def chapter_of(name: str) -> tuple[str, int] | None:
+    """The recording that a file is a chapter of, and which chapter, by names that say so; None for any other name."""
+    for pattern in _CHAPTERS:
+        if match := pattern.fullmatch(name):
+            return match["recording"], int(match["chapter"] or 0)
+    return None
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Names in the order in which they were numbered: chapters of a recording after each other, 10 after 9."""
+
+    def key(name: str) -> tuple[object, ...]:
+        if chapter := chapter_of(name):
+            return (0, *chapter)
+        pieces = re.split(r"(\d+)", name.casefold())
+        return (1, *((int(piece), "") if k % 2 else (0, piece) for k, piece in enumerate(pieces)))
+
+    return sorted(names, key=key)

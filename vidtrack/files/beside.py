@@ -11,10 +11,14 @@ from vidtrack.naming import did_you_mean
 RECORDINGS = frozenset(
     """
     3gp asf avi avif bmp cin cine dv exr flv gif heic heif insv jfif jp2 jpeg jpg m2t m2ts m2v m4v mj2 mjpeg mjpg mkv
-    mov mp4 mpeg mpg mts mxf nut ogv png pgm ppm qt raw h264 h265 264 265 hevc ser tif tiff ts vob webm webp wmv y4m
+    mlv mov mp4 mpeg mpg mraw mts mxf nut ogv png pgm ppm qt raw h264 h265 264 265 hevc ser tif tiff ts vob webm webp
+    wmv y4m
     """.split()  # noqa: SIM905
 )
 """Endings that recordings and still images have. One that is not here may be a recording too, if it is named as one."""
+
+STILLS = frozenset("bmp dng exr heic heif jfif jp2 jpeg jpg pgm png ppm tif tiff webp".split())  # noqa: SIM905
+"""Endings of single pictures; several of them, numbered, are a recording."""
 
 OTHERS = frozenset(
     """

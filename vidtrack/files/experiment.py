@@ -3,43 +3,45 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from vidtrack.errors import VidtrackError, first_of
-from vidtrack.files.beside import (
-    alike_but_for_case,
-    broken_link,
-    entries,
-    is_recording,
-    may_be_recording,
-    table_in,
-    unknown_camera,
-)
+from vidtrack.errors import VidtrackError
+from vidtrack.files.beside import STILLS, alike_but_for_case, broken_link, entries, table_in
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
-from vidtrack.naming import did_you_mean, tags_meant
+from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
+from vidtrack.naming import tags_meant
 from vidtrack.settings.config import Settings
+
+TABLES = ("targets", "reference", "truth")
+"""Tables in the folder of a run."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """A folder of calibration/: a recording (path) for each camera, and where someone picked tagged points."""
+    """A folder of calibration/: a recording for each camera, and where someone picked tagged points.
+
+    videos      camera: the path of its recording's first file; recordings: all its files, where there are several
+    """
 
     name: str
     videos: Mapping[str, str]
     picks: str | None
+    recordings: Mapping[str, Recording] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A folder of runs/: a recording (path) for each camera, and the tables beside them (None where absent)."""
+    """A folder of runs/: a recording for each camera, as in `Clip`, and the tables beside them (None where absent)."""
 
     name: str
     videos: Mapping[str, str]
     targets: str | None
     reference: str | None
     truth: str | None
+    recordings: Mapping[str, Recording] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -79,15 +81,16 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     clips = {}
     for name in _folders(within(folder, "calibration"), problems):
         here = within(folder, "calibration", name)
-        videos = _recordings(here, settings, problems)
-        clips[name] = Clip(name, videos, table_in(here, "picks.csv", problems))
+        found = recordings_in(here, list(settings.cameras), problems)
+        clips[name] = Clip(name, _firsts(found), table_in(here, "picks.csv", problems), _several(found))
     runs = {}
     for name in sorted({*_folders(within(folder, "runs"), problems), *_runs_elsewhere(settings)}):
         here = within(folder, "runs", name)
-        videos = _recordings(here, settings, problems) if os.path.isdir(here) else {}
-        videos |= _elsewhere(name, settings, problems)
-        tables = [table_in(here, f"{table}.csv", problems) for table in ("targets", "reference", "truth")]
-        runs[name] = Run(name, dict(sorted(videos.items())), *tables)
+        found = recordings_in(here, list(settings.cameras), problems) if os.path.isdir(here) else {}
+        found |= _elsewhere(name, settings, problems)
+        targets, reference, truth = (table_in(here, f"{table}.csv", problems) for table in TABLES)
+        found = dict(sorted(found.items()))
+        runs[name] = Run(name, _firsts(found), targets, reference, truth, _several(found))
     points = table_in(within(folder, "calibration"), "points.csv", problems)
     scenarios = _scenarios(within(folder, "sensitivity"))
     experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios)
@@ -118,6 +121,20 @@ def reference_columns(run: Run) -> list[str]:
     return read_header(run.reference) if run.reference else []
 
 
+def files_of(part: Clip | Run, camera: str) -> str | tuple[str, ...]:
+    """The path of a camera's recording, or the paths of all its files where there are several."""
+    several = part.recordings.get(camera)
+    return several.files if several else part.videos[camera]
+
+
+def _firsts(found: Mapping[str, Recording]) -> dict[str, str]:
+    return {camera: recording.path for camera, recording in found.items()}
+
+
+def _several(found: Mapping[str, Recording]) -> dict[str, Recording]:
+    return {camera: recording for camera, recording in found.items() if recording.others}
+
+
 def _folders(folder: str, problems: list[str]) -> list[str]:
     if not os.path.isdir(folder):
         return []
@@ -137,44 +154,40 @@ def _scenarios(folder: str) -> dict[str, str]:
     return {os.path.splitext(n)[0]: within(folder, n) for n in names if n.endswith((".yaml", ".yml"))}
 
 
-def _recordings(folder: str, settings: Settings, problems: list[str]) -> dict[str, str]:
-    """A folder's recordings by camera. A file of unknown ending is one only if the camera has no other."""
-    found: dict[str, str] = {}
-    strangers = []
-    names = [name for name in entries(folder) if may_be_recording(name) and not os.path.isdir(within(folder, name))]
-    for name in sorted(names, key=lambda name: (not is_recording(name), name)):
-        camera, path = os.path.splitext(name)[0], within(folder, name)
-        if camera not in settings.cameras:
-            if is_recording(name) or did_you_mean(camera, settings.cameras):
-                strangers.append(unknown_camera(path, camera, list(settings.cameras)))
-        elif trouble := broken_link(path):
-            problems.append(trouble)
-        elif camera not in found:
-            found[camera] = path
-        elif is_recording(name):
-            problems.append(f"{path}: camera {camera} has another recording here, {found[camera]}. Keep one.")
-    problems += first_of(strangers, folder)
-    return found
-
-
 def _runs_elsewhere(settings: Settings) -> list[str]:
     return [name for name, run in settings.runs.items() if run.videos]
 
 
-def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, str]:
+def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, Recording]:
     found = {}
-    for camera, path in settings.runs[name].videos.items() if name in settings.runs else ():
-        full = within(settings.experiment, path)
+    for camera, given in settings.runs[name].videos.items() if name in settings.runs else ():
         place = f"config.yaml: runs.{name}.videos.{camera}"
         if camera not in settings.cameras:
             problems.append(f"{place}: no such camera; known: {', '.join(settings.cameras)}.")
-        elif trouble := broken_link(full):
-            problems.append(trouble)
-        elif not os.path.isfile(full):
-            problems.append(f"{place}: no such file as {full}. Correct the path (relative to the experiment's folder).")
-        else:
-            found[camera] = full
+        elif one := _named(place, given, settings, problems):
+            found[camera] = one
     return found
+
+
+def _named(place: str, given: str | tuple[str, ...], settings: Settings, problems: list[str]) -> Recording | None:
+    """The recording that the config names: a file, several, a folder, or a pattern."""
+    paths = [within(settings.experiment, path) for path in ([given] if isinstance(given, str) else given)]
+    if len(paths) == 1 and os.path.isdir(paths[0]):
+        return of_folder(paths[0], problems)
+    if len(paths) == 1 and not os.path.lexists(paths[0]) and re.search(r"[*?]", os.path.basename(paths[0])):
+        return of_pattern(paths[0], problems, place)
+    if len(paths) > 1 and all(os.path.splitext(path)[1][1:].lower() in STILLS for path in paths):
+        problems.append(f"{place}: several pictures. Name their folder, or a pattern such as cam1_*.png.")
+        return None
+    for path in paths:
+        if trouble := broken_link(path):
+            problems.append(trouble)
+        elif not os.path.isfile(path):
+            problems.append(f"{place}: no such file as {path}. Correct the path (relative to the experiment's folder).")
+        else:
+            continue
+        return None
+    return Recording(paths[0], tuple(paths[1:]))
 
 
 def target_names(settings: Settings, run: Run) -> list[str]:

@@ -67,9 +67,20 @@ def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
                 f"{place}: mode plane uses one camera, and here are {', '.join(run.videos)}. Keep one recording, "
                 f"or set runs.{name}.mode: space."
             )
+        problems += [
+            f"config.yaml: runs.{name}.rate: the pictures of camera {camera} carry no times. Give how many were taken "
+            f"a second, as in rate: 120."
+            for camera, recording in run.recordings.items()
+            if recording.numbered and not _has_rate(settings, name, camera)
+        ]
         if own:
             problems += _check_run_settings(name, settings, experiment)
     return problems
+
+
+def _has_rate(settings: Settings, run: str, camera: str) -> bool:
+    own = settings.runs[run].rate if run in settings.runs else None
+    return bool((own.get(camera) if isinstance(own, dict) else own) or settings.cameras[camera].rate)
 
 
 def _check_run_settings(name: str, settings: Settings, experiment: Experiment) -> list[str]:

@@ -58,6 +58,7 @@ def write_parquet(
     ]
     whole = {
         "columns": _signature(arrow.schema),
+        "rows": str(arrow.num_rows),
         "units": json.dumps({field.name: field.metadata[b"unit"].decode() for field in fields}),
         "provenance": json.dumps(plain(provenance), sort_keys=True),
     }
@@ -72,7 +73,13 @@ def read_parquet(path: Path) -> DataFrame:
 
     with _whole(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
         arrow = file.read()
-        signature = (arrow.schema.metadata or {}).get(b"columns")
+        written = arrow.schema.metadata or {}
+        signature = written.get(b"columns")
+        # a page's head, which says how many values it holds, has no checksum
+        if arrow.num_rows != file.metadata.num_rows or str(arrow.num_rows).encode() != written.get(
+            b"rows", str(arrow.num_rows).encode()
+        ):
+            raise ValueError("its rows are not those that were written")
         table: DataFrame = arrow.to_pandas()
         renamed = list(table.columns) != arrow.schema.names
         if renamed or (signature is not None and signature.decode() != _signature(arrow.schema)):

@@ -32,8 +32,8 @@ def run(job: Job) -> None:
     picks = _picks(job)
     with ExitStack() as stack:
         videos = {
-            clip: stack.enter_context(open_video(path, threads=job.threads))
-            for clip, path in zip(clips, job.paths("videos"), strict=True)
+            clip: stack.enter_context(open_video(path, threads=job.threads, **own.get("recording", {})))
+            for (clip, own), path in zip(clips.items(), job.paths("videos"), strict=True)
         }
         found = calibration_points(
             {clip: _frames(video, clip, job) for clip, video in videos.items()},

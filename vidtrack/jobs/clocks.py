@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.stages.clocks import clocks
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.video.reader import open_video
-from vidtrack.video.room_sound import RATE_HZ, room_sound
+from vidtrack.video.room_sound import RATE_HZ, RoomSound, room_sound
 from vidtrack.workflow.job import Job
 
 
@@ -26,8 +28,13 @@ def run(job: Job) -> None:
     if any("sound" in methods for methods in sought.values()):
         for name, path in zip(names, job.paths("videos"), strict=True):
             if name in listening:
-                with open_video(path) as video:
-                    start = video.info.start
+                with open_video(path, **job.settings.get("recordings", {}).get(name, {})) as video:
+                    start, pace = video.info.start, video.info.pace
+                if pace != 1:  # the sound of slow motion is not stretched as its pictures are
+                    sounds[name] = RoomSound(
+                        0.0, np.zeros(0, np.float32), "not used: the rate of the pictures was given"
+                    )
+                    continue
                 table = light[name]
                 sounds[name] = room_sound(path, start, table["stamp_s"].to_numpy(), table["time_s"].to_numpy())
     estimates = clocks(

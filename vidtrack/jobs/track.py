@@ -32,7 +32,7 @@ def run(job: Job) -> None:
     """Follow the targets; write centroids, tracklets, the record, and how bright each picture was."""
     settings = job.settings
     camera = settings["camera"]
-    with open_video(job.path("video"), threads=job.threads) as video:
+    with open_video(job.path("video"), threads=job.threads, **settings.get("recording", {})) as video:
         size = (video.info.width, video.info.height)
         boxes = read_targets(job.path("targets"), camera, size) if job.paths("targets") else None
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))

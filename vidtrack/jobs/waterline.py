@@ -34,7 +34,7 @@ def run(job: Job) -> None:
     calibrated = read_camera(job.path("camera"))
     known = read_json(job.path("labelling")).get("pictures") if job.paths("labelling") else None
     clip = picture_from_record(next(iter(known.values()))) if known else Picture(*calibrated.camera.image_size)
-    with open_video(job.path("video"), threads=job.threads) as video:
+    with open_video(job.path("video"), threads=job.threads, **order.get("recording", {})) as video:
         found = find_time(job.path("video"), video.info, start_timecode=order.get("start_timecode"))
         info = replace(video.info, time=found.base)
         own = Picture(info.width, info.height, info.sample_aspect, info.rotation)

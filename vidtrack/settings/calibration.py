@@ -8,13 +8,15 @@ from pydantic import Field
 
 from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
 from vidtrack.settings.detection import DetectChange
-from vidtrack.settings.sections import Name, Section, Tags
+from vidtrack.settings.sections import RATE, STREAM, Name, Positive, Section, Stream, Tags
 
 
 class Clip(DetectChange):
     """One calibration clip: the tags in view, and any detect setting that differs for it."""
 
     tags: Tags = Field(None, description="tags of points.csv: a list, or ranges such as 1-16; default: every tag there")
+    rate: Positive | None = Field(None, description=f"{RATE}; default: as under cameras")
+    stream: Stream | None = Field(None, description=f"{STREAM}; default: as under cameras")
     detect: DetectChange = Field(
         DetectChange(), description="the detect settings that differ for this clip; they may also stand beside `tags`"
     )

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vidtrack.settings.sections import Crop, Positive, Section, fixed
+from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed
 
 
 class Clock(Section):
@@ -51,6 +51,8 @@ class Camera(Section):
         description="[left, top, width, height]: the part of the calibration's picture that the runs' pictures show, "
         "px of the calibration's picture from its top left corner; default: the whole of it, where the shapes agree",
     )
+    rate: Positive | None = Field(None, description=f"{RATE}; default: as the file states")
+    stream: Stream | None = Field(None, description=f"{STREAM}; default: the one that the file names its default")
     calibration: CameraCalibration = Field(
         CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
     )

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from vidtrack.settings.analysis import Analysis, Axes, Body, Channels, analyses, body
 from vidtrack.settings.detection import DetectChange
-from vidtrack.settings.sections import Crop, Name, Positive, Section, Vector, names
+from vidtrack.settings.sections import RATE, STREAM, Crop, Name, Positive, Section, Stream, Vector, names, paths
 
 
 class Reference(Section):
@@ -78,7 +78,17 @@ class Run(DetectChange):
         None, description="decay, waves: what is estimated from the motions; `analysis: decay` takes the defaults"
     )
     channels: Channels | None = Field(None, description="records of other instruments: wave gauges, load cells")
-    videos: dict[str, str] = Field({}, description="camera: path of a video elsewhere, relative to the experiment")
+    videos: dict[str, Annotated[str | tuple[str, ...], BeforeValidator(paths)]] = Field(
+        {},
+        description="camera: path of a recording elsewhere, relative to the experiment: a file, a list of files that "
+        "follow each other, a folder, or a pattern such as far/cam1_*.png",
+    )
+    rate: Positive | dict[str, Positive] | None = Field(
+        None, description=f"{RATE}; of all cameras, or camera: rate; default: as under cameras"
+    )
+    stream: Stream | dict[str, Stream] | None = Field(
+        None, description=f"{STREAM}; of all cameras, or camera: stream; default: as under cameras"
+    )
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
     tolerance_px: Positive | None = Field(
         None,

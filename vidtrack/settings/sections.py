@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
+Stream = Annotated[int, Field(ge=1)]
 Level = Annotated[float, Field(ge=-255, le=255)]
 Crop = tuple[float, float, Positive, Positive]
 Instant = str | int
@@ -42,11 +43,23 @@ def names(value: Any) -> Any:
     return tuple(str(v) for v in value) if isinstance(value, (list, tuple)) else value
 
 
+def paths(value: Any) -> Any:
+    """A path, or a list of paths."""
+    return tuple(str(v) for v in value) if isinstance(value, (list, tuple)) else value
+
+
 def fixed(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return dict.fromkeys((str(v) for v in value), None)
     return value
 
+
+RATE = (
+    "pictures a second that the camera took, where the file states none (numbered pictures, raw streams) or another "
+    "one (slow motion that is stored at 30)"
+)
+STREAM = "which stream of pictures is read where a file has several, 1 for the first"
+"""What `rate` and `stream` mean, for a camera, a clip or a run."""
 
 Name = Annotated[str, AfterValidator(_simple_name)]
 Tags = Annotated[tuple[str, ...] | None, BeforeValidator(_tag_list)]

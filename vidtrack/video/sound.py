@@ -38,7 +38,7 @@ class SoundBlock(NamedTuple):
 
 def sound_tracks(path: str) -> int:
     """How many sound tracks a recording has; none where it is pictures without a container."""
-    if path.lower().endswith(".mraw"):
+    if str(path).lower().endswith(".mraw"):
         return 0
     with open_container(path) as container:
         return sum(1 for stream in container.streams.audio if stream.codec_context is not None)

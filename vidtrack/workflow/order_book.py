@@ -7,6 +7,7 @@ future, nor a folder that was moved or copied, changes the answer.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -27,6 +28,9 @@ from vidtrack.workflow.provenance import (
     versions,
 )
 
+Raw = str | tuple[str, ...]
+"""A file that people made, or those of one recording."""
+
 Key = tuple[str, ...]
 """A job: its rule, and what distinguishes it from others of its rule (run, camera)."""
 
@@ -43,14 +47,15 @@ class OrderBook:
         self.results = within(folder, "results")
         self._checksums = Checksums(os.path.join(cache, "checksums.json"))
         self._code = Fingerprints(os.path.join(cache, "code.json"))
-        self._wanted: dict[Key, tuple[Mapping[str, Any], tuple[str, ...]]] = {}
+        self._wanted: dict[Key, tuple[Mapping[str, Any], tuple[Raw, ...]]] = {}
         self._orders: dict[Key, Order] = {}
         self._rules: dict[str, str] = {}
 
-    def add(self, rule: str, settings: Mapping[str, Any], raw: Iterable[str | None] = (), *parts: str) -> None:
+    def add(self, rule: str, settings: Mapping[str, Any], raw: Iterable[Raw | None] = (), *parts: str) -> None:
         """Note that a job is wanted.
 
-        raw      the paths of the inputs that people made: their content is what counts
+        raw      the paths of the inputs that people made: their content is what counts; a tuple of paths is one
+                 recording in several files
         parts    what distinguishes the job from others of its rule: run, camera
         """
         self._wanted[rule, *parts] = settings, tuple(path for path in raw if path)
@@ -68,10 +73,11 @@ class OrderBook:
 
         VidtrackError, a line each, for what cannot be named, read or written.
         """
-        raw_paths = [path for _, raw in self._wanted.values() for path in raw]
-        if unnamable := _unnamable([self.folder, *raw_paths]):
+        files = [path for _, raw in self._wanted.values() for one in raw for path in _paths(one)]
+        if unnamable := _unnamable([self.folder, *files]):
             raise VidtrackError(*unnamable)
-        fresh = {path: None for path in raw_paths if may_be_recording(path) and not self._knows(path)}
+        firsts = (_paths(one)[0] for _, raw in self._wanted.values() for one in raw)
+        fresh = {path: None for path in firsts if may_be_recording(path) and not self._knows(path)}
         problems = [line for path in fresh for line in _unreadable(path)]
         problems += _unwritable(os.path.join(self.results, FOLDER))
         if problems:
@@ -136,20 +142,28 @@ class OrderBook:
             self._rules[rule] = canonical({"code": self._code.of(*modules), "libraries": versions(used)})
         return self._rules[rule]
 
-    def _files(self, raw: tuple[str, ...]) -> dict[str, str]:
+    def _files(self, raw: tuple[Raw, ...]) -> dict[str, str]:
         files: dict[str, str] = {}
-        for path in raw:
-            try:
-                checksum = self._checksums.of(path)
-            except OSError as error:
-                raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Make it readable.") from None
+        for one in raw:
+            path, *others = _paths(one)
+            checksum = self._checksum(path)
+            if others:
+                each = [f"{os.path.basename(other)} {self._checksum(other)}" for other in others]
+                checksum = hashlib.sha256("\n".join([checksum, *each]).encode()).hexdigest()
             name = os.path.relpath(path, self.folder)
             if name.startswith(os.pardir):  # a recording elsewhere: moving the experiment does not make it another
                 name = os.path.basename(path)
+            name += f" and {len(others)} more" if others else ""
             while name in files:
                 name += "+"
             files[name] = checksum
         return files
+
+    def _checksum(self, path: str) -> str:
+        try:
+            return self._checksums.of(path)
+        except OSError as error:
+            raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Make it readable.") from None
 
     def _knows(self, path: str) -> bool:
         try:
@@ -162,6 +176,10 @@ class OrderBook:
             return self._checksums.of(within(self.folder, name)) == checksum
         except OSError:
             return False
+
+
+def _paths(raw: Raw) -> tuple[str, ...]:
+    return (raw,) if isinstance(raw, str) else raw
 
 
 def _unnamable(paths: Iterable[str]) -> list[str]:

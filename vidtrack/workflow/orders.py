@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vidtrack.files.experiment import Experiment, Run, point_tags, reference_columns, tags_of, target_names
+from vidtrack.files.experiment import Clip, Experiment, Run, point_tags, reference_columns, tags_of, target_names
 from vidtrack.settings.cameras import Clock
 from vidtrack.settings.config import Settings, detect_for
 from vidtrack.settings.runs import Run as RunSettings
@@ -27,6 +27,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
         "detect": detect_for(settings, own, own.detect),
         "targets": _targets(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
+        "recording": _recording(settings, experiment.runs[run], camera),
     }
 
 
@@ -40,7 +41,11 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
         "sigma": settings.calibration.sigma,
         "picks_clips": [clip for clip in clips_of(settings, experiment, camera, after) if experiment.clips[clip].picks],
         "clips": {
-            clip: {"tags": tags_of(settings, clip, tags), "detect": _clip_detect(settings, clip)}
+            clip: {
+                "tags": tags_of(settings, clip, tags),
+                "detect": _clip_detect(settings, clip),
+                "recording": _recording(settings, experiment.clips[clip], camera),
+            }
             for clip in clips_of(settings, experiment, camera, after)
         },
     }
@@ -124,6 +129,7 @@ def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
         "cameras": cameras,
         "references": [c for c in cameras if not methods[c]],
         "sought": {c: own for c, own in sought.items() if own},
+        "recordings": {c: how for c in cameras if (how := _recording(settings, experiment.runs[run], c))},
     }
 
 
@@ -182,7 +188,7 @@ def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
     return order
 
 
-def waterline(settings: Settings, run: str, camera: str) -> Order:
+def waterline(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
     """Along which transects of a run the water's edge is followed."""
     own = _own(settings, run)
     assert own.waterline is not None, "the rule exists only where the config names transects"
@@ -195,6 +201,7 @@ def waterline(settings: Settings, run: str, camera: str) -> Order:
         "start_timecode": own.start_timecode,
         "clock": _clock(settings, camera),
         "crop": _crop(settings, run, camera),
+        "recording": _recording(settings, experiment.runs[run], camera),
     }
 
 
@@ -236,6 +243,20 @@ def _targets(settings: Settings, run: Run) -> list[str] | int:
     if isinstance(own, int):
         return own
     return target_names(settings, run) if own or run.targets else 1
+
+
+def _recording(settings: Settings, part: Clip | Run, camera: str) -> Order:
+    """How a camera's recording is opened, as `video.reader.open_video` takes it: what differs from its defaults."""
+    runs, clips = settings.runs, settings.calibration.clips
+    own = runs.get(part.name) if isinstance(part, Run) else clips.get(part.name)
+    how: Order = {}
+    for key in ("rate", "stream"):
+        here = getattr(own, key, None)
+        here = here.get(camera) if isinstance(here, dict) else here
+        how[key] = getattr(settings.cameras[camera], key) if here is None else here
+    if several := part.recordings.get(camera):
+        how |= {"parts": several.parts, "numbered": several.numbered}
+    return {key: value for key, value in how.items() if value}
 
 
 def _clip_detect(settings: Settings, clip: str) -> Order:

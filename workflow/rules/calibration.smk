@@ -18,7 +18,11 @@ for clip_set, members in SETS.items():
                 orders.calibration_points(SETTINGS, EXPERIMENT, camera, after),
                 [
                     EXPERIMENT.points,
-                    *(p for clip in clips for p in (clip.videos[camera], clip.picks)),
+                    *(
+                        p
+                        for clip in clips
+                        for p in (files_of(clip, camera), clip.picks)
+                    ),
                 ],
                 clip_set,
                 camera,

@@ -12,7 +12,13 @@ HOUSE = str(Path(str(workflow.current_basedir)).parents[1])
 sys.path.insert(0, HOUSE)
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
-from vidtrack.files.experiment import Experiment, channels_path, profiles, within
+from vidtrack.files.experiment import (
+    Experiment,
+    channels_path,
+    files_of,
+    profiles,
+    within,
+)
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import orders
@@ -166,6 +172,13 @@ def of_each(clip_set, name):
 
 def recordings(run):
     return list(EXPERIMENT.runs[run].videos.values())
+
+
+def whole_recordings(run):
+    """All files of each camera's recording."""
+    return [
+        files_of(EXPERIMENT.runs[run], camera) for camera in EXPERIMENT.runs[run].videos
+    ]
 
 
 def calibrations(run, name):

@@ -48,7 +48,9 @@ for run in LOCATED:
     )
     BOOK.add("kinematics", orders.kinematics(SETTINGS), [], run)
 for run in CLOCKED:
-    BOOK.add("clocks", orders.clocks(SETTINGS, EXPERIMENT, run), recordings(run), run)
+    BOOK.add(
+        "clocks", orders.clocks(SETTINGS, EXPERIMENT, run), whole_recordings(run), run
+    )
 for run in BODIED:
     BOOK.add("bodies", orders.bodies(SETTINGS, run), [], run)
 for run in ANALYSED:
@@ -57,8 +59,8 @@ for run in ANALYSED:
 for run, camera in WATERLINES.items():
     BOOK.add(
         "waterline",
-        orders.waterline(SETTINGS, run, camera),
-        [EXPERIMENT.runs[run].videos[camera], *PROFILES[run]],
+        orders.waterline(SETTINGS, EXPERIMENT, run, camera),
+        [files_of(EXPERIMENT.runs[run], camera), *PROFILES[run]],
         run,
     )
 

@@ -18,7 +18,7 @@ for run, camera in TRACKS:
     BOOK.add(
         "track",
         orders.track(SETTINGS, EXPERIMENT, run, camera),
-        [EXPERIMENT.runs[run].videos[camera], EXPERIMENT.runs[run].targets],
+        [files_of(EXPERIMENT.runs[run], camera), EXPERIMENT.runs[run].targets],
         run,
         camera,
     )
