@@ -18,9 +18,11 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.frame import Frame, Luma, VideoInfo
 from vidtrack.video.container import open_container, picture_stream
+from vidtrack.video.decoded import DecodedVideo
 from vidtrack.video.luma import luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
-from vidtrack.video.reader import Video, open_video
+from vidtrack.video.reader import open_video
+from vidtrack.video.recording import Video
 
 _SEEKABLE = ("mov", "matroska", "avi", "dv", "gif", "mxf")
 """Containers in which every packet has its stamp, and a seek ends where it should."""
@@ -36,6 +38,8 @@ class Pictures:
         self.path, self._options = path, options
         with open_video(path, **options) as video:
             self.info: VideoInfo = video.info
+            # one file, one stream, levels as they are stored: the pictures can be decoded here
+            self._plain = isinstance(video, DecodedVideo) and not {"stream", "colour"} & set(options)
         self._lock = threading.RLock()
         self._kept: OrderedDict[int, Luma] = OrderedDict()
         self._tick = Fraction(1)
@@ -80,6 +84,8 @@ class Pictures:
         """Time stamps of all pictures in order, and which of them are key frames; numbers where there are none."""
         if self.info.is_still:
             return [0], []
+        if not self._plain:
+            return self._counted()
         with open_container(self.path) as container:
             stream, _ = picture_stream(container, self.path)
             self._tick = stream.time_base * self.info.pace
@@ -87,12 +93,15 @@ class Pictures:
             packets = [(p.pts, p.is_keyframe) for p in container.demux(stream) if p.size and not p.is_discard]
         stamps = sorted(pts for pts, _ in packets if pts is not None)
         if not seekable or len(stamps) < len(packets) or len(set(stamps)) < len(stamps) or not stamps:
-            with open_video(self.path, **self._options) as video:
-                n = sum(1 for _ in video.frames())
-            self._tick = 1 / self.info.rate
-            return list(range(n)), []
+            return self._counted()
         place = {pts: i for i, pts in enumerate(stamps)}
         return stamps, sorted(place[pts] for pts, key in packets if key)
+
+    def _counted(self) -> tuple[list[int], list[int]]:
+        with open_video(self.path, **self._options) as video:
+            n = sum(1 for _ in video.frames())
+        self._tick = 1 / self.info.rate
+        return list(range(n)), []
 
     def _read(self, number: int) -> None:
         if not self._keys:
