@@ -84,3 +84,28 @@ def test_a_missing_ball_has_its_reason():
     assert "nearest blob is 9.0 px" in missing_because(labels, 0, 7)
     far = labels._replace(projected=[np.array([[600.0, 5.0]])])
     assert missing_because(far, 0, 0) == "outside the picture"
+
+
+FIVE = [0, 3, 5, 8, 11]
+
+
+@pytest.mark.parametrize(
+    ("written", "what"),
+    [
+        (lambda b: b * [1, -1] + [0, 479], "Yf is counted from the lower edge"),
+        (lambda b: b * [-1, 1] + [511, 0], "Xf is counted from the right edge"),
+        (lambda b: b * 2, "twice as large"),
+        (lambda b: b / 2, "half as large"),
+        (lambda b: b[:, ::-1], "exchanged"),
+    ],
+)
+def test_picks_counted_in_another_frame_are_told_which(written, what):
+    with pytest.raises(VidtrackError, match=what) as told:
+        answer(case(FIVE, written(B[FIVE])))
+    assert "line 2" in str(told.value)
+
+
+def test_picks_of_another_camera_are_said_to_fit_no_ball():
+    other = project(thesis_rig()[1], POINTS)
+    with pytest.raises(VidtrackError, match="exchanged"):
+        answer(case([0, 3, 5, 8, 11, 14], other[[0, 3, 5, 8, 11, 14]]))

@@ -15,6 +15,9 @@ from vidtrack.labelling.seeds import label_from_picks, on_one_line
 LEAST_SHARE = 0.6
 """Of the balls that should be in the picture, how many must be found before labels are believed."""
 
+LEAST_PICKS = 4
+"""Picks from which it can be judged whether they belong to the picture at all."""
+
 
 class Case(NamedTuple):
     """One camera's balls, and how to speak of them.
@@ -41,6 +44,8 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
     Raises VidtrackError, one line, where there is none or more than one.
     At most a third of the picks may be at odds with the answer; `odd_picks` says which.
     """
+    if len(answers) != 1 or 3 * (~agreeing(answers[0], case.picks)).sum() > len(case.picks.point):
+        _check_frame_of_picks(case, answers)
     if not answers:
         raise VidtrackError(_nothing_fits(case, None))
     if len(answers) > 1:
@@ -56,6 +61,35 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
     if best.matched < share * best.expected or 3 * (~agree).sum() > len(agree):
         raise VidtrackError(_nothing_fits(case, best))
     return best
+
+
+def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
+    """Refuse picks that were counted from another corner or in a picture of another size, or that fit no answer."""
+    picks, (width, height) = case.picks, case.image_size
+    if len(picks.point) < LEAST_PICKS:
+        return
+    last = np.array([width - 1, height - 1], float)
+    frames = {
+        "Yf is counted from the lower edge": picks.xy * [1, -1] + [0, last[1]],
+        "Xf is counted from the right edge": picks.xy * [-1, 1] + [last[0], 0],
+        "Xf and Yf are counted from the lower right corner": last - picks.xy,
+        "they are of a picture twice as large": picks.xy / 2,
+        "they are of a picture half as large": picks.xy * 2,
+        "Xf and Yf are exchanged": picks.xy[:, ::-1],
+    }
+    for what, xy in frames.items():
+        moved = picks._replace(xy=np.ascontiguousarray(xy))
+        found = label_from_picks(case.points, case.views, moved, case.image_size)
+        if found and complete(found[0], moved) and agreeing(found[0], moved).all():
+            raise VidtrackError(
+                f"{case.where[0]}: the picks of camera {case.camera} fit the balls only if {what}. Write Xf from the "
+                "left, Yf from the top, 0 in the middle of the first pixel, in px of the recording."
+            )
+    if answers and all(3 * (~agreeing(labels, picks)).sum() > len(picks.point) for labels in answers):
+        raise VidtrackError(
+            f"{case.where[0]}: most picks of camera {case.camera} lie where no ball of their tags can be. Is this clip "
+            "of this camera, or are two cameras' recordings exchanged? Else correct the picks."
+        )
 
 
 def odd_picks(case: Case, labels: Labels) -> list[str]:
