@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.association.swarm import as_tracklets, seen, swarm
-from vidtrack.association.continuity import UNKNOWN, Motion
+from vidtrack.association.continuity import FLOOR, UNKNOWN, Motion
 from vidtrack.association.courses import Course, courses, filled, rows_of, seam_evidence, stretches
 from vidtrack.association.groups import nodes_of
 from vidtrack.simulate.rig import thesis_rig
@@ -51,3 +51,11 @@ def test_only_the_seams_between_two_parts_are_judged():
     told = seam_evidence(two, motion)
     assert told.information > 0
     assert told.nats > seam_evidence(two._replace(place=place[:60] + np.repeat([0, 50], 30)[:, None]), motion).nats
+
+
+def test_a_stretch_between_two_gaps_is_refuted_by_both_seams_no_more_than_by_one():
+    # a ball may bounce at both ends of it
+    place = np.cumsum(np.random.default_rng(1).normal(0, 0.1, (300, 3)), 0)
+    motion = Motion([place])
+    moved = place[:90] + np.repeat([0, 1e6, 0], 30)[:, None]
+    assert seam_evidence(Course(np.arange(90), moved, np.repeat([1, 2, 1], 30)), motion).nats == FLOOR

@@ -30,7 +30,7 @@ FINE = 20
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
 FLOOR = -30.0
-"""Nats, the least that a jump may tell."""
+"""Nats, the least that a jump may tell: less than LASTING, as a target may bounce while it is not seen."""
 
 
 class Evidence(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.association.continuity import LENGTHS, Evidence, Motion
+from vidtrack.association.continuity import FLOOR, LENGTHS, Evidence, Motion
 from vidtrack.association.tracklets import LONGEST_GAP, Tracklets
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
@@ -123,7 +123,10 @@ def longest_gap(moment: Ints, source: Ints) -> int:
 
 
 def seam_evidence(course: Course, motion: Motion) -> Evidence:
-    """What the motion says of a joint course, over the longest of its seams."""
+    """What the motion says of a joint course, over the longest of its seams; it refutes no more than one jump may.
+
+    What lies in a gap of the other one has two seams, and a target may bounce at both.
+    """
     course = filled(course)
     parts = stretches(course)
     seams = []
@@ -133,4 +136,4 @@ def seam_evidence(course: Course, motion: Motion) -> Evidence:
             seams.append((min(j - i, m - k), course.place[i:j][-AROUND:], course.place[k:m][:AROUND], gap))
     seams.sort(key=lambda s: -s[0])
     told = [motion.evidence(before, after, gap) for _, before, after, gap in seams[:SEAMS]]
-    return Evidence(float(sum(e.nats for e in told)), float(sum(e.information for e in told)))
+    return Evidence(max(sum(e.nats for e in told), FLOOR), float(sum(e.information for e in told)))
