@@ -8,13 +8,13 @@ from vidtrack.simulate.rig import thesis_rig
 CAMERA = thesis_rig(1)[0]
 
 
-def rows(samples, target, flags=None, number=-1, Xf=None):
+def rows(samples, target, flags=None, number=-1, Xf=None, bound=False):
     n = len(samples)
     flag = np.array(flags if flags is not None else [""] * n, object)
     b = np.repeat(np.where(flag == "lost", np.nan, 10.0 + np.arange(n) if Xf is None else Xf)[:, None], 2, 1)
     words = np.full(n, "", object)
     named = np.full(n, target, object)
-    return Rows(np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number))
+    return Rows(np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number), np.full(n, bound))
 
 
 def centroids(flags):

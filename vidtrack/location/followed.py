@@ -26,6 +26,7 @@ class Rows(NamedTuple):
     flag: Labels  # (N,)
     label: Labels  # (N,) time code, or the like
     tracklet: Ints  # (N,) -1 for none
+    bound: Bools  # (N,) whether its tracklet begins in a start box of its target's name
 
 
 def view_of(
@@ -42,6 +43,7 @@ def view_of(
     n = len(labels)
     rows = centroids
     begins = np.zeros(len(column), bool)
+    number, bound = rows.tracklet, rows.bound
     if tracklets is not None and tracklets.time.size:
         tracklets = _at(tracklets, t)
         others, lane = _others(tracklets, t)
@@ -49,6 +51,7 @@ def view_of(
         codes = np.concatenate([codes, n + lane])
         column = np.concatenate([column, np.searchsorted(t, others.time)])
         begins = np.concatenate([begins, _first_of_each(others.tracklet)])
+        number, bound = rows.tracklet, rows.bound
     b = np.full((int(codes.max(initial=n - 1)) + 1, t.size, 2), np.nan)
     b[codes, column] = rows.b
     has_sd = bool(np.isfinite(rows.sd[:, 0]).any())
@@ -60,12 +63,21 @@ def view_of(
     flag[codes, column] = rows.flag
     label = np.full(t.size, "", object)
     label[column[: centroids.time.size]] = centroids.label
+    numbers, is_bound = np.full(b.shape[:2], -1, np.intp), np.zeros(b.shape[:2], bool)
+    numbers[codes, column], is_bound[codes, column] = number, bound
     broken = may_change(flag)
     broken[codes[begins], column[begins]] = True
     if tracklets is not None and tracklets.time.size:
-        broken |= _begins(tracklets, labels, t, len(b))
+        own = _some(tracklets, np.isin(tracklets.target.astype(str), labels) & (tracklets.target != ""))
+        at = _codes(own.target, labels), np.searchsorted(t, own.time)
+        numbers[at], is_bound[at] = own.tracklet, own.bound
+        one = _first_of_each(own.tracklet)
+        broken[at[0][one], at[1][one]] = True
     tracks = [*labels, *[""] * (len(b) - n)]
-    return View(name, camera, uncertainty, t, label, tracks, b, sd, flag, has_sd, pieces_of(b, broken))
+    piece = pieces_of(b, broken)
+    _, first = np.unique(piece[piece >= 0], return_index=True)
+    said = numbers[piece >= 0][first], is_bound[piece >= 0][first]
+    return View(name, camera, uncertainty, t, label, tracks, b, sd, flag, has_sd, piece, *said)
 
 
 def _codes(target: Labels, labels: list[str]) -> Ints:
@@ -101,11 +113,3 @@ def _others(tracklets: Rows, t: Array) -> tuple[Rows, Ints]:
     np.maximum.at(last, which, moment)
     return own, lanes(first, last)[which]
 
-
-def _begins(tracklets: Rows, labels: list[str], t: Array, rows: int) -> Bools:
-    """Samples (rows, T) at which a tracklet of a target begins."""
-    out = np.zeros((rows, t.size), bool)
-    own = _some(tracklets, np.isin(tracklets.target.astype(str), labels) & (tracklets.target != ""))
-    own = _some(own, _first_of_each(own.tracklet))
-    out[_codes(own.target, labels), np.searchsorted(t, own.time)] = True
-    return out

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.association.associate import NONE, associate
+from vidtrack.association.associate import NONE, Left, Ties, associate
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
@@ -37,6 +37,9 @@ class Match(NamedTuple):
     lead: Array  # (m,) nats by which the least sure join of each is likelier than any other; inf where names decide
     n_common: Ints  # (m,) moments at which two cameras or more saw it
     bias_px: float  # what the calibration was found to leave; NaN where names decide
+    part_of: tuple[tuple[int, ...], ...] = ()  # (m,) of which trajectories each may be a part; () where all stand alone
+    left: tuple[Left, ...] = ()  # what was located besides
+    ties: tuple[Ties, ...] = ()  # for each camera (n_pieces,): what holds each tracklet to its trajectory; () by name
 
 
 def matched(
@@ -98,14 +101,31 @@ def _by_association(
 ) -> Match:
     cameras = [v.camera for v in views]
     tracklets, numbers = zip(*(tracklets_seen(s) for s in seen), strict=True)
-    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px)
+    given = [np.array(v.given, object)[n].tolist() for v, n in zip(views, numbers, strict=True)]
+    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px, names=given)
     trajectory, reason = [], []
     for view, number, own, why in zip(views, numbers, found.trajectory, found.reason, strict=True):
         trajectory.append(np.full(view.n_pieces, NONE, np.intp))
         reason.append(np.full(view.n_pieces, "no moment shared", object))
         trajectory[-1][number], reason[-1][number] = own, why
-    labels = _labels(views, seen, trajectory, found.m, names)
-    return _match(views, seen, labels, trajectory, reason, found.lead, found.bias_px)
+    labels = labels_of(views, seen, trajectory, found.part_of, names)
+    match = _match(views, seen, labels, trajectory, reason, found.lead, found.bias_px)
+    ties = tuple(_of_pieces(t, k, numbers, v.n_pieces) for k, (t, v) in enumerate(zip(found.ties, views, strict=True)))
+    return match._replace(part_of=found.part_of, left=found.left, ties=ties)
+
+
+def _of_pieces(ties: Ties, camera: int, numbers: Sequence[Ints], n: int) -> Ties:
+    """The ties of a camera's tracklets by their numbers in the cameras."""
+    lead = np.full(n, np.nan)
+    lead[numbers[camera]] = ties.lead
+    pairs = []
+    for pair in (ties.fellow, ties.rival):
+        out = np.full((n, 2), NONE)
+        real = np.flatnonzero(pair[:, 0] != NONE)
+        which = [numbers[c][k] for c, k in pair[real].tolist()]
+        out[numbers[camera][real]] = np.stack([pair[real, 0], np.array(which, np.intp)], -1)
+        pairs.append(out)
+    return Ties(lead, *pairs)
 
 
 def _match(
@@ -228,14 +248,20 @@ def _any_off(views: Sequence[View], seen: Sequence[Seen], same: Match, tolerance
     return False
 
 
-def _labels(
-    views: Sequence[View], seen: Sequence[Seen], trajectory: Sequence[Ints], m: int, names: list[str] | None
+def labels_of(
+    views: Sequence[View],
+    seen: Sequence[Seen],
+    trajectory: Sequence[Ints],
+    part_of: Sequence[tuple[int, ...]],
+    names: list[str] | None,
 ) -> list[str]:
-    """Each trajectory's name: that of the tracks that show it, one to one.
+    """Each trajectory's name: that of the tracks that show it, one to one; a|b for one that may be a part of a or b.
 
     Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
     as they are followed, and the first camera decides.
     """
+    m = sum(not several for several in part_of)
+    trajectory = [np.where(own < m, own, NONE) for own in trajectory]
     known = list(dict.fromkeys([*(names or []), *(n for v in views for n in v.named)]))
     votes = np.zeros((m, len(known)))
     for i, (view, s, own) in enumerate(zip(views, seen, trajectory, strict=True)):
@@ -246,7 +272,8 @@ def _labels(
             column = known.index(name)
             weight = 1.0 if i == 0 else ELSEWHERE
             there = np.flatnonzero(piece != NONE)
-            if names is not None and name in names and there.size:
+            bound = there.size > 0 and bool(view.bound[piece[there[0]]])
+            if bound or (names is not None and name in names and there.size):
                 row = np.where(piece == piece[there[0]], row, NONE)
                 weight = GIVEN * (1 + ELSEWHERE * (i == 0)) / there.size
             np.add.at(votes[:, column], row[row != NONE], weight)
@@ -255,4 +282,5 @@ def _labels(
         if votes[k, best] > 0:
             labels[k] = known[best]
     free = (f"t{i}" for i in range(1, 2 * m + len(known) + 1) if f"t{i}" not in known)
-    return [label or next(free) for label in labels]
+    labels = [label or next(free) for label in labels]
+    return labels + ["|".join(labels[k] for k in several) for several in part_of[m:]]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import NONE
 from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
@@ -32,6 +32,8 @@ class View(NamedTuple):
     flag: Labels  # (n, T)
     has_sd: bool
     piece: Ints  # (n, T) the tracklet of each sample, numbered from 0 in a camera; NONE where there is none
+    number: Ints  # (n_pieces,) that of the same tracklet in the table of the track stage; NONE where it has none
+    bound: Bools  # (n_pieces,) whether it begins in a start box of its track's name
 
     @property
     def named(self) -> list[str]:
@@ -42,6 +44,14 @@ class View(NamedTuple):
     def n_pieces(self) -> int:
         """How many tracklets there are."""
         return int(self.piece.max(initial=NONE)) + 1
+
+    @property
+    def given(self) -> list[str]:
+        """The name that a start box gives each tracklet, '' where none does."""
+        track = np.zeros(self.n_pieces, np.intp)
+        where = np.nonzero(self.piece != NONE)
+        track[self.piece[where]] = where[0]
+        return [self.tracks[k] if bound else "" for k, bound in zip(track.tolist(), self.bound.tolist(), strict=True)]
 
 
 def same_day(views: Sequence[View]) -> list[View]:

@@ -221,7 +221,8 @@ def _rows(table: pd.DataFrame) -> Rows:
     sd = table.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
     number = table["tracklet"].to_numpy(np.intp) if "tracklet" in table else np.full(len(table), -1, np.intp)
     b = table[["Xf", "Yf"]].to_numpy(float)
-    return Rows(table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number)
+    bound = table["bound"].to_numpy(bool) if "bound" in table else np.zeros(len(table), bool)
+    return Rows(table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number, bound)
 
 
 def _given_clocks(
