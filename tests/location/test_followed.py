@@ -14,16 +14,18 @@ def rows(samples, target, flags=None, number=-1, Xf=None, bound=False):
     b = np.repeat(np.where(flag == "lost", np.nan, 10.0 + np.arange(n) if Xf is None else Xf)[:, None], 2, 1)
     words = np.full(n, "", object)
     named = np.full(n, target, object)
-    return Rows(np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number), np.full(n, bound))
+    return Rows(
+        np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number), np.full(n, bound)
+    )
 
 
 def centroids(flags):
     return rows(range(len(flags)), "t1", flags)
 
 
-def tracklets(*told):
+def tracklets(*told, bound=False):
     """Tracklets from (number, target, samples)."""
-    parts = [rows(samples, name, number=k, Xf=100.0 * k) for k, name, samples in told]
+    parts = [rows(samples, name, number=k, Xf=100.0 * k, bound=bound) for k, name, samples in told]
     return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -49,3 +51,17 @@ def test_tracklets_of_two_samples_and_samples_of_no_moment_are_noise():
     view = view_of("cam1", centroids([""] * 10), few, CAMERA, None)
     assert view.tracks == ["t1"]
     assert view.n_pieces == 1
+
+
+def test_each_piece_knows_its_tracklet_in_the_table_and_the_name_that_a_start_box_gives_it():
+    cut = tracklets((7, "t1", range(5)), (4, "t1", range(5, 10)), (9, "", range(3, 9)))
+    view = view_of("cam1", centroids([""] * 10), cut, CAMERA, None)
+    assert view.number.tolist() == [7, 4, 9]
+    assert view.given == ["", "", ""]
+    bound = tracklets((7, "t1", range(5)), bound=True)
+    free = tracklets((4, "t1", range(5, 10)))
+    both = Rows(*(np.concatenate(column) for column in zip(bound, free, strict=True)))
+    assert view_of("cam1", centroids([""] * 10), both, CAMERA, None).given == ["t1", ""]
+    alone = view_of("cam1", centroids([""] * 10), None, CAMERA, None)
+    assert alone.number.tolist() == [-1]
+    assert alone.given == [""]

@@ -8,10 +8,13 @@ from vidtrack.location.locate_findings import findings_of
 
 TURNED = {"kind": "turned", "cameras": ["cam2"], "amount": 1.3, "sd": 0.01, "units": "deg", "share": 0.9}
 TURNED |= {"evidence": 200.0, "moves_over_sigma": 12.0}
+MORE = {"reason": "surplus", "of": "", "start_s": 1.0, "end_s": 4.0, "samples": 90, "place": [1.0, 2.0, -3.0]}
 WELL = {
     "correspondence": {
         "tolerance_px": 3.0,
-        "targets": {"t1": {"ambiguous": False, "error_px": 0.02, "odds": 1e12}},
+        "targets": {"t1": {"ambiguous": False, "error_px": 0.02, "odds": 1e12, "part_of": []}},
+        "besides": [],
+        "mirrored": {},
         "unmatched": {},
         "left_over": {},
     },
@@ -51,6 +54,20 @@ def test_a_run_that_went_well_has_none():
             "cam1: 7 samples fit several targets about as well, and are used for none",
         ),
         ("correspondence__unmatched", {"cam2": ["t3", "t4"]}, "doubtful", "the same target as t3, t4"),
+        ("correspondence__mirrored", {"t2": "t1"}, "bad", "target t2 is the mirror image of t1"),
+        ("correspondence__besides", [MORE | {"reason": "mirror", "of": "t1"}], "note", "mirror images of t1 were seen"),
+        (
+            "correspondence__besides",
+            [MORE, MORE | {"samples": 29}],
+            "note",
+            "2 things move or stand in space where 1 were asked for; besides these: 1.00 to 4.00 s about (1, 2, -3) in",
+        ),
+        (
+            "correspondence__targets",
+            {"t1": {"part_of": []}, "t1|t2": {"part_of": ["t1", "t2"], "start_s": 3.0, "end_s": 4.5}},
+            "doubtful",
+            "from 3.000 to 4.500 s nothing shows whether what is located as t1|t2 is t1 or t2",
+        ),
         ("volume__share_outside", 0.6, "doubtful", "60 % of the samples lie outside the calibrated volume, by up to"),
         ("noise__source", "assumed", "doubtful", "centroid noise that is assumed"),
         ("sight_lines__over_sigma", 4.0, "doubtful", "cam2: lines of sight miss the located points by 0.1 px rms"),

@@ -23,11 +23,13 @@ class Limits:
              surface is never quite plane
     changes  rms by which the distance of the two changes, over their noise, at least: two points of a rigid body that
              keeps its attitude would else mirror each other too
+    some     moments, about, at which all pairs are looked at before any is judged
     """
 
     fewest: int = 20
     leaves: float = 0.1
     changes: float = 10.0
+    some: int = 400
 
 
 LIMITS = Limits()
@@ -67,13 +69,31 @@ def images_among(moments: Sequence[Ints], places: Sequence[Array], eyes: Array) 
     moments   (k,) of each, rising; places (k, 3) there
     """
     images: dict[int, int] = {}
-    for i in range(len(moments)):
-        for j in range(i + 1, len(moments)):
-            _, a, b = np.intersect1d(moments[i], moments[j], assume_unique=True, return_indices=True)
-            which = reflected(places[i][a], places[j][b], eyes) if a.size >= LIMITS.fewest else None
-            if which is not None:
-                images[(i, j)[which]] = (i, j)[1 - which]
+    for i, j in _opposite(moments, places):
+        _, a, b = np.intersect1d(moments[i], moments[j], assume_unique=True, return_indices=True)
+        which = reflected(places[i][a], places[j][b], eyes)
+        if which is not None:
+            images[(i, j)[which]] = (i, j)[1 - which]
     return images
+
+
+def _opposite(moments: Sequence[Ints], places: Sequence[Array]) -> list[tuple[int, int]]:
+    """Pairs of trajectories whose difference keeps its direction, at some of the moments."""
+    if len(moments) < 2:
+        return []
+    at = np.unique(np.concatenate(list(moments)))
+    some = at[:: max(1, at.size // LIMITS.some)]
+    p = np.full((len(moments), some.size, 3), np.nan)
+    for k, (own, place) in enumerate(zip(moments, places, strict=True)):
+        _, a, b = np.intersect1d(own, some, assume_unique=True, return_indices=True)
+        p[k, b] = place[a]
+    out = []
+    for i in range(len(p) - 1):
+        apart = np.nan_to_num(p[i] - p[i + 1 :])
+        values = np.linalg.eigvalsh(np.einsum("kmi,kmj->kij", apart, apart))
+        alike = (values[:, 0] + values[:, 1] <= LIMITS.leaves**2 * values[:, 2]) & (values[:, 2] > 0)
+        out += [(i, i + 1 + int(k)) for k in np.flatnonzero(alike)]
+    return out
 
 
 def _noise(p: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
@@ -11,12 +11,16 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.location.associations import COLUMNS
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from vidtrack.stages.locate import Locations
+    from vidtrack.stages.locate_plane import PlaneLocations
 
 
 def run(job: Job) -> None:
@@ -25,15 +29,19 @@ def run(job: Job) -> None:
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane[,
     max_miss].
-    outputs: trajectories, csv, record.
+    outputs: trajectories, csv, associations, record.
     """
-    trajectories, record = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
+    located: Locations | PlaneLocations = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
+    trajectories, record = located.trajectories, located.record
+    write_parquet(
+        job.outputs["associations"], located.associations, units="", provenance=job.provenance, columns=COLUMNS
+    )
     write_parquet(job.outputs["trajectories"], trajectories, units=job.settings["units"], provenance=job.provenance)
     write_csv(job.outputs["csv"], trajectories)
     write_json(job.outputs["record"], record, job.provenance)
 
 
-def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
+def _in_space(job: Job) -> Locations:
     from vidtrack.stages.locate import locate
 
     names = list(job.settings["cameras"])
@@ -55,7 +63,7 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     options["clocks"] = {  # without any time code nothing says that the recordings began at one moment
         name: own if own is not None else "motion" if unset else {} for name, own in options["clocks"].items()
     }
-    located, record = locate(
+    located = locate(
         tables,
         calibrated,
         pictures=_pictures(job, sizes),
@@ -66,9 +74,9 @@ def _in_space(job: Job) -> tuple[DataFrame, dict[str, Any]]:
         where=f"runs.{job.settings['run']}",
         **options,
     )
-    record["time"] = {"scale": scale.note, "shift_s": scale.shift}
-    record["findings"] = [*record["findings"], *as_records(scale.findings)]
-    return located, record
+    located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
+    located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
+    return located
 
 
 def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
@@ -88,7 +96,7 @@ def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
     return pictures
 
 
-def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
+def _in_plane(job: Job) -> PlaneLocations:
     from vidtrack.stages.locate_plane import locate_plane
 
     where = f"runs.{job.settings['run']}"
@@ -101,6 +109,9 @@ def _in_plane(job: Job) -> tuple[DataFrame, dict[str, Any]]:
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
     return locate_plane(
         read_parquet(tables[0]),
+        tracklets=next((read_parquet(path) for path in job.paths("tracklets")), None),
+        targets=job.settings.get("targets"),
+        camera=job.settings["cameras"][0],
         scale=plane.get("scale"),
         aspect=plane.get("aspect", 1.0),
         points=_known_points(job, plane.get("clip"), where) if plane.get("points") else None,

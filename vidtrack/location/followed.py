@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from vidtrack.association.tracklets import lanes, may_change, pieces_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.location.views import Labels, View
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SHORTEST = 3
 """Samples of a tracklet of no target, at least; with fewer it is taken for noise."""
@@ -29,8 +32,24 @@ class Rows(NamedTuple):
     bound: Bools  # (N,) whether its tracklet begins in a start box of its target's name
 
 
+def rows_of(table: DataFrame) -> Rows:
+    """The rows of a table of centroids or of tracklets."""
+
+    def words(column: str) -> Labels:
+        n = len(table)
+        return table[column].fillna("").astype(str).to_numpy(object) if column in table else np.full(n, "", object)
+
+    sd = table.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
+    number = table["tracklet"].to_numpy(np.intp) if "tracklet" in table else np.full(len(table), -1, np.intp)
+    b = table[["Xf", "Yf"]].to_numpy(float)
+    bound = table["bound"].to_numpy(bool) if "bound" in table else np.zeros(len(table), bool)
+    return Rows(
+        table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number, bound
+    )
+
+
 def view_of(
-    name: str, centroids: Rows, tracklets: Rows | None, camera: Camera, uncertainty: CameraUncertainty | None
+    name: str, centroids: Rows, tracklets: Rows | None, camera: Camera | None, uncertainty: CameraUncertainty | None
 ) -> View:
     """A camera's view, a track a target of the centroid table.
 
@@ -77,7 +96,8 @@ def view_of(
     piece = pieces_of(b, broken)
     _, first = np.unique(piece[piece >= 0], return_index=True)
     said = numbers[piece >= 0][first], is_bound[piece >= 0][first]
-    return View(name, camera, uncertainty, t, label, tracks, b, sd, flag, has_sd, piece, *said)
+    seen = t, label, tracks, b, sd, flag, has_sd, piece
+    return View(name, camera, uncertainty, *seen, *said)  # type: ignore[arg-type] # mode plane needs no camera
 
 
 def _codes(target: Labels, labels: list[str]) -> Ints:
@@ -112,4 +132,3 @@ def _others(tracklets: Rows, t: Array) -> tuple[Rows, Ints]:
     np.minimum.at(first, which, moment)
     np.maximum.at(last, which, moment)
     return own, lanes(first, last)[which]
-

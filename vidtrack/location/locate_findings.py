@@ -21,13 +21,16 @@ EXPLAINS = 0.5
 OUTSIDE = (0.01, 0.5)
 """Share of samples outside the calibrated volume that is worth a word, and that is doubtful."""
 
+LASTING = 30
+"""Samples of something located besides the targets, at least, to be worth a word."""
+
 DISAGREE = (0.02, 0.2)
 """Share of samples on which cameras disagree: doubtful, and bad."""
 
 
 def findings_of(record: Record, units: str) -> list[Finding]:
     """What a user should look at, by the record of stage locate."""
-    out = [*_correspondence(record), *_sight_lines(record, units), *_noise(record["noise"])]
+    out = [*_correspondence(record, units), *_sight_lines(record, units), *_noise(record["noise"])]
     volume = record["volume"]
     if volume and volume["share_outside"] > OUTSIDE[0]:
         far: Level = "doubtful" if volume["share_outside"] > OUTSIDE[1] else "note"
@@ -48,7 +51,7 @@ def findings_of(record: Record, units: str) -> list[Finding]:
     return out
 
 
-def _correspondence(record: Record) -> list[Finding]:
+def _correspondence(record: Record, units: str) -> list[Finding]:
     match = record["correspondence"]
     out = []
     if not match["targets"]:
@@ -68,6 +71,39 @@ def _correspondence(record: Record) -> list[Finding]:
         text = f"{camera}: no other camera shows the same target as {', '.join(tracks)}"
         cure = "See in the tracks what it followed; start boxes in targets.csv keep it off reflections and neighbours."
         out.append(Finding("doubtful", "track-unmatched", text, cure))
+    return [*out, *_besides(match, units)]
+
+
+def _besides(match: Record, units: str) -> list[Finding]:
+    """What was located besides the targets, reflections, and stretches of which it is open whose they are."""
+    out = []
+    for image, target in match["mirrored"].items():
+        text = f"target {image} is the mirror image of {target}: it lies beyond a surface that reflects"
+        cure = "Take it off the targets, or place its start box on the target itself."
+        out.append(Finding("bad", "target-mirrored", text, cure))
+    images = [own for own in match["besides"] if own["reason"] == "mirror"]
+    if images:
+        of = ", ".join(dict.fromkeys(own["of"] or "what is no target" for own in images))
+        text = f"mirror images of {of} were seen as well, and are not taken for targets"
+        cure = "Cover what reflects, or place start boxes on the targets, where a camera follows an image instead."
+        out.append(Finding("note", "mirror-images", text, cure))
+    several = {name: own["part_of"] for name, own in match["targets"].items() if own["part_of"]}
+    for name, names in several.items():
+        own = match["targets"][name]
+        when = f"from {own['start_s']:.3f} to {own['end_s']:.3f} s"
+        text = f"{when} nothing shows whether what is located as {name} is {' or '.join(names)}"
+        out.append(Finding("doubtful", "identity-open", text, "Name the targets in a start box, or add a camera."))
+    more = [own for own in match["besides"] if own["reason"] == "surplus" and own["samples"] >= LASTING]
+    if more:
+        n = len(match["targets"]) - len(several)
+        where = [", ".join(f"{x:.3g}" for x in own["place"]) for own in more[:5]]
+        listed = "; ".join(
+            f"{own['start_s']:.2f} to {own['end_s']:.2f} s about ({place}) {units}"
+            for own, place in zip(more, where, strict=False)
+        )
+        text = f"{n + len(more)} things move or stand in space where {n} were asked for; besides these: {listed}"
+        cure = "Set targets to all to have every one of them, or place start boxes on those that are meant."
+        out.append(Finding("note", "more-targets-located", text, cure))
     return out
 
 

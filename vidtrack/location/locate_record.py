@@ -9,6 +9,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.association.associate import NONE
+from vidtrack.association.mirror import images_among
 from vidtrack.geometry.triangulate import Located
 from vidtrack.location.centroid_noise import Noise
 from vidtrack.location.matching import Match
@@ -73,7 +74,8 @@ def match_record(
             },
             "error_px": float(match.error_px[k]),
             "error": float(match.error_px[k]) * scale,
-            "odds": float(np.exp(min(lead, LARGEST_LEAD))) if np.isfinite(lead) else None,
+            "odds": odds_of(lead) if np.isfinite(lead) else None,
+            "part_of": [match.labels[other] for other in (match.part_of[k] if match.part_of else ())],
             "ambiguous": any(
                 ((reason[v.piece] == "contested") & (v.piece != NONE))[(own == k).any(1)].any()
                 for v, own, reason in zip(views, whose, match.reason, strict=True)
@@ -88,9 +90,34 @@ def match_record(
         "world_per_px": scale,
         "bias_px": match.bias_px if np.isfinite(match.bias_px) else None,
         "targets": targets,
+        "besides": [
+            {
+                "reason": own.reason,
+                "of": match.labels[own.of] if own.of != NONE else "",
+                "start_s": float(at[own.first]),
+                "end_s": float(at[own.last]),
+                "samples": own.n,
+                "place": own.place.tolist(),
+            }
+            for own in match.left
+        ],
+        "mirrored": _mirrored(views, match.labels, located),
         "unmatched": {v.name: own for v, own in zip(views, _unmatched(views, whose), strict=True) if own},
         "left_over": {v.name: own for v, own in zip(views, _left_over(views, match), strict=True) if own},
     }
+
+
+def odds_of(lead: float) -> float:
+    """How many times likelier a choice is than the next one that is so many nats less likely."""
+    return float(np.exp(min(lead, LARGEST_LEAD)))
+
+
+def _mirrored(views: Sequence[View], labels: Sequence[str], located: Located) -> dict[str, str]:
+    """Targets that are mirror images, by their names, each with that which it is the image of."""
+    moments = [np.flatnonzero(found) for found in np.isfinite(located.point[..., 0])]
+    places = [p[m] for p, m in zip(located.point, moments, strict=True)]
+    images = images_among(moments, places, np.array([v.camera.position for v in views]))
+    return {labels[i]: labels[j] for i, j in images.items()}
 
 
 def _span(point: Array, at: Array) -> dict[str, float | None]:

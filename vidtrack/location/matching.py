@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import NONE, Left, Ties, associate
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
@@ -40,6 +40,11 @@ class Match(NamedTuple):
     part_of: tuple[tuple[int, ...], ...] = ()  # (m,) of which trajectories each may be a part; () where all stand alone
     left: tuple[Left, ...] = ()  # what was located besides
     ties: tuple[Ties, ...] = ()  # for each camera (n_pieces,): what holds each tracklet to its trajectory; () by name
+
+    @property
+    def open(self) -> Bools:
+        """Which trajectories (m,) may be parts of others."""
+        return np.array([bool(several) for several in self.part_of] or [False] * len(self.labels), bool)
 
 
 def matched(

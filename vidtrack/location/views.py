@@ -22,7 +22,7 @@ class View(NamedTuple):
     """One camera's centroids: n tracks at T moments, and the tracklets that the tracks are made of."""
 
     name: str
-    camera: Camera
+    camera: Camera  # of mode plane: none is needed, and it is None
     uncertainty: CameraUncertainty | None
     t: Array  # (T,) s, by the camera's own clock
     timecode: Labels  # (T,)
@@ -119,6 +119,13 @@ def of_samples(piece: Ints, trajectory: Ints) -> Ints:
 def joined(a: Labels, b: Labels) -> Labels:
     """Flags put together with a semicolon."""
     return np.asarray(np.where(a == "", b, np.where(b == "", a, a + ";" + b)), object)
+
+
+def with_word(flag: Labels, rows: Bools, word: str) -> Labels:
+    """Flags (m, M) with a word before those of the rows (m,)."""
+    added = np.full(flag.shape, "", object)
+    added[rows] = word
+    return joined(added, flag)
 
 
 def flags_by_trajectory(seen: Seen, trajectory: Ints, m: int) -> Labels:

@@ -59,8 +59,12 @@ class Run(DetectChange):
         description="space: positions from two or more cameras; plane: from one camera, in a plane of known scale or "
         "points; waterline: no targets, only the edge of the water",
     )
-    targets: Annotated[tuple[str, ...] | Annotated[int, Field(ge=1)] | None, BeforeValidator(names)] = Field(
-        None, description="how many, or a list of names; default: the names in targets.csv, else 1"
+    targets: Annotated[
+        tuple[str, ...] | Annotated[int, Field(ge=1)] | Literal["all"] | None, BeforeValidator(names)
+    ] = Field(
+        None,
+        description="how many, or a list of names; all: as many as move and two cameras see (mode plane: as move), each "
+        "from where it is located first to where last; default: the names in targets.csv, else 1",
     )
     reference: Reference | None = Field(
         None, description="how reference.csv is read; default: time in its first column, x in its second"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,8 +15,10 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
+from vidtrack.location.associations import association_columns
+from vidtrack.location.believed import rows_kept, without_chance, without_far
 from vidtrack.location.centroid_noise import noise_factor
-from vidtrack.location.followed import Rows, view_of
+from vidtrack.location.followed import rows_of, view_of
 from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -41,6 +43,7 @@ from vidtrack.location.views import (
     joined,
     same_day,
     timecodes,
+    with_word,
 )
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
@@ -57,22 +60,20 @@ TOLERANCE_PX, TOLERANCE_SD = 3.0, 6.0
 MISFITS = {"nothing-matched", "track-unmatched", "match-contradicted", "sight-lines-miss", "cameras-disagree"}
 """Findings that may have their reason in a camera whose pictures are not those of its calibration."""
 
-BY_CHANCE = 0.3
-"""Share of a target's samples on which cameras disagree above which two that agree now and then do so by chance."""
-
 
 class Locations(NamedTuple):
     """What `locate` returns."""
 
     trajectories: pd.DataFrame
     record: dict[str, Any]
+    associations: pd.DataFrame  # a row a tracklet: the target that it is of and what holds it to that, or why none
 
 
 def locate(
     centroids: Mapping[str, pd.DataFrame],
     cameras: Mapping[str, Any],
     *,
-    targets: int | Sequence[str] | None = None,
+    targets: int | Sequence[str] | Literal["all"] | None = None,
     clocks: Mapping[str, Mapping[str, float] | str] | str | None = None,
     heard: Mapping[str, Any] | None = None,
     tolerance_px: float | None = None,
@@ -88,7 +89,8 @@ def locate(
 
     centroids      camera: table of time_s, target, Xf, Yf (px), flag; timecode, sd_x, sd_y (px) where there are any
     cameras        camera: (Camera, Uncertainty or None), or a Calibrated; more cameras than tables do no harm
-    targets        their names, or how many there are; None: as many as the cameras agree upon
+    targets        their names, or how many there are; all: as many as the cameras agree upon, each with rows from its
+                   first fix to its last; None: as all, with rows at all moments
     clocks         camera: {"offset_s", "rate_ppm"}, added to its time; or the method that estimates it: "auto",
                    "motion", "sound", "flash"
     heard          the estimates of stage clocks: camera: method: its answer; None: only the motion is used
@@ -108,7 +110,7 @@ def locate(
     views = same_day(_views(centroids, tracklets or {}, cameras, shown, where))
     if points is not None:
         points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
-    names = None if targets is None or isinstance(targets, int) else list(targets)
+    names = None if targets is None or targets == "all" or isinstance(targets, int) else list(targets)
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     reach = tolerance_px or TOLERANCE_PX
     given = _given_clocks(views, clocks)
@@ -146,13 +148,14 @@ def locate(
         joint=joint,
         slips=_slips(timed, b, at),
     )
-    located = _without_chance(points_of(reject=reject))
+    located = without_chance(points_of(reject=reject))
     whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
     misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at)
     if max_miss is not None:
-        located = _without_far(located, max_miss)
+        located = without_far(located, max_miss)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
     table["flag"] = _flags(views, seen, match, located, max_miss).ravel()
+    table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
     outside = _outside(points, volume, table)
     if outside is not None:
         table["outside"] = outside > 0
@@ -165,25 +168,11 @@ def locate(
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
-    return Locations(table, record)
+    return Locations(table, record, pd.DataFrame(association_columns(views, match)))
 
 
 def _usual(sd: Array) -> float:
     return float(np.median(sd)) if sd.size else 0.0
-
-
-def _without_chance(located: Located) -> Located:
-    """Positions of two cameras dropped where a target's cameras disagree so often that agreement says nothing."""
-    found = np.isfinite(located.point[..., 0])
-    tried = (found | located.disagree).sum(-1, keepdims=True)
-    chance = located.disagree.sum(-1, keepdims=True) > BY_CHANCE * tried
-    drop = chance & found & (located.n_cameras == 2)
-    return located._replace(
-        point=np.where(drop[..., None], np.nan, located.point),
-        sigma=np.where(drop[..., None], np.nan, located.sigma),
-        n_cameras=np.where(drop, 0, located.n_cameras),
-        disagree=located.disagree | drop,
-    )
 
 
 def _views(
@@ -205,24 +194,12 @@ def _views(
     return [
         view_of(
             name,
-            _rows(table),
-            _rows(tracklets[name]) if name in tracklets else None,
+            rows_of(table),
+            rows_of(tracklets[name]) if name in tracklets else None,
             *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
         )
         for name, table in centroids.items()
     ]
-
-
-def _rows(table: pd.DataFrame) -> Rows:
-    def words(column: str) -> Labels:
-        n = len(table)
-        return table[column].fillna("").astype(str).to_numpy(object) if column in table else np.full(n, "", object)
-
-    sd = table.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
-    number = table["tracklet"].to_numpy(np.intp) if "tracklet" in table else np.full(len(table), -1, np.intp)
-    b = table[["Xf", "Yf"]].to_numpy(float)
-    bound = table["bound"].to_numpy(bool) if "bound" in table else np.zeros(len(table), bool)
-    return Rows(table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number, bound)
 
 
 def _given_clocks(
@@ -305,15 +282,6 @@ def _outside(points: Mapping[str, pd.DataFrame] | None, volume: ArrayLike | None
     return distance_outside(volume, table[["x", "y", "z"]].to_numpy(float))
 
 
-def _without_far(located: Located, max_miss: float) -> Located:
-    far = located.miss > max_miss
-    return located._replace(
-        point=np.where(far[..., None], np.nan, located.point),
-        sigma=np.where(far[..., None], np.nan, located.sigma),
-        n_cameras=np.where(far, 0, located.n_cameras),
-    )
-
-
 def _table(at: Array, timecode: Labels, labels: Sequence[str], located: Located) -> pd.DataFrame:
     m = len(labels)
     columns: dict[str, Any] = {
@@ -347,4 +315,4 @@ def _flags(
         said = own != ""
         texts = [";".join(f"{view.name}:{part}" for part in dict.fromkeys(x.split(";"))) for x in own[said]]
         flag[said] = joined(flag[said], np.array(texts, object))
-    return flag
+    return with_word(flag, match.open, "ambiguous")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from vidtrack.errors import VidtrackError
-from vidtrack.findings import as_records
+from vidtrack.findings import Finding, as_records
+from vidtrack.location.associations import COLUMNS as COLUMNS_OF_ASSOCIATIONS
+from vidtrack.location.associations import association_columns
+from vidtrack.location.followed import rows_of, view_of
+from vidtrack.location.in_picture import findings_of_picture, followed_in_picture
 from vidtrack.location.plane import (
     Plane,
     PlaneFit,
@@ -44,6 +48,7 @@ class PlaneLocations(NamedTuple):
 
     trajectories: pd.DataFrame
     record: dict[str, Any]
+    associations: pd.DataFrame  # a row a tracklet, as of `locate`
 
 
 def locate_plane(
@@ -59,6 +64,9 @@ def locate_plane(
     image_size: tuple[int, int] | None = None,
     model: str = "auto",
     clock: Mapping[str, float] | None = None,
+    targets: int | Sequence[str] | Literal["all"] | None = None,
+    tracklets: pd.DataFrame | None = None,
+    camera: str = "",
     where: str = "mode plane",
 ) -> PlaneLocations:
     """Locate every centroid in the plane in which the targets move.
@@ -73,10 +81,14 @@ def locate_plane(
     image_size  px, of the picture that shows the points; without it, a picture just large enough for them
     pictures    the camera: the sizes of its pictures; None: the run's is that of the points' clip
     clock       offset_s and rate_ppm, added to the camera's time
+    targets     their names, or how many there are; all: as many as the motion in the picture shows, each with rows from
+                its first sample to its last; None: those of the centroids
+    tracklets   all that the camera followed, `association.tracklets.COLUMNS`; None: the centroids are the targets
     A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
     """
     if (scale is None) == (points is None):
         raise VidtrackError(f"{where}: plane needs either scale or points, and not both. Give one of them.")
+    centroids, associations, open_ = _associated(centroids, tracklets, targets, camera)
     if scale is not None:
         plane, record = scaled_plane(scale, aspect), _scale_record(scale, aspect, units)
     else:
@@ -93,7 +105,42 @@ def locate_plane(
         centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))
     table = located(plane, centroids)
     record["samples"], record["located"] = len(table), int(table["x"].notna().sum())
-    return PlaneLocations(table, record)
+    record["findings"] = [*record.get("findings", []), *as_records(open_)]
+    return PlaneLocations(table, record, associations)
+
+
+def _associated(
+    centroids: pd.DataFrame,
+    tracklets: pd.DataFrame | None,
+    targets: int | Sequence[str] | Literal["all"] | None,
+    camera: str,
+) -> tuple[pd.DataFrame, pd.DataFrame, list[Finding]]:
+    """The centroids by target as the motion shows them, the table of tracklets, and what is open.
+
+    One target is what the tracker says it is: there is nothing else that it could be.
+    """
+    everything = targets == "all"
+    names = None if targets is None or everything or isinstance(targets, int) else list(targets)
+    limit = targets if isinstance(targets, int) else None if names is None else len(names)
+    if targets is None or tracklets is None or (limit == 1 and not everything) or centroids.empty:
+        return centroids, pd.DataFrame({name: [] for name in COLUMNS_OF_ASSOCIATIONS}), []
+    view = view_of(camera, rows_of(centroids), rows_of(tracklets), None, None)
+    found = followed_in_picture(view, names, limit, whole=not everything)
+    m, T = found.b.shape[:2]
+    table = pd.DataFrame(
+        {
+            "time_s": np.tile(view.t, m),
+            "timecode": np.tile(view.timecode, m),
+            "target": np.repeat(np.array(found.labels, object), T),
+            "Xf": found.b[..., 0].ravel(),
+            "Yf": found.b[..., 1].ravel(),
+            "sd_x": found.sd[..., 0].ravel(),
+            "sd_y": found.sd[..., 1].ravel(),
+            "flag": found.flag.ravel(),
+        }
+    )
+    tied = pd.DataFrame(association_columns([view], found.match))
+    return table[found.kept.ravel()].reset_index(drop=True), tied, findings_of_picture(view, found, limit)
 
 
 def located(plane: Plane, centroids: pd.DataFrame) -> pd.DataFrame:

@@ -53,9 +53,17 @@ class Track(NamedTuple):
 
 
 def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | None) -> list[Finding]:
-    """Which of the targets that the config asks for were located, and how much of each."""
+    """Which of the targets that the config asks for were located, and how much of each.
+
+    asked   how many or their names; all: any number. A track a|b is a part of target a or of b, and no target more
+    """
     out: list[Finding] = []
-    located = [name for name, track in tracks.items() if track.located]
+    located = [name for name, track in tracks.items() if track.located and "|" not in name]
+    if asked == "all":
+        asked = None
+        if not located:
+            text = "nothing that moves was located in the run"
+            out.append(Finding("bad", "targets-missing", text, "See in the tracks what each camera followed."))
     if asked is not None:
         names = None if isinstance(asked, int) else list(asked)
         wanted = asked if isinstance(asked, int) else len(asked)

@@ -238,9 +238,9 @@ def _own(settings: Settings, run: str) -> RunSettings:
     return settings.runs.get(run, RunSettings())
 
 
-def _targets(settings: Settings, run: Run) -> list[str] | int:
+def _targets(settings: Settings, run: Run) -> list[str] | int | str:
     own = _own(settings, run.name).targets
-    if isinstance(own, int):
+    if isinstance(own, int) or own == "all":
         return own
     return target_names(settings, run) if own or run.targets else 1
 

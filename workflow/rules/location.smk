@@ -110,6 +110,7 @@ rule locate:
     output:
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
         csv=f"{RESULTS}/runs/{{run}}/trajectories.csv",
+        associations=f"{RESULTS}/runs/{{run}}/associations.parquet",
         record=f"{RESULTS}/runs/{{run}}/locate.json",
         account=account("locate", "{run}"),
     log:
@@ -129,7 +130,8 @@ rule locate:
         " --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
         " --input labelling {input.labelling:q} --input clocks {input.clocks:q}"
-        " --output trajectories {output.trajectories:q} --output csv {output.csv:q} --output record {output.record:q}"
+        " --output trajectories {output.trajectories:q} --output csv {output.csv:q}"
+        " --output associations {output.associations:q} --output record {output.record:q}"
 
 
 rule kinematics:

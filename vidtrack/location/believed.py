@@ -1,0 +1,42 @@
+"""Which positions are believed, and for which moments each target has a row."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools
+from vidtrack.geometry.triangulate import Located
+
+BY_CHANCE = 0.3
+"""Share of a target's samples on which cameras disagree above which two that agree now and then do so by chance."""
+
+
+def without_chance(located: Located) -> Located:
+    """Positions of two cameras dropped where a target's cameras disagree so often that agreement says nothing."""
+    found = np.isfinite(located.point[..., 0])
+    tried = (found | located.disagree).sum(-1, keepdims=True)
+    chance = located.disagree.sum(-1, keepdims=True) > BY_CHANCE * tried
+    drop = chance & found & (located.n_cameras == 2)
+    return located._replace(
+        point=np.where(drop[..., None], np.nan, located.point),
+        sigma=np.where(drop[..., None], np.nan, located.sigma),
+        n_cameras=np.where(drop, 0, located.n_cameras),
+        disagree=located.disagree | drop,
+    )
+
+
+def without_far(located: Located, max_miss: float) -> Located:
+    """Positions dropped where lines of sight miss them by more than so many world units."""
+    far = located.miss > max_miss
+    return located._replace(
+        point=np.where(far[..., None], np.nan, located.point),
+        sigma=np.where(far[..., None], np.nan, located.sigma),
+        n_cameras=np.where(far, 0, located.n_cameras),
+    )
+
+
+def rows_kept(point: Array, short: Bools) -> Bools:
+    """The rows (m, M) of points (m, M, d): all moments; of those that are `short` (m,) from first to last fix."""
+    found = np.isfinite(point[..., 0])
+    inside = (np.cumsum(found, axis=1) > 0) & (np.cumsum(found[:, ::-1], axis=1)[:, ::-1] > 0)
+    return np.asarray(inside | ~np.asarray(short, bool)[:, None])
