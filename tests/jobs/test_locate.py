@@ -31,6 +31,7 @@ def outputs(folder):
     return {
         "trajectories": str(folder / "t.parquet"),
         "csv": str(folder / "t.csv"),
+        "associations": str(folder / "a.parquet"),
         "record": str(folder / "locate.json"),
     }
 

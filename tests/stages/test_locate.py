@@ -436,3 +436,76 @@ def test_a_target_that_a_camera_took_for_none_is_found_among_what_else_it_follow
     assert np.linalg.norm(off, axis=-1).max() < 0.2
     assert located.trajectories["target"].unique().tolist() == ["t1", "t2"]
     assert located.record["correspondence"]["left_over"] == {}
+
+
+def third(t):
+    return pluck(t)[:, [1, 0, 2]] * [4, 0.3, 1] + [0, -6, -2]
+
+
+def test_all_finds_how_many_there_are_and_gives_each_rows_from_its_first_fix_to_its_last():
+    rng = np.random.default_rng(10)
+    cameras = thesis_rig(3)
+    tables = {c.name: centroids(c, {"t1": pluck, "t2": other, "t3": third}, rng=rng) for c in cameras}
+    for table in tables.values():
+        late = (table["target"] == "t3") & (table["time_s"] < START + 2)
+        table.loc[late, ["Xf", "Yf"]] = np.nan
+        table.loc[late, "flag"] = "lost"
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets="all")
+    assert located.trajectories.groupby("target").size().to_dict() == {"t1": 240, "t2": 240, "t3": 180}
+    assert np.linalg.norm(errors(located, {"t1": pluck, "t2": other, "t3": third})[0], axis=-1).max() < 0.2
+    assert located.record["correspondence"]["targets"]["t3"]["start_s"] == pytest.approx(START + 2)
+    assert located.record["findings"] == []
+
+
+def test_fewer_targets_than_there_are_says_what_else_was_located_and_where():
+    rng = np.random.default_rng(10)
+    cameras = thesis_rig(3)
+    tables = {c.name: centroids(c, {"t1": pluck, "t2": other, "t3": third}, rng=rng) for c in cameras}
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets=2)
+    (finding,) = [f for f in located.record["findings"] if f["code"] == "more-targets-located"]
+    assert "3 things move or stand in space where 2 were asked for" in finding["text"]
+    assert located.associations["target"].value_counts().to_dict()[""] == 3
+
+
+def test_a_reflection_that_was_followed_is_located_as_no_target():
+    rng = np.random.default_rng(11)
+    cameras = thesis_rig(2)
+
+    def rising(t):
+        return pluck(t) * [0.4, 1, 3] + [0, 0, 6]
+
+    def image(t):
+        return rising(t) * [1, 1, -1]
+
+    tables = {c.name: centroids(c, {"t1": rising, "t2": image}, rng=rng) for c in cameras}
+    known = {c.name: (c, None) for c in cameras}
+    located = locate(tables, known, targets=2)
+    assert located.trajectories["target"].unique().tolist() == ["t1"]
+    assert np.linalg.norm(errors(located, {"t1": rising})[0], axis=-1).max() < 0.2
+    assert ("note", "mirror-images") in [(f["level"], f["code"]) for f in located.record["findings"]]
+    named = locate(tables, known, targets=["t1", "t2"])  # as named by the user
+    assert ("bad", "target-mirrored") in [(f["level"], f["code"]) for f in named.record["findings"]]
+
+
+def test_a_stretch_that_may_be_of_either_target_is_located_under_both_names():
+    rng = np.random.default_rng(12)
+    cameras = thesis_rig(2)
+    places = np.array([[[0, 0, 0], [10, 5, 0]], [[5, -5, 3], [5, 10, -3]]], float)
+
+    def rests(k):
+        return lambda t: np.where((t < 4)[:, None], places[0, k], places[1, k])
+
+    tables = {c.name: centroids(c, {"t1": rests(0), "t2": rests(1)}, rng=rng) for c in cameras}
+    for table in tables.values():
+        hidden = table["time_s"].between(START + 3, START + 5)
+        table.loc[hidden, ["Xf", "Yf"]] = np.nan
+        table.loc[hidden, "flag"] = "merged"
+    located = locate(tables, {c.name: (c, None) for c in cameras}, targets=2)
+    counts = located.trajectories.groupby("target").agg(n=("x", "size"), found=("x", "count"))
+    assert sorted(name for name in counts.index if "|" not in name) == ["t1", "t2"]
+    assert set(counts.index) - {"t1", "t2"} == {"t1|t2"}
+    open_ = located.trajectories[located.trajectories["target"] == "t1|t2"]
+    assert open_["x"].notna().all()
+    assert open_["flag"].str.startswith("ambiguous").all()
+    assert open_.groupby("time_s").size().max() == 2
+    assert "identity-open" in [f["code"] for f in located.record["findings"]]

@@ -124,3 +124,39 @@ def test_a_run_at_twice_the_size_of_the_points_picture_is_converted_and_said():
     )
     assert np.abs(done.trajectories[["x", "y"]].to_numpy() - new).max() < 0.03
     assert [f["code"] for f in done.record["findings"]] == ["picture-scaled"]
+
+
+def crossing():
+    """Two that pass each other in the picture, exchanged by the tracker where they met; and the truth."""
+    t = np.arange(240) / 30
+    b = np.stack([np.stack([60 + 50 * t, 200 + 30 * np.sin(t)], -1), np.stack([460 - 50 * t, 215 + 0 * t], -1)])
+    b += np.random.default_rng(0).normal(0, 0.05, b.shape)
+    hidden = np.abs(b[0, :, 0] - b[1, :, 0]) < 14
+    late = np.arange(240) > 120
+    tracks = np.where(hidden[:, None], np.nan, np.where(late[:, None], b[::-1], b))
+    tables = [centroids(x, flag=np.where(hidden, "merged", "")).assign(target=name) for x, name in zip(tracks, "ab")]
+    for k, table in enumerate(tables):
+        table["tracklet"] = 2 * k + late
+    table = pd.concat(tables, ignore_index=True)
+    return table, table.dropna(subset="Xf").assign(bound=False), b, hidden
+
+
+@pytest.mark.parametrize("targets", [2, "all"])
+def test_two_that_the_tracker_exchanged_where_they_met_go_on_by_their_motion(targets):
+    table, tracklets, b, hidden = crossing()
+    done = locate_plane(table, scale=0.1, targets=targets, tracklets=tracklets, camera="cam1")
+    for k, name in enumerate("ab"):
+        own = done.trajectories[done.trajectories["target"] == name]
+        assert own["x"].isna().tolist() == hidden.tolist()
+        assert np.nanmax(np.abs(own[["x", "y"]].to_numpy() - 0.1 * b[k])) < 1e-12
+    assert done.record["findings"] == []
+    assert set(done.associations["target"]) == {"a", "b"}
+    as_tracked = locate_plane(table, scale=0.1).trajectories
+    assert np.nanmax(np.abs(as_tracked[as_tracked["target"] == "a"][["x", "y"]].to_numpy() - 0.1 * b[0])) > 1
+
+
+def test_one_target_is_what_the_tracker_says():
+    table, tracklets, _, _ = crossing()
+    one = table[table["target"] == "a"]
+    done = locate_plane(one, scale=0.1, targets=1, tracklets=tracklets[tracklets["target"] == "a"])
+    assert done.trajectories.equals(locate_plane(one, scale=0.1).trajectories)

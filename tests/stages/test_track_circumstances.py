@@ -147,6 +147,17 @@ def test_more_things_than_targets_are_followed_and_told():
     ]
 
 
+def test_all_targets_are_as_many_as_move():
+    frames, info = recorded(circle(n=3))
+    tracked = track(frames, info, targets="all")
+    assert tracked.centroids["target"].unique().tolist() == ["t1", "t2", "t3"]
+    assert tracked.centroids["Xf"].notna().all()
+    assert "more-targets-seen" not in [finding.code for finding in tracked.findings]
+    one = track(frames, info, targets="all", start_boxes=boxes(("ball", *circle(n=3)[0, 1])))
+    assert one.centroids["target"].unique().tolist() == ["ball"]
+    assert set(one.tracklets["target"]) == {"ball", ""}
+
+
 def test_a_start_box_binds_its_name_to_the_tracklet_that_begins_in_it():
     path = circle(n=2)
     frames, info = recorded(path)

@@ -34,6 +34,17 @@ def test_a_run_that_locates_one_of_three_targets_is_bad(asked):
     assert finding.cure
 
 
+def test_of_all_targets_none_is_missing_but_where_there_are_none():
+    assert target_findings({"t1": WHOLE, "t2": WHOLE}, "all") == []
+    assert codes(target_findings({}, "all")) == [("bad", "targets-missing")]
+
+
+def test_a_stretch_of_one_of_two_targets_is_no_third_one():
+    short = Track(60, 60, 0.0, 36000.0)
+    assert codes(target_findings({"a": WHOLE, "a|b": short}, 2)) == [("bad", "targets-missing")]
+    assert target_findings({"a": WHOLE, "b": WHOLE, "a|b": short}, ["a", "b"]) == []
+
+
 def test_targets_that_nothing_was_made_of_are_missing():
     assert codes(target_findings({}, 1)) == [("bad", "targets-missing")]
 

@@ -47,6 +47,14 @@ def test_a_runs_crop_goes_before_its_cameras():
     assert orders.locate(of_one, experiment(**both), "r1")["crop"] == {"cam1": (0, 0, 9, 9), "cam2": (1, 2, 3, 4)}
 
 
+def test_all_targets_are_asked_of_tracking_locating_and_the_verdict():
+    found = experiment(r1=["cam1", "cam2"])
+    asked = config(r1={"targets": "all"})
+    assert orders.track(asked, found, "r1", "cam1")["targets"] == "all"
+    assert orders.locate(asked, found, "r1")["targets"] == "all"
+    assert orders.verdict(asked, found)["runs"]["r1"]["targets"] == "all"
+
+
 def test_calibration_clips_depend_on_no_setting_of_moving_targets():
     found = replace(experiment(r=["cam1", "cam2"]), points=None)
     before = orders.calibration_points(config(), found, "cam1")

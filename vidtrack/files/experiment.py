@@ -191,13 +191,16 @@ def _named(place: str, given: str | tuple[str, ...], settings: Settings, problem
 
 
 def target_names(settings: Settings, run: Run) -> list[str]:
-    """The names of a run's targets: the config's list, else those in targets.csv, else t1, t2, ..."""
+    """The names of a run's targets: the config's list, else those in targets.csv, else t1, t2, ...
+
+    Of `all` only those in targets.csv are known before the run is located, or t1.
+    """
     own = settings.runs[run.name].targets if run.name in settings.runs else None
     if isinstance(own, tuple):
         return list(own)
-    if own is None and run.targets:
+    if own in (None, "all") and run.targets:
         return list(dict.fromkeys(checked_csv(run.targets, TARGETS)["target"]))
-    return [f"t{n + 1}" for n in range(own or 1)]
+    return [f"t{n + 1}" for n in range(own if isinstance(own, int) else 1)]
 
 
 def profiles(settings: Settings, run: Run) -> dict[str, str]:

@@ -63,8 +63,8 @@ class Run(DetectChange):
         tuple[str, ...] | Annotated[int, Field(ge=1)] | Literal["all"] | None, BeforeValidator(names)
     ] = Field(
         None,
-        description="how many, or a list of names; all: as many as move and two cameras see (mode plane: as move), each "
-        "from where it is located first to where last; default: the names in targets.csv, else 1",
+        description="how many, or a list of names; all: as many as move and two cameras see (mode plane: as move), "
+        "each from where it is located first to where last; default: the names in targets.csv, else 1",
     )
     reference: Reference | None = Field(
         None, description="how reference.csv is read; default: time in its first column, x in its second"

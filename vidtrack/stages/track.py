@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
-from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
@@ -39,7 +38,15 @@ from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.settings import Detection
-from vidtrack.tracking.starts import begun_anywhere, begun_in_boxes, followed_backwards, late_comers, with_earlier
+from vidtrack.tracking.starts import (
+    begun_anywhere,
+    begun_in_boxes,
+    count_movers,
+    followed_backwards,
+    late_comers,
+    named_boxes,
+    with_earlier,
+)
 from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
@@ -86,7 +93,7 @@ def track(
     frames: Iterable[Frame],
     info: VideoInfo,
     *,
-    targets: int | Sequence[str] = 1,
+    targets: int | Sequence[str] | Literal["all"] = 1,
     start_boxes: DataFrame | None = None,
     polarity: Literal["bright", "dark"] = "bright",
     threshold: float | Literal["auto"] = "auto",
@@ -106,7 +113,8 @@ def track(
     """Follow targets through a recording.
 
     frames       in order of time; their pictures must last while the next ones are read (those of `open_video` do)
-    targets      how many (named t1, t2, ...), or their names
+    targets      how many (named t1, t2, ...), or their names; all: those in start boxes, else as many as move in the
+                 opening; what else is seen, then or later, is in the tracklets as always
     start_boxes  target, Xf, Yf and where they differ from `box` width, height, px: where each target is in the first
                  sample. None: targets are found by motion, or else by brightness, and named from top to bottom, left
                  to right
@@ -122,7 +130,8 @@ def track(
     NaN and a flag that says why; its box is a guess.
     Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
     """
-    names, boxes = _named(targets, start_boxes, box)
+    every = targets == "all"
+    boxes = None if start_boxes is None or not len(start_boxes) else named_boxes(targets, start_boxes, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
     repeats = RepeatedPictures()
     used = repeats.over(between(frames, info, start, end, where="detect"))
@@ -131,9 +140,12 @@ def track(
     at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
     clip = Clip(batches(used, at_once), info, detect, repeats.indices)
     if boxes is not None:
-        begun = begun_in_boxes(clip, boxes)
+        names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))
     else:
         searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
+        if every:
+            targets = count_movers(clip, searched)
+        names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
         begun = begun_anywhere(clip, len(names), box, searched)
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
@@ -170,33 +182,13 @@ def track(
     found = [
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
-        *more_than_asked(cut, len(rows.flag), len(names), chosen=start_boxes is not None),
+        *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
         *order_of_fields(rows, moment.field),
         *uneven,
         *repeated_pictures(repeats.flags, rows),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
     return Tracked(table, tracklets, diagnostics, found, clock)
-
-
-def _named(
-    targets: int | Sequence[str], start_boxes: DataFrame | None, box: tuple[float, float]
-) -> tuple[list[str], Array | None]:
-    """Names, and boxes (n, 4): middle, width and height, px."""
-    if start_boxes is None or not len(start_boxes):
-        return ([f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]), None
-    listed = [str(name) for name in start_boxes["target"]]
-    names = listed if isinstance(targets, int) else [str(t) for t in targets]
-    for name in names:
-        if name not in listed:
-            raise VidtrackError(f"targets.csv: no start box for target {name!r}. Add its row, or take it off the list.")
-    rows = start_boxes.iloc[[listed.index(name) for name in names]]
-    boxes = np.empty((len(names), 4))
-    boxes[:, 0], boxes[:, 1] = rows["Xf"], rows["Yf"]
-    for column, key, usual in ((2, "width", box[0]), (3, "height", box[1])):
-        given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
-        boxes[:, column] = np.where(np.isfinite(given), given, usual)
-    return names, boxes
 
 
 class _Moments(NamedTuple):

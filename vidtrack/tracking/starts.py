@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.assignment import mutual_best
+from vidtrack.errors import VidtrackError
 from vidtrack.tracking.assessment import InBox, in_boxes
 from vidtrack.tracking.clip import Clip
 from vidtrack.tracking.detection.background_picture import background_of
@@ -23,6 +24,12 @@ from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+MANY = 400
+"""More targets than any opening shows."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,33 @@ class Begun(NamedTuple):
     how: str
     expected: list[InBox] | None
     contrast: float
+
+
+def named_boxes(
+    targets: int | Sequence[str] | Literal["all"], start_boxes: DataFrame, box: tuple[float, float]
+) -> dict[str, Array]:
+    """The box (4,) of each target: middle, width and height, px, of which `box` gives what is not listed.
+
+    Raises VidtrackError for a target that is named and has none.
+    """
+    listed = [str(name) for name in start_boxes["target"]]
+    names = listed if isinstance(targets, (int, str)) else [str(t) for t in targets]
+    for name in names:
+        if name not in listed:
+            raise VidtrackError(f"targets.csv: no start box for target {name!r}. Add its row, or take it off the list.")
+    rows = start_boxes.iloc[[listed.index(name) for name in names]]
+    boxes = np.empty((len(names), 4))
+    boxes[:, 0], boxes[:, 1] = rows["Xf"], rows["Yf"]
+    for column, key, usual in ((2, "width", box[0]), (3, "height", box[1])):
+        given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
+        boxes[:, column] = np.where(np.isfinite(given), given, usual)
+    return dict(zip(names, boxes, strict=True))
+
+
+def count_movers(clip: Clip, most: int) -> int:
+    """How many things move in the opening of a recording, of up to `most` frames; at least one."""
+    clip.read_on(most)
+    return max(1, find_targets(clip.samples(clip.opening), MANY, clip.detection).moving)
 
 
 def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
