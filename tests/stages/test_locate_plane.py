@@ -134,7 +134,10 @@ def crossing():
     hidden = np.abs(b[0, :, 0] - b[1, :, 0]) < 14
     late = np.arange(240) > 120
     tracks = np.where(hidden[:, None], np.nan, np.where(late[:, None], b[::-1], b))
-    tables = [centroids(x, flag=np.where(hidden, "merged", "")).assign(target=name) for x, name in zip(tracks, "ab")]
+    tables = [
+        centroids(x, flag=np.where(hidden, "merged", "")).assign(target=name)
+        for x, name in zip(tracks, "ab", strict=True)
+    ]
     for k, table in enumerate(tables):
         table["tracklet"] = 2 * k + late
     table = pd.concat(tables, ignore_index=True)

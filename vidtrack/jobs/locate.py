@@ -11,7 +11,6 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.window import Picture, picture_from_record
-from vidtrack.location.associations import COLUMNS
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
@@ -31,6 +30,8 @@ def run(job: Job) -> None:
     max_miss].
     outputs: trajectories, csv, associations, record.
     """
+    from vidtrack.location.associations import COLUMNS
+
     located: Locations | PlaneLocations = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
     trajectories, record = located.trajectories, located.record
     write_parquet(

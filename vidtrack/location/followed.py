@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.tracklets import lanes, may_change, pieces_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.location.views import Labels, View
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 SHORTEST = 3
 """Samples of a tracklet of no target, at least; with fewer it is taken for noise."""
@@ -32,19 +31,27 @@ class Rows(NamedTuple):
     bound: Bools  # (N,) whether its tracklet begins in a start box of its target's name
 
 
-def rows_of(table: DataFrame) -> Rows:
-    """The rows of a table of centroids or of tracklets."""
+def rows_of(columns: Mapping[str, NDArray[Any]]) -> Rows:
+    """The rows of a table of centroids or of tracklets, by its columns."""
+    n = len(columns["time_s"])
 
-    def words(column: str) -> Labels:
-        n = len(table)
-        return table[column].fillna("").astype(str).to_numpy(object) if column in table else np.full(n, "", object)
+    def words(name: str) -> Labels:
+        if name not in columns:
+            return np.full(n, "", object)
+        return np.array(["" if x is None or x != x else str(x) for x in columns[name].tolist()], object)
 
-    sd = table.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
-    number = table["tracklet"].to_numpy(np.intp) if "tracklet" in table else np.full(len(table), -1, np.intp)
-    b = table[["Xf", "Yf"]].to_numpy(float)
-    bound = table["bound"].to_numpy(bool) if "bound" in table else np.zeros(len(table), bool)
+    def numbers(name: str) -> Array:
+        return np.asarray(columns[name], float) if name in columns else np.full(n, np.nan)
+
     return Rows(
-        table["time_s"].to_numpy(float), words("target"), b, sd, words("flag"), words("timecode"), number, bound
+        numbers("time_s"),
+        words("target"),
+        np.stack([numbers("Xf"), numbers("Yf")], -1),
+        np.stack([numbers("sd_x"), numbers("sd_y")], -1),
+        words("flag"),
+        words("timecode"),
+        np.asarray(columns.get("tracklet", np.full(n, -1)), np.intp),
+        np.asarray(columns.get("bound", np.zeros(n)), bool),
     )
 
 

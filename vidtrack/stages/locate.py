@@ -194,12 +194,16 @@ def _views(
     return [
         view_of(
             name,
-            rows_of(table),
-            rows_of(tracklets[name]) if name in tracklets else None,
+            rows_of(_columns(table)),
+            rows_of(_columns(tracklets[name])) if name in tracklets else None,
             *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
         )
         for name, table in centroids.items()
     ]
+
+
+def _columns(table: pd.DataFrame) -> dict[str, NDArray[Any]]:
+    return {str(name): table[name].to_numpy() for name in table}
 
 
 def _given_clocks(

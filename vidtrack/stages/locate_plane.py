@@ -124,7 +124,8 @@ def _associated(
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     if targets is None or tracklets is None or (limit == 1 and not everything) or centroids.empty:
         return centroids, pd.DataFrame({name: [] for name in COLUMNS_OF_ASSOCIATIONS}), []
-    view = view_of(camera, rows_of(centroids), rows_of(tracklets), None, None)
+    both = [rows_of({str(name): t[name].to_numpy() for name in t}) for t in (centroids, tracklets)]
+    view = view_of(camera, both[0], both[1], None, None)
     found = followed_in_picture(view, names, limit, whole=not everything)
     m, T = found.b.shape[:2]
     table = pd.DataFrame(

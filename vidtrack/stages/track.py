@@ -131,7 +131,9 @@ def track(
     Raises VidtrackError for start boxes and targets that do not match and for a `start` that leaves no frame.
     """
     every = targets == "all"
-    boxes = None if start_boxes is None or not len(start_boxes) else named_boxes(targets, start_boxes, box)
+    boxes = None
+    if start_boxes is not None and len(start_boxes):
+        boxes = named_boxes(targets, {str(name): start_boxes[name].to_numpy() for name in start_boxes}, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
     repeats = RepeatedPictures()
     used = repeats.over(between(frames, info, start, end, where="detect"))

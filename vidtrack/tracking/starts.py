@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,6 @@ from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 MANY = 400
 """More targets than any opening shows."""
@@ -64,10 +61,11 @@ class Begun(NamedTuple):
 
 
 def named_boxes(
-    targets: int | Sequence[str] | Literal["all"], start_boxes: DataFrame, box: tuple[float, float]
+    targets: int | Sequence[str] | Literal["all"], start_boxes: Mapping[str, NDArray[Any]], box: tuple[float, float]
 ) -> dict[str, Array]:
     """The box (4,) of each target: middle, width and height, px, of which `box` gives what is not listed.
 
+    start_boxes   columns target, Xf, Yf and, where there are any, width, height
     Raises VidtrackError for a target that is named and has none.
     """
     listed = [str(name) for name in start_boxes["target"]]
@@ -75,11 +73,11 @@ def named_boxes(
     for name in names:
         if name not in listed:
             raise VidtrackError(f"targets.csv: no start box for target {name!r}. Add its row, or take it off the list.")
-    rows = start_boxes.iloc[[listed.index(name) for name in names]]
+    rows = [listed.index(name) for name in names]
     boxes = np.empty((len(names), 4))
-    boxes[:, 0], boxes[:, 1] = rows["Xf"], rows["Yf"]
+    boxes[:, 0], boxes[:, 1] = start_boxes["Xf"][rows], start_boxes["Yf"][rows]
     for column, key, usual in ((2, "width", box[0]), (3, "height", box[1])):
-        given = np.asarray(rows[key], float) if key in rows else np.full(len(names), np.nan)
+        given = np.asarray(start_boxes[key], float)[rows] if key in start_boxes else np.full(len(names), np.nan)
         boxes[:, column] = np.where(np.isfinite(given), given, usual)
     return dict(zip(names, boxes, strict=True))
 
