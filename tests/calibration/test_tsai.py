@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from tests.geometry.test_camera import cameras
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, plane_axes
 from vidtrack.geometry.camera import distorted_from_frame_buffer, project
+from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"
@@ -165,6 +167,23 @@ def test_one_tilted_plane_gives_the_camera_when_Sx_is_1_or_given(tilt, Sx):
     assert float(solution.f) == pytest.approx(camera.f, rel=2e-3)
     found = camera_from_closed_form(solution, camera.image_size)
     np.testing.assert_allclose(project(found, p), b, atol=0.05)
+
+
+@some
+@given(st.floats(0, 360), st.floats(15, 65), st.floats(0, 360), st.floats(-8, 8), st.floats(-6, 6))
+def test_a_plane_tilted_about_any_line_gives_the_exact_camera(axis, tilt, turn, aside, up):
+    """Without a lens the closed form is exact: tilted obliquely, turned in its own plane, and off the axis."""
+    camera = thesis_rig(1)[0].with_(Sx=1.0, kappa1=0.0)
+    rng = np.random.default_rng(0)
+    flat = np.column_stack([rng.uniform(-20, 20, 12), rng.uniform(-15, 15, 12), np.zeros(12)])
+    about = np.radians(tilt) * np.array([np.cos(np.radians(axis)), np.sin(np.radians(axis)), 0.0])
+    R = rotation_from_vector(about) @ rotation_from_vector([0, 0, np.radians(turn)])
+    p = camera.position + (flat @ R.T + [aside, up, 160]) @ camera.R
+    known, b = seen_by(camera, p)
+    found = camera_from_closed_form(closed_form(p, b, **known, coplanar=True), camera.image_size)
+    np.testing.assert_allclose(found.R, camera.R, atol=1e-6)
+    np.testing.assert_allclose(found.T, camera.T, rtol=1e-5, atol=1e-4)
+    assert found.f == pytest.approx(camera.f, rel=1e-5)
 
 
 def test_a_search_over_centres_takes_for_each_the_pose_with_a_positive_f():

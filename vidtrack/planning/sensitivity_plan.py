@@ -175,7 +175,7 @@ def _noise(plan: RigPlan, cameras: list[Camera], p: Array, diameter: float, fram
         return np.full(len(cameras), light.centroid_px)
     each = [pixels_across(camera, p, diameter) for camera in cameras]
     # a camera that sees no target has no noise; the prediction shows that it sees none
-    across = np.array([np.nanmean(a) if np.isfinite(a).any() else np.inf for a in each])
+    across = np.array([np.nanmean(a) if np.isfinite(a).any() else np.nan for a in each])
     return centroid_noise(
         across,
         contrast=light.contrast,

@@ -1,0 +1,95 @@
+"""Targets are found by their motion, or else by their brightness, and what stands still besides is clutter."""
+
+import numpy as np
+import pytest
+
+from tests.tracking.test_tracker import DETECTION, SHAPE, circle, samples_of
+from vidtrack.tracking.detection.background_picture import background_of
+from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.sample import Sample
+
+STILL = [(40.0, 40.0, 5.0), (260.0, 160.0, 5.0)]
+
+
+def found_at(opening):
+    return np.array([trail.position[0] for trail in opening.trails])
+
+
+@pytest.mark.parametrize("n", [1, 3, 8])
+def test_all_that_moves_is_found_before_anything_that_stands_still(n):
+    path = circle(12, n, period=40.0)
+    opening = find_targets(samples_of(path, still=STILL), n, DETECTION)
+    assert opening.moving == len(opening.trails) == n
+    off = np.linalg.norm(found_at(opening)[:, None] - path[0], axis=-1)
+    assert sorted(off.argmin(1)) == list(range(n))
+    assert off.min(1).max() < 1.0
+    assert opening.clutter.Xf.size == 2
+
+
+def test_names_go_from_top_to_bottom_and_then_from_left_to_right():
+    path = circle(12, 6, period=40.0)
+    at = found_at(find_targets(samples_of(path), 6, DETECTION)).round()
+    assert [tuple(place) for place in at[:, ::-1]] == sorted(map(tuple, at[:, ::-1]))
+
+
+def test_what_stands_still_is_taken_only_where_too_little_moves_and_the_brightest_first():
+    path = circle(12, 1, period=40.0)
+    samples = samples_of(path, still=[*STILL, (150.0, 20.0, 9.0)])
+    opening = find_targets(samples, 2, DETECTION)
+    assert (opening.moving, len(opening.trails)) == (1, 2)
+    assert np.linalg.norm(found_at(opening) - [150, 20], axis=1).min() < 1
+    assert opening.clutter.Xf.size == 2
+
+
+def test_fewer_are_found_where_there_are_fewer():
+    assert len(find_targets(samples_of(circle(12, 2, period=40.0)), 5, DETECTION).trails) == 2
+    empty = [Sample(np.full(SHAPE, 30, np.uint8), float(k)) for k in range(6)]
+    opening = find_targets(empty, 2, DETECTION)
+    assert (opening.trails, opening.moving) == ([], 0)
+
+
+def test_two_samples_are_too_few_for_motion_but_not_for_brightness():
+    path = circle(2, 2, period=40.0)
+    opening = find_targets(samples_of(path), 2, DETECTION)
+    assert (opening.moving, len(opening.trails)) == (0, 2)
+
+
+def test_a_target_that_begins_to_move_late_is_found_by_its_motion_of_then():
+    rest = np.tile(circle(1)[0], (10, 1, 1))
+    path = np.concatenate([rest, circle(14, period=40.0)])
+    opening = find_targets(samples_of(path, still=STILL), 1, DETECTION)
+    assert opening.moving == 1
+    assert np.linalg.norm(found_at(opening)[0] - path[0, 0]) < 20
+    assert opening.clutter.Xf.size >= 2
+
+
+def test_a_target_that_creeps_is_not_lost_to_its_own_ghost_in_the_background():
+    k = np.arange(12)[:, None]
+    path = np.stack([100 + 0.4 * k, np.full_like(k, 100.0, dtype=float)], axis=-1)
+    opening = find_targets(samples_of(path, still=STILL), 1, DETECTION)
+    assert np.linalg.norm(found_at(opening)[0] - path[0, 0]) < 1.5
+
+
+def test_movers_are_the_best_where_there_are_more_than_are_asked_for():
+    path = circle(INITIALISATION.samples + 1, 5, period=40.0)
+    samples = samples_of(path)
+    backgrounds = background_of(samples_of(circle(12, 5, period=40.0)), DETECTION)
+    assert len(find_movers(samples, backgrounds, DETECTION, 5)) == 5
+    assert len(find_movers(samples, backgrounds, DETECTION, 2)) >= 2
+
+
+def test_what_begins_in_no_start_box_and_stays_is_clutter():
+    path = circle(6, 1, period=40.0)
+    samples = samples_of(path, still=STILL)
+    box = np.array([[40.0, 40.0]])
+    none = clutter_besides(samples, np.array([[40.0, 40.0]]), box, DETECTION)
+    assert np.allclose(np.stack([none.Xf, none.Yf], -1), [[260, 160]], atol=0.5)
+    both = clutter_besides(samples, np.array([[150.0, 100.0]]), box, DETECTION)
+    assert sorted(both.Xf.round().tolist()) == [40, 260]
+
+
+def test_a_thing_that_is_gone_by_the_last_sample_is_no_clutter():
+    samples = samples_of(circle(6, 1, period=40.0), still=STILL)
+    gone = samples_of(circle(6, 1, period=40.0), still=STILL[:1])
+    left = clutter_besides([*samples[:5], gone[5]], np.array([[150.0, 100.0]]), np.array([[9.0, 9.0]]), DETECTION)
+    assert left.Xf.round().tolist() == [40]
