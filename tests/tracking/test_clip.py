@@ -30,15 +30,15 @@ def frames(n=20, *, contrast=180.0, noise=2.0, level=30.0, dtype=np.uint8, still
 
 
 def settings(**changes):
-    usual = dict(
-        polarity="bright",
-        threshold="auto",
-        centroid="weighted",
-        min_pixels=4,
-        fields="auto",
-        gain="auto",
-        offset="auto",
-    )
+    usual = {
+        "polarity": "bright",
+        "threshold": "auto",
+        "centroid": "weighted",
+        "min_pixels": 4,
+        "fields": "auto",
+        "gain": "auto",
+        "offset": "auto",
+    }
     return DetectSettings(**{**usual, **changes})
 
 
@@ -108,12 +108,12 @@ def test_a_damaged_frame_s_samples_are_damaged():
 def test_why_the_fields_are_taken_so_is_said(about, fields, order, says):
     own = clip(frames(6), about=about, fields=fields)
     assert own.order == order
-    assert says in own.told()["fields"]
+    assert says in own.as_record()["fields"]
 
 
 def test_good_levels_are_left_as_they_are():
     own = clip(frames(6))
-    assert own.told()["stretch"] == {"gain": 1.0, "offset": 0.0}
+    assert own.as_record()["stretch"] == {"gain": 1.0, "offset": 0.0}
     assert own.detection.scale == 1.0
     assert own.detection.full == 255.0
     np.testing.assert_array_equal(own.opening[0].luma, frames(1)[0].luma)
@@ -121,7 +121,7 @@ def test_good_levels_are_left_as_they_are():
 
 def test_gain_and_offset_go_over_every_frame_and_over_the_noise():
     plain, own = clip(frames(30)), clip(frames(30), gain=2.0, offset=20.0)
-    levels = own.told()["stretch"]
+    levels = own.as_record()["stretch"]
     assert levels["gain"] == pytest.approx(2.0, rel=0.01)
     assert levels["offset"] == pytest.approx(20.0, abs=0.5)
     assert own.detection.noise == pytest.approx(2 * plain.detection.noise, rel=0.02)

@@ -49,7 +49,7 @@ def test_fewer_are_found_where_there_are_fewer():
 
 
 def test_two_samples_are_too_few_for_motion_but_not_for_brightness():
-    path = circle(2, 2, period=40.0)
+    path = np.repeat(circle(1, 2), 2, axis=0)
     opening = find_targets(samples_of(path), 2, DETECTION)
     assert (opening.moving, len(opening.trails)) == (0, 2)
 

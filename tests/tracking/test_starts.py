@@ -89,6 +89,7 @@ def test_a_target_that_comes_later_takes_the_place_that_waits_for_it():
     starts = starts_of_trails([trail([250, 250.5, 251], y=30.0)], 2, (50.0, 50.0))
     tracker = Tracker(starts, DETECTION, 100.0)
     tracker.follow(samples[:20])
+    tracker.finish()
     assert late_comers(tracker, samples[:20], backgrounds, DETECTION, [1]) == []
     tracker.follow(samples[20:])
     tracker.finish()
@@ -104,5 +105,6 @@ def test_a_target_that_is_followed_already_is_no_late_comer():
     starts = starts_of_trails([trail([0, 0, 0])._replace(position=path[:3, 0])], 2, (50.0, 50.0))
     tracker = Tracker(starts, DETECTION, 100.0)
     tracker.follow(samples)
+    tracker.finish()
     assert late_comers(tracker, samples, backgrounds, DETECTION, [1]) == [1]
     assert late_comers(tracker, samples[:2], backgrounds, DETECTION, [1]) == [1]

@@ -127,11 +127,15 @@ def test_pixels_beside_another_target_count_for_none():
     target[12:18, 0, 8:14] = 1
     mask[:] = target
     mask[12:18, 0, 17:23] = 1  # three columns apart
-    region = soft_edge(mask, target, mask)
+    low = np.zeros_like(mask)
+    low[10:20, 0, 6:25] = 1  # what lies between them is lit by both
+    region = soft_edge(low, target, mask)
     assert not region[:, 0, 15:].any()
-    assert region[15, 0, 5]
+    assert region[15, 0, 5:15].all()
+    assert not region[15, 0, :5].any()
     assert (region >= target).all()
-    assert soft_edge(mask, target, None)[15, 0, 16]
+    assert soft_edge(low, target, None)[15, 0, 16]
+    assert not soft_edge(low, target, None)[15, 0, 17:].any()
 
 
 def test_a_plateau_is_the_mean_level_over_the_background():
