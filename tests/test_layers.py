@@ -1,6 +1,7 @@
 """What the import contracts in pyproject.toml (`lint-imports`) cannot say: which libraries a room may use, and when."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -47,3 +48,38 @@ def test_no_job_waits_for_a_plotting_library(job):
     code = f"import sys, vidtrack.jobs.{job}; print(*sorted({heavy} & set(sys.modules)))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert loaded == []
+
+
+ROOMS_TESTED_AS_ONE = {
+    "jobs": "a job reads, calls its stage, writes: tests/whole_workflow runs every one of them",
+    "settings": "config.yaml is one thing, whatever the sections: tests/test_settings.py",
+    "commands": "each is run as a user runs it: tests/test_command.py, tests/commands",
+    "preview": "tests/preview",
+}
+"""Rooms whose modules need no test file each, with the reason."""
+
+
+def computes(module: Path) -> bool:
+    """Whether a module does anything: one that only declares types and constants has nothing to be tested."""
+    return any(isinstance(node, ast.FunctionDef) for node in ast.walk(ast.parse(module.read_text())))
+
+
+def test_every_module_that_computes_has_a_test_of_its_name():
+    tests = Path(__file__).parent
+    inside = [path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py") if path.stem not in ("__init__", "__main__")]
+    without = [
+        str(path)
+        for path in inside
+        if path.parts[0] not in ROOMS_TESTED_AS_ONE
+        and computes(PACKAGE / path)
+        and not (tests / path.with_name(f"test_{path.name}")).is_file()
+    ]
+    assert sorted(without) == []
+
+
+def test_every_room_that_is_tested_as_one_exists_and_so_do_the_tests_named():
+    for room, reason in ROOMS_TESTED_AS_ONE.items():
+        assert (PACKAGE / room).is_dir()
+        named = re.findall(r"tests/[\w/.]*\w", reason)
+        assert named
+        assert all((PACKAGE.parent / path).exists() for path in named), reason
