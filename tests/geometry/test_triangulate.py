@@ -303,3 +303,33 @@ def test_lines_so_nearly_parallel_that_sigma_is_a_large_share_of_the_distance_ar
         assert np.isfinite(locate_points(cameras, b, sd=0.2).point).all() == found
     same = [first, first]
     assert np.isnan(locate_points(same, np.stack([project(c, np.zeros(3)) for c in same]), sd=0.1).point).all()
+
+
+def test_one_mistaken_camera_is_left_out_here_too():
+    cameras = thesis_rig(4)
+    p = np.zeros((3, 3))
+    b = seen(cameras, p)
+    b[2, 1] += 30.0
+    located = locate_points(cameras, b, sd=0.1, reject=3.0)
+    np.testing.assert_array_equal(located.left_out[:, 1], [False, False, True, False])
+    assert located.left_out.sum() == 1
+    assert located.n_cameras.tolist() == [4, 3, 4]
+    assert located.point == pytest.approx(p, abs=1e-6)
+
+
+def test_the_noise_that_is_found_is_the_median_of_many_mistakes_no_part_of_it():
+    """A tenth of the points off by 2 to 40 px: the noise of the others is found."""
+    cameras = thesis_rig(3)
+    rng = np.random.default_rng(11)
+    b = noisy(cameras, inside(3000, rng), 0.2, rng)
+    b[1, :300, 0] += rng.uniform(2, 40, 300)
+    assert locate_points(cameras, b).sd == pytest.approx(0.2, rel=0.05)
+
+
+def test_a_sigma_of_a_quarter_of_the_distance_is_the_most():
+    first = thesis_rig(2)[0]
+    cameras = [first.with_(R=np.eye(3), T=np.array([x, 0.0, 160])) for x in (0.5, -0.5)]
+    b = np.stack([project(c, np.zeros(3)) for c in cameras])
+    sigma = np.linalg.norm(locate_points(cameras, b, sd=0.01).sigma) / 0.01
+    for share, found in ((0.24, True), (0.26, False)):
+        assert np.isfinite(locate_points(cameras, b, sd=share * 160 / sigma).point).all() == found
