@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
@@ -12,19 +13,26 @@ SMALLEST_SD_PX = 0.02
 """ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
 
 
-def centroid_sd(table: pd.DataFrame, rows: NDArray[np.intp]) -> Array | None:
+class Columns(Protocol):
+    """Columns by name, as a table has them."""
+
+    def __contains__(self, name: str, /) -> bool: ...
+    def __getitem__(self, name: str, /) -> Any: ...
+
+
+def centroid_sd(table: Columns, rows: NDArray[np.intp]) -> Array | None:
     """Noise of each position, px (n, 2), of rows (n,) of a table with sd_x, sd_y (px) and where known frames.
 
     Each is its own estimate, drawn towards all points' the fewer frames it rests on. None where nothing is known.
     """
-    if not {"sd_x", "sd_y"} <= set(table):
+    if "sd_x" not in table or "sd_y" not in table:
         return None
-    own = table[["sd_x", "sd_y"]].to_numpy(float)[rows]
+    own = np.stack([np.asarray(table[name], float)[rows] for name in ("sd_x", "sd_y")], -1)
     known = np.isfinite(own)
     if not known.any():
         return None
     frames = (
-        np.nan_to_num(table["frames"].to_numpy(float)[rows, None]) if "frames" in table else np.ones((len(rows), 1))
+        np.nan_to_num(np.asarray(table["frames"], float)[rows, None]) if "frames" in table else np.ones((len(rows), 1))
     )
     common = float(np.median(own[known])) ** 2
     trust = np.where(known, frames / (frames + 10), 0.0)
