@@ -58,6 +58,17 @@ ROOMS_TESTED_AS_ONE = {
 }
 """Rooms whose modules need no test file each, with the reason."""
 
+TESTED_UNDER_ANOTHER_NAME = {
+    "video/decoded.py": "tests/video/test_reader.py",
+    "video/recording.py": "tests/video/test_reader.py",
+    **dict.fromkeys(
+        ("video/joined.py", "video/mraw.py", "video/numbered.py", "video/picture_stack.py", "video/tiff_pages.py"),
+        "tests/video/test_recordings_of_pictures.py",
+    ),
+    "video/own_stamps.py": "tests/video/test_recordings_of_pictures.py",
+}
+"""Kinds of recordings, which are tested as the recordings that they are."""
+
 
 def computes(module: Path) -> bool:
     """Whether a module does anything: one that only declares types and constants has nothing to be tested."""
@@ -71,6 +82,7 @@ def test_every_module_that_computes_has_a_test_of_its_name():
         str(path)
         for path in inside
         if path.parts[0] not in ROOMS_TESTED_AS_ONE
+        and path.as_posix() not in TESTED_UNDER_ANOTHER_NAME
         and computes(PACKAGE / path)
         and not (tests / path.with_name(f"test_{path.name}")).is_file()
     ]
@@ -83,3 +95,6 @@ def test_every_room_that_is_tested_as_one_exists_and_so_do_the_tests_named():
         named = re.findall(r"tests/[\w/.]*\w", reason)
         assert named
         assert all((PACKAGE.parent / path).exists() for path in named), reason
+    for module, test in TESTED_UNDER_ANOTHER_NAME.items():
+        assert (PACKAGE / module).exists()
+        assert (PACKAGE.parent / test).exists()
