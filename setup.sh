@@ -3,6 +3,7 @@
 #   bash setup.sh demo    runs the demo experiment and says where its report lies
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
 #   bash setup.sh test quick    the same without the slow tests
+#   bash setup.sh release-check    wheel, sdist, lock, vulnerabilities, licences, bill of materials: see .ci/release-check
 #   bash setup.sh mutate geometry --seed 1 --count 60    whether the tests of a room or module notice small errors in it
 #   bash setup.sh         sets up, no more
 # A second call finds the environment standing and goes straight on.
@@ -84,8 +85,9 @@ run_tests() { # a file of tests stays on one worker, with what it has set up
         return
     fi
     $pytest "$@"
-    # decisions that hang on the last bit show under another processor's linear algebra
-    [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott $pytest -m "not slow" tests/geometry tests/calibration tests/labelling tests/location
+    # decisions that hang on the last bit show under another processor's linear algebra, without fused multiplication
+    [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott \
+        NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" $pytest -m "not slow" tests/geometry tests/calibration tests/labelling tests/location
 }
 
 mutate() { # cosmic-ray and what it needs lie in a folder of their own
@@ -105,5 +107,6 @@ case "${1:-}" in
     demo) demo ;;
     test) shift; run_tests "$@" ;;
     mutate) shift; mutate "$@" ;;
-    *) stop "no such thing as '$1'; it is demo, test or mutate" ;;
+    release-check) shift; exec bash .ci/release-check "$@" ;;
+    *) stop "no such thing as '$1'; it is demo, test, mutate or release-check" ;;
 esac

@@ -122,8 +122,7 @@ class DropKeyword(Operator):
     """A keyword argument left out of a call."""
 
     def mutation_positions(self, node: Any) -> Iterator[Any]:
-        keyword = node.type == "argument" and len(node.children) == 3 and node.children[1].get_code().strip() == "="
-        if keyword and node.children[0].value not in UNSEEN_KEYWORDS:
+        if node.type == "argument" and _keyword(node):
             yield node.start_pos, node.end_pos
 
     def mutate(self, node: Any, index: int) -> Any:
@@ -205,12 +204,20 @@ def change(mutant: Mutant) -> tuple[str, str]:
     return next(((a.strip(), b.strip()) for a, b in lines if a != b), ("", ""))
 
 
+def _keyword(argument: Any) -> str:
+    """The name of a keyword argument; empty for any other."""
+    first, *rest = argument.children
+    return str(first.value) if rest and rest[0].get_code().strip() == "=" else ""
+
+
 def _computes(node: Any) -> bool:
-    """Whether a node is neither in an annotation nor a star among parameters."""
+    """Whether a node is neither in an annotation, nor a star among parameters, nor a keyword that no result shows."""
     if node.parent is not None and node.parent.type in ("param", "parameters"):
         return not isinstance(node, tree.Operator)
     while node.parent is not None:
         above = node.parent
+        if node.type == "argument" and _keyword(node) in UNSEEN_KEYWORDS:
+            return False
         if above.type in ("annassign", "tfpdef") and node is above.children[1]:
             return False
         if (above.type == "tfpdef" and node is above.children[-1]) or (
