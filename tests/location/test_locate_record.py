@@ -79,7 +79,7 @@ def test_a_contested_piece_makes_its_target_ambiguous_and_no_other(located):
     views, match, found = located
     piece = views[1].piece.copy()
     piece[0, 50:] = np.where(piece[0, 50:] >= 0, 3, -1)
-    cut = [views[0], views[1]._replace(piece=piece)]
+    cut = [views[0], views[1]._replace(piece=piece, number=np.arange(4), bound=np.zeros(4, bool))]
     reason = np.array(["", "", "", "contested"], object)
     open_ = match._replace(trajectory=(match.trajectory[0], np.array([0, 1, 2, -1])), reason=(match.reason[0], reason))
     record = match_record(cut, open_, found, views[0].t, 3.0)

@@ -23,6 +23,7 @@ def scene(names=NAMES, n=3, seed=0, cameras=CAMERAS):
         b = track[np.argsort(order)]
         own = names[i] if names and isinstance(names[0], list) else names
         shape = b.shape[:2]
+        piece = np.where(np.isfinite(b[..., 0]), np.arange(n)[:, None], -1)
         views.append(
             View(
                 f"cam{i + 1}",
@@ -35,7 +36,9 @@ def scene(names=NAMES, n=3, seed=0, cameras=CAMERAS):
                 np.full(b.shape, 0.1),
                 np.full(shape, "", object),
                 True,
-                np.where(np.isfinite(b[..., 0]), np.arange(n)[:, None], -1),
+                piece,
+                np.arange(n),
+                np.zeros(n, bool),
             )
         )
     return views
@@ -110,7 +113,7 @@ def test_a_piece_of_a_named_track_that_lies_off_its_lines_calls_the_names_in_que
     piece = views[1].piece.copy()
     views[1].b[0, -20:] += [0.0, 8.0]
     piece[0, -20:] = 3
-    views[1] = views[1]._replace(piece=piece)
+    views[1] = views[1]._replace(piece=piece, number=np.arange(4), bound=np.zeros(4, bool))
     found, _ = match(views)
     assert found.trajectory[1][0] != -1
     assert found.trajectory[1][3] == -1 or found.error_px.max() > 1

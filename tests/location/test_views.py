@@ -23,6 +23,8 @@ CAMERA = thesis_rig(1)[0]
 def view(T=10, n=1, rate=30.0, b=None, sd=0.1, flag=None, piece=None, begin=0.0, name="cam1"):
     t = begin + np.arange(T) / rate
     b = np.stack([np.stack([100 + 3 * t, 50 - t], -1)] * n) if b is None else b
+    piece = np.zeros((n, T), np.intp) + np.arange(n)[:, None] if piece is None else piece
+    pieces = int(piece.max(initial=-1)) + 1
     return View(
         name,
         CAMERA,
@@ -34,7 +36,9 @@ def view(T=10, n=1, rate=30.0, b=None, sd=0.1, flag=None, piece=None, begin=0.0,
         np.full(b.shape, sd),
         np.full((n, T), "", object) if flag is None else flag,
         True,
-        np.zeros((n, T), np.intp) + np.arange(n)[:, None] if piece is None else piece,
+        piece,
+        np.arange(pieces),
+        np.zeros(pieces, bool),
     )
 
 
@@ -108,6 +112,13 @@ def test_names_and_number_of_tracklets():
     assert own.named == ["a", "c"]
     assert own.n_pieces == 3
     assert view(piece=np.full((1, 10), NONE)).n_pieces == 0
+
+
+def test_a_start_box_names_the_tracklet_that_begins_in_it_and_no_other():
+    own = view(n=2, piece=np.array([[0] * 5 + [1] * 5, [2] * 10]))
+    assert own.given == ["", "", ""]
+    assert own._replace(bound=np.array([True, False, False])).given == ["t1", "", ""]
+    assert own._replace(bound=np.array([False, False, True])).given == ["", "", "t2"]
 
 
 def test_tracklets_are_those_with_a_sample_by_their_numbers_in_the_camera():
