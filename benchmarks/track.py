@@ -230,7 +230,14 @@ def limits(rounds: int, folder: Path) -> None:
 def _peak_mb(path: Path, out: Path) -> float:
     settings = {"run": "clip", "camera": "cam1", "targets": 10, "detect": {}}
     (out / "order.json").write_text(json.dumps({"settings": settings, "inputs": {str(path): ""}}))
-    outputs = {"centroids": "c.parquet", "tracklets": "t.parquet", "record": "r.json", "light": "l.parquet"}
+    outputs = {
+        "centroids": "c.parquet",
+        "tracklets": "t.parquet",
+        "record": "r.json",
+        "light": "l.parquet",
+        "background": "b.parquet",
+    }
+    outputs["picture"] = "b.png"
     command = [sys.executable, "-m", "vidtrack", "track", "--settings", str(out / "order.json")]
     command += ["--input", "video", str(path)]
     for name, file in outputs.items():

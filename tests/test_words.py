@@ -16,6 +16,7 @@ CLEAN = [
     "vidtrack/verdict",
 ]
 CLEAN += [f"vidtrack/{room}" for room in ("analysis", "association", "calibration", "files", "geometry", "labelling")]
+CLEAN += ["vidtrack/steadiness"]
 CLEAN += [f"vidtrack/{room}" for room in ("location", "planning", "settings", "timing", "tracking", "workflow")]
 CLEAN += ["vidtrack/motion", "vidtrack/shore", "vidtrack/simulate", "vidtrack/jobs", "vidtrack/stages"]
 CLEAN += ["vidtrack/video", "vidtrack/findings.py", "vidtrack/results.py", "vidtrack/command.py"]
@@ -27,6 +28,7 @@ RIDDLES = re.compile(
 STRICT = [f"vidtrack/{room}" for room in ("timing", "simulate", "motion", "shore", "stages", "jobs", "location")]
 STRICT += [f"vidtrack/{room}" for room in ("labelling", "planning", "geometry", "figures", "report", "files")]
 STRICT += [f"vidtrack/{room}" for room in ("settings", "workflow", "verdict", "analysis")]
+STRICT += ["vidtrack/steadiness"]
 STRICT += ["docs", "README.md", "config.yaml", "workflow/rules", "vidtrack/findings.py", "vidtrack/command.py"]
 NOT_FOR_PROGRAMS = re.compile(
     r"\b(told|tells?|telling|witness(es)?|whoever|glances?|vouch(es)?|borne out)\b"

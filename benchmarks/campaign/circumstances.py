@@ -179,6 +179,29 @@ def _turned_a_little(scene: Scene, rng: Rng) -> None:
         clip["moved"] = {"cam1": [[0, 0, 0], [0.15, 0.15, 0]]}
 
 
+def _textured(scene: Scene, rng: Rng) -> None:
+    scene["texture"] = {"contrast": float(rng.uniform(6, 15)), "grain_px": float(rng.uniform(1.5, 3))}
+
+
+def _turned_between(scene: Scene, rng: Rng) -> None:
+    _textured(scene, rng)
+    turn = [float(v) for v in rng.uniform(0.05, 0.6, 3) * rng.choice([-1, 1], 3)]
+    for clip in scene["calibration"]["clips"].values():
+        clip["moved"] = {"cam1": [[0, 0, 0], turn]}
+
+
+def _turned_in_run(scene: Scene, rng: Rng) -> None:
+    _textured(scene, rng)
+    turn = [float(v) for v in rng.uniform(0.05, 0.6, 3) * rng.choice([-1, 1], 3)]
+    begun = float(rng.uniform(0.3, 1.2))
+    ended = begun + float(rng.choice([0.05, 0.5]))
+    scene["runs"]["test"]["turned"] = {"cam1": [[begun, 0, 0, 0, 0], [ended, *turn, 0]]}
+
+
+def _follow(folder: Path, rng: Rng) -> None:
+    config_of(folder, lambda c: c["calibration"].update(follow=True))
+
+
 def _wide_lens(scene: Scene, rng: Rng) -> None:
     for camera in scene["cameras"].values():
         camera |= {"kappa1": 9e-3, "kappa2": 5e-4}
@@ -318,6 +341,10 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "points-on-a-line": Circumstance(r"line|wire", _points(rows=1, wires=1, balls=9)),
     "camera-rolled": Circumstance(r"moved|roll|calibration|line of sight|lines of sight", _rolled),
     "camera-turned-a-little": Circumstance(r"moved|turn|calibration|line of sight|lines of sight", _turned_a_little),
+    "background-textured": Circumstance("", _textured, harmless=True),
+    "camera-moved-between": Circumstance(r"moved between", _turned_between),
+    "camera-moved-along-run": Circumstance(r"moved during the run", _turned_in_run),
+    "camera-followed": Circumstance("", _turned_in_run, _follow, harmless=True),
     "lens-wide": Circumstance(r"lens|model|distort", _wide_lens, harmless=True),
     "base-line-small": Circumstance(r"parallel|base line|baseline|angle", _side_by_side, harmless=True),
     "names-exchanged": Circumstance(r"name|exchang|swap", _two_targets, _names_exchanged),

@@ -106,6 +106,7 @@ class _Jobs:
                 {
                     "sightings": f"{folder}/{camera}/sightings.parquet",
                     "picture": f"{folder}/{camera}/picture.png",
+                    "background": f"{folder}/{camera}/background.png",
                     "record": f"{folder}/{camera}/labelling.json",
                 },
                 "calibration",
@@ -148,6 +149,8 @@ class _Jobs:
                     "record": f"{folder}/centroids/{camera}.json",
                     "tracklets": f"{folder}/tracklets/{camera}.parquet",
                     "light": f"{folder}/light/{camera}.parquet",
+                    "background": f"{folder}/background/{camera}.parquet",
+                    "picture": f"{folder}/background/{camera}.png",
                 },
                 name,
                 camera,
@@ -160,6 +163,32 @@ class _Jobs:
             inputs = {"videos": list(run.videos.values()), "light": light, "readings": readings}
             self._do("clocks", clocks, inputs, {"record": f"{folder}/clocks.json"}, name)
         plane = settings.runs[name].mode == "plane" if name in settings.runs else False
+        calibrated = [] if plane else [f"{calibration}/{c}/background.png" for c in cameras]
+        of_each = {
+            name: [] if plane else [f"{calibration}/{c}/{name}.{kind}" for c in cameras]
+            for name, kind in {
+                "camera": "json",
+                "points": "parquet",
+                "sightings": "parquet",
+                "labelling": "json",
+            }.items()
+        }
+        self._do(
+            "steadiness",
+            orders.steadiness(settings, experiment, name),
+            {
+                "backgrounds": [f"{folder}/background/{c}.parquet" for c in cameras],
+                "pictures": [f"{folder}/background/{c}.png" for c in cameras],
+                "readings": readings,
+                "cameras": of_each["camera"],
+                "points": of_each["points"],
+                "sightings": of_each["sightings"],
+                "labelling": of_each["labelling"],
+                "calibrated": calibrated,
+            },
+            {"table": f"{folder}/steadiness.parquet", "record": f"{folder}/steadiness.json"},
+            name,
+        )
         self._do(
             "locate",
             orders.locate(settings, experiment, name),
@@ -167,9 +196,10 @@ class _Jobs:
                 "centroids": [f"{folder}/centroids/{c}.parquet" for c in cameras],
                 "readings": readings,
                 "tracklets": [f"{folder}/tracklets/{c}.parquet" for c in cameras],
-                "cameras": [] if plane else [f"{calibration}/{c}/camera.json" for c in cameras],
-                "points": [] if plane else [f"{calibration}/{c}/points.parquet" for c in cameras],
-                "labelling": [] if plane else [f"{calibration}/{c}/labelling.json" for c in cameras],
+                "cameras": of_each["camera"],
+                "points": of_each["points"],
+                "labelling": of_each["labelling"],
+                "steadiness": f"{folder}/steadiness.parquet" if settings.calibration.follow else [],
                 "clocks": f"{folder}/clocks.json" if clocks["sought"] else [],
             },
             {

@@ -34,7 +34,7 @@ def test_a_start_is_held_to_the_code_on_the_clip_s_sound_track(tmp_path):
     picks = pd.DataFrame({"camera": "cam1", "tag": tags, "Xf": at[:, 0], "Yf": at[:, 1]})
     picks.to_csv(tmp_path / "picks.csv", index=False)
     detect = {"start": "10:00:00;20", "end": "10:00:00;29"}
-    outputs = {name: str(tmp_path / name) for name in ("sightings", "picture", "record")}
+    outputs = {name: str(tmp_path / name) for name in ("sightings", "picture", "background", "record")}
     run(
         Job(
             {"camera": "cam1", "picks_clips": ["row1"], "clips": {"row1": {"tags": tags, "detect": detect}}},

@@ -29,8 +29,8 @@ def write_clip(path, contrast, k=40):
 def tracked(folder, contrast):
     clip = folder / "cam1.mkv"
     write_clip(clip, contrast)
-    outputs = {name: folder / f"{name}.parquet" for name in ("centroids", "tracklets", "light")}
-    outputs["record"] = folder / "record.json"
+    outputs = {name: folder / f"{name}.parquet" for name in ("centroids", "tracklets", "light", "background")}
+    outputs |= {"record": folder / "record.json", "picture": folder / "background.png"}
     settings = {"run": "r", "camera": "cam1", "targets": 1, "detect": {}}
     run(Job(settings=settings, inputs={"video": [clip], "targets": []}, outputs=outputs, threads=1, provenance={}))
     return read_json(outputs["record"]), pd.read_parquet(outputs["tracklets"])

@@ -213,7 +213,7 @@ def test_every_dot_of_a_real_target_is_named(camera, tmp_path):
     from vidtrack.workflow.job import Job
 
     folder = ONE_DOT / "calibration"
-    outputs = {name: str(tmp_path / name) for name in ("sightings", "picture", "record")}
+    outputs = {name: str(tmp_path / name) for name in ("sightings", "picture", "background", "record")}
     tags = [str(k) for k in range(1, 106)]
     run(
         Job(
@@ -255,7 +255,7 @@ def test_clips_from_after_the_test_are_named_by_those_from_before(tmp_path):
     clip = {"target": {"tags": [str(k) for k in range(1, 106)]}}
     settings = {"units": "mm", "camera": "cam2", "sigma": 0.0, "picks_clips": ["target"], "clips": clip}
     inputs = {"points": str(folder / "points.csv"), "videos": [str(folder / "target/cam2.tif")]}
-    first = {name: str(tmp_path / name) for name in ("sightings", "picture", "record")}
+    first = {name: str(tmp_path / name) for name in ("sightings", "picture", "background", "record")}
     later = {name: f"{path}_after" for name, path in first.items()}
     run(Job(settings, inputs | {"picks": [str(folder / "target/picks.csv")]}, first))
     run(Job(settings | {"picks_clips": []}, inputs | {"before": first["sightings"]}, later))

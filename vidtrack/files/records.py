@@ -13,6 +13,9 @@ import numpy as np
 from vidtrack.errors import VidtrackError, damaged
 from vidtrack.files.atomic import replacing
 
+GREY_LEVEL = 256
+"""Levels of a 16-bit picture that stand for one grey level of 0 to 255."""
+
 
 def write_json(path: str | os.PathLike[str], record: Mapping[str, Any], provenance: Mapping[str, Any]) -> None:
     """Write a record, its provenance under the key of that name; NaN and infinities become null.

@@ -8,12 +8,15 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from vidtrack.files.records import write_json, write_png
+from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
+from vidtrack.findings import as_records
 from vidtrack.progress import Progress
-from vidtrack.stages.calibration_points import calibration_points
+from vidtrack.stages.calibration_points import Sightings, calibration_points
+from vidtrack.steadiness.clips import clip_findings, clip_movements
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
 from vidtrack.video.reader import open_video
@@ -23,7 +26,9 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Inputs points, videos (as settings["clips"]), picks (as picks_clips); outputs sightings, picture, record.
+    """Inputs points, videos (as settings["clips"]), picks (as picks_clips).
+
+    Outputs sightings, picture, background, record.
 
     Input before, optional: the sightings of the clips from before the test, to name those from after it.
     """
@@ -52,7 +57,22 @@ def run(job: Job) -> None:
     units, provenance = job.settings.get("units", ""), job.provenance
     write_parquet(job.outputs["sightings"], found.table, units=units, provenance=provenance)
     write_png(job.outputs["picture"], found.picture)
-    write_json(job.outputs["record"], found.record | {"reading": troubles, "pictures": pictures}, provenance)
+    first, background = next(iter(found.means.items()))
+    write_png(job.outputs["background"], np.rint(np.clip(background, 0, 255) * GREY_LEVEL).astype(np.uint16))
+    steadiness = _steadiness(found, camera)
+    record = {"reading": troubles, "pictures": pictures, "background": {"clip": first}, **steadiness}
+    write_json(job.outputs["record"], found.record | record, provenance)
+
+
+def _steadiness(found: Sightings, camera: str) -> dict[str, Any]:
+    """Whether the camera moved from clip to clip; how, and findings."""
+    seen = found.table[found.table["found"]]
+    radius = np.sqrt(seen["pixels"] / np.pi)
+    balls = {clip: np.empty((0, 3)) for clip in found.means}
+    for clip, own in seen.assign(radius=radius).groupby("clip"):
+        balls[str(clip)] = own[["Xf", "Yf", "radius"]].to_numpy(float)
+    moved = clip_movements(found.means, balls)
+    return {"steadiness": moved.as_record(), "findings": as_records(clip_findings(camera, moved))}
 
 
 def _picture(video: Video) -> dict[str, Any]:

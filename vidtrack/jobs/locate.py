@@ -11,7 +11,9 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.window import Picture, picture_from_record
-from vidtrack.location.run_pictures import Pictures
+from vidtrack.location.run_pictures import Pictures, camera_shown, windows
+from vidtrack.stages.steadiness import at_rest
+from vidtrack.steadiness.turn import law_of_camera, law_of_picture
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -24,10 +26,11 @@ if TYPE_CHECKING:
 
 def run(job: Job) -> None:
     """inputs: centroids, readings; tracklets, cameras, points and, where clocks are sought, clocks (mode space);
-    sightings (mode plane, where there are any); labelling of the cameras whose calibration is used.
+    sightings (mode plane, where there are any); labelling of the cameras whose calibration is used; steadiness, where
+    positions are corrected by it.
 
-    settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane[,
-    max_miss].
+    settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
+    follow[, max_miss].
     outputs: trajectories, csv, associations, record.
     """
     from vidtrack.location.associations import COLUMNS
@@ -64,10 +67,17 @@ def _in_space(job: Job) -> Locations:
     options["clocks"] = {  # without any time code nothing says that the recordings began at one moment
         name: own if own is not None else "motion" if unset else {} for name, own in options["clocks"].items()
     }
+    pictures = _pictures(job, sizes)
+    if moved := _moved(job):
+        shown = windows(pictures, f"runs.{job.settings['run']}")[0]
+        for name, own in calibrated.items():
+            law = law_of_camera(camera_shown(own.camera, None, shown.get(name))[0])
+            tables[name] = at_rest(tables[name], moved[name], law)
+            followed[name] = at_rest(followed[name], moved[name], law)
     located = locate(
         tables,
         calibrated,
-        pictures=_pictures(job, sizes),
+        pictures=pictures,
         tracklets=followed,
         points=dict(zip(names, points, strict=True)) if points else None,
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
@@ -78,6 +88,14 @@ def _in_space(job: Job) -> Locations:
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
     located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
     return located
+
+
+def _moved(job: Job) -> dict[str, DataFrame]:
+    """How each camera moved, where positions are to be corrected by it; empty where not."""
+    if not job.settings.get("follow"):
+        return {}
+    table = read_parquet(job.path("steadiness"))
+    return {name: table[table["camera"] == name] for name in job.settings["cameras"]}
 
 
 def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
@@ -108,8 +126,13 @@ def _in_plane(job: Job) -> PlaneLocations:
     pictures = _pictures(job, {}) if plane.get("points") else {}
     clip = next((own.calibration for own in pictures.values()), None)
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
+    table = read_parquet(tables[0])
+    if moved := _moved(job):
+        video = read_json(job.path("readings"))["video"]
+        law = law_of_picture((video["width"], video["height"]))
+        table = at_rest(table, moved[job.settings["cameras"][0]], law)
     return locate_plane(
-        read_parquet(tables[0]),
+        table,
         tracklets=next((read_parquet(path) for path in job.paths("tracklets")), None),
         targets=job.settings.get("targets"),
         camera=job.settings["cameras"][0],

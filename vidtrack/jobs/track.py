@@ -10,11 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.files.records import write_json
+from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.progress import Progress
-from vidtrack.stages.track import track
+from vidtrack.stages.track import Tracked, track
+from vidtrack.steadiness.samples import BackgroundSamples
+from vidtrack.steadiness.series import Targets, background_course
 from vidtrack.timing.frame import ReadAccount, VideoInfo
 from vidtrack.timing.light import LightMeter
 from vidtrack.timing.run_scale import code_as_record
@@ -37,17 +39,20 @@ def run(job: Job) -> None:
         boxes = read_targets(job.path("targets"), camera, size) if job.paths("targets") else None
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
-        meter = LightMeter(info.bits)
+        meter, samples = LightMeter(info.bits), BackgroundSamples()
         label = f"track {settings['run']}/{camera}"
         with Progress(label, info.n_frames_hint, "frames") as progress:
             tracked = track(
-                meter.over(progress.over(video.frames(ahead=True))),
+                meter.over(samples.over(progress.over(video.frames(ahead=True)))),
                 info,
                 targets=settings["targets"],
                 start_boxes=boxes,
                 **settings["detect"],
             )
         account = _not_refuted(video.account, tracked.diagnostics["measured"])
+    in_fields = bool((tracked.centroids["field"] != "frame").any())
+    light = _light(meter, tracked.clock, in_fields)
+    course = _course(samples, tracked, light, info.bits)
     record = {
         "run": settings["run"],
         "camera": camera,
@@ -61,6 +66,7 @@ def run(job: Job) -> None:
             "problems": found.problems,
         },
         "reading": account._asdict(),
+        "background": {"block": samples.block, "patches": int(course["patch"].nunique())},
         **tracked.diagnostics,
     }
     record["findings"] = as_records(tracked.findings)
@@ -69,8 +75,9 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
     write_json(job.outputs["record"], record, job.provenance)
-    in_fields = bool((tracked.centroids["field"] != "frame").any())
-    write_parquet(job.outputs["light"], _light(meter, tracked.clock, in_fields), units="px", provenance=job.provenance)
+    write_parquet(job.outputs["light"], light, units="px", provenance=job.provenance)
+    write_parquet(job.outputs["background"], course, units="px", provenance=job.provenance)
+    write_png(job.outputs["picture"], _begun(samples, info.bits))
 
 
 def _not_refuted(account: ReadAccount, measured: float) -> ReadAccount:
@@ -91,6 +98,37 @@ def _light(meter: LightMeter, clock: TimeBase, in_fields: bool) -> DataFrame:
     columns = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": clock.seconds(stamps)}
     columns["middle_s"] = clock.seconds(stamps, fields=np.full(len(stamps), 0.25)) if in_fields else columns["time_s"]
     return DataFrame({**columns, "brightness": meter.levels})
+
+
+def _course(samples: BackgroundSamples, tracked: Tracked, light: DataFrame, bits: int) -> DataFrame:
+    """The still background, a row a compared frame and patch: where the patch lay at first, how far it moved, px."""
+    from pandas import DataFrame
+
+    seen = tracked.tracklets
+    targets = Targets(
+        seen["frame"].to_numpy(np.int64),
+        seen[["Xf", "Yf"]].to_numpy(float),
+        np.sqrt(np.maximum(seen["pixels"].to_numpy(float), 1) / np.pi),
+    )
+    course = background_course(samples, targets, scale=255 / (2**bits - 1))
+    used = tracked.centroids["frame"]
+    within = (course.frames >= used.min()) & (course.frames <= used.max())
+    frames, n = course.frames[within], len(course.middles)
+    each = {
+        "frame": np.repeat(frames, n),
+        "time_s": np.repeat(light["time_s"].to_numpy()[frames], n),
+        "patch": np.tile(np.arange(n), len(frames)),
+    }
+    each |= dict(zip(("Xf", "Yf"), np.tile(course.middles, (len(frames), 1)).T, strict=True))
+    each |= dict(zip(("dx", "dy"), course.shift[within].reshape(-1, 2).T, strict=True))
+    each |= dict(zip(("sd_x", "sd_y"), course.sd[within].reshape(-1, 2).T, strict=True))
+    return DataFrame(each)
+
+
+def _begun(samples: BackgroundSamples, bits: int) -> NDArray[np.uint16]:
+    """The picture with which the recording begins; one px where no frame of it is good."""
+    picture = np.zeros((1, 1)) if samples.reference is None else samples.reference * (255 / (2**bits - 1))
+    return np.asarray(np.rint(picture * GREY_LEVEL), np.uint16)
 
 
 def _video_record(info: VideoInfo) -> dict[str, Any]:

@@ -44,6 +44,11 @@ class Calibration(Section):
     clips: dict[Name, Clip] = Field(
         {}, description="clip: what it shows; every folder in calibration/ is a clip, whether or not it is named here"
     )
+    follow: bool = Field(
+        False,
+        description="true: where a camera's background shows that it turned since its calibration, positions are "
+        "corrected by it, and sigma has its uncertainty; false: it is only reported",
+    )
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
     prior: Prior = Field({}, description="parameter: [mean, standard deviation]")

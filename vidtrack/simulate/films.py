@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera
+from vidtrack.simulate.background import seen, turned
 from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.simulate.motion import position
-from vidtrack.simulate.picture import Picture, empty_scene
+from vidtrack.simulate.picture import Picture, Scene, empty_scene
 from vidtrack.simulate.recording import Actor, frames, true_times
 from vidtrack.simulate.records import Task
-from vidtrack.simulate.scenario import Recording, Scenario, Target, n_frames, random_stream
+from vidtrack.simulate.scenario import Recording, Scenario, Target, Turned, n_frames, random_stream
 from vidtrack.simulate.tape import Sound, write_tape
 from vidtrack.timing.timecode import Timecode, parse
 
@@ -54,8 +56,13 @@ def recordings(scenario: Scenario) -> Iterator[Task]:
             count = n_frames(run, recording)
             path = f"runs/{run_name}/{name}.{recording.tape.container}"
             lost = run.lost_frames.get(name, ())
-            camera = scenario.camera(name)
-            yield path, _film(scenario, camera, balls, recording, start, count, path, first_frame=first, lost=lost)
+            camera, turns = scenario.camera(name), run.turned.get(name, ())
+            yield (
+                path,
+                _film(
+                    scenario, camera, balls, recording, start, count, path, first_frame=first, lost=lost, turns=turns
+                ),
+            )
 
 
 def _film(
@@ -69,6 +76,7 @@ def _film(
     *,
     first_frame: int,
     lost: tuple[int, ...],
+    turns: tuple[Turned, ...] = (),
 ) -> Callable[[str], None]:
     """What writes one recording: `count` frames from `first_frame` after the scene's zero of time."""
 
@@ -76,12 +84,15 @@ def _film(
         picture = scenario.picture_of(camera.name)
         clutter = [patch for patch in scenario.clutter if patch.camera == camera.name]
         empty = empty_scene(picture, camera.image_size, clutter)
+        wall = _wall(scenario, camera)
         label = np.array([float((first_frame + k) / recording.rate) for k in range(count)])
         film = frames(
             camera,
-            empty,
+            empty if wall is None or turns else empty + wall(camera),
             balls,
             true_times(label, scenario.cameras[camera.name].clock),
+            moving=_moving(camera, turns),
+            wall=wall if turns else None,
             picture=picture,
             shutter=recording.shutter,
             rate=recording.rate,
@@ -101,6 +112,26 @@ def _film(
         )
 
     return write
+
+
+def _wall(scenario: Scenario, camera: Camera) -> Callable[[Camera], Scene] | None:
+    """What the pattern of the background adds to the picture of a camera; None for a plain one."""
+    if scenario.texture is None:
+        return None
+    return partial(seen, scenario.texture, scenario.camera(camera.name), seed=scenario.seed)
+
+
+def _moving(camera: Camera, turns: tuple[Turned, ...]) -> Callable[[float], Camera] | None:
+    """The camera at a time, s, where it moves."""
+    if not turns:
+        return None
+    rows = np.asarray(turns, float)
+
+    def at(t: float) -> Camera:
+        turn = [np.interp(t, rows[:, 0], rows[:, k]) for k in range(1, 5)]
+        return turned(camera, np.array(turn[:3]), float(turn[3]))
+
+    return at
 
 
 def _sound(recording: Recording, start: Timecode, count: int, rng: np.random.Generator) -> Sound | None:
@@ -129,9 +160,5 @@ def moved(camera: Camera, change: tuple[tuple[float, ...], tuple[float, ...]] | 
     """A camera that was shifted by (3,) world units and turned by (3,) degrees about its own axes."""
     if change is None:
         return camera
-    shift, turn = np.asarray(change[0], float), np.radians(change[1])
-    angle = float(np.linalg.norm(turn))
-    K = np.array([[0, -turn[2], turn[1]], [turn[2], 0, -turn[0]], [-turn[1], turn[0], 0]])
-    about = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
-    R = about.T @ camera.R
-    return camera.with_(R=R, T=-R @ (camera.position + shift))
+    there = turned(camera, np.asarray(change[1], float))
+    return there.with_(T=-there.R @ (camera.position + np.asarray(change[0], float)))

@@ -81,20 +81,27 @@ def frames(
     rate: Fraction,
     interlace: Interlace,
     rng: np.random.Generator,
+    moving: Callable[[float], Camera] | None = None,
+    wall: Callable[[Camera], Scene] | None = None,
 ) -> Iterator[Levels]:
     """The frames (height, width) that a camera records at true times (n,), s, of balls before an empty scene.
 
     empty     (height, width) grey levels, from `picture.empty_scene`
     actors    balls; a nearer one hides a farther one
+    moving    the camera at each time, where it moves; wall: what the background behind `empty` adds, by the camera
     """
-    for begin in range(0, len(times), CHUNK):
-        chunk = times[begin : begin + CHUNK]
+    size = CHUNK if moving is None else 1
+    for begin in range(0, len(times), size):
+        chunk = times[begin : begin + size]
+        if moving is not None:
+            camera = moving(float(chunk[0]))
+        behind = empty if wall is None else empty + wall(camera)
         fields = [
             (field, _pieces(camera, actors, when, picture, shutter))
             for field, when in exposures(chunk, rate, interlace)
         ]
         for k, t in enumerate(chunk):
-            scene = empty.copy()
+            scene = behind.copy()
             for field, pieces in fields:
                 for share, left, top, level in pieces[k]:
                     paint(scene, share, left, top, level, field)

@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from vidtrack.geometry.camera import Camera
+from vidtrack.simulate.background import Texture
 from vidtrack.simulate.motion import Motion
 from vidtrack.simulate.picture import Patch, Picture
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vector, plan_from
@@ -186,6 +187,9 @@ class Reference(Plan):
     margin_s: NotNegative = Field(0.5, description="s recorded before and after the video")
 
 
+Turned = tuple[float, float, float, float, float]
+
+
 class Run(Plan):
     """One test: what moves, for how long, what is filmed of it."""
 
@@ -198,6 +202,11 @@ class Run(Plan):
     lost_frames: dict[str, tuple[int, ...]] = Field({}, description="camera: frames that its recording lacks")
     reference: Reference | None = None
     boxes: bool = Field(False, description="whether there is a targets.csv with a start box of each target")
+    turned: dict[str, tuple[Turned, ...]] = Field(
+        {},
+        description="camera: rows of s, degrees about its x, y and z axes, and the share by which f is longer: it "
+        "moves in its place along straight lines between them, at rest before the first and after the last",
+    )
     recording: Recording | None = None
     cameras: tuple[str, ...] | None = Field(None, description="those that film this run; default: all")
 
@@ -209,6 +218,7 @@ class Scenario(Plan):
     units: Literal["m", "cm", "mm", "in", "ft"] = "in"
     cameras: Annotated[dict[str, CameraPlan], Field(min_length=1)]
     picture: Picture = Picture()
+    texture: Texture | None = Field(None, description="a pattern on the wall behind the scene; default: a plain one")
     clutter: tuple[Patch, ...] = ()
     recording: Recording = Recording()
     calibration: Calibration = Calibration()
@@ -241,7 +251,7 @@ class Scenario(Plan):
         named += [(f"calibration.clips.{n}.moved", list(clip.moved)) for n, clip in self.calibration.clips.items()]
         for n, run in self.runs.items():
             named.append((f"runs.{n}.hidden", [hidden.camera for hidden in run.hidden]))
-            named.append((f"runs.{n}", [*run.first_frame, *run.lost_frames, *(run.cameras or ())]))
+            named.append((f"runs.{n}", [*run.first_frame, *run.lost_frames, *run.turned, *(run.cameras or ())]))
         return named
 
     def camera(self, name: str) -> Camera:

@@ -32,11 +32,13 @@ class Sightings(NamedTuple):
 
     table    a row a clip and tag: clip, tag, x, y, z, sigma, Xf, Yf, pixels, frames, sd_x, sd_y, found, reason
     picture  (rows, columns) the balls of all clips in one picture
+    means    clip: (rows, columns) its mean picture, grey levels
     record   how the names were found, clip by clip
     """
 
     table: pd.DataFrame
     picture: NDArray[np.uint8]
+    means: dict[str, NDArray[np.float32]]
     record: dict[str, Any]
     warnings: tuple[str, ...]
 
@@ -84,7 +86,8 @@ def calibration_points(
     rows = pd.concat(parts, ignore_index=True)
     warnings += _swinging(rows, camera) + _disagreeing(rows, camera)
     record = _record(case, labels, shots, rows, warnings)
-    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), record, tuple(warnings))
+    means = {clip: shot.still.mean for clip, shot in shots.items()}
+    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), means, record, tuple(warnings))
 
 
 def _shown_tags(

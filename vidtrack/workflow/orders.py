@@ -133,6 +133,21 @@ def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
     }
 
 
+def steadiness(settings: Settings, experiment: Experiment, run: str) -> Order:
+    """Of which cameras of a run it is seen whether they stood still."""
+    own, here = _own(settings, run), experiment.runs[run]
+    return {
+        "units": settings.units,
+        "run": run,
+        "mode": own.mode,
+        "cameras": list(here.videos),
+        "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
+        "clip": own.plane.clip if own.plane else None,
+        "scale": own.plane.scale if own.plane else None,
+        "follow": settings.calibration.follow,
+    }
+
+
 def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
     """How a run's tracks become positions."""
     own, here = _own(settings, run), experiment.runs[run]
@@ -148,6 +163,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,
         "plane": plane,
+        "follow": settings.calibration.follow,
     }
 
 

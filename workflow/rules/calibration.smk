@@ -77,6 +77,7 @@ rule calibration_points:
     output:
         sightings=f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet",
         picture=f"{RESULTS}/{{set}}/{{camera}}/picture.png",
+        background=f"{RESULTS}/{{set}}/{{camera}}/background.png",
         record=f"{RESULTS}/{{set}}/{{camera}}/labelling.json",
         account=account("calibration_points", "{set}", "{camera}"),
     log:
@@ -96,7 +97,8 @@ rule calibration_points:
         " --threads {threads} --log {log:q}"
         " --input points {input.points:q} --input videos {input.videos:q} --input picks {input.picks:q}"
         " --input before {input.before:q}"
-        " --output sightings {output.sightings:q} --output picture {output.picture:q} --output record {output.record:q}"
+        " --output sightings {output.sightings:q} --output picture {output.picture:q}"
+        " --output background {output.background:q} --output record {output.record:q}"
 
 
 rule survey:

@@ -46,6 +46,7 @@ for run in LOCATED:
         [EXPERIMENT.points] if known else [],
         run,
     )
+    BOOK.add("steadiness", orders.steadiness(SETTINGS, EXPERIMENT, run), [], run)
     BOOK.add("kinematics", orders.kinematics(SETTINGS), [], run)
 for run in CLOCKED:
     BOOK.add(
@@ -102,6 +103,13 @@ rule locate:
             lambda w: calibrations(w.run, "labelling.json")
             or of_plane(w.run, "labelling.json")
         ),
+        steadiness=results(
+            lambda w: (
+                f"{RESULTS}/runs/{w.run}/steadiness.parquet"
+                if SETTINGS.calibration.follow
+                else []
+            )
+        ),
         clocks=results(
             lambda w: (
                 f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
@@ -130,8 +138,52 @@ rule locate:
         " --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
         " --input labelling {input.labelling:q} --input clocks {input.clocks:q}"
+        " --input steadiness {input.steadiness:q}"
         " --output trajectories {output.trajectories:q} --output csv {output.csv:q}"
         " --output associations {output.associations:q} --output record {output.record:q}"
+
+
+rule steadiness:
+    input:
+        backgrounds=of_cameras("background/{camera}.parquet"),
+        pictures=of_cameras("background/{camera}.png"),
+        readings=of_cameras("centroids/{camera}.json"),
+        cameras=results(lambda w: calibrations(w.run, "camera.json")),
+        points=results(lambda w: calibrations(w.run, "points.parquet")),
+        sightings=results(
+            lambda w: calibrations(w.run, "sightings.parquet")
+            or of_plane(w.run, "sightings.parquet")
+        ),
+        labelling=results(
+            lambda w: calibrations(w.run, "labelling.json")
+            or of_plane(w.run, "labelling.json")
+        ),
+        calibrated=results(
+            lambda w: calibrations(w.run, "background.png")
+            or of_plane(w.run, "background.png")
+        ),
+    output:
+        table=f"{RESULTS}/runs/{{run}}/steadiness.parquet",
+        record=f"{RESULTS}/runs/{{run}}/steadiness.json",
+        account=account("steadiness", "{run}"),
+    log:
+        f"{LOGS}/steadiness/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/steadiness/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
+    params:
+        **order("steadiness", "run"),
+    message:
+        "Comparing the backgrounds of {wildcards.run} with those of the calibration"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack steadiness --account {output.account:q} --log {log:q}"
+        " --input backgrounds {input.backgrounds:q} --input pictures {input.pictures:q}"
+        " --input readings {input.readings:q} --input cameras {input.cameras:q} --input points {input.points:q}"
+        " --input sightings {input.sightings:q} --input labelling {input.labelling:q}"
+        " --input calibrated {input.calibrated:q}"
+        " --output table {output.table:q} --output record {output.record:q}"
 
 
 rule kinematics:

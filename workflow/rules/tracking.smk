@@ -1,7 +1,8 @@
 # Needs: runs/<run>/<camera>.<ext>, and runs/<run>/targets.csv where someone placed the boxes.
 # Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading;
 # runs/<run>/tracklets/<camera>.parquet, all that was followed, in stretches of certain identity;
-# runs/<run>/light/<camera>.parquet, how bright each picture was and when.
+# runs/<run>/light/<camera>.parquet, how bright each picture was and when; runs/<run>/background/<camera>.png and
+# .parquet, its background at the beginning, and how far patches of it moved.
 
 TRACKS = [
     (name, camera)
@@ -33,6 +34,8 @@ rule track:
         record=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json",
         tracklets=f"{RESULTS}/runs/{{run}}/tracklets/{{camera}}.parquet",
         light=f"{RESULTS}/runs/{{run}}/light/{{camera}}.parquet",
+        background=f"{RESULTS}/runs/{{run}}/background/{{camera}}.parquet",
+        picture=f"{RESULTS}/runs/{{run}}/background/{{camera}}.png",
         account=account("track", "{run}", "{camera}"),
     log:
         f"{LOGS}/track/{{run}}/{{camera}}.log",
@@ -53,3 +56,4 @@ rule track:
         " --input video {input.video:q} --input targets {input.targets:q}"
         " --output centroids {output.centroids:q} --output tracklets {output.tracklets:q}"
         " --output record {output.record:q} --output light {output.light:q}"
+        " --output background {output.background:q} --output picture {output.picture:q}"

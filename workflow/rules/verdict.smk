@@ -27,7 +27,12 @@ JUDGED += [f"{RESULTS}/runs/{run}/clocks.json" for run in CLOCKED]
 JUDGED += [
     f"{RESULTS}/runs/{run}/{name}"
     for run in LOCATED
-    for name in ("locate.json", "trajectories.parquet", "kinematics.json")
+    for name in (
+        "locate.json",
+        "trajectories.parquet",
+        "kinematics.json",
+        "steadiness.json",
+    )
 ]
 JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/bodies.json" for run in BODIED]

@@ -1,0 +1,86 @@
+"""Job steadiness: a run's backgrounds and those of the calibration in; steadiness.parquet and .json out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.records import GREY_LEVEL, read_json, read_png, write_json
+from vidtrack.files.tables import read_parquet, write_parquet
+from vidtrack.geometry.camera import camera_from_world
+from vidtrack.geometry.window import Picture, Window, picture_from_record, window
+from vidtrack.stages.steadiness import Background, Calibration, steadiness
+from vidtrack.timing.run_scale import code_from_record, run_scale
+from vidtrack.workflow.job import Job
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from vidtrack.geometry.camera import Camera
+
+
+def run(job: Job) -> None:
+    """inputs, a path a camera in the order of settings["cameras"]: backgrounds (tables), pictures, readings; where the
+    run uses a calibration sightings, labelling, calibrated (pictures); in mode space cameras and points too.
+
+    settings: run, units, mode, cameras, crop, clip, scale, follow. outputs: table, record.
+    """
+    settings = job.settings
+    names, where = settings["cameras"], f"runs.{settings['run']}"
+    readings = dict(zip(names, map(read_json, job.paths("readings")), strict=True))
+    shift = run_scale({name: code_from_record(own) for name, own in readings.items()}, where).shift
+    backgrounds = {}
+    for i, name in enumerate(names):
+        course = read_parquet(job.paths("backgrounds")[i])
+        course["time_s"] += shift.get(name, 0.0)
+        backgrounds[name] = _background(job, i, course, readings[name], where)
+    found = steadiness(backgrounds, where=where, units=settings["units"], follow=settings["follow"])
+    write_parquet(job.outputs["table"], found.table, units=settings["units"], provenance=job.provenance)
+    write_json(job.outputs["record"], found.record, job.provenance)
+
+
+def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], where: str) -> Background:
+    """What is known of the i-th camera."""
+    name, video = job.settings["cameras"][i], picture_from_record(reading["video"])
+    picture = _grey(job.paths("pictures")[i])
+    background = Background(course, picture, reading["background"]["block"], (video.width, video.height))
+    if i >= len(job.paths("labelling")):
+        return background._replace(per_px=job.settings.get("scale"))
+    labelling = read_json(job.paths("labelling")[i])
+    sightings = read_parquet(job.paths("sightings")[i])
+    part = _shown(labelling, video, (job.settings.get("crop") or {}).get(name), name, where)
+    background = background._replace(window=part, calibration=_calibration(job, i, labelling, sightings))
+    if i < len(job.paths("cameras")):
+        camera = read_camera(job.paths("cameras")[i]).camera
+        shown = camera if part is None else part.camera(camera)
+        points = read_parquet(job.paths("points")[i])
+        return background._replace(camera=shown, per_px=_units_per_px(shown, points))
+    return background._replace(per_px=job.settings.get("scale"))
+
+
+def _calibration(job: Job, i: int, labelling: dict[str, Any], sightings: DataFrame) -> Calibration:
+    found = sightings[sightings["found"]]
+    clip = labelling["background"]["clip"]
+    own = found[found["clip"] == clip]
+    balls = np.column_stack([own[["Xf", "Yf"]].to_numpy(float), np.sqrt(own["pixels"].to_numpy(float) / np.pi)])
+    counts = {str(name): int(n) for name, n in found.groupby("clip").size().items()}
+    if job.settings.get("clip"):  # a run in a plane is placed by one clip
+        counts = {name: n for name, n in counts.items() if name == job.settings["clip"]}
+    return Calibration(_grey(job.paths("calibrated")[i]), balls, labelling.get("steadiness") or {}, counts)
+
+
+def _shown(labelling: dict[str, Any], run: Picture, crop: Any, camera: str, where: str) -> Window | None:
+    known = next(iter(labelling["pictures"].values()))
+    return window(picture_from_record(known), run, crop, camera=camera, where=where)[0]
+
+
+def _grey(path: str) -> np.ndarray[Any, Any]:
+    return np.asarray(read_png(path), np.float32) / GREY_LEVEL
+
+
+def _units_per_px(camera: Camera, points: DataFrame) -> float:
+    """World units that a px spans at the calibration points, square to the line of sight."""
+    depth = camera_from_world(camera, points[["x", "y", "z"]].to_numpy(float))[:, 2]
+    return float(np.median(depth) * camera.dy / camera.f)
