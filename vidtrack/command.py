@@ -12,6 +12,7 @@ import click
 COMMANDS = {
     "init": "Look through a folder of recordings and write config.yaml and points.csv.",
     "check": "Say what will happen with an experiment, and what is wrong with it. Runs nothing.",
+    "pick": "Pick calibration points, start boxes and thresholds in the browser.",
     "run": "Process everything that is not done yet, and say the verdict.",
     "report": "Open the report.",
     "unlock": "Remove the lock that a killed run left behind.",
@@ -32,6 +33,7 @@ _EXAMPLES = """
 Examples:
   vidtrack init my-lab --units m      what lies there, and a config.yaml
   vidtrack check my-lab               what will happen, and what is wrong
+  vidtrack pick my-lab                points and boxes, in the browser
   vidtrack run my-lab                 everything, with the verdict last
 """
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from vidtrack.labelling.shot import composite, look_again, take
+from vidtrack.labelling.shot import composite, look_again, take, with_placed
 from vidtrack.tracking.detection.blobs import find_blobs
 
 
@@ -125,3 +125,26 @@ def test_few_grey_levels_are_stretched(n, contrast, noise, kind, full):
     assert np.abs(off).max() < 4 * np.hypot(shot.sd.max(), 0.01)
     assert np.abs(off).max() < (0.05 if kind is np.uint16 else 0.35)
     assert take(frames, {"gain": 1.0, "offset": 0.0}).stretch == (1.0, 0.0)
+
+
+def test_a_point_that_was_placed_by_hand_is_a_blob_with_the_persons_sd():
+    shot = take(clip(balls(AT), 5), {})
+    placed = with_placed(shot, np.array([[12.5, 80.25, 0.4]]))
+    assert len(placed.at) == len(shot.at) + 1
+    assert placed.at[-1].tolist() == [12.5, 80.25]
+    assert placed.sd[-1].tolist() == [0.4, 0.4]
+    assert placed.blobs.pixels[-1] == 0
+    assert not placed.blobs.edge[-1]
+    np.testing.assert_array_equal(placed.at[:-1], shot.at)
+
+
+def test_a_point_placed_on_a_ball_takes_its_place():
+    shot = take(clip(balls(AT), 5), {})
+    placed = with_placed(shot, np.array([[*(AT[2] + (1.0, 0.5)), 0.3]]))
+    assert len(placed.at) == len(shot.at)
+    assert np.hypot(*(placed.at - AT[2]).T).min() == pytest.approx(np.hypot(1, 0.5))
+
+
+def test_without_points_placed_by_hand_nothing_changes():
+    shot = take(clip(balls(AT), 5), {})
+    assert with_placed(shot, np.empty((0, 3))) is shot

@@ -260,3 +260,20 @@ def test_clips_from_after_the_test_are_named_by_those_from_before(tmp_path):
     run(Job(settings, inputs | {"picks": [str(folder / "target/picks.csv")]}, first))
     run(Job(settings | {"picks_clips": []}, inputs | {"before": first["sightings"]}, later))
     pd.testing.assert_frame_equal(pd.read_parquet(first["sightings"]), pd.read_parquet(later["sightings"]))
+
+
+def test_a_point_that_is_no_ball_is_placed_by_hand_and_keeps_its_sd():
+    k = TAGS.index("5")
+    own = picks(*FOUR).assign(sd=np.nan)
+    placed = pd.DataFrame(
+        {"clip": ["row1"], "tag": ["5"], "Xf": [B[k, 0] + 0.3], "Yf": [B[k, 1] - 0.2], "sd": 0.4, "line": 9}
+    )
+    shown = clips({"row1": np.delete(B[:12], k, 0)})
+    table = calibration_points(
+        shown, POINTS, pd.concat([own, placed], ignore_index=True), camera="cam1", tags=SHOWN
+    ).table.set_index("tag")
+    assert table.loc["5", "found"]
+    assert table.loc["5", ["Xf", "Yf"]].tolist() == pytest.approx([B[k, 0] + 0.3, B[k, 1] - 0.2])
+    assert table.loc["5", ["sd_x", "sd_y"]].tolist() == [0.4, 0.4]
+    assert table.loc["5", "pixels"] == 0
+    assert table["found"].all()

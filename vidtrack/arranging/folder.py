@@ -16,7 +16,12 @@ from vidtrack.settings.commented import commented_config
 HEAD = """What vidtrack is to do with the recordings of this folder.
 
 A key that is commented out (#key: value) has the value that is shown, or, where it has no default, an example.
-Take away its # to change it. Then `vidtrack run` does everything that is not done yet."""
+Take away its # to change it.
+
+vidtrack pick     points, start boxes and thresholds, in the browser
+vidtrack check    what will come of it, and what is wrong
+vidtrack run      everything that is not done yet, with the verdict last
+vidtrack report   the page with all results"""
 
 POINTS = "tag,x,y,z,sigma\n"
 """The header of points.csv: surveyed positions; sigma, their tolerance, may be left empty."""

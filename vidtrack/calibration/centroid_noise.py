@@ -36,5 +36,7 @@ def centroid_sd(table: Columns, rows: NDArray[np.intp]) -> Array | None:
     )
     common = float(np.median(own[known])) ** 2
     trust = np.where(known, frames / (frames + 10), 0.0)
+    if "pixels" in table:  # a point that was placed by hand: its sd is a person's word, and no estimate
+        trust = np.where(known & (table["pixels"].to_numpy(float)[rows, None] == 0), 1.0, trust)
     variance: Array = trust * np.where(known, own, 0) ** 2 + (1 - trust) * common + SMALLEST_SD_PX**2
     return np.sqrt(variance)

@@ -142,5 +142,7 @@ def still_to_do(folder: str, found: Arrangement, how: str) -> list[str]:
     with open(points, encoding="utf-8", errors="replace") as file:
         if len(file.read().splitlines()) < 2:
             lines.append(f"write the surveyed points into {points}: tag,x,y,z,sigma")
+    lines.append(f"vidtrack pick {folder}   say which ball is which, and where targets start")
+    lines.append(f"vidtrack check {folder}   what will come of it, and what is wrong")
     lines.append(f"vidtrack run {folder}   everything, with the verdict last")
     return lines

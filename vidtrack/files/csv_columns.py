@@ -55,7 +55,9 @@ class Columns(NamedTuple):
 WORLD = dict.fromkeys(("x", "y", "z", "sigma"), "world")
 PIXELS = dict.fromkeys(("Xf", "Yf", "width", "height"), "px")
 POINTS = Columns(("tag",), ("x", "y", "z", "sigma"), ("sigma",), ("sigma",), ("tag",), units=WORLD)
-PICKS = Columns(("camera", "tag"), ("Xf", "Yf"), unique=("camera", "tag"), units=PIXELS)
+PICKS = Columns(
+    ("camera", "tag"), ("Xf", "Yf", "sd"), ("sd",), ("sd",), unique=("camera", "tag"), units={**PIXELS, "sd": "px"}
+)
 TARGETS = Columns(
     ("camera", "target"),
     ("Xf", "Yf", "width", "height"),

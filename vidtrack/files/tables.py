@@ -144,8 +144,19 @@ def read_points(path: Path, units: str = "") -> DataFrame:
 
 
 def read_picks(path: Path, camera: str | None = None) -> DataFrame:
-    """Where tagged points roughly are: camera, tag, Xf, Yf (px); those of one camera where it is named."""
-    return _of_camera(read_csv(path, PICKS), camera)
+    """Where tagged points roughly are: camera, tag, Xf, Yf (px), sd (px); those of one camera where it is named.
+
+    sd is NaN but for points that were placed by hand, where there is no ball to measure.
+    """
+    table = read_csv(path, PICKS)
+    if "sd" not in table:
+        table["sd"] = math.nan
+    bad = table[table["sd"] <= 0]
+    if len(bad):
+        raise VidtrackError(
+            *(f"{path}, line {n}: sd must be positive. Leave it empty for a ball." for n in bad["line"])
+        )
+    return _of_camera(table, camera)
 
 
 def read_targets(path: Path, camera: str, size: tuple[int, int]) -> DataFrame:

@@ -75,6 +75,33 @@ def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | Non
     return shot._replace(stretch=(table.gain, table.offset)) if table else shot
 
 
+PLACED_ROOM = 2.0
+"""px about a blob within which a point that was placed by hand stands for it."""
+
+
+def with_placed(shot: Shot, placed: Array) -> Shot:
+    """The shot with points that a person placed, (n, 3): Xf, Yf, standard deviation, px; as further blobs.
+
+    They have no pixels; a blob that holds one of them gives way to it.
+    """
+    n, b = len(placed), shot.blobs
+    if not n:
+        return shot
+    x, y, sd = placed.T
+    in_x = (x[:, None] > b.left - PLACED_ROOM) & (x[:, None] < b.left + b.width + PLACED_ROOM - 1)
+    in_y = (y[:, None] > b.top - PLACED_ROOM) & (y[:, None] < b.top + b.height + PLACED_ROOM - 1)
+    keep = ~(in_x & in_y).any(axis=0)
+    none, whole, never = np.zeros(n), np.zeros(n, np.intp), np.zeros(n, bool)
+    left, top = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
+    own = Blobs(x, y, whole, none, sd, sd, left, top, whole, whole, never, never)
+    return shot._replace(
+        blobs=Blobs._make(np.concatenate([old[keep], new]) for old, new in zip(b, own, strict=True)),
+        at=np.concatenate([shot.at[keep], placed[:, :2]]),
+        sd=np.concatenate([shot.sd[keep], placed[:, [2, 2]]]),
+        tremble=np.concatenate([shot.tremble[keep], np.full((n, 2), np.nan)]),
+    )
+
+
 def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
     """The shot of a small window about xy (2,) px, `reach` px to each side, with an automatic threshold of its own.
 

@@ -15,7 +15,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
-from vidtrack.labelling.shot import Shot, composite, look_again, take
+from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
 from vidtrack.tracking.detection.blobs import find_blobs
@@ -24,7 +24,8 @@ SWING = 0.3
 """px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
 DISAGREE = 0.5
 """px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
-NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": []})
+PLACED = ["Xf", "Yf", "sd"]
+NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})
 
 
 class Sightings(NamedTuple):
@@ -58,7 +59,8 @@ def calibration_points(
 
     clips    clip: its frames (anything with luma (rows, columns) and corrupt); all of one size
     points   tag, x, y, z (world units) and where known sigma
-    picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout must speak for itself
+    picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout must speak for itself. Those with an
+             sd (px) are no balls: a person placed them
     tags     clip: the tags it shows; default: all of them
     detect   clip: polarity, threshold, min_pixels, centroid, as `find_blobs` takes them, gain and offset
     bits     clip: significant bits of 16-bit luma
@@ -71,7 +73,9 @@ def calibration_points(
     shown = _shown_tags(points, clips, tags)
     shots = {clip: _shot(clip, f, (detect or {}).get(clip, {}), (bits or {}).get(clip)) for clip, f in clips.items()}
     size = _size(shots, camera)
-    seeds = NO_PICKS if picks is None else picks
+    seeds = NO_PICKS if picks is None else picks.assign(sd=picks.get("sd", np.nan))
+    placed = seeds[seeds["sd"].notna()]
+    shots = {c: with_placed(s, placed.loc[placed["clip"] == c, PLACED].to_numpy(float)) for c, s in shots.items()}
     _check_picks(seeds, size, points, shown, camera)
     _check_blobs(shots, camera)
     _check_layout(points, shown, shots, camera)

@@ -1,0 +1,341 @@
+"""Everything that the page asks for, without a word of HTTP: what there is, pictures, measures, names, files."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import threading
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.config_file import read_config
+from vidtrack.files.experiment import Experiment, look_through, point_tags, tags_of, target_names
+from vidtrack.picking import looking, store
+from vidtrack.picking.space import epipolar_curve
+from vidtrack.preview.views import Few, View, view_of
+from vidtrack.settings.config import Settings, detect_for, settings_from_config
+from vidtrack.timing.frame import Frame
+from vidtrack.video.random_access import Pictures
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
+DETECT = ("polarity", "threshold", "min_pixels", "centroid", "fields", "box", "gain", "offset")
+"""The detect keys that the page may set."""
+AHEAD = (1, 2, 3, -1)
+"""Neighbours of a picture that are decoded while it is looked at."""
+
+
+class Desk:
+    """An experiment that is looked at, in the current folder; may be used from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._pictures: dict[str, Pictures] = {}
+        self._views: dict[str, View] = {}
+        self._wanted: tuple[Pictures, int] | None = None
+        self._wake = threading.Event()
+        self._looks = lru_cache(maxsize=64)(self._look)
+        self.read()
+        threading.Thread(target=self._decode_ahead, daemon=True).start()
+
+    def read(self) -> None:
+        """Read config and folder again."""
+        self.settings: Settings = settings_from_config(read_config("config.yaml"))
+        self.experiment: Experiment = look_through(self.settings)[0]
+        if not any(self._recordings()):
+            raise VidtrackError("no recording of any camera here. Call vidtrack init, or put them in place.")
+
+    def _recordings(self) -> list[tuple[str, str, str, str]]:
+        clips = [("clip", c.name, camera, p) for c in self.experiment.clips.values() for camera, p in c.videos.items()]
+        runs = [("run", r.name, camera, p) for r in self.experiment.runs.values() for camera, p in r.videos.items()]
+        return clips + runs
+
+    def path(self, kind: str, name: str, camera: str) -> str:
+        """The path of a recording; VidtrackError where there is none."""
+        folders = self.experiment.clips if kind == "clip" else self.experiment.runs
+        if name not in folders or camera not in folders[name].videos:
+            raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
+        return folders[name].videos[camera]
+
+    def pictures(self, path: str) -> Pictures:
+        """The pictures of a recording, opened once."""
+        with self._lock:
+            if path not in self._pictures:
+                self._pictures[path] = Pictures(path)
+            return self._pictures[path]
+
+    def state(self) -> dict[str, Any]:
+        """All that the page shows before a picture is chosen."""
+        tags = self._tags()
+        views = []
+        for kind, name, camera, _ in self._recordings():
+            rows = self.picks(name, camera) if kind == "clip" else self.boxes(name, camera)
+            here = tags_of(self.settings, name, tags) if kind == "clip" else []
+            own: dict[str, Any] = {"kind": kind, "name": name, "camera": camera, "rows": rows, "tags": here}
+            own["detect"] = self.detect(kind, name)
+            own["targets"] = target_names(self.settings, self.experiment.runs[name]) if kind == "run" else []
+            own["table"] = self.table(kind, name)
+            own["text"] = self._tags_as_written(name) if kind == "clip" else ""
+            own["version"] = store.version_of(own["table"])
+            views.append(own)
+        return {
+            "views": views,
+            "tags": tags,
+            "cameras": list(self.settings.cameras),
+            "units": self.settings.units,
+            "config": store.version_of("config.yaml"),
+            "title": self.settings.title or os.path.basename(os.getcwd()),
+        }
+
+    def _tags(self) -> list[str]:
+        try:
+            return [str(tag) for tag in point_tags(self.experiment)]
+        except VidtrackError:  # a points.csv that holds only its header yet
+            return []
+
+    def _tags_as_written(self, clip: str) -> str:
+        own = self.settings.calibration.clips.get(clip)
+        return ", ".join(own.tags) if own and own.tags is not None else ""
+
+    def table(self, kind: str, name: str) -> str:
+        """Where the picks of a clip, or the start boxes of a run, are kept."""
+        parts = ("calibration", name, "picks.csv") if kind == "clip" else ("runs", name, "targets.csv")
+        return os.path.normpath(os.path.join(self.experiment.folder, *parts))
+
+    def picks(self, clip: str, camera: str) -> list[dict[str, Any]]:
+        """A camera's picks of a clip."""
+        from vidtrack.files.tables import read_picks
+
+        path = self.experiment.clips[clip].picks
+        return _rows(read_picks(path, camera), store.PICKS[1:]) if path else []
+
+    def boxes(self, run: str, camera: str) -> list[dict[str, Any]]:
+        """A camera's start boxes of a run."""
+        from vidtrack.files.csv_columns import TARGETS
+        from vidtrack.files.tables import read_csv
+
+        path = self.experiment.runs[run].targets
+        if not path:
+            return []
+        table = read_csv(path, TARGETS)
+        return _rows(table[table["camera"] == camera], store.TARGETS[1:])
+
+    def detect(self, kind: str, name: str) -> dict[str, Any]:
+        """The detect settings in force for a clip or a run."""
+        own = self.settings.calibration.clips.get(name) if kind == "clip" else self.settings.runs.get(name)
+        return detect_for(self.settings, own, own.detect) if own else detect_for(self.settings)
+
+    def info(self, kind: str, name: str, camera: str) -> dict[str, Any]:
+        """What a recording is."""
+        pictures = self.pictures(self.path(kind, name, camera))
+        info = pictures.info
+        first = pictures.picture(0)
+        scale = 255.0 / (2**info.bits - 1)
+        low, high = float(np.percentile(first[::4, ::4], 0.1)) * scale, float(first.max()) * scale
+        return {
+            "frames": len(pictures),
+            "width": info.width,
+            "height": info.height,
+            "rate": float(info.rate),
+            "bits": info.bits,
+            "low": low,
+            "high": high,
+            "order": info.field_order,
+        }
+
+    def jpeg(self, kind: str, name: str, camera: str, number: int, low: float, high: float) -> bytes:
+        """A picture for the screen; its neighbours are decoded meanwhile."""
+        pictures = self.pictures(self.path(kind, name, camera))
+        grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
+        self._wanted = pictures, number
+        self._wake.set()
+        return bytes(cv2.imencode(".jpg", grey, JPEG)[1].tobytes())
+
+    def mask(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> bytes:
+        """What is above the threshold, as PNG."""
+        look = self.look(kind, name, camera, number, detect)
+        return bytes(cv2.imencode(".png", looking.mask_of(look, self._with(kind, name, detect)))[1].tobytes())
+
+    def look(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> looking.Look:
+        """A picture with its blobs; `detect`: settings that are tried out, beside those in force."""
+        settings = tuple(sorted((k, v) for k, v in self._with(kind, name, detect).items() if _plain(v)))
+        return self._looks(self.path(kind, name, camera), number, settings)
+
+    def _with(self, kind: str, name: str, detect: Mapping[str, Any]) -> dict[str, Any]:
+        tried = {key: value for key, value in detect.items() if value is not None and key in DETECT}
+        return {**self.detect(kind, name), **tried}
+
+    def _look(self, path: str, number: int, settings: tuple[tuple[str, Any], ...]) -> looking.Look:
+        pictures, detect = self.pictures(path), dict(settings)
+        bits = pictures.info.bits
+        levels = looking.levels_of(pictures.picture(0), bits, detect)
+        return looking.look_at(pictures.picture(number), bits, levels, detect, pictures.info.field_order)
+
+    def label(
+        self,
+        camera: str,
+        picks: Mapping[str, Sequence[Mapping[str, Any]]],
+        clips: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> dict[str, Any]:
+        """Name all points of a camera from its picks, clip by clip, and calibrate it, by the workflow's stages.
+
+        clips   clip: {tags, detect} that are not saved yet
+        Returns points: a row each (clip, tag, Xf, Yf, used, residual); problems; rms of the camera; tags by clip.
+        """
+        import pandas as pd
+
+        columns = ["tag", "Xf", "Yf", "sd"]
+        tables: dict[str, DataFrame] = {
+            clip: pd.DataFrame([{**dict.fromkeys(columns), **row} for row in rows], columns=columns).astype(
+                {"tag": str, "Xf": float, "Yf": float, "sd": float}
+            )
+            for clip, rows in picks.items()
+            if rows
+        }
+        settings = self._settings_with(clips or {})
+        view = view_of(settings, self.experiment, camera, self._few, tables)
+        with self._lock:
+            self._views[camera] = view
+        known = self._tags()
+        shown = {c: tags_of(settings, c, known) for c, own in self.experiment.clips.items() if camera in own.videos}
+        answer: dict[str, Any] = {"problems": list(view.problems), "points": [], "rms": None, "tags": shown}
+        if view.sightings is not None:
+            answer["problems"] += view.sightings.warnings
+            table = view.calibration.points if view.calibration else view.sightings.table
+            answer["points"] = [_point(row) for row in table.to_dict("records")]
+        if view.calibration is not None:
+            answer["rms"] = view.calibration.record["rms_px"]
+            answer["problems"] += view.calibration.warnings
+        return answer
+
+    def _settings_with(self, clips: Mapping[str, Mapping[str, Any]]) -> Settings:
+        """The settings as they would be with what the page has not saved yet."""
+        config = read_config("config.yaml")
+        own = (config.get("calibration") or {}).get("clips") or {}
+        for clip, changes in clips.items():
+            before = own.get(clip) or {}
+            detect = {**(before.get("detect") or {}), **changes.get("detect", {})}
+            tags = {"tags": changes["tags"] or None} if "tags" in changes else {}
+            own = {**own, clip: {**before, **tags, "detect": detect}}
+        return settings_from_config({**config, "calibration": {**(config.get("calibration") or {}), "clips": own}})
+
+    def _few(self, clip: str, path: str) -> Few:
+        pictures = self.pictures(path)
+        numbers = sorted({0, len(pictures) - 1})
+        frames = [Frame(i, Fraction(i), pictures.picture(i), False, None) for i in numbers]
+        return Few(frames, (pictures.info.width, pictures.info.height), pictures.info.bits)
+
+    def epipolar(self, camera: str, x: float, y: float) -> dict[str, list[list[list[float]]]]:
+        """Where what one camera sees at a place may lie in the others: polylines, px; of calibrated cameras."""
+        known = {c: v.calibration for c, v in self._views.items() if v.calibration is not None}
+        if camera not in known:
+            return {}
+        own = known[camera]
+        p = own.points[["x", "y", "z"]].to_numpy(float)
+        del known[camera]
+        return {other: epipolar_curve(own.camera, view.camera, (x, y), p) for other, view in known.items()}
+
+    def calibrated(self) -> list[str]:
+        """Cameras whose view is known here."""
+        return [camera for camera, view in self._views.items() if view.calibration is not None]
+
+    def save(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Write what the page has changed; Outdated, nothing written, where a file is not as the page has seen it.
+
+        tables   [{kind, name, camera, rows, version}]; detect: [{kind, name, changes}]; tags: {clip: text};
+        config   the version of config.yaml that was seen
+        """
+        with self._lock:
+            tables: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+            for own in given.get("tables", []):
+                tables.setdefault((own["kind"], own["name"]), []).append(own)
+            for key, parts in tables.items():
+                store.check_version(self.table(*key), parts[0]["version"])
+            changes, tags = given.get("detect", []), given.get("tags", {})
+            if changes or tags:
+                store.check_version("config.yaml", given["config"])
+            for (kind, name), parts in tables.items():
+                self._write_table(kind, name, {own["camera"]: own["rows"] for own in parts})
+            for own in changes:
+                kind, name = own["kind"], own["name"]
+                place = () if kind == "all" else ("calibration", "clips", name) if kind == "clip" else ("runs", name)
+                store.change_detect("config.yaml", place, {k: v for k, v in own["changes"].items() if k in DETECT})
+            for clip, text in tags.items():
+                store.change_clip("config.yaml", clip, {"tags": text or None})
+            self.read()
+            return self.state()
+
+    def _write_table(self, kind: str, name: str, changed: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
+        columns = store.PICKS if kind == "clip" else store.TARGETS
+        read = self.picks if kind == "clip" else self.boxes
+        folders = self.experiment.clips if kind == "clip" else self.experiment.runs
+        rows: list[dict[str, Any]] = []
+        for camera in self.settings.cameras:
+            if camera in changed:
+                rows += [{**row, "camera": camera} for row in changed[camera]]
+            elif camera in folders[name].videos:
+                rows += [{**row, "camera": camera} for row in read(name, camera)]
+        store.write_rows(self.table(kind, name), columns, rows)
+
+    def plan(self) -> list[str]:
+        """What would run now, by Snakemake: a line each."""
+        from vidtrack.running.snakemake import arguments_for
+
+        command = [*arguments_for(".", "1"), "--dry-run", "--quiet", "rules"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+        text = (done.stdout + done.stderr).splitlines()
+        if done.returncode:
+            return [line.removeprefix("vidtrack: ") for line in text if line.startswith("vidtrack: ")] or text[-3:]
+        jobs = [line.split() for line in text]
+        found = [f"{w[1]} x {w[0]}" for w in jobs if len(w) == 2 and w[1].isdigit() and w[0] not in ("all", "total")]
+        return found or ["nothing: everything is up to date"]
+
+    def _decode_ahead(self) -> None:
+        while True:
+            self._wake.wait()
+            self._wake.clear()
+            if self._wanted is None:
+                continue
+            pictures, number = self._wanted
+            for step in AHEAD:
+                if self._wake.is_set():
+                    break
+                if 0 <= number + step < len(pictures) and not pictures.has(number + step):
+                    try:
+                        pictures.picture(number + step)
+                    except VidtrackError:
+                        break
+
+
+def _plain(value: Any) -> bool:
+    return isinstance(value, (str, int, float, tuple)) or value is None
+
+
+def _rows(table: DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
+    rows = table[[name for name in columns if name in table]].to_dict("records")
+    return [{str(k): None if v != v else v for k, v in row.items()} for row in rows]  # NaN is no JSON
+
+
+def _point(row: Mapping[Any, Any]) -> dict[str, Any]:
+    def number(name: str) -> float | None:
+        value = row.get(name)
+        return float(value) if value is not None and np.isfinite(value) else None
+
+    return {
+        "clip": row["clip"],
+        "tag": str(row["tag"]),
+        "Xf": number("Xf"),
+        "Yf": number("Yf"),
+        "residual_x": number("residual_x"),
+        "residual_y": number("residual_y"),
+        "used": bool(row.get("used", row["found"])),
+        "reason": str(row.get("reason") or ""),
+    }
