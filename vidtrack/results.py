@@ -55,6 +55,7 @@ class Results:
     survey           survey.json; survey_after: that of the clips filmed after the test
     back             backprojection.json; stability: stability.json; verdict: verdict.json
     runs             by name
+    summaries        of runs, `report/run_<run>.json`; calibration_page: whether there is one
     failures         of jobs that failed: {rule, parts: run and camera, or clip set and camera; findings}
     """
 
@@ -66,4 +67,6 @@ class Results:
     stability: Record | None = None
     verdict: Record | None = None
     runs: dict[str, RunResults] = field(default_factory=dict)
+    summaries: dict[str, Record] = field(default_factory=dict)
+    calibration_page: bool = False
     failures: list[Record] = field(default_factory=list)

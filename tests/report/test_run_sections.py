@@ -1,7 +1,5 @@
 """What a run's tables and sentences say is what the records hold, for all targets and all clocks."""
 
-import pandas as pd
-
 from vidtrack.report.run_sections import (
     bodies_table,
     clock_lines,
@@ -15,6 +13,7 @@ from vidtrack.report.run_sections import (
     smoothing_table,
     truth_table,
 )
+from vidtrack.report.run_summary import run_summary
 from vidtrack.results import RunResults
 
 
@@ -34,16 +33,14 @@ def test_pixels_and_flags_are_those_of_all_targets():
     assert bare[-3:] == ["none", "–", "–"]
 
 
-def test_a_line_of_the_runs_counts_what_was_located_and_names_its_worst_axis():
-    table = pd.DataFrame({"x": [1.0, None, 2.0, 3.0], "sigma_x": 0.01, "sigma_y": 0.03, "sigma_z": [0.02] * 4})
-    table["time_s"], table["target"] = [0.0, 1.0, 2.0, 7.8], "t1"
-    compared = {"lag_s": 0.200098, "lag_sd_s": 0.0001, "after": {"rms": 0.05}, "truth": {"one_over": 21900.0}}
-    bare = RunResults(tables={"trajectories": table})
-    runs = {"pluck": RunResults(tables={"trajectories": table}, records={"comparison": compared}), "bare": bare}
-    rows = runs_table({**runs, "beach": RunResults()}, "in").rows
-    assert rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.20010", "0.05", "1/21 900"]
-    assert rows[1][-3:] == ["–", "–", "–"]
-    assert len(rows) == 2
+def test_a_line_of_the_runs_is_its_summary_and_one_without_positions_has_none():
+    own = {"run": "pluck", "targets": 1, "length_s": 7.8, "samples": 4, "located": 3, "sigma_worst_axis": 0.03}
+    own |= {"lag_s": 0.200098, "lag_sd_s": 0.0001, "rms": 0.05, "truth_one_over": 21900.0}
+    bare = run_summary("bare", RunResults()) | {"targets": 1}
+    table = runs_table([own, bare, run_summary("beach", RunResults())], "in")
+    assert table.rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.20010", "0.05", "1/21 900"]
+    assert table.rows[1][-3:] == ["–", "–", "–"]
+    assert list(table.keys) == ["run-pluck", "run-bare"]
 
 
 def test_a_run_that_failed_has_a_section_all_the_same():

@@ -1,9 +1,7 @@
 """The first screen says what verdict.json says, with the numbers that a reader asks for first."""
 
-import pandas as pd
-
 from vidtrack.report.verdict_section import verdict_section
-from vidtrack.results import CameraResults, Results, RunResults
+from vidtrack.results import CameraResults, Results
 
 GOOD = {"verdict": "good", "reasons": [], "notes": []}
 
@@ -13,15 +11,14 @@ def reason(level, text, cure="Do this."):
 
 
 def results():
-    table = pd.DataFrame({"x": [1.0, None, 2.0, 3.0], "sigma_x": 0.003, "sigma_y": 0.004, "sigma_z": [None] * 4})
-    run = RunResults(tables={"trajectories": table}, records={"comparison": {"lag_s": 0.2001, "lag_sd_s": 0.0001}})
+    run = {"samples": 4, "located": 3, "sigma": 0.005, "lag_s": 0.2001, "lag_sd_s": 0.0001}
     record = {"f": 10.95027, "standard_errors": {"f": 0.0718}, "rms_px": 0.2271, "n_points": 60, "model": "tsai"}
     bad = {"verdict": "bad", "reasons": [reason("bad", "the clock is not known")], "notes": [reason("note", "a note")]}
     doubt = {"verdict": "doubtful", "reasons": [reason("doubtful", "cam1: tag 3 was left out")], "notes": []}
     whole = {**doubt, "reasons": [*doubt["reasons"], reason("doubtful", "the lens model is too plain")]}
     return Results(
         cameras={"cam1": CameraResults(record, {"points": 64})},
-        runs={"pluck": run},
+        summaries={"pluck": run},
         verdict={
             "verdict": "bad",
             "calibration": {**whole, "cameras": {"cam1": doubt}},

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from tests.whole_workflow.conftest import REPO, configure, planned, snakemake
-from tests.whole_workflow.test_reruns import JUDGED_ANEW, changed
+from tests.whole_workflow.test_reruns import ONE_PAGE, changed
 
 OUTSIDE = "camera,target,Xf,Yf\ncam1,t1,5000,5000\n"
 
@@ -33,7 +33,7 @@ def test_a_run_that_fails_costs_that_run(laboratory):
     assert last[-1] == "vidtrack: report: results/report.html"
     assert not (laboratory / "results/runs/still/centroids/cam1.parquet").exists()
 
-    follows = {"locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
+    follows = {"locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
     assert planned(laboratory) == {"track": 1, **follows}
     targets.unlink()
     jobs = planned(laboratory)

@@ -21,10 +21,14 @@ CALIBRATED_ANEW = {
     "compare": 2,
     "verdict": 1,
     "report": 1,
+    "report_run": 2,
+    "report_calibration": 1,
 }
 
 
 JUDGED_ANEW = {"verdict": 1, "report": 1}
+ONE_PAGE = {**JUDGED_ANEW, "report_run": 1}
+ALL_PAGES = {**JUDGED_ANEW, "report_run": 2}
 
 
 def changed(path, value):
@@ -48,14 +52,14 @@ def test_nothing_to_do_plans_nothing(laboratory):
         (
             "runs.pluck.threshold",
             90,
-            {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW},
+            {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE},
         ),
         (
             "cameras.cam1.clock",
             {"offset_s": 0.1},
-            {"locate": 2, "kinematics": 2, "compare": 2, **JUDGED_ANEW},
+            {"locate": 2, "kinematics": 2, "compare": 2, **ALL_PAGES},
         ),
-        ("runs.pluck.reference", {"value": "x_in", "axis": "y"}, {"compare": 1, **JUDGED_ANEW}),
+        ("runs.pluck.reference", {"value": "x_in", "axis": "y"}, {"compare": 1, **ONE_PAGE}),
     ],
 )
 def test_a_setting_reruns_what_uses_it_and_what_follows(laboratory, path, value, jobs):
@@ -91,12 +95,18 @@ def test_a_moved_folder_reruns_nothing(laboratory, tmp_path):
 
 def test_a_run_dropped_into_runs_is_processed_and_nothing_else(laboratory):
     shutil.copytree(laboratory / "runs/still", laboratory / "runs/again")
-    assert planned(laboratory) == {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
+    assert planned(laboratory) == {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
 
 
-def test_a_run_taken_away_leaves_the_report_to_be_written(laboratory):
+def test_a_run_taken_away_leaves_the_first_page_to_be_written_and_takes_its_own_with_it(laboratory):
     shutil.rmtree(laboratory / "runs/still")
-    assert planned(laboratory) == {"verdict": 1, "report": 1}
+    assert planned(laboratory) == JUDGED_ANEW
+    others = laboratory / "results/report/run_pluck.html", laboratory / "results/report/calibration.html"
+    before = [page.read_bytes() for page in others]
+    answer = snakemake(laboratory)
+    assert answer.returncode == 0, answer.stderr
+    assert not (laboratory / "results/report/run_still.html").exists()
+    assert [page.read_bytes() for page in others] == before
 
 
 def test_an_edited_survey_recalibrates_and_decodes_no_run(laboratory):
@@ -118,7 +128,7 @@ def test_an_edited_recording_reruns_its_camera(laboratory):
 
 def test_a_lost_output_is_made_again(laboratory):
     (laboratory / "results/runs/still/kinematics.parquet").unlink()
-    assert planned(laboratory) == {"kinematics": 1, **JUDGED_ANEW}
+    assert planned(laboratory) == {"kinematics": 1, **ONE_PAGE}
 
 
 def test_results_do_not_depend_on_the_day(laboratory):
@@ -146,13 +156,17 @@ def test_editing_a_stage_reruns_it_and_what_follows_and_a_comment_reruns_nothing
     stage.write_text("# a remark\n" + stage.read_text())
     assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {}
     stage.write_text(stage.read_text() + "\nEDITED = True\n")
-    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"compare": 2, **JUDGED_ANEW}
+    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"compare": 2, **ALL_PAGES}
 
 
-def test_an_edited_template_rewrites_the_page(laboratory, another_house):
+def test_an_edited_template_rewrites_every_page(laboratory, another_house):
     template = another_house / "vidtrack/report/templates/page.html"
     template.write_text(template.read_text() + "<!-- edited -->")
-    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {"report": 1}
+    assert planned(laboratory, "-s", str(another_house / "Snakefile")) == {
+        "report": 1,
+        "report_run": 2,
+        "report_calibration": 1,
+    }
 
 
 def test_another_version_of_a_library_reruns_the_rules_that_use_it(laboratory, tmp_path, monkeypatch):
@@ -219,7 +233,7 @@ def test_a_call_that_is_locked_out_changes_nothing(laboratory):
     assert answer.returncode == 1
     assert answer.stderr.splitlines()[-1].startswith("vidtrack: a snakemake that worked in this folder was killed")
     assert contents(laboratory) == before
-    assert planned(laboratory) == {"compare": 1, **JUDGED_ANEW}
+    assert planned(laboratory) == {"compare": 1, **ONE_PAGE}
 
 
 def test_another_spelling_of_the_folder_reruns_nothing(laboratory, tmp_path):
@@ -255,7 +269,7 @@ def test_a_setting_changed_in_a_copied_folder_reruns_what_uses_it(a_copy):
 def test_a_recording_changed_in_a_copied_folder_reruns_its_camera(a_copy):
     video = a_copy / "runs/pluck/cam1.mov"
     video.write_bytes(video.read_bytes() + b"\0")
-    assert planned(a_copy) == {"track": 1, "locate": 1, "kinematics": 1, "compare": 1, **JUDGED_ANEW}
+    assert planned(a_copy) == {"track": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
 
 
 def test_dates_from_the_future_hide_no_edit(laboratory):

@@ -84,7 +84,7 @@ def test_the_bundle_gives_every_camera_and_keeps_what_it_began_with(varied):
 
 def test_cameras_that_stood_still_are_said_to_have_stood_still(varied):
     record = json.loads((varied / "results/calibration_after/stability.json").read_text())
-    assert "stability" in (varied / "results/report.html").read_text()
+    assert "stability" in (varied / "results/report/calibration.html").read_text()
     assert [record["cameras"][camera]["moved"] for camera in ("cam1", "cam2")] == [False, False]
 
 
@@ -95,7 +95,7 @@ def test_the_waters_edge_is_followed_to_a_quarter_of_an_inch(varied):
     assert len(good) > 0.8 * FRAMES
     error = good["x"] - edge_at(good["time_s"])
     assert 0.001 < np.sqrt((error**2).mean()) < 0.25
-    assert 'id="run-beach"' in (varied / "results/report.html").read_text()
+    assert 'id="run-beach"' in (varied / "results/report/run_beach.html").read_text()
     assert not (varied / "results/runs/beach/trajectories.parquet").exists()
 
 

@@ -28,7 +28,10 @@ def test_only_the_lag_of_a_periodic_motion_is_in_doubt_where_all_else_goes_well(
     (reason,) = verdict["runs"]["pluck"]["reasons"]  # two seconds of a sine: half a period fits about as well
     assert "the motion repeats itself" in reason["text"]
     page = (processed / "results/report.html").read_text()
-    assert page.index('id="verdict"') < page.index('id="calibration"') < page.index('id="run-pluck"')
+    assert page.index('id="verdict"') < page.index('href="report/run_pluck.html"') < page.index('id="runs"')
+    own = (processed / "results/report/run_pluck.html").read_text()
+    assert f"<title>Experiment: pluck: {verdict['runs']['pluck']['verdict']}</title>" in own
+    assert "the motion repeats itself" in own
 
 
 def test_a_run_that_locates_one_of_three_targets_is_bad_on_the_page_and_last_on_the_terminal(laboratory):

@@ -4,6 +4,7 @@ calibration/<camera>/<file>, calibration_after/<camera>/<file>    a camera's cal
 calibration/<file>, calibration_after/<file>                      the whole calibration
 runs/<run>/<file>, runs/<run>/centroids/<camera>.<ext>            a run
 verdict.json
+report/run_<run>.json, report/calibration.html                    what the first page of the report links to
 .failures/...                                                     why a job failed
 """
 
@@ -23,6 +24,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     ".parquet": read_parquet,
     ".npz": read_timestacks,
     ".png": str,
+    ".html": str,
 }
 CAMERA_FILES = {
     "camera.json": "record",
@@ -36,7 +38,7 @@ WHOLE_FILES = {
     "stability.json": "stability",
     "verdict.json": "verdict",
 }
-OVERLAY, FAILURES = "overlay_", ".failures"
+OVERLAY, FAILURES, PAGES = "overlay_", ".failures", "report"
 
 
 def read_results(paths: Iterable[str]) -> Results:
@@ -48,6 +50,11 @@ def read_results(paths: Iterable[str]) -> Results:
         content = READERS[kind](path)
         if FAILURES in parts:
             results.failures.append(content)
+        elif parts[-2:-1] == [PAGES]:
+            if kind == ".json":
+                results.summaries[content["run"]] = content
+            else:
+                results.calibration_page |= parts[-1] == "calibration.html"
         elif parts[-4:-3] == ["runs"] and parts[-2] == "centroids":
             camera = os.path.splitext(parts[-1])[0]
             own = results.runs.setdefault(parts[-3], RunResults())

@@ -8,6 +8,10 @@ ABOUT = {
         "standard deviation, all axes together) as the calibration and the centroids' noise make it. Lag: by how "
         "much the video shows the motion later than the contact sensor."
     ),
+    "all-runs": (
+        "Every run that has positions. Mean sigma: on the axis where it is largest. Rms: of the differences from the "
+        "contact sensor when the lag is removed. Against truth: the mean error as a share of the diagonal field."
+    ),
     "cameras": (
         "Reprojection error: the distance in the picture between where a calibration point is seen and where the "
         "calibrated camera would show it, root mean square. f: focal length with its standard deviation."

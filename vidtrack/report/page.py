@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vidtrack.findings import Level
@@ -10,12 +10,16 @@ from vidtrack.findings import Level
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a header; the first column names the row. `about` explains it to a reader new to the method."""
+    """Rows under a header; the first column names the row. `about` explains it to a reader new to the method.
+
+    keys   of the section that each row leads to; empty: rows lead nowhere
+    """
 
     caption: str
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     about: str = ""
+    keys: Sequence[str] = ()
 
     @property
     def worded(self) -> list[bool]:
@@ -68,10 +72,16 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Page:
-    """The whole report."""
+    """One page of the report.
+
+    links   the addresses of sections that another page has, by their keys
+    nav     titles and addresses of other pages
+    """
 
     title: str
     lead: Sequence[str]
     verdict: Verdict
     sections: Sequence[Section]
-    footer: Sequence[str] = field(default=())
+    footer: Sequence[str] = ()
+    links: Mapping[str, str] = field(default_factory=dict)
+    nav: Sequence[tuple[str, str]] = ()

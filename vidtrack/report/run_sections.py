@@ -56,32 +56,30 @@ def _lines(comparison: Record, locate: Record, units: str) -> list[str]:
     return lines + clock_lines(locate)
 
 
-def runs_table(runs: Mapping[str, RunResults], units: str) -> Table:
-    """All runs that have trajectories, a line each."""
-    rows = []
-    for name, own in runs.items():
-        table = own.tables.get("trajectories")
-        if table is None:
+def runs_table(summaries: Sequence[Record], units: str) -> Table:
+    """All runs that have trajectories, a line each, from their summaries."""
+    rows, keys = [], []
+    for own in summaries:
+        if own["targets"] is None:
             continue
-        comparison = own.record("comparison")
-        n, located = len(table), int(table["x"].notna().sum())
-        sigma = [s for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean().tolist() if s == s]
-        part = pick(comparison, "truth", "one_over")
+        part = own["truth_one_over"]
         rows.append(
             [
-                name,
-                number(int(table["target"].nunique())),
-                number(float(table["time_s"].max() - table["time_s"].min()) if n else None, 4),
-                number(n),
-                share(located / n if n else None, 4),
-                number(max(sigma) if sigma else None, 2),
-                measured(comparison.get("lag_s"), comparison.get("lag_sd_s"))[0],
-                number(pick(comparison, "after", "rms"), 3),
+                str(own["run"]),
+                number(own["targets"]),
+                number(own["length_s"], 4),
+                number(own["samples"]),
+                share(own["located"] / own["samples"] if own["samples"] else None, 4),
+                number(own["sigma_worst_axis"], 2),
+                measured(own["lag_s"], own["lag_sd_s"])[0],
+                number(own["rms"], 3),
                 one_over(1 / part if part else None),
             ]
         )
+        keys.append(f"run-{own['run']}")
     header = ["run", "targets", "length (s)", "samples", "located", f"mean sigma, worst axis ({units})", "lag (s)"]
-    return Table("The runs", [*header, f"rms against the sensor ({units})", "against truth, of the field"], rows)
+    header += [f"rms against the sensor ({units})", "against truth, of the field"]
+    return Table("The runs", header, rows, ABOUT["all-runs"], keys)
 
 
 def reading_table(readings: Mapping[str, Record]) -> Table:

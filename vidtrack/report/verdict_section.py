@@ -2,40 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from math import hypot
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vidtrack.findings import LEVELS
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, pick, share
 from vidtrack.report.page import Reason, Table, Verdict
+from vidtrack.report.run_summary import run_summary
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.verdict.judgement import WORDS, sentence
 
 Record = Mapping[str, Any]
+
+GOOD: Record = {"verdict": "good", "reasons": (), "notes": ()}
 
 LONGEST = 130
 """Characters of a reason in a cell of a table; the whole of it stands below."""
 
 
 def verdict_section(results: Results, units: str) -> Verdict:
-    """What verdict.json says, beside the numbers that a reader asks for first."""
+    """What verdict.json says of the whole, beside the numbers that a reader asks for first."""
     record = results.verdict or {"verdict": "good", "calibration": None, "runs": {}}
     calibration: Record = record["calibration"] or {}
     runs: Record = record["runs"]
     tables = []
     if runs:
-        tables.append(_runs_table(results, runs, units))
+        tables.append(_runs_table(results.summaries, runs, units))
     if calibration:
         tables.append(_cameras_table(results, calibration["cameras"]))
+    entries = _of_calibration(calibration)
+    entries += [(f"run-{name}", f"Run {name}", own) for name, own in runs.items()]
+    return _verdict(record["verdict"], _line(calibration, runs), tables, entries)
+
+
+def run_verdict(name: str, results: Results, units: str) -> Verdict:
+    """What the verdict says of one run."""
+    own: Record = results.verdict["runs"][name] if results.verdict else GOOD
+    summary = run_summary(name, results.runs.get(name, RunResults()))
+    table = _runs_table({name: summary}, {name: own}, units)
+    return _verdict(own["verdict"], "", [table], [(f"run-{name}", f"Run {name}", own)])
+
+
+def calibration_verdict(results: Results) -> Verdict:
+    """What the verdict says of the calibration."""
+    own: Record = (results.verdict or {}).get("calibration") or {**GOOD, "cameras": {}}
+    return _verdict(own["verdict"], "", [_cameras_table(results, own["cameras"])], _of_calibration(own))
+
+
+def judged_cameras(results: Results) -> list[str]:
+    """The cameras of which the verdict speaks, those whose calibration failed included."""
+    return list(((results.verdict or {}).get("calibration") or {}).get("cameras") or {})
+
+
+def _of_calibration(calibration: Record) -> list[tuple[str, str, Record]]:
     cameras: Record = calibration.get("cameras") or {}
     entries = [(f"camera-{name}", f"Camera {name}", own) for name, own in cameras.items()]
-    entries += [("calibration", "Calibration", _without(calibration, cameras.values()))] if calibration else []
-    entries += [(f"run-{name}", f"Run {name}", own) for name, own in runs.items()]
+    return entries + ([("calibration", "Calibration", _without(calibration, cameras.values()))] if calibration else [])
+
+
+def _verdict(word: str, line: str, tables: Sequence[Table], entries: Sequence[tuple[str, str, Record]]) -> Verdict:
     reasons, notes = ([r for entry in entries for r in _reasons(*entry, key)] for key in ("reasons", "notes"))
     reasons.sort(key=lambda reason: -LEVELS.index(reason.level))
-    return Verdict(record["verdict"], _line(calibration, runs), tables, reasons, notes)
+    return Verdict(word, line, tables, reasons, notes)
 
 
 def _line(calibration: Record, runs: Record) -> str:
@@ -60,34 +89,21 @@ def _reasons(key: str, about: str, own: Record, which: str) -> Iterator[Reason]:
         yield Reason(key, about, finding["level"], sentence(finding["text"]), sentence(finding["cure"]))
 
 
-def _runs_table(results: Results, runs: Record, units: str) -> Table:
-    rows = []
+def _runs_table(summaries: Mapping[str, Record], runs: Record, units: str) -> Table:
+    rows, keys = [], []
     for name, judgement in runs.items():
-        own = results.runs.get(name, RunResults())
-        n, located = _located(own)
-        lag, _ = measured(pick(own.record("comparison"), "lag_s"), pick(own.record("comparison"), "lag_sd_s"))
-        cells = [share(located / n if n else None, 3), _sigma(own), lag, _first(judgement)]
+        own = summaries.get(name, {})
+        part = own["located"] / own["samples"] if own.get("samples") else None
+        lag, _ = measured(own.get("lag_s"), own.get("lag_sd_s"))
+        cells = [share(part, 3), number(own.get("sigma"), 2), lag, _first(judgement)]
         rows.append([name, judgement["verdict"], *cells])
+        keys.append(f"run-{name}")
     header = ["run", "verdict", "located", f"mean sigma ({units})", "lag of the video (s)", "what to look at"]
-    return Table("Runs", header, rows, ABOUT["runs"])
-
-
-def _located(own: RunResults) -> tuple[int, int]:
-    table = own.tables.get("trajectories", own.tables.get("waterline"))
-    return (0, 0) if table is None else (len(table), int(table["z" if "s" in table else "x"].notna().sum()))
-
-
-def _sigma(own: RunResults) -> str:
-    """Root of the summed squares of the mean sigmas of all axes that have one."""
-    table = own.tables.get("trajectories")
-    if table is None:
-        return "–"
-    means = [float(s) for s in table[["sigma_x", "sigma_y", "sigma_z"]].mean() if s == s]
-    return number(hypot(*means), 2) if means else "–"
+    return Table("Runs", header, rows, ABOUT["runs"], keys)
 
 
 def _cameras_table(results: Results, cameras: Record) -> Table:
-    rows = []
+    rows, keys = [], []
     for name, judgement in cameras.items():
         own = results.cameras.get(name, CameraResults())
         record: Record = own.record or {}
@@ -102,8 +118,9 @@ def _cameras_table(results: Results, cameras: Record) -> Table:
             _first(judgement),
         ]
         rows.append([name, judgement["verdict"], *cells])
+        keys.append(f"camera-{name}")
     header = ["camera", "verdict", "points used", "reprojection error (px rms)", "f", "lens model", "what to look at"]
-    return Table("Cameras", header, rows, ABOUT["cameras"])
+    return Table("Cameras", header, rows, ABOUT["cameras"], keys)
 
 
 def _first(judgement: Record) -> str:

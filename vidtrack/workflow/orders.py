@@ -236,18 +236,19 @@ def verdict(settings: Settings, experiment: Experiment) -> Order:
 
 
 def report(settings: Settings, experiment: Experiment) -> Order:
-    """What the report shows."""
-    return {
-        "title": settings.title or "Experiment",
-        "units": settings.units,
-        "cameras": {name: camera.model_dump() for name, camera in settings.cameras.items()},
-        "calibrated": calibrated(settings, experiment),
-        "refine": settings.calibration.refine,
-        "runs": {
-            name: {"cameras": list(run.videos), "mode": _own(settings, name).mode}
-            for name, run in experiment.runs.items()
-        },
-    }
+    """What the first page of the report shows."""
+    return report_calibration(settings) | {"runs": list(experiment.runs)}
+
+
+def report_calibration(settings: Settings) -> Order:
+    """What the page of the calibration says of itself."""
+    return {"title": settings.title or "Experiment", "units": settings.units}
+
+
+def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
+    """What the page of a run says of itself, and what is asked of the run."""
+    own = {"run": run, "cameras": list(settings.cameras), "asked": verdict(settings, experiment)["runs"][run]}
+    return report_calibration(settings) | own
 
 
 def _own(settings: Settings, run: str) -> RunSettings:

@@ -105,7 +105,9 @@ def of_the_run(paths):
     only = os.environ.get("VIDTRACK_RUN")
     if not only:
         return paths
-    return [path for path in paths if path.startswith(f"{RESULTS}/runs/{only}/")]
+    page = f"{RESULTS}/report/run_{only}.html"
+    own = f"{RESULTS}/runs/{only}/"
+    return [path for path in paths if path.startswith(own) or path == page]
 
 
 def settled(path):

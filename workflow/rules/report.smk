@@ -1,23 +1,57 @@
 # Needs: all that the other rules make.
-# Makes: report.html, the whole experiment on one page that needs nothing beside it.
+# Makes: report.html, the verdict with a line a run and a line a camera; under report/ a page of the calibration and one
+# of each run, with its summary. A page needs nothing beside it, and is written again only when what it shows changes.
 
-REPORTED = [VERDICT, *JUDGED]
-REPORTED += [
-    f"{RESULTS}/calibration/{name}"
-    for camera in CALIBRATED
-    for name in (f"{camera}/search.parquet", f"overlay_{camera}.png")
-]
-REPORTED += [path for path in CENTROIDS if path.endswith(".parquet")]
-REPORTED += [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in LOCATED]
-REPORTED += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
-REPORTED += [path for path in COMPARISONS if path.endswith(".parquet")]
-REPORTED += [
+SHOWN = [path for path in CENTROIDS if path.endswith(".parquet")]
+SHOWN += [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in LOCATED]
+SHOWN += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
+SHOWN += [path for path in COMPARISONS if path.endswith(".parquet")]
+SHOWN += [
     f"{RESULTS}/runs/{run}/waterline.{kind}"
     for run in WATERLINES
     for kind in ("parquet", "npz")
 ]
+OF_CALIBRATION = [p for p in JUDGED if not p.startswith(f"{RESULTS}/runs/")]
+PICTURED = [
+    f"{RESULTS}/calibration/{name}"
+    for camera in CALIBRATED
+    for name in (f"{camera}/search.parquet", f"overlay_{camera}.png")
+]
+PAGED = [
+    run
+    for run in EXPERIMENT.runs
+    if any(path.startswith(f"{RESULTS}/runs/{run}/") for path in JUDGED)
+]
 REPORT = f"{RESULTS}/report.html"
+CALIBRATION_PAGE = f"{RESULTS}/report/calibration.html"
+
+
+def shown_of(run):
+    """What the page of a run is made of."""
+    own = f"{RESULTS}/runs/{run}/"
+    return [p for p in (*JUDGED, *SHOWN) if p.startswith(own)] + OF_CALIBRATION
+
+
+PAGES = [f"{RESULTS}/report/run_{run}.html" for run in PAGED]
+PAGES += [CALIBRATION_PAGE] if CALIBRATED else []
+REPORTED = [VERDICT, *OF_CALIBRATION]
+REPORTED += [f"{RESULTS}/report/run_{run}.json" for run in PAGED]
+REPORTED += [CALIBRATION_PAGE] if CALIBRATED else []
 BOOK.add("report", orders.report(SETTINGS, EXPERIMENT) | {"results": listed(REPORTED)})
+for run in PAGED:
+    BOOK.add(
+        "report_run",
+        orders.report_run(SETTINGS, EXPERIMENT, run)
+        | {"results": listed(shown_of(run))},
+        [],
+        run,
+    )
+if CALIBRATED:
+    BOOK.add(
+        "report_calibration",
+        orders.report_calibration(SETTINGS)
+        | {"results": listed([*OF_CALIBRATION, *PICTURED])},
+    )
 
 
 rule report:
@@ -31,8 +65,8 @@ rule report:
     benchmark:
         f"{BENCHMARKS}/report.tsv"
     resources:
-        mem_mb=lambda w, input: 800 + 4 * input.size_mb,
-        runtime=lambda w, input: 10 + input.size_mb // 2,
+        mem_mb=400,
+        runtime=10,
     params:
         **order("report"),
     message:
@@ -40,3 +74,48 @@ rule report:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack report --account {output.account:q} --log {log:q}"
         " --input results {input.results:q} --output report {output.report:q}"
+
+
+rule report_run:
+    input:
+        results=results(lambda w: shown_of(w.run)),
+    output:
+        page=report(f"{RESULTS}/report/run_{{run}}.html", category="Runs"),
+        summary=f"{RESULTS}/report/run_{{run}}.json",
+        account=account("report_run", "{run}"),
+    log:
+        f"{LOGS}/report_run/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/report_run/{{run}}.tsv"
+    resources:
+        mem_mb=lambda w, input: 800 + 4 * input.size_mb,
+        runtime=lambda w, input: 10 + input.size_mb // 2,
+    params:
+        **order("report_run", "run"),
+    message:
+        "Writing the page of {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack report_run --account {output.account:q} --log {log:q}"
+        " --input results {input.results:q} --output page {output.page:q} --output summary {output.summary:q}"
+
+
+rule report_calibration:
+    input:
+        results=results(lambda w: [*OF_CALIBRATION, *PICTURED]),
+    output:
+        page=report(CALIBRATION_PAGE, category="Calibration"),
+        account=account("report_calibration"),
+    log:
+        f"{LOGS}/report_calibration.log",
+    benchmark:
+        f"{BENCHMARKS}/report_calibration.tsv"
+    resources:
+        mem_mb=800,
+        runtime=10,
+    params:
+        **order("report_calibration"),
+    message:
+        "Writing the page of the calibration"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack report_calibration --account {output.account:q}"
+        " --log {log:q} --input results {input.results:q} --output page {output.page:q}"

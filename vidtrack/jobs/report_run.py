@@ -1,0 +1,33 @@
+"""Job report_run: everything of one run, and the calibration that it uses -> its page and its summary."""
+
+from __future__ import annotations
+
+from vidtrack.files.records import write_json
+from vidtrack.files.results_files import read_results
+from vidtrack.report.page_file import write_page
+from vidtrack.report.run_page import run_page
+from vidtrack.report.run_summary import run_summary
+from vidtrack.results import RunResults
+from vidtrack.stages.verdict import verdict
+from vidtrack.workflow.job import Job
+
+
+def run(job: Job) -> None:
+    """inputs: results (of the run and of the calibration). outputs: page, summary.
+
+    settings: run, title, units, cameras, and `asked`: what the config asks of the run, as the verdict takes it. The
+    run is judged here as in verdict.json, which holds all other runs as well: their changes leave this page alone.
+    """
+    order, results = job.settings, read_results(job.paths("results"))
+    name = str(order["run"])
+    results.verdict = verdict(results, {name: order["asked"]})
+    page = run_page(
+        name,
+        results,
+        units=order["units"],
+        cameras=list(order["cameras"]),
+        title=order["title"],
+        provenance=job.provenance,
+    )
+    write_page(job.outputs["page"], page)
+    write_json(job.outputs["summary"], run_summary(name, results.runs.get(name, RunResults())), job.provenance)

@@ -1,0 +1,36 @@
+"""The page of one run: its verdict with the reasons, its tables and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vidtrack.figures.style import camera_colours
+from vidtrack.report import run_sections
+from vidtrack.report.addresses import INDEX, addresses
+from vidtrack.report.drawn import drawn
+from vidtrack.report.footer import footer
+from vidtrack.report.page import Page
+from vidtrack.report.run_figures import run_figures
+from vidtrack.report.verdict_section import run_verdict
+from vidtrack.results import Results, RunResults
+
+Record = Mapping[str, Any]
+
+
+def run_page(
+    name: str, results: Results, *, units: str, cameras: Sequence[str], title: str, provenance: Record
+) -> Page:
+    """Compose the page.
+
+    results   of the run, with the calibration that it uses, and the verdict on both
+    cameras   all cameras of the config, in its order: each has one colour throughout
+    """
+    own = results.runs.get(name, RunResults())
+    figures = drawn(run_figures(name, results, camera_colours(cameras), units))
+    section = run_sections.run_section(name, own, units, figures)
+    calibration = bool(results.cameras)
+    links = addresses([], results.cameras, calibration=calibration)
+    nav = [("Overview", f"../{INDEX}")] + ([("Calibration", links["calibration"])] if calibration else [])
+    verdict = run_verdict(name, results, units)
+    return Page(f"{title}: {name}", (), verdict, [section], footer(provenance, units), links, nav)
