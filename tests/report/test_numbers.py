@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
+from vidtrack.report.numbers import interval, measured, number, one_over, pick, plain, share
 
 
 @pytest.mark.parametrize(
@@ -69,3 +69,7 @@ def test_a_path_that_ends_early_is_none():
     assert pick({"a": {"b": 3}}, "a", "b") == 3
     assert pick({"a": 5}, "a", "b") is None
     assert pick({}, "a") is None
+
+
+def test_plain_numbers_keep_their_digits_and_what_is_missing_is_none():
+    assert plain([1 / 3, math.nan, 0.0], 3) == [0.333, None, 0.0]

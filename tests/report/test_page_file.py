@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from vidtrack.figures.style import new_figure
 from vidtrack.files.figure_files import data_uri
 from vidtrack.report.page import Figure, Page, Reason, Section, Table, Verdict
@@ -34,7 +36,7 @@ def test_the_page_escapes_what_people_wrote_and_nests_its_sections(tmp_path):
     assert '<th scope="col" class="words">axis</th><th scope="col">mean</th>' in text
     assert '<td class="words">x</td><td>0.1</td>' in text
     assert '<td class="words doubtful">doubtful</td>' in text
-    assert "<script" not in text
+    assert "<script src" not in text
     assert "<link" not in text
 
 
@@ -45,3 +47,11 @@ def test_the_same_figure_makes_the_same_bytes():
         return data_uri(figure)
 
     assert drawn() == drawn()
+
+
+def test_live_data_lie_in_the_page_and_cannot_end_its_script(tmp_path):
+    figure = Figure("In space", "data:,", '{"name":"</script><b>"}')
+    write_page(tmp_path / "r.html", replace(PAGE, sections=[Section("a", "A", figures=[figure])]))
+    text = (tmp_path / "r.html").read_text()
+    assert '<script type="application/json">{"name":"\\u003c/script>\\u003cb>"}</script>' in text
+    assert '<img class="still" src="data:," alt="In space">' in text

@@ -16,7 +16,7 @@ COUNTS = {"counts": [1, 1], "edges": [-0.5, 0.0, 0.5]}
 def captions(run):
     return [
         caption.split(";")[0].split(":")[0]
-        for caption, _ in run_figures("r", Results(runs={"r": run}), {"cam1": "red"}, "m")
+        for caption, *_ in run_figures("r", Results(runs={"r": run}), {"cam1": "red"}, "m")
     ]
 
 

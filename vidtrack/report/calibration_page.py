@@ -9,7 +9,7 @@ from vidtrack.figures import search_map
 from vidtrack.files.figure_files import file_uri
 from vidtrack.report import calibration_sections as calibration
 from vidtrack.report.addresses import INDEX
-from vidtrack.report.drawn import drawn
+from vidtrack.report.drawn import Chart, drawn
 from vidtrack.report.footer import footer
 from vidtrack.report.page import Figure, Page, Section
 from vidtrack.report.verdict_section import calibration_verdict, judged_cameras
@@ -52,5 +52,5 @@ def _pictures(name: str, own: CameraResults) -> list[Figure]:
     if own.record and own.search is not None and own.search["rms_px"].notna().sum() >= FEWEST:
         chart = search_map.search_map(own.search, own.record["Cx"], own.record["Cy"], name)
         caption = "Reprojection error over the search for the optical axis: where it is least, and how flat it is there"
-        figures += drawn([(caption, chart)])
+        figures += drawn([Chart(caption, chart)])
     return figures

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from vidtrack.files.figure_files import data_uri
 from vidtrack.report.page import Figure
@@ -12,6 +12,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 
-def drawn(captioned: Iterable[tuple[str, Drawing]]) -> list[Figure]:
-    """Each drawing as a picture that lies inside the page, with its caption."""
-    return [Figure(caption, data_uri(drawing)) for caption, drawing in captioned]
+class Chart(NamedTuple):
+    """A drawing with its caption; live: what a browser draws in its place, as JSON."""
+
+    caption: str
+    drawing: Drawing
+    live: str = ""
+
+
+def drawn(charts: Iterable[Chart]) -> list[Figure]:
+    """Each drawing as a picture that lies inside the page."""
+    return [Figure(chart.caption, data_uri(chart.drawing), chart.live) for chart in charts]

@@ -60,6 +60,11 @@ def one_over(part: Any) -> str:
     return f"1/{round(n, 2 - math.floor(math.log10(n))):,.0f}".replace(",", " ")
 
 
+def plain(values: Any, digits: int = 6) -> list[float | None]:
+    """Numbers (n,) for JSON: to so many significant digits, None for what is missing."""
+    return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
+
+
 def pick(record: Mapping[str, Any], *path: str) -> Any:
     """What lies at a path in a nested record; None where the path ends early."""
     value: Any = record

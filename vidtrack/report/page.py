@@ -30,10 +30,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture by the address of its data, with what it shows."""
+    """A picture by the address of its data, with what it shows.
+
+    live   what a browser draws in its place (`report.js`), as JSON; the picture stays for print and for no script
+    """
 
     caption: str
     uri: str
+    live: str = ""
 
 
 @dataclass(frozen=True)

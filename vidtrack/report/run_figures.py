@@ -8,24 +8,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures import analysis, bodies, comparison, tracking, trajectories, waterline
+from vidtrack.figures import analysis, bodies, comparison, space, tracking, trajectories, waterline
+from vidtrack.report import live
+from vidtrack.report.drawn import Chart
+from vidtrack.report.space_view import as_json, space_view
 from vidtrack.results import Results, RunResults
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
     from pandas import DataFrame
 
-Captioned = tuple[str, "Drawing"]
 
-
-def run_figures(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Captioned]:
+def run_figures(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Chart]:
     """The figures of one run, each after its caption. colours: of each camera, for the whole page."""
     own = results.runs.get(name, RunResults())
     if own.timestacks:
         drawn = waterline.timestacks(own.tables["waterline"], own.timestacks, units)
-        yield "Timestack and the water's edge", drawn
+        yield Chart("Timestack and the water's edge", drawn)
     if "trajectories" in own.tables:
-        yield from _positions(name, own, _survey(results), units)
+        yield from _positions(name, results, colours, units)
         yield from _motion(name, own, units)
         yield from _analysed(name, own)
     if own.centroids:
@@ -36,62 +36,76 @@ def _survey(results: Results) -> DataFrame | None:
     return next((own.points for own in results.cameras.values() if own.points is not None), None)
 
 
-def _positions(name: str, own: RunResults, survey: DataFrame | None, units: str) -> Iterator[Captioned]:
+def _positions(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Chart]:
+    own = results.runs[name]
     table = own.tables["trajectories"]
     if not table["x"].notna().any():
         return
-    yield "Position against time; two standard deviations shaded", trajectories.against_time(table, units, name)
-    survey = survey if own.record("locate").get("mode") == "space" else None
+    in_space = own.record("locate").get("mode") == "space"
+    if in_space:
+        view = space_view(results, table, colours, units)
+        caption = (
+            "Cameras with a third of their view, calibrated volume and paths, at equal scales; on the screen it turns, "
+            f"and ellipsoids of one sigma are magnified {view['magnified']:g} times"
+        )
+        yield Chart(caption, space.space(view, name), as_json(view))
+    caption = "Position against time; two standard deviations shaded"
+    yield Chart(caption, trajectories.against_time(table, units, name), live.positions(table, units))
+    survey = _survey(results) if in_space else None
     caption = "From above and from the side, among the calibration points" if survey is not None else "The paths"
-    yield caption, trajectories.views(table, units, name, survey)
+    yield Chart(caption, trajectories.views(table, units, name, survey))
     record = own.record("comparison")
     if record.get("lag_s") is not None and "comparison" in own.tables:
-        yield from comparison.comparisons(own.tables["comparison"], record, units)
+        series = own.tables["comparison"]
+        first, *others = comparison.comparisons(series, record, units)
+        yield Chart(*first, live.comparison(series, units))
+        yield from (Chart(*other) for other in others)
 
 
-def _motion(name: str, own: RunResults, units: str) -> Iterator[Captioned]:
+def _motion(name: str, own: RunResults, units: str) -> Iterator[Chart]:
     if "kinematics" in own.tables and own.tables["kinematics"]["vx"].notna().any():
         caption = (
             "Velocity and acceleration; dotted where uncertain (flag edge), as at the ends of the record and of gaps"
         )
-        yield caption, trajectories.derivatives(own.tables["kinematics"], units, name)
+        table = own.tables["kinematics"]
+        yield Chart(caption, trajectories.derivatives(table, units, name), live.derivatives(table, units))
     if "bodies" in own.tables:
-        yield (
+        yield Chart(
             "Six degrees of freedom; two standard deviations shaded",
             bodies.six_degrees(own.tables["bodies"], units, name),
         )
 
 
-def _analysed(name: str, own: RunResults) -> Iterator[Captioned]:
+def _analysed(name: str, own: RunResults) -> Iterator[Chart]:
     decay, waves = own.record("analysis").get("decay") or {}, own.record("analysis").get("waves") or {}
     if decay.get("fit"):
         caption = "Free decay: the equation of motion over the data, what is left, and the decrement of half cycles"
-        yield caption, analysis.free_decay(decay, name)
+        yield Chart(caption, analysis.free_decay(decay, name))
     if waves.get("cycle"):
-        yield (
+        yield Chart(
             "The mean cycle of the wave; one standard deviation over the cycles shaded",
             analysis.mean_cycle(waves, name),
         )
     found = [other for other, own in (waves.get("responses") or {}).items() if "coherence" in own]
     if found:
         caption = "Response to the waves; 95 % bands shaded, only where the coherence is at least 0.6"
-        yield caption, analysis.transfer_functions(waves, found[:6], name)
+        yield Chart(caption, analysis.transfer_functions(waves, found[:6], name))
 
 
-def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[Captioned]:
+def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[Chart]:
     clocks = (own.record("locate").get("clocks") or {}).get("cameras") or {}
     if any(clock.get("offsets_s") for clock in clocks.values()):
-        yield "Epipolar error against the clock offset of each camera", tracking.clock_search(clocks, colours)
-    yield (
+        yield Chart("Epipolar error against the clock offset of each camera", tracking.clock_search(clocks, colours))
+    yield Chart(
         "Centroids of each target in each camera's picture against time",
         tracking.tracks(own.centroids, colours, name),
     )
     caption = "Pixel locking: where within a pixel centroids lie; flat is good, and a target at rest makes a peak"
-    yield caption, tracking.pixel_locking(own.readings, colours)
+    yield Chart(caption, tracking.pixel_locking(own.readings, colours))
     for camera, record in own.readings.items():
         if record.get("worst"):
             moments = [{**moment, "picture": _picture(moment["picture"])} for moment in record["worst"]]
-            yield "The samples that went worst", tracking.worst_moments(moments, camera)
+            yield Chart("The samples that went worst", tracking.worst_moments(moments, camera))
 
 
 def _picture(text: str) -> Any:
