@@ -24,7 +24,7 @@ def run_page(
     """Compose the page.
 
     results   of the run, with the calibration that it uses, and the verdict on both
-    cameras   all cameras of the config, in its order: each has one colour throughout
+    cameras   all cameras of the config, by name: each has one colour throughout
     """
     own = results.runs.get(name, RunResults())
     figures = drawn(run_figures(name, results, camera_colours(cameras), units))

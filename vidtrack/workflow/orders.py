@@ -247,7 +247,7 @@ def report_calibration(settings: Settings) -> Order:
 
 def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
     """What the page of a run says of itself, and what is asked of the run."""
-    own = {"run": run, "cameras": list(settings.cameras), "asked": verdict(settings, experiment)["runs"][run]}
+    own = {"run": run, "cameras": sorted(settings.cameras), "asked": verdict(settings, experiment)["runs"][run]}
     return report_calibration(settings) | own
 
 
