@@ -108,6 +108,17 @@ def test_a_picture_on_its_head_by_its_flag_alone_is_bad():
     assert [(f.level, f.code) for f in found] == [("bad", "rotation-differs")]
 
 
+def test_pixels_of_two_shapes_are_two_modes_of_a_camera():
+    normal, wide = Picture(720, 480, Fraction(8, 9)), Picture(720, 480, Fraction(32, 27))
+    with pytest.raises(VidtrackError, match=r"shape 32:27 and was calibrated with 8:9.*crop"):
+        window(normal, wide, **HERE)
+    assert window(normal, wide, (0, 0, 720, 480), **HERE) == (None, [])
+    part, found = window(normal, Picture(720, 480), **HERE)
+    assert part is None
+    assert [(f.level, f.code) for f in found] == [("doubtful", "pixel-shape-differs")]
+    assert window(wide, wide, **HERE) == (None, [])
+
+
 def test_a_record_that_says_nothing_of_aspect_and_rotation_has_square_pixels_upright():
     assert picture_from_record({"width": 640, "height": 480}) == Picture(640, 480)
     assert picture_from_record({"width": 1, "height": 2, "sample_aspect": "8/9", "rotation": 90}) == Picture(

@@ -165,3 +165,21 @@ def test_what_the_user_may_set_reaches_the_detection():
     own = clip(frames(6), min_pixels=9, max_step=0.5, min_motion=3.0, max_clutter=0.1, max_occlusion=2)
     d = own.detection
     assert (d.min_pixels, d.max_step, d.min_motion, d.max_clutter, d.max_occlusion) == (9, 0.5, 3.0, 0.1, 2)
+
+
+@pytest.mark.parametrize(
+    ("turn", "first"), [({}, "top"), ({"rotation": 180}, "bottom"), ({"rotation": 180, "height": 95}, "top")]
+)
+def test_the_field_that_the_config_names_is_that_of_the_stored_picture(turn, first):
+    own = frames()
+    height = turn.get("height", SHAPE[0])
+    own = [frame._replace(luma=frame.luma[:height]) for frame in own]
+    shown = VideoInfo(SHAPE[1], height, RATE, field_order="top", rotation=turn.get("rotation", 0))
+    clip = Clip(batches(iter(own), 4), shown, settings(fields="top"))
+    assert clip.order == first
+
+
+@pytest.mark.parametrize("rotation", [90, 270])
+def test_fields_of_a_picture_on_its_side_are_refused(rotation):
+    with pytest.raises(VidtrackError, match=r"are columns.*fields: frame"):
+        Clip(batches(iter(frames()), 4), info(rotation=rotation), settings(fields="bottom"))

@@ -12,7 +12,7 @@ from vidtrack.files.beside import STILLS, alike_but_for_case, broken_link, entri
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
-from vidtrack.naming import tags_meant
+from vidtrack.naming import did_you_mean, tags_meant
 from vidtrack.settings.config import Settings
 
 TABLES = ("targets", "reference", "truth")
@@ -163,7 +163,9 @@ def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, 
     for camera, given in settings.runs[name].videos.items() if name in settings.runs else ():
         place = f"config.yaml: runs.{name}.videos.{camera}"
         if camera not in settings.cameras:
-            problems.append(f"{place}: no such camera; known: {', '.join(settings.cameras)}.")
+            near = did_you_mean(camera, settings.cameras)
+            hint = f"did you mean {near!r}?" if near else f"known: {', '.join(settings.cameras)}."
+            problems.append(f"{place}: no such camera; {hint}")
         elif one := _named(place, given, settings, problems):
             found[camera] = one
     return found

@@ -88,6 +88,28 @@ def _check_run_settings(name: str, settings: Settings, experiment: Experiment) -
     return [problem for check in _CHECKS for problem in check(case)]
 
 
+def _check_cameras(case: _Case) -> list[str]:
+    """Every part of a run that may be given camera by camera, by names that are cameras."""
+    problems = []
+    known = list(case.settings.cameras)
+    for key in ("crop", "rate", "stream"):
+        value = getattr(case.own, key)
+        for camera in value if isinstance(value, dict) else ():
+            if camera not in known:
+                problems.append(f"{case.place}.{key}.{camera}: no such camera; {_hint(camera, known)}")
+            elif camera not in case.run.videos:
+                problems.append(
+                    f"{case.place}.{key}.{camera}: this camera has no recording in the run; "
+                    f"{some_of(list(case.run.videos))} have. Take the line out."
+                )
+    return problems
+
+
+def _hint(name: str, known: list[str]) -> str:
+    near = did_you_mean(name, known)
+    return f"did you mean {near!r}?" if near else f"known: {some_of(known)}."
+
+
 def _check_plane(case: _Case) -> list[str]:
     plane = case.own.plane
     if case.own.mode != "plane":
@@ -123,7 +145,7 @@ def _check_reference(case: _Case) -> list[str]:
         )
     names = target_names(case.settings, run)
     if own.target and own.target not in names:
-        problems.append(f"{case.place}.reference.target: no target {own.target!r}; known: {some_of(names)}.")
+        problems.append(f"{case.place}.reference.target: no target {own.target!r}; {_hint(own.target, names)}")
     return problems
 
 
@@ -138,7 +160,7 @@ def _check_bodies(case: _Case) -> list[str]:
     names = target_names(case.settings, case.run)
     for body, parts in case.own.bodies.items():
         place = f"{case.place}.bodies.{body}"
-        problems += [f"{place}.{t}: no such target; known: {some_of(names)}." for t in parts.targets if t not in names]
+        problems += [f"{place}.{t}: no such target; {_hint(t, names)}" for t in parts.targets if t not in names]
         if len(parts.targets) < 3:
             problems.append(f"{place}: {len(parts.targets)} targets; six degrees of freedom need three or more.")
     if case.own.analysis and case.own.bodies and case.own.axes is None:
@@ -173,12 +195,14 @@ def _check_waterline(case: _Case) -> list[str]:
     ]
     if own.camera is not None and own.camera not in run.videos:
         problems.append(
-            f"{case.place}.waterline.camera: {own.camera} has no recording in this run; {', '.join(run.videos)} do."
+            f"{case.place}.waterline.camera: {own.camera} has no recording in this run; "
+            f"{_hint(own.camera, list(run.videos))}"
         )
     return problems
 
 
 _CHECKS: tuple[Callable[[_Case], list[str]], ...] = (
+    _check_cameras,
     _check_plane,
     _check_reference,
     _check_bodies,

@@ -98,9 +98,9 @@ def window(
     """What a run's picture shows of the calibration's; None where they are the same picture.
 
     crop   left, top, width, height, px of the calibration's picture, that the run shows; None: not given
-    Raises VidtrackError where the shapes differ and no crop is given.
+    Raises VidtrackError where the shapes differ, of the pictures or of their pixels, and no crop is given.
     """
-    found = _turned(calibrated, run, camera, where)
+    found = [*_turned(calibrated, run, camera, where), *_other_pixels(calibrated, run, crop, camera, where)]
     if crop is not None:
         left, top, width, height = (float(number) for number in crop)
         given = Window(left, top, width, height, run.width, run.height)
@@ -141,6 +141,27 @@ def _turned(a: Picture, b: Picture, camera: str, where: str) -> list[Finding]:
     )
     cure = "Look at both in a player: where only one stands on its head, remove the rotation flag from that file."
     return [Finding("bad", "rotation-differs", text, cure)]
+
+
+def _other_pixels(a: Picture, b: Picture, crop: Sequence[float] | None, camera: str, where: str) -> list[Finding]:
+    """Pictures of one size whose pixels have two shapes: a camera's wide mode shows another part of the scene."""
+    one, other = a.sample_aspect, b.sample_aspect
+    if crop is not None or one == other or (a.width, a.height) != (b.width, b.height):
+        return []
+    if 1 not in (one, other):
+        raise VidtrackError(
+            f"{where}: {camera} shows pixels of shape {other.numerator}:{other.denominator} and was calibrated with "
+            f"{one.numerator}:{one.denominator}, as a camera's wide and normal modes have them. Calibrate in the "
+            "mode of the run, or give `crop: [left, top, width, height]` for the run: the part of the calibration's "
+            f"picture that it shows, [0, 0, {a.width}, {a.height}] if it is the same."
+        )
+    text = (
+        f"{where}: {camera}'s file says that its pixels have the shape {other.numerator}:{other.denominator}, those of "
+        f"its calibration {one.numerator}:{one.denominator}, as files have it that say nothing: the pictures are taken "
+        "for the same, px by px"
+    )
+    cure = f"Confirm it by `crop: [0, 0, {a.width}, {a.height}]` for the run, or give the part that it shows."
+    return [Finding("doubtful", "pixel-shape-differs", text, cure)]
 
 
 def _squeezed(given: Window, calibrated: Picture, run: Picture, camera: str, where: str) -> list[Finding]:

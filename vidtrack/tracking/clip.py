@@ -166,6 +166,8 @@ def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> lis
 
 def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
     """ "frame", or the field that comes first; and why."""
+    if fields in ("top", "bottom"):
+        return _as_shown(fields, info)
     if fields != "auto":
         return fields, f"fields: {fields}, as set"
     if info.is_still:
@@ -174,6 +176,23 @@ def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[st
         return "frame", "fields: progressive, from the flags"
     order, why = chosen_order(info.field_order, order_from_pictures(frame.luma[:, ::4] for frame in opening[:16]))
     return (order if order in ("top", "bottom") else "frame"), why
+
+
+def _as_shown(fields: str, info: VideoInfo) -> tuple[str, str]:
+    """The field that comes first in the picture as it is shown, where the config names that of the stored picture.
+
+    Raises VidtrackError for pictures that lie on their side: their fields are columns.
+    """
+    if info.rotation in (90, 270):
+        raise VidtrackError(
+            f"detect.fields: {fields}: the file turns its pictures by {info.rotation} degrees, so that their fields "
+            "are columns, which are not split. Set fields: frame, or remove the rotation from the file and give "
+            "positions in the picture as it lies."
+        )
+    if info.rotation == 180 and info.height % 2 == 0:
+        shown = "bottom" if fields == "top" else "top"
+        return shown, f"fields: {fields} first, as set, which is {shown} in the picture turned by 180 degrees"
+    return fields, f"fields: {fields}, as set"
 
 
 def _level(sample: Sample, detection: Detection) -> float:
