@@ -33,7 +33,9 @@ def test_plain_tsai_frees_eleven_parameters():
 
 
 def test_an_unknown_lens_is_named_with_those_there_are():
-    with pytest.raises(ValueError, match=r"pinhole.*tsai, tsai2, tsai3, brown, affine, prism"):
+    with pytest.raises(
+        ValueError, match=r"pinhole.*tsai, equidistant, tsai2, tsai3, fisheye, brown, affine, prism, quadratic"
+    ):
         free_parameters("pinhole")
 
 

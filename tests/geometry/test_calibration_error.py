@@ -63,7 +63,9 @@ def test_the_covariance_is_that_of_the_whole_jacobian(n, seed, far):
     b = np.stack([project(c, p) for c in cameras]) + rng.normal(0, sd)
     b[:, np.abs(b - 256).max((0, 2)) > 600] = np.nan
     pivots = [rng.uniform(-9, 9, 3) for _ in cameras]
-    steps = np.array([1e-4] * 3 + [0.02] * 3 + [1e-2, 1e-3, 0.3, 0.3, 1e-5, 1e-7, 1e-5, 1e-5, 1e-4, 1e-9, 1e-5, 1e-5])
+    steps = np.array(
+        [1e-4] * 3 + [0.02] * 3 + [1e-2, 1e-3, 0.3, 0.3, 1e-5, 1e-7, 1e-5, 1e-5, 1e-4, 1e-9, 1e-5, 1e-5, 1e-5, 1e-5]
+    )
     k = len(PARAMETERS)
     root = rng.normal(0, 1, (n * k, n * k)) * np.tile(steps, n)[:, None]
     C = root @ root.T / (n * k)

@@ -35,7 +35,7 @@ def straight_on(**changes):
 def cameras(draw):
     """Any camera a laboratory may own: barrel or pincushion, tilted, off centre, some with the richer lens terms."""
     u = lambda low, high: round(draw(st.floats(low, high)), 12)  # noqa: E731
-    rich = draw(st.booleans())
+    rich, wide = draw(st.booleans()), draw(st.booleans())
     return straight_on(
         Cx=255.5 + u(-30, 30),
         Cy=239.5 + u(-30, 30),
@@ -49,6 +49,9 @@ def cameras(draw):
         kappa3=u(-1e-8, 1e-8) if rich else 0.0,
         s1=u(-3e-4, 3e-4) if rich else 0.0,
         s2=u(-3e-4, 3e-4) if rich else 0.0,
+        q1=u(-3e-4, 3e-4) if rich else 0.0,
+        q2=u(-3e-4, 3e-4) if rich else 0.0,
+        projection="equidistant" if wide else "perspective",
         R=rotation_from_vector([u(-3, 3), u(-3, 3), u(-3, 3)]),
         T=np.array([u(-50, 50), u(-50, 50), u(50, 500)]),
     )

@@ -13,7 +13,7 @@ from vidtrack.simulate.rig import thesis_rig
 some = settings(max_examples=30, deadline=None)
 
 STEP = {"f": 1e-5, "Sx": 1e-6, "Cx": 1e-3, "Cy": 1e-3, "kappa1": 1e-8, "kappa2": 1e-9, "kappa3": 1e-9}
-STEP |= dict.fromkeys(("p1", "p2", "s1", "s2"), 1e-8)
+STEP |= dict.fromkeys(("p1", "p2", "s1", "s2", "q1", "q2"), 1e-8)
 
 
 def points_before(camera, seed=0):

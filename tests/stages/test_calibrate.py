@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.camera_json import read_camera
+from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.records import write_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.lens_terms import LENS_MODELS
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import calibrate as job
@@ -309,6 +311,44 @@ def test_the_rim_of_a_wide_lens_is_a_lens_and_no_bad_points():
     assert np.flatnonzero(~calibrate(table, **wide).points["used"]).tolist() == [5, 50]
 
 
+def wide_lens(seed, n=64):
+    """Points as a random lens of 100 to 150 degrees sees them by OpenCV's fisheye model, (n, 2) px; and its place."""
+    rng = np.random.default_rng(seed)
+    half, centre = np.radians(rng.uniform(50, 75)), np.array([639.5, 479.5]) + rng.normal(0, 8, 2)
+    k = rng.uniform(-1, 1, 4) * (0.05, 0.01, 0.004, 0.001)
+    theta = half * np.sqrt(rng.uniform(0.01, 0.98, n))
+    f = 770 / (half * (1 + np.polyval([*k[::-1], 0], half**2)))
+    about = rng.uniform(0, 2 * np.pi, n)
+    way = np.stack([np.sin(theta) * np.cos(about), np.sin(theta) * np.sin(about), np.cos(theta)], -1)
+    R, position = rotation_from_vector(rng.normal(0, 1, 3)), rng.normal(0, 100, 3)
+    p = (way * rng.uniform(80, 200, (n, 1))) @ R + position
+    K = np.array([[f, 0, centre[0]], [0, f, centre[1]], [0, 0, 1]])
+    return p, cv2.fisheye.projectPoints(p[:, None], cv2.Rodrigues(R)[0], -R @ position, K, k)[0][:, 0], position
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_lens_of_100_to_150_degrees_is_described_to_a_tenth_of_a_pixel(seed):
+    p, b, position = wide_lens(seed)
+    noisy = b + np.random.default_rng(seed).normal(0, 0.1, b.shape)
+    table = pd.DataFrame({"tag": [f"t{i}" for i in range(len(p))], **dict(zip("xyz", p.T, strict=True))})
+    found = calibrate(table.assign(Xf=noisy[:, 0], Yf=noisy[:, 1]), image_size=(1280, 960), search=False)
+    assert found.points["used"].all()
+    assert np.sqrt(((project(found.camera, p) - b) ** 2).mean()) < 0.1
+    assert np.linalg.norm(found.camera.position - position) < 0.15
+
+
+def test_a_camera_with_a_wide_lens_is_written_and_read(tmp_path):
+    p, b, _ = wide_lens(1)
+    table = pd.DataFrame({"tag": [f"t{i}" for i in range(len(p))], **dict(zip("xyz", p.T, strict=True))})
+    found = calibrate(
+        table.assign(Xf=b[:, 0], Yf=b[:, 1]), image_size=(1280, 960), search=False, model="fisheye", camera="cam1"
+    )
+    write_camera(tmp_path / "camera.json", found.camera, found.uncertainty, found.record)
+    again = read_camera(tmp_path / "camera.json").camera
+    assert again.projection == "equidistant"
+    np.testing.assert_array_equal(project(again, p), project(found.camera, p))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [14, 20, 30])
 def test_of_few_good_points_hardly_any_is_left_out_and_a_bad_one_is(n):
@@ -500,7 +540,7 @@ def test_whatever_is_sighted_the_answer_is_a_finite_camera_or_one_line(seed):
         table = table.assign(sd_x=10 ** rng.uniform(-4, 1), sd_y=0.1, frames=int(rng.integers(0, 40)))
     held = {"f": 11.0, "Sx": 1.02, "Cx": 260.0, "Cy": 235.0, "kappa1": 0.0}
     how = {
-        "model": str(rng.choice(["auto", "tsai", "tsai3", "affine", "prism"])),
+        "model": str(rng.choice(["auto", "tsai", "tsai3", "fisheye", "affine", "quadratic"])),
         "refine": str(rng.choice(["full", "full", "linear", "centre"])),
         "fix": {name: value for name, value in held.items() if rng.random() < 0.25},
         "reject": str(rng.choice(["auto", "off"])),

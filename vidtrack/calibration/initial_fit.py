@@ -17,8 +17,9 @@ from vidtrack.calibration.dlt import camera_from_dlt, dlt
 from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
 from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import Camera, contains, project
-from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
+from vidtrack.geometry.lens_terms import COEFFICIENTS, EQUIDISTANT, LENS_MODELS
 from vidtrack.geometry.pose import F_STARTS, starting_poses
+from vidtrack.geometry.projection import Projection
 
 COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
@@ -127,10 +128,10 @@ def fit_camera(
     fits = [run(camera, plain, COARSE) for camera in starts(p, b, nominal, fixed, coplanar=coplanar)]
     if not fits:
         return None
-    if free == plain:
+    if model == "tsai":
         return best_of([run(fit.camera, plain, tolerance) for fit in distinct(fits)])
     best = best_of(fits)
-    richer = run(best.camera, free, tolerance)
+    richer = run(with_lens_of(best.camera, model).with_(**fixed), free, tolerance)
     return richer if richer.converged and richer.cost <= best.cost else best_of([richer, best])
 
 
@@ -145,8 +146,21 @@ def distinct(fits: list[Fit]) -> list[Fit]:
 
 
 def with_lens_of(camera: Camera, model: str) -> Camera:
-    """The camera without the lens terms that a model does not have."""
-    return camera.with_(**{term: 0.0 for term in COEFFICIENTS if term not in LENS_MODELS[model]})
+    """The camera with a model's projection, without the lens terms that the model does not have.
+
+    Where the projection changes, kappa1 and kappa2 change so that the lens stays the same near its axis:
+    tan(t) = t + t^3/3 + 2 t^5/15 + ...
+    """
+    projection: Projection = "equidistant" if model in EQUIDISTANT else "perspective"
+    terms = LENS_MODELS[model]
+    if camera.projection != projection:
+        sign = 1.0 if projection == "perspective" else -1.0
+        cubic = sign / (3 * camera.f**2)
+        fifth = 2 / (15 * camera.f**4) if sign > 0 else 1 / (5 * camera.f**4)  # of tan and of arctan
+        kappa1 = camera.kappa1 + cubic
+        kappa2 = camera.kappa2 + fifth + 3 * cubic * camera.kappa1
+        camera = camera.without_lens().with_(projection=projection, kappa1=kappa1, kappa2=kappa2)
+    return camera.with_(**{term: 0.0 for term in COEFFICIENTS if term not in terms})
 
 
 def distances(camera: Camera, p: Array, b: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.initial_fit import Nominal, distances
+from vidtrack.calibration.initial_fit import Nominal, distances, with_lens_of
 from vidtrack.calibration.lens_selection import points_needed
 from vidtrack.calibration.one_camera import Judge, NoCamera, Points, better_part, grown
 from vidtrack.calibration.outliers import ENOUGH, LEAST_REDUNDANCY, SMALLEST_SCALE, Mask, limit_for, trusted
@@ -19,7 +19,7 @@ from vidtrack.calibration.refine import free_parameters
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 
-RICHER = ("tsai2", "tsai3", "prism")
+RICHER = ("equidistant", "tsai2", "tsai3", "fisheye", "prism")
 """Lens models beside the plainest one that a camera may need: the first of each kind that a misfit may be taken for."""
 
 
@@ -72,7 +72,7 @@ class JudgingCamera:
         best, length = plain, found.description_length
         for model in RICHER if not fixed else ():
             if len(seen) >= 2 * points_needed(model):
-                richer = cls(p, view, model, fixed, found.camera, keep)
+                richer = cls(p, view, model, fixed, with_lens_of(found.camera, model), keep)
                 fit = richer._grown(richer.seen, keep)
                 if fit and fit.length < length:
                     best, length = richer, fit.length

@@ -26,6 +26,9 @@ FOLDS = 5
 BLOCKS_PER_FOLD = 4
 """Blocks of neighbouring points in a fold: enough of them that none is an edge that all others extrapolate to."""
 
+BLOCK = 8
+"""Points in a block where there are many: a larger hole in a dense target is not what targets in between will meet."""
+
 CLIPS_NEEDED = 4
 """Clips from which whole clips are held out: with fewer, what is left may be one plane."""
 
@@ -116,7 +119,7 @@ def folds_of(p: Array, folds: int = FOLDS, clips: ArrayLike | None = None) -> Fo
     if block.max(initial=0) + 1 >= CLIPS_NEEDED:
         folds = min(folds, int(block.max()) + 1)
     else:
-        block = _blocks(p, folds * BLOCKS_PER_FOLD)
+        block = _blocks(p, max(folds * BLOCKS_PER_FOLD, len(p) // BLOCK))
     order = np.random.default_rng(0).permutation(int(block.max(initial=0)) + 1)
     return np.asarray(order[block] % folds)
 

@@ -14,7 +14,7 @@ from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, tsai_solution
 from vidtrack.calibration.lens_selection import Ladder, climb, points_needed
 from vidtrack.calibration.outliers import ENOUGH, SMALLEST_SCALE, Mask, majority, studentised, trusted
-from vidtrack.calibration.refine import Fit, Uncertainty, covariances, free_parameters, refine
+from vidtrack.calibration.refine import Fit, Uncertainty, best_of, covariances, free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
@@ -27,7 +27,7 @@ RICH_LENS_POINTS = 30
 ENOUGH_TO_JUDGE = 200
 """Points that a camera is fitted to while bad ones are sought; all are then compared with it."""
 
-ENOUGH_TO_CHOOSE = 400
+ENOUGH_TO_CHOOSE = 2000
 """Points by which the lens model is chosen; the chosen one is then fitted to all."""
 
 
@@ -293,6 +293,9 @@ def _by_refinement(points: Points, task: Task) -> Answer:
     done = points.n == few.n and ladder is None
     fit = start if done else _fit(points, task, model, start.camera)
     assert fit is not None
+    if ladder is not None and model != "tsai":  # rung after rung may lead to a worse minimum than one step
+        other = _fit(points, task, model, ladder.rungs[0].fit.camera)
+        fit = best_of([fit, other]) if other else fit
     return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
 
 

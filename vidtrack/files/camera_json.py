@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import position_covariance
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
+from vidtrack.geometry.projection import Projection
 
 SCALARS = ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")
 RICHER = tuple(name for name in COEFFICIENTS if name not in SCALARS)
@@ -50,6 +51,8 @@ def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mappin
     own |= {name: float(getattr(camera, name)) for name in SCALARS}
     terms = LENS_MODELS.get(str(extra.get("model", "tsai")), ())
     own |= {name: float(getattr(camera, name)) for name in RICHER if getattr(camera, name) or name in terms}
+    if camera.projection != "perspective":
+        own["projection"] = camera.projection
     own |= {"R": camera.R.tolist(), "T": camera.T.tolist(), "det_R": float(np.linalg.det(camera.R))}
     own["position"] = camera.position.tolist()
     if uncertainty is not None:
@@ -85,6 +88,7 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
             R=_array(record, "R", (3, 3)),
             T=_array(record, "T", (3,)),
             image_size=(int(record["image_size"][0]), int(record["image_size"][1])),
+            projection=_projection(record),
             name=str(record.get("camera", "")),
         )
         uncertainty = _uncertainty(record.get("uncertainty"))
@@ -110,3 +114,10 @@ def _uncertainty(record: Mapping[str, Any] | None) -> Uncertainty | None:
     if covariance.shape != (len(names), len(names)) or pivot.shape != (3,):
         raise ValueError(f"the covariance of {len(names)} parameters has shape {covariance.shape}")
     return Uncertainty(names, pivot, covariance)
+
+
+def _projection(record: Mapping[str, Any]) -> Projection:
+    value = record.get("projection", "perspective")
+    if value not in get_args(Projection):
+        raise ValueError(f"projection {value!r} is not {' or '.join(get_args(Projection))}")
+    return cast(Projection, value)

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.camera import Camera, straightened
 from vidtrack.geometry.lens_terms import TERMS
+from vidtrack.geometry.projection import perspective_by_f, perspective_jacobian
 from vidtrack.geometry.sights import Sight
 from vidtrack.geometry.symmetric import ELEMENTS
 
@@ -112,6 +113,11 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
     per = s.on / (xu * yv - xv * yu + (1 - s.on))
     right = yv * per, -yu * per  # d(u, v)/dXf
     r2, X_px, minus_f = X * X + Y * Y, X / camera.dx, -1 / camera.f
+    wide = camera.projection == "equidistant"
+    beside: Array | tuple[float, float] = (0.0, 0.0)
+    if wide:
+        e = np.nan_to_num(straightened(camera, s.d.T))
+        beside, onwards = perspective_by_f(e, camera.f).T, perspective_jacobian(e, camera.f)
     terms: dict[str, Callable[[], tuple[Array | float, Array | float]]] = {
         "omega_x": lambda: (u * minus_y, v * minus_y - arm_z),
         "omega_y": lambda: (u * arm_x + arm_z, v * arm_x),
@@ -119,7 +125,7 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
         "t_x": lambda: (near, 0.0),
         "t_y": lambda: (0.0, near),
         "t_z": lambda: (-u * near, -v * near),
-        "f": lambda: (u / camera.f, v / camera.f),
+        "f": lambda: ((u - beside[0]) / camera.f, (v - beside[1]) / camera.f),
         "Sx": lambda: (right[0] * X_px, right[1] * X_px),
         "Cx": lambda: right,
         "Cy": lambda: (-xv * per, xu * per),
@@ -129,6 +135,8 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
     for k, name in enumerate(names):
         if name in TERMS:
             D[0, k], D[1, k] = TERMS[name].shift(X, Y, r2)
+            if wide:
+                D[:, k] = np.einsum("nij,jn->in", onwards, D[:, k])
             D[:, k] *= minus_f
         else:
             D[0, k], D[1, k] = terms[name]()

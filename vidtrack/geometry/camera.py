@@ -20,6 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.lens_terms import COEFFICIENTS, RADIAL, TERMS
+from vidtrack.geometry.projection import (
+    Projection,
+    equidistant_from_perspective,
+    perspective_from_equidistant,
+    perspective_jacobian,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +37,11 @@ class Camera:
     Sx           horizontal scale factor, no unit
     f            effective focal length, unit of dx
     kappa1       1/unit(dx)^2, first radial term; kappa2 1/unit(dx)^4, kappa3 1/unit(dx)^6; p1, p2 1/unit(dx),
-                 decentring; s1, s2 1/unit(dx), thin prism; skew, no unit
+                 decentring; s1, s2 1/unit(dx), thin prism; q1, q2 1/unit(dx), what p and s lack of the second order;
+                 skew, no unit
     R, T         rotation (3, 3) and translation (3,), world units: c = R p + T
     image_size   px, (width, height) of the frame buffer
+    projection   perspective, or equidistant for wide lenses (see `geometry.projection`)
     Raises ValueError when R is not a rotation (a mirror included) or f, dx, dy, Sx are not positive.
     """
 
@@ -54,6 +62,9 @@ class Camera:
     kappa3: float = 0.0
     s1: float = 0.0
     s2: float = 0.0
+    q1: float = 0.0
+    q2: float = 0.0
+    projection: Projection = "perspective"
     name: str = field(default="")
 
     def __post_init__(self) -> None:
@@ -105,10 +116,19 @@ def undistorted_from_camera(camera: Camera, c: ArrayLike) -> Array:
 
 
 def undistorted_from_distorted(camera: Camera, d: ArrayLike) -> Array:
-    """Undistorted sensor coordinates (..., 2) of distorted ones (4.4.6, 4.4.7).
+    """Undistorted sensor coordinates (..., 2) of distorted ones (4.4.6, 4.4.7): those that a pinhole would give.
 
-    Xu = Xd (1 + kappa1 r^2 + kappa2 r^4 + kappa3 r^6) + p1 (r^2 + 2 Xd^2) + 2 p2 Xd Yd + s1 r^2, and so for Y with
-    p2, p1 and s2.
+    The lens terms, and for an equidistant lens its projection. NaN where no light lands.
+    """
+    e = straightened(camera, d)
+    return perspective_from_equidistant(e, camera.f) if camera.projection == "equidistant" else e
+
+
+def straightened(camera: Camera, d: ArrayLike) -> Array:
+    """Distorted sensor coordinates (..., 2) without the lens terms: of a lens that is exactly its projection.
+
+    Xu = Xd (1 + kappa1 r^2 + kappa2 r^4 + kappa3 r^6) + p1 (r^2 + 2 Xd^2) + 2 p2 Xd Yd + s1 r^2 + q1 Yd^2,
+    and so for Y with p2, p1, s2 and q2 Xd^2.
     NaN beyond the radius where the model folds (see `fold_radius`): no light lands there.
     """
     d = np.asarray(d, float)
@@ -162,6 +182,8 @@ def distorted_from_undistorted(camera: Camera, u: ArrayLike) -> Array:
     there and take Newton steps. NaN where the model folds (kappa1 < 0: Ru beyond 2/3 of the fold radius).
     """
     u = np.asarray(u, float)
+    if camera.projection == "equidistant":
+        u = equidistant_from_perspective(u, camera.f)
     d = _radially_distorted(camera.kappa1, u)
     if not camera.lens.keys() - {"kappa1"}:
         return d
@@ -189,8 +211,8 @@ def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
         with np.errstate(invalid="ignore", divide="ignore"):
             r = np.hypot(d[..., 0], d[..., 1])[..., None]
             d = np.where(r > limit, d * (0.999 * limit / r), d)
-        error = undistorted_from_distorted(camera, d) - u
-        J = undistorted_jacobian(camera, d)
+        error = straightened(camera, d) - u
+        J = straightened_jacobian(camera, d)
         det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             step = (
@@ -207,12 +229,20 @@ def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
         if not np.nanmax(np.abs(step), initial=0.0) > 1e-14 * scale:
             break
     with np.errstate(invalid="ignore"):
-        good = (np.abs(undistorted_from_distorted(camera, d) - u) <= 1e-9 * scale).all(-1) & (det > 0)
+        good = (np.abs(straightened(camera, d) - u) <= 1e-9 * scale).all(-1) & (det > 0)
     return np.where(good[..., None], d, np.nan)
 
 
 def undistorted_jacobian(camera: Camera, d: Array) -> Array:
     """d(Xu, Yu)/d(Xd, Yd), (..., 2, 2), no unit, at distorted sensor coordinates d (..., 2)."""
+    J = straightened_jacobian(camera, d)
+    if camera.projection == "equidistant":
+        J = perspective_jacobian(straightened(camera, d), camera.f) @ J
+    return J
+
+
+def straightened_jacobian(camera: Camera, d: Array) -> Array:
+    """Derivatives (..., 2, 2) of `straightened` by the distorted sensor coordinates d (..., 2)."""
     x, y = d[..., 0], d[..., 1]
     r2 = x * x + y * y
     k1, k2, k3 = camera.kappa1, camera.kappa2, camera.kappa3

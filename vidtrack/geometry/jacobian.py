@@ -21,10 +21,12 @@ from vidtrack.geometry.camera import (
     Camera,
     camera_from_world,
     distorted_from_undistorted,
+    straightened,
     undistorted_from_camera,
     undistorted_jacobian,
 )
 from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
+from vidtrack.geometry.projection import perspective_by_f, perspective_jacobian
 
 PARAMETERS = (
     *("omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z"),
@@ -83,13 +85,23 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     J[..., 1] = by_c[..., 0] * arm[..., 2] - by_c[..., 2] * arm[..., 0]
     J[..., 2] = by_c[..., 1] * arm[..., 0] - by_c[..., 0] * arm[..., 1]
     J[..., 3:6] = by_c
-    J[..., 0, 6], J[..., 1, 6] = px(u / camera.f, v / camera.f)
+    by_f = np.stack([u, v], -1) / camera.f
+    wide = camera.projection == "equidistant"
+    if wide:
+        e = straightened(camera, d)
+        by_f = by_f - perspective_by_f(e, camera.f)
+        onwards = perspective_jacobian(e, camera.f)
+    J[..., 0, 6], J[..., 1, 6] = px(by_f[..., 0], by_f[..., 1])
     J[..., 0, 7] = X / camera.dx
     J[..., 0, 8] = 1
     J[..., 1, 9] = 1
     r2 = X * X + Y * Y
     for name, term in TERMS.items():
-        dX, dY = px(*term.shift(X, Y, r2))
+        shift = term.shift(X, Y, r2)
+        if wide:
+            moved = (onwards @ np.stack(shift, -1)[..., None])[..., 0]
+            shift = moved[..., 0], moved[..., 1]
+        dX, dY = px(*shift)
         column = PARAMETERS.index(name)
         J[..., 0, column], J[..., 1, column] = -dX, -dY
     J[..., 0, PARAMETERS.index("skew")] = Y / camera.dx

@@ -5,7 +5,8 @@ A term adds its coefficient times a fixed function of the distorted position to 
     (Xu, Yu) = (Xd, Yd) + sum over terms of coefficient * shift(Xd, Yd)
 
 so that a new term is a row here, a field of `geometry.camera.Camera` and, where it forms a new lens model, a row of
-`LENS_MODELS`. Sources: kappa Tsai (1987); p Brown (1966); s, a thin prism, Weng, Cohen and Herniou (1992).
+`LENS_MODELS`. Sources: kappa Tsai (1987); p Brown (1966); s, a thin prism, Weng, Cohen and Herniou (1992);
+q completes p and s to all terms of second order, as an oblique pane of glass or a tilted sensor has them.
 """
 
 from __future__ import annotations
@@ -54,6 +55,8 @@ TERMS = {
     "kappa3": _radial(3),
     "s1": LensTerm(1, lambda x, y, r2: (r2, _zero(r2)), lambda x, y, r2: (2 * x, 2 * y, _zero(x), _zero(x))),
     "s2": LensTerm(1, lambda x, y, r2: (_zero(r2), r2), lambda x, y, r2: (_zero(x), _zero(x), 2 * x, 2 * y)),
+    "q1": LensTerm(1, lambda x, y, r2: (y * y, _zero(r2)), lambda x, y, r2: (_zero(x), 2 * y, _zero(x), _zero(x))),
+    "q2": LensTerm(1, lambda x, y, r2: (_zero(r2), x * x), lambda x, y, r2: (_zero(x), _zero(x), 2 * x, _zero(x))),
 }
 """Every term but skew, which acts in the frame buffer (`camera.frame_buffer_from_distorted`)."""
 
@@ -62,17 +65,23 @@ RADIAL = ("kappa1", "kappa2", "kappa3")
 
 LENS_MODELS = {
     "tsai": ("kappa1",),
+    "equidistant": ("kappa1",),
     "tsai2": ("kappa1", "kappa2"),
     "tsai3": ("kappa1", "kappa2", "kappa3"),
+    "fisheye": ("kappa1", "kappa2", "kappa3"),
     "brown": ("kappa1", "kappa2", "p1", "p2"),
     "affine": ("kappa1", "kappa2", "p1", "p2", "skew"),
     "prism": ("kappa1", "kappa2", "kappa3", "p1", "p2", "s1", "s2", "skew"),
+    "quadratic": ("kappa1", "kappa2", "kappa3", "p1", "p2", "s1", "s2", "q1", "q2", "skew"),
 }
 """The lens models, from plain to rich, and the terms that each one frees."""
 
-RICHEST = "prism"
+EQUIDISTANT = ("equidistant", "fisheye")
+"""The lens models whose terms act on an equidistant projection (`geometry.projection`); the others are perspective."""
 
-COEFFICIENTS = ("kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2")
+RICHEST = "quadratic"
+
+COEFFICIENTS = ("kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2", "q1", "q2")
 """All coefficients, in the order in which parameters are kept; new ones come last."""
 
 

@@ -18,14 +18,16 @@ class Clock(Section):
 
 LENS = (
     "the lens; tsai: f, Sx, Cx, Cy and one radial term, kappa1; tsai2: a second one, kappa2; tsai3: a "
-    "third one, kappa3 (lenses beyond 90 degrees); brown: kappa1, kappa2 and the tangential terms p1, p2; affine: "
-    "skewed pixel axes (skew) too; prism: all of these and a thin prism, s1, s2; auto: the plainest of them that "
-    "predicts points held out of the fit as well as a richer one"
+    "third one, kappa3 (lenses beyond 90 degrees); equidistant: a wide lens whose picture grows with the angle, not "
+    "with its tangent, and kappa1; fisheye: the same with kappa1, kappa2, kappa3 (lenses from 100 to 170 degrees); "
+    "brown: kappa1, kappa2 and the tangential terms p1, p2; affine: skewed pixel axes (skew) too; prism: all of these "
+    "and a thin prism, s1, s2; quadratic: prism and q1, q2, so that it has all terms of second order (a pane of glass "
+    "seen obliquely); auto: the plainest of them that predicts points held out of the fit as well as a richer one"
 )
 """What the words of `model` mean."""
 
-LensModel = Literal["tsai", "tsai2", "tsai3", "brown", "affine", "prism", "auto"]
-ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2"]
+LensModel = Literal["tsai", "equidistant", "tsai2", "tsai3", "fisheye", "brown", "affine", "prism", "quadratic", "auto"]
+ParameterName = Literal["Cx", "Cy", "Sx", "f", "kappa1", "kappa2", "p1", "p2", "skew", "kappa3", "s1", "s2", "q1", "q2"]
 Fix = Annotated[dict[ParameterName, float | None], BeforeValidator(fixed)]
 Prior = dict[ParameterName, tuple[float, Positive]]
 
