@@ -54,7 +54,7 @@ def detect_for(settings: Settings, *changes: DetectChange) -> dict[str, Any]:
     """The detect settings in force after a clip's or a run's own changes, as plain values."""
     merged = settings.detect.model_dump()
     for change in changes:
-        own = {name: getattr(change, name) for name in DetectChange.model_fields}
+        own = change.model_dump(include=set(DetectChange.model_fields))
         merged.update({name: value for name, value in own.items() if value is not None})
     return merged
 

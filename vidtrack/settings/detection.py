@@ -8,6 +8,22 @@ from pydantic import Field
 
 from vidtrack.settings.sections import Instant, Level, Positive, Section
 
+
+class Hue(Section):
+    """A colour by its place on the colour wheel."""
+
+    hue: float = Field(ge=0, le=360, description="degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue")
+    width: float = Field(
+        180.0,
+        gt=0,
+        le=180,
+        description="degrees of hues that stand out, the narrower the less of its neighbours; 180: all that is more of "
+        "this hue than of its opposite",
+    )
+
+
+Colour = Literal["r", "g", "b"] | tuple[float, float, float] | Hue
+
 DETECT = {
     "polarity": "bright: targets are brighter than what surrounds them; dark: darker",
     "threshold": "grey level 0 to 255, after gain and offset, above which a pixel (dark: below which) belongs to a "
@@ -32,6 +48,9 @@ DETECT = {
     "are not measured while they touch such things; where these cover more they are scenery, and targets before it",
     "max_occlusion": "samples in which targets that hide each other are awaited where they met; then they count as "
     "lost and are sought elsewhere",
+    "colour": "grey levels are made of colours, for targets as bright as their background; r, g, b: that channel; "
+    "[1, -1, 0]: weights of red, green and blue; {hue: 0, width: 90}: how much of that hue there is, grey being 128; "
+    "null: brightness",
     "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
 }
 """What each detect key means, for all clips and runs and where one of them differs."""
@@ -54,6 +73,7 @@ class DetectChange(Section):
     end: Instant | None = _change("end")
     gain: Literal["auto"] | Positive | None = _change("gain")
     offset: Literal["auto"] | Level | None = _change("offset")
+    colour: Colour | None = _change("colour")
     max_step: Annotated[float, Field(gt=0, le=1)] | None = _change("max_step")
     min_motion: Positive | None = _change("min_motion")
     max_clutter: Annotated[float, Field(gt=0, le=1)] | None = _change("max_clutter")
@@ -73,6 +93,7 @@ class Detect(Section):
     end: Instant | None = Field(None, description=DETECT["end"])
     gain: Literal["auto"] | Positive = Field("auto", description=DETECT["gain"])
     offset: Literal["auto"] | Level = Field("auto", description=DETECT["offset"])
+    colour: Colour | None = Field(None, description=DETECT["colour"])
     max_step: Annotated[float, Field(gt=0, le=1)] = Field(0.15, description=DETECT["max_step"])
     min_motion: Positive = Field(1.5, description=DETECT["min_motion"])
     max_clutter: Annotated[float, Field(gt=0, le=1)] = Field(0.25, description=DETECT["max_clutter"])

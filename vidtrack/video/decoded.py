@@ -27,7 +27,7 @@ from vidtrack.video.bitstream import Bitstream
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
-from vidtrack.video.luma import bits_of, luma_reader
+from vidtrack.video.luma import bits_of, colour_bits_of, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
 from vidtrack.video.packet_times import retimer
@@ -57,8 +57,15 @@ if get_level() is None:
 class DecodedVideo(Video):
     """A video, or a still picture as a video of one frame; the parameters are those of `reader.open_video`."""
 
-    def __init__(self, path: str, threads: int = 1, rate: Fraction | None = None, stream: int | None = None) -> None:
-        self.path = path
+    def __init__(
+        self,
+        path: str,
+        threads: int = 1,
+        rate: Fraction | None = None,
+        stream: int | None = None,
+        colour: Any = None,
+    ) -> None:
+        self.path, self._colour = path, colour
         self._container = open_container(path)
         try:
             self._stream, others = picture_stream(self._container, path, stream)
@@ -144,7 +151,7 @@ class DecodedVideo(Video):
                 log.other_size()
                 continue
             if picture.format.name != name:
-                name, read = picture.format.name, self._turn.applied(luma_reader(picture.format))
+                name, read = picture.format.name, self._turn.applied(self._reader(picture))
             luma = read(picture)
             if swapped:
                 luma = luma.byteswap()
@@ -209,6 +216,14 @@ class DecodedVideo(Video):
                 failures += 1
                 self._log.broken_off(error)
 
+    def _reader(self, picture: Any) -> Any:
+        """What makes levels of pictures like this one."""
+        if self._colour is None:
+            return luma_reader(picture.format)
+        from vidtrack.video.colour import colour_reader  # cv2, for colour alone
+
+        return colour_reader(picture, self._stream.codec_context.name, self._colour, self.path)
+
     def _orientation(self, first: Any) -> Orientation:
         turn = orientation_of(first, self.path)
         if turn is None:
@@ -239,7 +254,7 @@ class DecodedVideo(Video):
             mirrored=turn.mirrored,
             codec=codec.name,
             pix_fmt=first.format.name,
-            bits=bits_of(first.format),
+            bits=bits_of(first.format) if self._colour is None else colour_bits_of(first),
             field_order=turn.field_order(flagged_order(codec, first), first.height),
             timecodes=codes,
             code_bases=bases,

@@ -39,6 +39,11 @@ def bits_of(pixel_format: Any) -> int:
     return max(8, bits)
 
 
+def colour_bits_of(picture: Any) -> int:
+    """How many bits the levels of `colour.colour_reader` fill: 8, or 16 for deeper pictures."""
+    return 8 if picture.format.components[0].bits <= 8 else 16
+
+
 def luma_reader(pixel_format: Any) -> Callable[[Any], Luma]:
     """A function from a PyAV picture of that pixel format to its luma, (height, width) uint8 or uint16, read only.
 

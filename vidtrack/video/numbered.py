@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +17,8 @@ from vidtrack.video.picture_stack import StackInfo
 class NumberedPictures:
     """The pictures beside `path` whose names differ from its own in the number alone, in order of the numbers."""
 
-    def __init__(self, path: str) -> None:
-        self.path = path
+    def __init__(self, path: str, colour: Any = None) -> None:
+        self.path, self._colour = path, colour
         folder = os.path.dirname(path) or "."
         found = numbered_like(os.path.basename(path), os.listdir(folder))
         if not found:
@@ -29,8 +30,9 @@ class NumberedPictures:
         if step > 1:
             self.notes.append(f"the pictures' numbers rise by {step}: they are taken for one picture after the other")
         self.numbers = [int(number) for number in np.rint((counts - counts[0]) / max(step, 1))]
-        with DecodedVideo(path) as first:
+        with DecodedVideo(path, colour=colour) as first:
             own = first.info
+            next(first.frames())  # what is wrong with all pictures shows now
         self._bits = own.bits
         self.info = StackInfo(
             own.width, own.height, own.bits, own.codec, own.pix_fmt, rotation=own.rotation, mirrored=own.mirrored
@@ -38,7 +40,7 @@ class NumberedPictures:
 
     def picture(self, place: int) -> tuple[Luma, bool]:
         """As `Stack.picture`."""
-        with DecodedVideo(self._paths[place]) as one:
+        with DecodedVideo(self._paths[place], colour=self._colour) as one:
             frame = next(one.frames())
             if one.info.bits != self._bits:
                 raise VidtrackError(

@@ -11,7 +11,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
+from vidtrack.errors import VidtrackError
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.decoded import DecodedVideo
 from vidtrack.video.joined import JoinedVideo
@@ -40,6 +42,7 @@ def open_video(
     stream: int | None = None,
     parts: Sequence[str] = (),
     numbered: bool = False,
+    colour: Any = None,
 ) -> Video:
     """Open a recording; a still image is one of one frame.
 
@@ -50,19 +53,22 @@ def open_video(
     stream    which of several streams of pictures is read, 1 for the first
     parts     the files that go on where `path` ends, as paths from its folder
     numbered  whether `path` is the first of numbered pictures in its folder
+    colour    what makes levels of colours, as `video.colour` says; None: luma
     Reading ahead (`frames(ahead=True)`) lowers Python's switch interval for the whole process while it runs.
     Raises VidtrackError naming the file when it is missing, empty, no video, or has no picture that can be decoded.
     """
     path, given = str(path), _given(rate)
     if numbered:
-        return PictureStack(NumberedPictures(path), given)
+        return PictureStack(NumberedPictures(path, colour), given)
     if parts:
         folder = os.path.dirname(path)
         paths = [path, *(os.path.join(folder, part) for part in parts)]
-        return JoinedVideo(paths, lambda one: open_video(one, threads, rate=given, stream=stream))
+        return JoinedVideo(paths, lambda one: open_video(one, threads, rate=given, stream=stream, colour=colour))
     ending = os.path.splitext(path)[1].lower()
     if ending == ".mraw" and os.path.isfile(path):
+        if colour is not None:
+            raise VidtrackError(f"{path}: detect.colour is set, and the pictures are grey. Take it out.")
         return PictureStack(MrawPictures(path), given)
     if ending in (".tif", ".tiff") and os.path.isfile(path) and page_count(path) > 1:
-        return PictureStack(TiffPages(path), given)
-    return DecodedVideo(path, threads, given, stream)
+        return PictureStack(TiffPages(path, colour), given)
+    return DecodedVideo(path, threads, given, stream, colour)

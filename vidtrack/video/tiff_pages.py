@@ -44,8 +44,8 @@ def page_count(path: str) -> int:
 class TiffPages:
     """The pages of a TIFF, in their order."""
 
-    def __init__(self, path: str) -> None:
-        self.path = path
+    def __init__(self, path: str, colour: Any = None) -> None:
+        self.path, self._colour = path, colour
         pages, self._order = _pages(path)
         first = pages[0]
         width, height = first.tags.get(_WIDTH, 0), first.tags.get(_HEIGHT, 0)
@@ -54,6 +54,8 @@ class TiffPages:
         bits = first.tags.get(_BITS, 8)
         if bits not in (8, 16):
             raise VidtrackError(f"{path}: {bits} bits a sample in a TIFF of several pages. Save it with 8 or 16.")
+        if colour is not None and first.tags.get(_SAMPLES, 1) < 3:
+            raise VidtrackError(f"{path}: detect.colour is set, and the pages are grey. Take it out for this camera.")
         self.notes: list[str] = []
         self._shape, self._bits = (height, width), bits
         self._places = [place for place, page in enumerate(pages) if not page.tags.get(_NEW, 0) & 1]
@@ -87,7 +89,16 @@ class TiffPages:
         if not good or not pictures:
             raise VidtrackError(f"{self.path}: page {begin + 1} cannot be read. Save the file again.")
         places = {page: k for k, page in enumerate(self._places)}
-        self._held = {places[begin + k]: _grey(picture) for k, picture in enumerate(pictures) if begin + k in places}
+        self._held = {
+            places[begin + k]: self._levels(picture) for k, picture in enumerate(pictures) if begin + k in places
+        }
+
+    def _levels(self, picture: Any) -> Luma:
+        if self._colour is None:
+            return _grey(picture)
+        from vidtrack.video.colour import colour_of_bgr
+
+        return colour_of_bgr(picture, self._colour)
 
     def _stored_in_one_piece(self, page: Page) -> np.ndarray:
         count, tags = _images_of_imagej(page), page.tags

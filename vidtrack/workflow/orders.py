@@ -24,7 +24,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
     return {
         "run": run,
         "camera": camera,
-        "detect": detect_for(settings, own, own.detect),
+        "detect": _without_colour(detect_for(settings, own, own.detect)),
         "targets": _targets(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
         "recording": _recording(settings, experiment.runs[run], camera),
@@ -213,7 +213,7 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
         "run": run,
         "camera": camera,
         "transects": {n: t.model_dump(by_alias=True) for n, t in own.waterline.transects.items()},
-        "detect": detect_for(settings, own, own.detect),
+        "detect": _without_colour(detect_for(settings, own, own.detect)),
         "start_timecode": own.start_timecode,
         "clock": _clock(settings, camera),
         "crop": _crop(settings, run, camera),
@@ -273,7 +273,13 @@ def _recording(settings: Settings, part: Clip | Run, camera: str) -> Order:
         how[key] = getattr(settings.cameras[camera], key) if here is None else here
     if several := part.recordings.get(camera):
         how |= {"parts": several.parts, "numbered": several.numbered}
+    how["colour"] = detect_for(settings, *([own, own.detect] if own else []))["colour"]
     return {key: value for key, value in how.items() if value}
+
+
+def _without_colour(detect: Order) -> Order:
+    """What stages take: levels are made of colours where recordings are opened."""
+    return {key: value for key, value in detect.items() if key != "colour"}
 
 
 def _clip_detect(settings: Settings, clip: str) -> Order:
