@@ -171,3 +171,16 @@ def test_a_lens_too_rich_for_its_points_is_a_finding():
         refitted.append(refine(camera, p, b, free=free_parameters("tsai")).camera.with_(name=camera.name))
     record = back_project(refitted, [table.assign(sigma=0.0) for table in few], units="in").record
     assert "lens-model-too-rich" in [f["code"] for f in record["findings"]]
+
+
+def test_the_held_out_error_of_the_points_left_out_is_reported_beside():
+    cameras, tables = _rig()
+    for table in tables:
+        table.loc[20, "x"] += 2.0
+        table.loc[20, ["used", "reason"]] = [False, "misplaced"]
+    record = back_project(cameras, tables, units="in").record
+    held = record["held_out"]
+    assert (held["n"], held["of_all"]["n"], held["of_all"]["points_left_out"]) == (63, 64, 1)
+    assert held["max_3d"] < 0.5
+    assert held["of_all"]["max_3d"] == pytest.approx(2.0, abs=0.3)
+    assert "held-out-without-some" in {finding["code"] for finding in record["findings"]}

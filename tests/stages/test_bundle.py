@@ -50,7 +50,7 @@ def test_the_record_says_what_the_bundle_found():
     assert record["bundle"]["survey_factor"] == pytest.approx(1, abs=0.3)
     assert record["rms_px"] < fits[0].rms_px  # the survey's errors no longer bend it
     assert record["bundle"]["joint_covariance"].shape == (22, 22)
-    assert record["bundle"]["warnings"] == []
+    assert record["bundle"]["findings"] == []
     assert done.uncertainties[0].names == FREE
 
 
@@ -59,7 +59,10 @@ def test_a_ball_that_hangs_elsewhere_is_named():
     wrong[30, 1] += 0.3
     _, fits, tables = _rig(surveyed=wrong)
     done = refine_together([fit.camera for fit in fits], tables)
-    assert [line for line in done.records[0]["bundle"]["warnings"] if line.startswith("tag 31 lies")]
+    (finding,) = done.records[0]["bundle"]["findings"]
+    assert finding["code"] == "point-off-survey"
+    assert "cam1, cam2: tag 31 lies" in finding["text"]
+    assert "y -0." in finding["text"]
 
 
 def test_an_exact_survey_is_refused_with_its_cure():

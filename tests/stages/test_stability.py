@@ -105,3 +105,17 @@ def test_the_job_writes_the_record(tmp_path):
     record = read_json(out)
     assert set(record["cameras"]) == {"cam1", "cam2"}
     assert not record["findings"]
+
+
+def test_clips_after_the_test_of_another_size_show_no_movement_and_are_named():
+    rng = np.random.default_rng(0)
+    before, after = _calibration(thesis_rig(), rng), _calibration(thesis_rig(), rng)
+    small = after[0][0].camera.with_(image_size=(256, 240))
+    after[0][0] = after[0][0]._replace(camera=small)
+    record = _compared(before, after)
+    assert record["cameras"]["cam1"]["moved"] is None
+    assert record["cameras"]["cam2"]["moved"] is False
+    assert record["located"] is None
+    (finding,) = record["findings"]
+    assert finding["code"] == "picture-size-differs"
+    assert "512 x 480 px before the test and 256 x 240" in finding["text"]

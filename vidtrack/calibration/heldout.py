@@ -36,17 +36,21 @@ class HeldOut(NamedTuple):
 
     located: Array  # (n, 3) world units; NaN where fewer than two cameras see the point or its fold could not be fitted
     error: Array  # (n, 3) located minus surveyed
+    error_of_all: Array  # (n, 3) the same by all sights, those that the calibration left out too
     sight_error: Array  # (m, n, 2) measured minus projected through cameras that never saw the point, px
     fold: NDArray[np.intp]  # (n,) which points were left out together
     method: str  # "leave-one-out" or "10-fold"
 
 
-def held_out(p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = None) -> HeldOut:
+def held_out(
+    p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = None, b_all: ArrayLike | None = None
+) -> HeldOut:
     """Refit without each fold in turn and locate its points.
 
     p      (n, 3) surveyed world points
     b      (m, n, 2) px; NaN where a camera does not show the point or does not use it
     refit  fits the m cameras to some of the points: see `refit_alone`, `refit_together`, `refit_closed_form`
+    b_all  (m, n, 2) px, with the sights that the calibration left out; default: b
     folds  how many; default: each point by itself up to 128 points, else ten
     The error holds the survey error of the held-out point as well as the calibration's and the centroids'.
     The points are dealt into folds in an order that is shuffled, so that a fold is no row of the target, and is the
@@ -57,6 +61,8 @@ def held_out(p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = No
     k = min(n, folds or (n if n <= LEAVE_ONE_OUT_UP_TO else 10))
     fold = np.random.default_rng(0).permutation(n) % k
     located, sight_error = np.full((n, 3), np.nan), np.full(b.shape, np.nan)
+    whole = b if b_all is None else np.asarray(b_all, float)
+    by_all = np.full((n, 3), np.nan)
     for i in range(k):
         out = fold == i
         try:
@@ -67,8 +73,9 @@ def held_out(p: ArrayLike, b: ArrayLike, refit: Refit, *, folds: int | None = No
             sight_error[j, out] = b[j, out] - project(camera, p[out])
         if len(cameras) > 1:
             located[out] = locate_points(cameras, b[:, out], sd=1.0).point
+            by_all[out] = locate_points(cameras, whole[:, out], sd=1.0).point
     method = "leave-one-out" if k == n else f"{k}-fold"
-    return HeldOut(located, located - p, sight_error, fold, method)
+    return HeldOut(located, located - p, by_all - p, sight_error, fold, method)
 
 
 def refit_alone(

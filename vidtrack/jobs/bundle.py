@@ -31,13 +31,12 @@ def run(job: Job) -> None:
         sigma=job.settings["sigma"],
         prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
     )
-    for warning in done.records[0]["bundle"]["warnings"]:
-        sys.stderr.write(f"warning: calibration: {warning}\n")
+    for finding in done.records[0]["bundle"]["findings"]:
+        sys.stderr.write(f"warning: {finding['text']} {finding['cure']}\n")
     for name, camera, uncertainty, record, each in zip(
         names, done.cameras, done.uncertainties, done.records, alone, strict=True
     ):
         kept = {key: value for key, value in each.record.items() if key not in FRESH}
-        kept["warnings"] = [*kept.get("warnings", []), *record["bundle"]["warnings"]]
         kept["alone"] = {key: kept.get(key) for key in ("rms_px", "max_px", "sigma_px")}
         write_camera(job.outputs[name], camera, uncertainty, {**kept, **record}, job.provenance)
     if "survey" in job.outputs:

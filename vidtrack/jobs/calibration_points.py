@@ -72,7 +72,7 @@ def _steadiness(found: Sightings, camera: str) -> dict[str, Any]:
     for clip, own in seen.assign(radius=radius).groupby("clip"):
         balls[str(clip)] = own[["Xf", "Yf", "radius"]].to_numpy(float)
     moved = clip_movements(found.means, balls)
-    return {"steadiness": moved.as_record(), "findings": as_records(clip_findings(camera, moved))}
+    return {"steadiness": moved.as_record(), "findings": as_records([*found.findings, *clip_findings(camera, moved)])}
 
 
 def _picture(video: Video) -> dict[str, Any]:

@@ -77,7 +77,8 @@ def back_project(
     names = free or [free_parameters("tsai")] * len(cameras)
     priors = priors_for(prior, names)
     noise = _noise(cameras, shared, b, names, priors)
-    out = held_out(shared.p, b, _refit(refine, cameras, shared, b, names, priors, noise))
+    refit = _refit(refine, cameras, shared, b, names, priors, noise)
+    out = held_out(shared.p, b, refit, b_all=shared.b)
     table = _table(cameras, points, shared, located, out)
     record = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
     record |= _record(cameras, shared, located, out, noise)
@@ -171,7 +172,7 @@ def _record(
         **lengths,
         **training,
         "worst": _worst(error, shared),
-        "held_out": {"method": out.method, **held, "rms_px": _rms(out.sight_error)},
+        "held_out": {"method": out.method, **held, "rms_px": _rms(out.sight_error), "of_all": _of_all(shared, out)},
         "floor": floor,
         "ratio": _ratio(held["mean_3d"], floor["mean_3d"]),
         "ratio_with_survey": _ratio(held["mean_3d"], floor["mean_3d_with_survey"]),
@@ -188,6 +189,15 @@ def _record(
 def _findings(record: Mapping[str, Any]) -> list[Finding]:
     """What the errors say of the lens model, and what would help."""
     found = []
+    whole = record["held_out"]["of_all"]
+    if whole["points_left_out"]:
+        text = (
+            f"calibration: the held-out error of {record['held_out']['mean_3d']:.3g} is that of the sights that were "
+            f"used; with {whole['points_left_out']} points that cameras left out it is {whole['mean_3d']:.3g}, at most "
+            f"{whole['max_3d']:.3g}"
+        )
+        cure = "If those points are good after all, the second number counts: see points.parquet for the reasons."
+        found.append(Finding("note", "held-out-without-some", text, cure))
     ratio, held, used = record["ratio_with_survey"], record["held_out"]["mean_3d"], record["mean_3d"]
     if ratio < TOO_GOOD:
         text = (
@@ -203,6 +213,18 @@ def _findings(record: Mapping[str, Any]) -> list[Finding]:
         cure = "Add points, or set calibration.model to a plainer one."
         found.append(Finding("doubtful", "lens-model-too-rich", text, cure))
     return found
+
+
+def _of_all(shared: SharedPoints, out: HeldOut) -> dict[str, Any]:
+    """The held-out errors by all sights that were found, and how many points have sights that were left out."""
+    length = np.linalg.norm(out.error_of_all[np.isfinite(out.error_of_all).all(-1)], axis=-1)
+    found = np.isfinite(shared.b).all(-1)
+    return {
+        "n": len(length),
+        "points_left_out": int((found & ~shared.used).any(0).sum()),
+        "mean_3d": float(length.mean()) if len(length) else np.nan,
+        "max_3d": float(length.max()) if len(length) else np.nan,
+    }
 
 
 def _worst(error: Array, shared: SharedPoints) -> dict[str, Any]:

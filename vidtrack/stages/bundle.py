@@ -16,10 +16,14 @@ from vidtrack.calibration.normal_equations import Names, Priors, priors_for
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
 
 BY_CHANCE = 0.001
 """ASSUME: a point that is farther off its survey than any of a bundle's points would be so often is not there."""
+
+SURVEY_ROUGHER = 2.0
+"""Times the stated sigma that the survey's errors show: beyond it the points are weighed wrongly."""
 
 
 class Bundled(NamedTuple):
@@ -61,14 +65,14 @@ def refine_together(
         found = bundle(cameras, shared.p, shared.b_used, sigma=shared.sigma, free=names, priors=priors)
     except ValueError as error:
         raise VidtrackError(f"calibration.refine: bundle: {error}. Or set calibration.refine: full.") from None
-    warnings = _warnings(found, shared)
-    records = [_record(found, shared, i, warnings) for i in range(len(cameras))]
+    findings = _findings(found, shared)
+    records = [_record(found, shared, i, findings) for i in range(len(cameras))]
     return Bundled(
         list(found.cameras), [found.uncertainty(i) for i in range(len(cameras))], records, _points(found, shared)
     )
 
 
-def _record(found: Bundle, shared: SharedPoints, i: int, warnings: list[str]) -> dict[str, Any]:
+def _record(found: Bundle, shared: SharedPoints, i: int, findings: Sequence[Finding]) -> dict[str, Any]:
     left = np.linalg.norm(found.residuals[i, shared.used[i]], axis=-1)
     return {
         "refine": "bundle",
@@ -84,7 +88,7 @@ def _record(found: Bundle, shared: SharedPoints, i: int, warnings: list[str]) ->
             "survey_shift_rms": _rms((found.points - shared.p)[shared.used.any(0)]),
             "steps": found.steps,
             "converged": found.converged,
-            "warnings": warnings,
+            "findings": as_records(findings),
         },
     }
 
@@ -93,21 +97,29 @@ def _rms(shift: Array) -> float:
     return float(np.sqrt((shift**2).sum(-1).mean()))
 
 
-def _warnings(found: Bundle, shared: SharedPoints) -> list[str]:
-    warnings = [] if found.converged else [f"the bundle did not converge in {found.steps} steps; look for bad points"]
-    if found.survey_factor > 2:
-        warnings.append(
-            f"the survey's errors are {found.survey_factor:.1f} times what sigma says; give a larger calibration.sigma"
-        )
+def _findings(found: Bundle, shared: SharedPoints) -> list[Finding]:
+    where = f"calibration of {', '.join(camera.name for camera in found.cameras)}"
+    findings = []
+    if not found.converged:
+        text = f"{where}: the bundle did not converge in {found.steps} steps."
+        cure = "Look for wrong points in points.parquet, or set calibration.refine: full."
+        findings.append(Finding("doubtful", "bundle-not-converged", text, cure))
+    if found.survey_factor > SURVEY_ROUGHER:
+        text = f"{where}: the survey's errors are {found.survey_factor:.1f} times what sigma says."
+        findings.append(Finding("doubtful", "survey-sigma-small", text, "Give a larger calibration.sigma."))
     far = np.nanmax(np.where(np.isfinite(found.survey_shift), np.abs(found.survey_shift), 0), -1)
     limit = NormalDist().inv_cdf(1 - BY_CHANCE / (2 * 3 * max(len(far), 1)))  # 4.6 standard deviations for 64 points
     for j in np.flatnonzero(far > limit):
-        shift = np.linalg.norm(found.points[j] - shared.p[j])
-        warnings.append(
-            f"tag {shared.keys[j][1]} lies {shift:.3g} from its surveyed place, {far[j]:.1f} standard deviations; "
-            "measure it again or drop it"
+        shift = found.points[j] - shared.p[j]
+        size = ", ".join(f"{axis} {value:+.3g}" for axis, value in zip(AXES, shift, strict=True))
+        text = (
+            f"{where}: tag {shared.keys[j][1]} lies {np.linalg.norm(shift):.3g} from its surveyed place ({size}), "
+            f"{far[j]:.1f} standard deviations."
         )
-    return warnings
+        findings.append(
+            Finding("doubtful", "point-off-survey", text, "Measure it again, or take it out of points.csv.")
+        )
+    return findings
 
 
 def _points(found: Bundle, shared: SharedPoints) -> pd.DataFrame:

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
+from vidtrack.labelling.doubts import clip_moved, disagreeing, doubt, swinging
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
@@ -20,10 +21,6 @@ from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
 from vidtrack.tracking.detection.blobs import find_blobs
 
-SWING = 0.3
-"""px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
-DISAGREE = 0.5
-"""px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
 PLACED = ["Xf", "Yf", "sd"]
 NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})
 
@@ -41,7 +38,12 @@ class Sightings(NamedTuple):
     picture: NDArray[np.uint8]
     means: dict[str, NDArray[np.float32]]
     record: dict[str, Any]
-    warnings: tuple[str, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The findings as lines."""
+        return tuple(f"{finding.text} {finding.cure}".strip() for finding in self.findings)
 
 
 def calibration_points(
@@ -81,17 +83,17 @@ def calibration_points(
     _check_layout(points, shown, shots, camera)
     case = _case(camera, points, shown, shots, seeds, size)
     labels = settled(case, label_with(case.points, case.views, case.picks, size))
-    warnings = [f"{line}. The pick was not used." for line in odd_picks(case, labels)]
-    warnings += [_knocked(case, i, offset) for i, offset in moved(labels, case.points).items()]
+    findings = [doubt("pick-not-used", f"{line}. The pick was not used.", "") for line in odd_picks(case, labels)]
+    findings += [clip_moved(case, i, offset) for i, offset in moved(labels, case.points).items()]
     parts = []
     for i, (clip, shot) in enumerate(shots.items()):
-        blob = _blobs_of(case, labels, i, warnings)
+        blob = _blobs_of(case, labels, i, findings)
         parts.append(_rows(clip, shot, points.iloc[case.views[i].points], blob, labels, i, sigma))
     rows = pd.concat(parts, ignore_index=True)
-    warnings += _swinging(rows, camera) + _disagreeing(rows, camera)
-    record = _record(case, labels, shots, rows, warnings)
+    findings += swinging(rows, camera) + disagreeing(rows, camera)
+    record = _record(case, labels, shots, rows, findings)
     means = {clip: shot.still.mean for clip, shot in shots.items()}
-    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), means, record, tuple(warnings))
+    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), means, record, tuple(findings))
 
 
 def _shown_tags(
@@ -234,20 +236,13 @@ def _case(
     return Case(camera, clips, tags, points[["x", "y", "z"]].to_numpy(float), views, seeds, where, size)
 
 
-def _blobs_of(case: Case, labels: Labels, i: int, warnings: list[str]) -> Index:
+def _blobs_of(case: Case, labels: Labels, i: int, findings: list[Finding]) -> Index:
     """The blob of each tag of clip i; warns where the clip lies elsewhere as a whole."""
     shift = shifted(labels, i)
     if shift is None:
         return labels.blob[i]
-    warnings.append(_knocked(case, i, shift.offset))
+    findings.append(clip_moved(case, i, shift.offset))
     return shift.blob
-
-
-def _knocked(case: Case, i: int, offset: Array) -> str:
-    return (
-        f"calibration/{case.clips[i]}: the balls of camera {case.camera} lie ({offset[0]:+.1f}, {offset[1]:+.1f}) px "
-        "from where the other clips put them. Did the camera move between clips?"
-    )
 
 
 def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels, i: int, sigma: float) -> pd.DataFrame:
@@ -294,33 +289,8 @@ def _found_after_all(table: pd.DataFrame, k: int, shot: Shot, labels: Labels, i:
     return True
 
 
-def _swinging(rows: pd.DataFrame, camera: str) -> list[str]:
-    bad = rows[(rows["tremble"] > SWING) & (rows["tremble"] > 5 * rows["tremble"].median())]
-    return [
-        f"calibration/{row['clip']}: tag {row['tag']} moves {row['tremble']:.2f} px rms within the clip of camera "
-        f"{camera}. Let it come to rest."
-        for _, row in bad.iterrows()
-    ]
-
-
-def _disagreeing(rows: pd.DataFrame, camera: str) -> list[str]:
-    """Tags that several clips show at different places."""
-    lines = []
-    for tag, own in rows[rows["found"]].groupby("tag", sort=False):
-        first = own.iloc[0]
-        for _, other in own.iloc[1:].iterrows():
-            dx, dy = other["Xf"] - first["Xf"], other["Yf"] - first["Yf"]
-            noise = float(np.linalg.norm([first["sd_x"], first["sd_y"], other["sd_x"], other["sd_y"]]))
-            if np.hypot(dx, dy) > max(DISAGREE, 5 * noise):
-                lines.append(
-                    f"calibration/{other['clip']}: tag {tag} of camera {camera} lies ({dx:+.1f}, {dy:+.1f}) px from "
-                    f"where {first['clip']} has it. Did the ball or the camera move?"
-                )
-    return lines
-
-
 def _record(
-    case: Case, labels: Labels, shots: Mapping[str, Shot], rows: pd.DataFrame, warnings: list[str]
+    case: Case, labels: Labels, shots: Mapping[str, Shot], rows: pd.DataFrame, findings: list[Finding]
 ) -> dict[str, Any]:
     clips = {}
     for i, (clip, shot) in enumerate(shots.items()):
@@ -348,5 +318,5 @@ def _record(
         "found": int(rows["found"].sum()),
         "scatter_px": labels.sd,
         "clips": clips,
-        "warnings": warnings,
+        "findings": as_records(findings),
     }

@@ -56,6 +56,10 @@ def stability(
     record: dict[str, Any] = {}
     findings: list[Finding] = []
     for i, (old, new) in enumerate(zip(before, after, strict=True)):
+        if old.image_size != new.image_size:
+            record[old.name], finding = _other_size(old, new)
+            findings.append(finding)
+            continue
         known = (uncertainties[0][i], uncertainties[1][i]) if uncertainties else (None, None)
         lens = _lens(old, new, known)
         try:
@@ -68,8 +72,18 @@ def stability(
             continue
         record[old.name] = {**_movement(moved), "lens": lens}
         findings += _findings(old.name, moved, lens, units)
-    located = _located(before, after, sets[1])
+    sizes_agree = all(old.image_size == new.image_size for old, new in zip(before, after, strict=True))
+    located = _located(before, after, sets[1]) if sizes_agree else None
     return {"units": units, "cameras": record, "located": located, "findings": as_records(findings)}
+
+
+def _other_size(old: Camera, new: Camera) -> tuple[dict[str, Any], Finding]:
+    """A camera whose clips after the test have pictures of another size: px of one are not px of the other."""
+    sizes = [f"{width} x {height}" for width, height in (old.image_size, new.image_size)]
+    reason = f"its clips show {sizes[0]} px before the test and {sizes[1]} after it"
+    text = f"{old.name}: whether it moved between the two calibrations is not known: {reason}"
+    cure = "Record the clips after the test at the same size and zoom as those before it."
+    return {"moved": None, "reason": reason}, Finding("doubtful", "picture-size-differs", text, cure)
 
 
 def _sights(points: SharedPoints, i: int) -> tuple[np.ndarray, np.ndarray]:

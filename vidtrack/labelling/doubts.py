@@ -1,0 +1,61 @@
+"""What is doubtful of the balls of calibration clips: they move, or several clips show them at different places."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.labelling.verdict import Case
+
+SWING = 0.3
+"""px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
+DISAGREE = 0.5
+"""px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
+
+
+def doubt(code: str, text: str, cure: str) -> Finding:
+    """A finding by which some positions may be wrong."""
+    return Finding("doubtful", code, text, cure)
+
+
+def clip_moved(case: Case, i: int, offset: Array) -> Finding:
+    """All balls of clip i lie elsewhere, by offset (2,) px."""
+    return doubt(
+        "clip-moved",
+        f"calibration/{case.clips[i]}: the balls of camera {case.camera} lie ({offset[0]:+.1f}, {offset[1]:+.1f}) px "
+        "from where the other clips put them.",
+        "Did the camera move between clips? Record them again without touching it, or leave this clip out.",
+    )
+
+
+def swinging(rows: pd.DataFrame, camera: str) -> list[Finding]:
+    """Balls that move within their clip."""
+    bad = rows[(rows["tremble"] > SWING) & (rows["tremble"] > 5 * rows["tremble"].median())]
+    return [
+        doubt(
+            "ball-swings",
+            f"calibration/{row['clip']}: tag {row['tag']} moves {row['tremble']:.2f} px rms within the clip of camera "
+            f"{camera}.",
+            "Let it come to rest.",
+        )
+        for _, row in bad.iterrows()
+    ]
+
+
+def disagreeing(rows: pd.DataFrame, camera: str) -> list[Finding]:
+    """Tags that several clips show at different places."""
+    lines = []
+    for tag, own in rows[rows["found"]].groupby("tag", sort=False):
+        first = own.iloc[0]
+        for _, other in own.iloc[1:].iterrows():
+            dx, dy = other["Xf"] - first["Xf"], other["Yf"] - first["Yf"]
+            noise = float(np.linalg.norm([first["sd_x"], first["sd_y"], other["sd_x"], other["sd_y"]]))
+            if np.hypot(dx, dy) > max(DISAGREE, 5 * noise):
+                text = (
+                    f"calibration/{other['clip']}: tag {tag} of camera {camera} lies ({dx:+.1f}, {dy:+.1f}) px from "
+                    f"where {first['clip']} has it."
+                )
+                lines.append(doubt("clips-disagree", text, "Did the ball or the camera move? Record the clip again."))
+    return lines
