@@ -67,8 +67,9 @@ TESTED_UNDER_ANOTHER_NAME = {
         "tests/video/test_recordings_of_pictures.py",
     ),
     "video/own_stamps.py": "tests/video/test_recordings_of_pictures.py",
+    "picking/desk.py": "tests/picking/test_server.py",
 }
-"""Kinds of recordings, which are tested as the recordings that they are."""
+"""Kinds of recordings are tested as the recordings that they are, the desk of the picking page by its requests."""
 
 
 def computes(module: Path) -> bool:
