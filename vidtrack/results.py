@@ -17,13 +17,14 @@ Record = Mapping[str, Any]
 
 @dataclass
 class CameraResults:
-    """One camera's calibration: camera.json, labelling.json, points.parquet, search.parquet, the overlay's path."""
+    """One camera's calibration: camera.json, labelling.json, points.parquet, search.parquet, paths of pictures."""
 
     record: Record | None = None
     labelling: Record | None = None
     points: DataFrame | None = None
     search: DataFrame | None = None
     overlay: str | None = None
+    picture: str | None = None
 
 
 @dataclass
@@ -53,7 +54,7 @@ class Results:
 
     cameras, after   by camera: the calibration, and that from the clips filmed after the test
     survey           survey.json; survey_after: that of the clips filmed after the test
-    back             backprojection.json; stability: stability.json; verdict: verdict.json
+    back, back_table   backprojection.json and .parquet; stability: stability.json; verdict: verdict.json
     runs             by name
     summaries        of runs, `report/run_<run>.json`; calibration_page: whether there is one
     failures         of jobs that failed: {rule, parts: run and camera, or clip set and camera; findings}
@@ -64,6 +65,7 @@ class Results:
     survey: Record | None = None
     survey_after: Record | None = None
     back: Record | None = None
+    back_table: DataFrame | None = None
     stability: Record | None = None
     verdict: Record | None = None
     runs: dict[str, RunResults] = field(default_factory=dict)

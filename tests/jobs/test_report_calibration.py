@@ -12,7 +12,7 @@ def test_the_page_says_what_is_wrong_with_each_camera(tmp_path):
     folder.mkdir(parents=True)
     write_json(folder / "labelling.json", {"findings": [BAD]}, {})
     job = Job(
-        {"units": "m", "title": "tank"},
+        {"units": "m", "title": "tank", "cameras": ["cam1"]},
         {"results": [str(folder / "labelling.json")]},
         {"page": str(tmp_path / "c.html")},
         {"vidtrack": "1"},

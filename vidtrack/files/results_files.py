@@ -31,10 +31,12 @@ CAMERA_FILES = {
     "labelling.json": "labelling",
     "points.parquet": "points",
     "search.parquet": "search",
+    "picture.png": "picture",
 }
 WHOLE_FILES = {
     "survey.json": "survey",
     "backprojection.json": "back",
+    "backprojection.parquet": "back_table",
     "stability.json": "stability",
     "verdict.json": "verdict",
 }

@@ -10,10 +10,18 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: results (of the calibration). settings: title, units. outputs: page. Judged here as in verdict.json."""
+    """inputs: results (of the calibration). settings: title, units, cameras. outputs: page.
+
+    The calibration is judged here as in verdict.json.
+    """
     results = read_results(job.paths("results"))
     results.verdict = verdict(results, {})
+    order = job.settings
     page = calibration_page(
-        results, units=job.settings["units"], title=job.settings["title"], provenance=job.provenance
+        results,
+        units=order["units"],
+        cameras=list(order["cameras"]),
+        title=order["title"],
+        provenance=job.provenance,
     )
     write_page(job.outputs["page"], page)

@@ -10,6 +10,8 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.figures.style import PALETTE, magnification
+from vidtrack.geometry.camera import Camera, line_of_sight
+from vidtrack.geometry.lens_terms import COEFFICIENTS
 from vidtrack.report.numbers import plain
 from vidtrack.results import Results
 
@@ -47,6 +49,14 @@ def as_json(data: Mapping[str, Any]) -> str:
     return json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
+def camera_of(record: Mapping[str, Any]) -> Camera:
+    """The camera of a camera.json, with the lens terms that it has."""
+    terms = {name: record[name] for name in ("Cx", "Cy", "dx", "dy", "Sx", "f", *COEFFICIENTS) if name in record}
+    width, height = record["image_size"]
+    R, T = (np.asarray(record[name], float) for name in ("R", "T"))
+    return Camera(**terms, R=R, T=T, image_size=(width, height))
+
+
 def _survey(results: Results) -> Array:
     table = next((own.points for own in results.cameras.values() if own.points is not None), None)
     if table is None:
@@ -61,12 +71,8 @@ def _rows(p: Array) -> list[list[float | None] | None]:
 
 def _frustum(record: Mapping[str, Any], middle: Array) -> dict[str, Any]:
     """Centre and the corners of the view, a third of the way to the points."""
-    from vidtrack.geometry.camera import Camera, line_of_sight
-
-    terms = {name: record[name] for name in ("Cx", "Cy", "dx", "dy", "Sx", "f", "kappa1")}
-    R, T = np.asarray(record["R"], float), np.asarray(record["T"], float)
-    width, height = record["image_size"]
-    camera = Camera(**terms, R=R, T=T, image_size=(width, height)).without_lens()
+    camera = camera_of(record).without_lens()
+    (width, height), R = camera.image_size, camera.R
     corners = np.array([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]], float)
     centre = camera.position
     ray = line_of_sight(camera, corners)[1]

@@ -237,18 +237,21 @@ def verdict(settings: Settings, experiment: Experiment) -> Order:
 
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the first page of the report shows."""
-    return report_calibration(settings) | {"runs": list(experiment.runs)}
+    return _titled(settings) | {"runs": list(experiment.runs)}
 
 
 def report_calibration(settings: Settings) -> Order:
     """What the page of the calibration says of itself."""
-    return {"title": settings.title or "Experiment", "units": settings.units}
+    return _titled(settings) | {"cameras": sorted(settings.cameras)}
 
 
 def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
     """What the page of a run says of itself, and what is asked of the run."""
-    own = {"run": run, "cameras": sorted(settings.cameras), "asked": verdict(settings, experiment)["runs"][run]}
-    return report_calibration(settings) | own
+    return report_calibration(settings) | {"run": run, "asked": verdict(settings, experiment)["runs"][run]}
+
+
+def _titled(settings: Settings) -> Order:
+    return {"title": settings.title or "Experiment", "units": settings.units}
 
 
 def _own(settings: Settings, run: str) -> RunSettings:

@@ -15,8 +15,13 @@ OF_CALIBRATION = [p for p in JUDGED if not p.startswith(f"{RESULTS}/runs/")]
 PICTURED = [
     f"{RESULTS}/calibration/{name}"
     for camera in CALIBRATED
-    for name in (f"{camera}/search.parquet", f"overlay_{camera}.png")
+    for name in (
+        f"{camera}/search.parquet",
+        f"{camera}/picture.png",
+        f"overlay_{camera}.png",
+    )
 ]
+PICTURED.append(f"{RESULTS}/calibration/backprojection.parquet")
 PAGED = [
     run
     for run in EXPERIMENT.runs
