@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 REPO = Path(__file__).parents[1]
-DOCUMENTS = sorted([*(REPO / "docs").glob("*.md"), REPO / "README.md"])
+DOCUMENTS = sorted([*(REPO / "docs").rglob("*.md"), REPO / "README.md"])
 NAMED = re.compile(r"`((?:vidtrack|tests|workflow|benchmarks|docs|data|profiles)/[\w./-]*?)(?:::(\w+))?`")
 
 
@@ -41,3 +41,21 @@ def test_every_row_of_the_table_of_kinds_names_a_test_or_a_command():
         cells = row.split(" | ")
         assert len(cells) == 3, row
         assert re.search(r"`(tests|benchmarks)/", cells[2]), row
+
+
+def test_the_site_shows_every_page_and_no_other():
+    import yaml
+
+    site = yaml.safe_load((REPO / "mkdocs.yml").read_text())
+    named = {page for entry in site["nav"] for page in entry.values()}
+    assert named == {path.name for path in (REPO / "docs").glob("*.md")}
+
+
+def test_every_page_of_the_documentation_is_reached_from_the_first():
+    reached, todo = set(), ["index.md"]
+    while todo:
+        page = todo.pop()
+        if page not in reached:
+            reached.add(page)
+            todo += re.findall(r"\]\(([\w-]+\.md)[)#]", (REPO / "docs" / page).read_text())
+    assert reached == {path.name for path in (REPO / "docs").glob("*.md")}

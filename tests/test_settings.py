@@ -7,6 +7,7 @@ import pytest
 from vidtrack.errors import VidtrackError
 from vidtrack.settings.config import Settings, detect_for, settings_from_config
 
+REPO = Path(__file__).parents[1]
 SMALLEST = {"units": "in", "cameras": {"cam1": None, "cam2": {}}}
 
 
@@ -169,3 +170,10 @@ def test_the_schema_in_the_workflow_is_the_one_that_the_settings_make():
     assert json.loads(stored.read_text()) == Settings.model_json_schema(by_alias=True), (
         "make it anew: python -m vidtrack.settings > workflow/schemas/config.schema.json"
     )
+
+
+def test_the_page_of_all_keys_is_that_of_the_settings():
+    from vidtrack.settings.key_page import key_page
+
+    shown = (REPO / "docs/configuration.md").read_text()
+    assert shown == key_page(), "python -m vidtrack.settings page > docs/configuration.md"

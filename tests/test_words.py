@@ -20,6 +20,7 @@ CLEAN += ["vidtrack/steadiness"]
 CLEAN += [f"vidtrack/{room}" for room in ("location", "planning", "settings", "timing", "tracking", "workflow")]
 CLEAN += ["vidtrack/motion", "vidtrack/shore", "vidtrack/simulate", "vidtrack/jobs", "vidtrack/stages"]
 CLEAN += ["vidtrack/video", "vidtrack/findings.py", "vidtrack/results.py", "vidtrack/command.py"]
+CLEAN += [f"vidtrack/{room}" for room in ("arranging", "commands", "picking", "preview", "running")]
 RIDDLES = re.compile(
     r"\b(nobody|everybody|somebody|anybody|himself|herself|foretells?|foretold|foretelling|lest)\b"
     r"|held against|holds? \w+ against|\btold (by|apart)\b|\bwho tells\b",

@@ -6,7 +6,6 @@ import yaml
 from vidtrack.arranging.arrangement import arranged
 from vidtrack.arranging.folder import write_folder
 from vidtrack.arranging.inventory import recordings_in
-from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import look_through
 from vidtrack.settings.config import settings_from_config
 
@@ -53,10 +52,17 @@ def test_nothing_is_overwritten(videos):
     assert any("config.yaml" in line for line in done.left)
 
 
-def test_numbered_pictures_are_not_put_in_the_place_of_one_file(tmp_path):
+@pytest.mark.parametrize("how", ["link", "copy", "leave"])
+def test_numbered_pictures_are_one_recording_for_the_workflow_too(tmp_path, monkeypatch, how):
     for n in range(6):
         for camera in ("cam1", "cam2"):
-            (tmp_path / f"calib_{camera}_{n:03d}.png").write_bytes(b"x")
-    with pytest.raises(VidtrackError, match=r"one recording in 6 files \(pictures\)"):
-        write_folder(str(tmp_path), arranged(recordings_in(str(tmp_path))), "m", "link")
-    assert not (tmp_path / "config.yaml").exists()
+            (tmp_path / f"toss_{camera}_{n:03d}.png").write_bytes(b"x")
+    monkeypatch.chdir(tmp_path)
+    write_folder(".", arranged(recordings_in(".")), "m", how)
+    experiment, problems = experiment_here()
+    assert not problems
+    (run,) = experiment.runs.values()
+    assert len(run.recordings["cam2"].files) == 6
+    if how != "leave":
+        again = arranged(recordings_in(".")).of("run")[0].recordings["cam2"].path
+        assert again.split("/")[:3] == ["runs", run.name, "cam2"]

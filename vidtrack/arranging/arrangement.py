@@ -29,7 +29,7 @@ CALIBRATION = re.compile(
 """Words that name a calibration clip."""
 
 GENERIC = frozenset("videos video recordings recording media runs run tests test dcim footage clips clip data".split())  # noqa: SIM905
-"""Words of folders that tell nothing of what was filmed."""
+"""Words of folders that say nothing of what was filmed."""
 
 MOST_CAMERAS = 16
 """More are no cameras but takes."""
@@ -103,9 +103,10 @@ def arranged(recordings: Sequence[Recording], wishes: Wishes = NO_WISHES) -> Arr
 def _as_laid_out(recording: Recording) -> tuple[str, list[str]] | None:
     """The camera and the take of a recording that lies where an experiment folder has it."""
     parts = recording.path.split(os.sep)
-    camera = os.path.splitext(parts[-1])[0]
-    if len(parts) != 3 or parts[0] not in ("calibration", "runs") or recording.kind in ("pictures", "chapters"):
+    several = len(recording.parts) > 1
+    if parts[0] not in ("calibration", "runs") or len(parts) != (4 if several else 3):
         return None
+    camera = parts[2] if several else os.path.splitext(parts[2])[0]
     return (camera, parts[:2]) if camera == clean(camera) and parts[1] == clean(parts[1]) else None
 
 
@@ -224,7 +225,7 @@ def _is_calibration(words: Sequence[str], recording: Recording) -> bool:
 
 
 def _take_name(words: Sequence[str], kind: str) -> str:
-    telling = [w for w in words if w.casefold() not in GENERIC]
+    naming = [w for w in words if w.casefold() not in GENERIC]
     if kind == "calibration":
-        telling = [w for w in telling if w.casefold() != "calibration"] or telling
-    return clean("-".join(telling)) if telling else ("clip1" if kind == "calibration" else "run1")
+        naming = [w for w in naming if w.casefold() != "calibration"] or naming
+    return clean("-".join(naming)) if naming else ("clip1" if kind == "calibration" else "run1")

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from vidtrack.arranging.arrangement import Arrangement, Take
 from vidtrack.arranging.inventory import Recording
-from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import replacing
 from vidtrack.settings.commented import commented_config
 
@@ -36,18 +35,22 @@ class Written(NamedTuple):
 
 
 def home(take: Take, camera: str) -> str:
-    """Where the contract has the recording of a camera, relative to the experiment's folder."""
+    """Where the contract has the recording of a camera, relative to the experiment's folder.
+
+    One of several files lies in a folder of the camera.
+    """
     recording = take.recordings[camera]
-    folder = "calibration" if take.kind == "calibration" else "runs"
-    ending = os.path.splitext(recording.path)[1]
-    return os.path.join(folder, take.name, camera + ending)
+    folder = os.path.join("calibration" if take.kind == "calibration" else "runs", take.name, camera)
+    if len(recording.parts) > 1:
+        return os.path.join(folder, os.path.basename(recording.path))
+    return folder + os.path.splitext(recording.path)[1]
 
 
 def config_values(arrangement: Arrangement, units: str, placed: bool) -> dict[str, Any]:
     """What config.yaml must say of an arrangement; `placed`: recordings will lie where the contract has them."""
     runs: dict[str, Any] = {}
     for take in arrangement.of("run"):
-        away = {c: r.path.replace(os.sep, "/") for c, r in take.recordings.items() if r.path != home(take, c)}
+        away = {c: _named(r) for c, r in take.recordings.items() if r.path != home(take, c)}
         runs[take.name] = {"mode": "plane"} if len(arrangement.cameras) == 1 else {}
         if away and not placed:
             runs[take.name]["videos"] = away
@@ -63,7 +66,7 @@ def write_folder(folder: str, arrangement: Arrangement, units: str, how: str = "
     """Write config.yaml and points.csv where there are none, and put recordings in place.
 
     how   leave: they stay where they are, and config.yaml names those of the runs; link, copy, move
-    Nothing is overwritten. VidtrackError where a recording of several files would have to be put in one place.
+    Nothing is overwritten.
     """
     moves = [
         (recording, home(take, camera))
@@ -73,33 +76,33 @@ def write_folder(folder: str, arrangement: Arrangement, units: str, how: str = "
     ]
     done = Written([], [], [])
     if how != "leave":
-        _refuse_parts([recording for recording, _ in moves])
         for recording, goal in moves:
-            _place(folder, recording, goal, how, done)
+            for part in recording.parts:
+                name = os.path.basename(part if len(recording.parts) > 1 else goal)
+                _place(folder, part, os.path.join(os.path.dirname(goal), name), how, done)
     text = commented_config(config_values(arrangement, units, how != "leave"), HEAD)
     _write(os.path.join(folder, "config.yaml"), text, done)
     _write(os.path.join(folder, "calibration", "points.csv"), POINTS, done)
     return done
 
 
-def _refuse_parts(recordings: list[Recording]) -> None:
-    problems = [
-        f"{r.path}: one recording in {len(r.parts)} files ({r.kind}). Join them to one file first, and call again."
-        for r in recordings
-        if len(r.parts) > 1
-    ]
-    if problems:
-        raise VidtrackError(*problems)
+def _named(recording: Recording) -> str | list[str]:
+    """How config.yaml names a recording that lies elsewhere: its file, its files, or a pattern of numbered pictures."""
+    if recording.kind == "pictures":
+        stem, ending = os.path.splitext(recording.path)
+        return f"{stem.rstrip('0123456789')}*{ending}".replace(os.sep, "/")
+    paths = [part.replace(os.sep, "/") for part in recording.parts]
+    return paths[0] if len(paths) == 1 else paths
 
 
-def _place(folder: str, recording: Recording, goal: str, how: str, done: Written) -> None:
-    source, target = os.path.join(folder, recording.path), os.path.join(folder, goal)
+def _place(folder: str, path: str, goal: str, how: str, done: Written) -> None:
+    source, target = os.path.join(folder, path), os.path.join(folder, goal)
     if os.path.lexists(target):
-        done.left.append(f"{goal}: is there already; {recording.path} stays where it is")
+        done.left.append(f"{goal}: is there already; {path} stays where it is")
         return
     os.makedirs(os.path.dirname(target), exist_ok=True)
     _WAYS[how](source, target)
-    done.placed.append((recording.path, goal))
+    done.placed.append((path, goal))
 
 
 def _link(source: str, target: str) -> None:

@@ -48,7 +48,7 @@ def command(folder: str, only: str | None, cores: str, yes: bool, more: tuple[st
     free_lock(folder, yes)
     console = Console(stderr=True)
     ended = run_snakemake(folder, cores, console, only=only, more=more)
-    lines = told(ended, folder)
+    lines = ending_lines(ended, folder)
     if only and not ended.code and not {"-n", "--dry-run"} & set(more):
         lines += _verdict_of(folder, only)
     for line in lines:
@@ -68,7 +68,7 @@ def _check_run(settings: Settings, name: str) -> None:
         )
 
 
-def told(ended: Ended, folder: str) -> list[str]:
+def ending_lines(ended: Ended, folder: str) -> list[str]:
     """How it ended, in lines for a person; the verdict last."""
     from vidtrack.running.snakemake import LOG
 

@@ -99,6 +99,7 @@ def of_pattern(pattern: str, problems: list[str], place: str) -> Recording | Non
     import fnmatch
 
     folder, name = os.path.split(pattern)
+    folder = folder or os.curdir
     names = fnmatch.filter(entries(folder), name) if os.path.isdir(folder) else []
     if not names:
         problems.append(f"{place}: no file is named as {pattern}. Correct the pattern (relative to the experiment).")

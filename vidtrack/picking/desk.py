@@ -18,7 +18,7 @@ from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import Experiment, look_through, point_tags, tags_of, target_names
 from vidtrack.picking import looking, store
 from vidtrack.picking.space import epipolar_curve
-from vidtrack.preview.views import Few, View, view_of
+from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings, detect_for, settings_from_config
 from vidtrack.timing.frame import Frame
 from vidtrack.video.random_access import Pictures
@@ -58,18 +58,16 @@ class Desk:
         runs = [("run", r.name, camera, p) for r in self.experiment.runs.values() for camera, p in r.videos.items()]
         return clips + runs
 
-    def path(self, kind: str, name: str, camera: str) -> str:
-        """The path of a recording; VidtrackError where there is none."""
+    def pictures(self, kind: str, name: str, camera: str) -> Pictures:
+        """The pictures of a recording, opened once; VidtrackError where there is none."""
         folders = self.experiment.clips if kind == "clip" else self.experiment.runs
         if name not in folders or camera not in folders[name].videos:
             raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
-        return folders[name].videos[camera]
-
-    def pictures(self, path: str) -> Pictures:
-        """The pictures of a recording, opened once."""
+        path = folders[name].videos[camera]
         with self._lock:
             if path not in self._pictures:
-                self._pictures[path] = Pictures(path)
+                how = opened_with(self.settings, self.experiment, kind, name, camera)
+                self._pictures[path] = Pictures(path, **how)
             return self._pictures[path]
 
     def state(self) -> dict[str, Any]:
@@ -135,7 +133,7 @@ class Desk:
 
     def info(self, kind: str, name: str, camera: str) -> dict[str, Any]:
         """What a recording is."""
-        pictures = self.pictures(self.path(kind, name, camera))
+        pictures = self.pictures(kind, name, camera)
         info = pictures.info
         first = pictures.picture(0)
         scale = 255.0 / (2**info.bits - 1)
@@ -153,7 +151,7 @@ class Desk:
 
     def jpeg(self, kind: str, name: str, camera: str, number: int, low: float, high: float) -> bytes:
         """A picture for the screen; its neighbours are decoded meanwhile."""
-        pictures = self.pictures(self.path(kind, name, camera))
+        pictures = self.pictures(kind, name, camera)
         grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
         self._wanted = pictures, number
         self._wake.set()
@@ -167,14 +165,14 @@ class Desk:
     def look(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> looking.Look:
         """A picture with its blobs; `detect`: settings that are tried out, beside those in force."""
         settings = tuple(sorted((k, v) for k, v in self._with(kind, name, detect).items() if _plain(v)))
-        return self._looks(self.path(kind, name, camera), number, settings)
+        return self._looks(self.pictures(kind, name, camera), number, settings)
 
     def _with(self, kind: str, name: str, detect: Mapping[str, Any]) -> dict[str, Any]:
         tried = {key: value for key, value in detect.items() if value is not None and key in DETECT}
         return {**self.detect(kind, name), **tried}
 
-    def _look(self, path: str, number: int, settings: tuple[tuple[str, Any], ...]) -> looking.Look:
-        pictures, detect = self.pictures(path), dict(settings)
+    def _look(self, pictures: Pictures, number: int, settings: tuple[tuple[str, Any], ...]) -> looking.Look:
+        detect = dict(settings)
         bits = pictures.info.bits
         levels = looking.levels_of(pictures.picture(0), bits, detect)
         return looking.look_at(pictures.picture(number), bits, levels, detect, pictures.info.field_order)
@@ -201,7 +199,7 @@ class Desk:
             if rows
         }
         settings = self._settings_with(clips or {})
-        view = view_of(settings, self.experiment, camera, self._few, tables)
+        view = view_of(settings, self.experiment, camera, lambda clip, *_: self._few(camera, clip), tables)
         with self._lock:
             self._views[camera] = view
         known = self._tags()
@@ -227,8 +225,8 @@ class Desk:
             own = {**own, clip: {**before, **tags, "detect": detect}}
         return settings_from_config({**config, "calibration": {**(config.get("calibration") or {}), "clips": own}})
 
-    def _few(self, clip: str, path: str) -> Few:
-        pictures = self.pictures(path)
+    def _few(self, camera: str, clip: str) -> Few:
+        pictures = self.pictures("clip", clip, camera)
         numbers = sorted({0, len(pictures) - 1})
         frames = [Frame(i, Fraction(i), pictures.picture(i), False, None) for i in numbers]
         return Few(frames, (pictures.info.width, pictures.info.height), pictures.info.bits)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from time import monotonic
@@ -63,9 +64,9 @@ class Recording(NamedTuple):
     light: list[Light]
 
 
-def look_at(path: str, *, start_timecode: str | None = None, most: int = 4) -> Recording:
-    """Decode `most` pictures from first to last; VidtrackError where the recording cannot be read."""
-    pictures = Pictures(path)
+def look_at(path: str, how: Mapping[str, Any], *, start_timecode: str | None = None, most: int = 4) -> Recording:
+    """Decode `most` pictures from first to last, opened as `how` says; VidtrackError where that cannot be done."""
+    pictures = Pictures(path, **how)
     try:
         n = len(pictures)
         chosen = np.unique(np.linspace(0, n - 1, min(n, most)).astype(int)).tolist()
@@ -96,12 +97,14 @@ class Opening(NamedTuple):
     seconds: float
 
 
-def track_opening(path: str, time: TimeSource, order: dict[str, Any], boxes: DataFrame | None, most: int) -> Opening:
+def track_opening(
+    path: str, time: TimeSource, order: dict[str, Any], boxes: DataFrame | None, most: int, how: Mapping[str, Any]
+) -> Opening:
     """Track the first `most` frames as stage track would."""
     from vidtrack.stages.track import track
 
     began = monotonic()
-    with open_video(path) as video:
+    with open_video(path, **how) as video:
         info = replace(video.info, time=time.base)
         frames = islice(video.frames(), _first(order["detect"]["start"]) + most)
         tracked = track(frames, info, targets=order["targets"], start_boxes=boxes, **order["detect"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Mapping
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, Run, target_names
 from vidtrack.findings import Finding
 from vidtrack.preview.recordings import LIMITS, Opening, Recording, Target, look_at, targets_in, track_opening
-from vidtrack.preview.views import Few, View, view_of
+from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings
 from vidtrack.video.reader import open_video
 from vidtrack.workflow import orders
@@ -79,8 +79,8 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
 
 
 def _calibration(settings: Settings, experiment: Experiment, camera: str, found: Facts) -> View:
-    def read(clip: str, path: str) -> Few:
-        with open_video(path) as video:
+    def read(clip: str, path: str, how: Mapping[str, Any]) -> Few:
+        with open_video(path, **how) as video:
             frames = [frame._replace(luma=np.array(frame.luma)) for frame in islice(video.frames(), CLIP_FRAMES)]
             return Few(frames, (video.info.width, video.info.height), video.info.bits)
 
@@ -119,7 +119,8 @@ def _recording(
     about, path = f"run {run.name}, {camera}", run.videos[camera]
     own = settings.runs.get(run.name)
     try:
-        look = look_at(path, start_timecode=own.start_timecode if own else None)
+        how = opened_with(settings, experiment, "run", run.name, camera)
+        look = look_at(path, how, start_timecode=own.start_timecode if own else None)
         looks[camera] = look
         info = look.info
         found.say(
@@ -133,7 +134,7 @@ def _recording(
             return
         order = orders.track(settings, experiment, run.name, camera)
         boxes = _boxes(run, camera, (info.width, info.height))
-        openings[camera] = opening = track_opening(path, look.time, order, boxes, FRAMES)
+        openings[camera] = opening = track_opening(path, look.time, order, boxes, FRAMES, how)
     except VidtrackError as error:
         for problem in error.problems:
             found.warn("failed", "recording-refused", f"{about}: {problem}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment
@@ -39,12 +39,12 @@ def view_of(
     settings: Settings,
     experiment: Experiment,
     camera: str,
-    read: Callable[[str, str], Few],
+    read: Callable[[str, str, Mapping[str, Any]], Few],
     picks: Mapping[str, DataFrame] | None = None,
 ) -> View:
     """Name the points of a camera and calibrate it.
 
-    read    a function of clip and path that gives some frames
+    read    a function of clip, path and how it is opened that gives some frames
     picks   clip: tag, Xf, Yf of this camera; None: those in the clips' picks.csv
     """
     import pandas as pd
@@ -57,7 +57,10 @@ def view_of(
         if experiment.points is None:
             raise VidtrackError("calibration/points.csv: no such file. Write tag,x,y,z for each calibration point.")
         points = read_points(experiment.points, settings.units)
-        few = {clip: read(clip, experiment.clips[clip].videos[camera]) for clip in order["clips"]}
+        few = {
+            clip: read(clip, experiment.clips[clip].videos[camera], own.get("recording", {}))
+            for clip, own in order["clips"].items()
+        }
         if picks is None:
             paths = {clip: str(experiment.clips[clip].picks) for clip in order["picks_clips"]}
             picks = {clip: read_picks(path, camera).assign(file=path) for clip, path in paths.items()}
@@ -81,3 +84,12 @@ def view_of(
     except VidtrackError as error:
         return View(found, None, error.problems)
     return View(found, done, ())
+
+
+def opened_with(settings: Settings, experiment: Experiment, kind: str, name: str, camera: str) -> dict[str, Any]:
+    """How the workflow opens the recording of a clip or a run: rate, stream, further files."""
+    if kind == "run":
+        return dict(orders.track(settings, experiment, name, camera).get("recording", {}))
+    after = name in settings.calibration.after
+    clips = orders.calibration_points(settings, experiment, camera, after)["clips"]
+    return dict(clips[name].get("recording", {}))

@@ -54,6 +54,8 @@ EXAMPLES: dict[str, str] = {
     "prior": "{f: [8.0, 0.05]}",
     "after": "[row1_after]",
     "quadratic": "true",
+    "rate": "240",
+    "stream": "1",
     "title": "my experiment",
 }
 """What stands behind a key that has no default, or an empty one, in the comment that shows it."""
@@ -85,7 +87,7 @@ def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, ma
         yield ""
     for line in textwrap.wrap(field.description or "", WIDTH - len(indent) - 2):
         yield f"{indent}# {line}"
-    inner, many = _inner(field)
+    inner, many = inner_section(field)
     value = values.get(name)
     if inner is not None and many and (given or name in ("cameras", "clips", "runs")):
         yield f"{indent}{mark}{name}:"
@@ -106,7 +108,7 @@ def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, ma
         yield f"{indent}{mark}{name}: {flow(value) if given else _shown(name, field)}"
 
 
-def _inner(field: FieldInfo) -> tuple[type[BaseModel] | None, bool]:
+def inner_section(field: FieldInfo) -> tuple[type[BaseModel] | None, bool]:
     """The section that a key holds, None for plain values, and whether it holds many under names."""
     many = "dict[" in str(field.annotation)
     todo: list[Any] = [field.annotation]

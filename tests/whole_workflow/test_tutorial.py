@@ -1,0 +1,106 @@
+"""The tutorial's commands as they stand in docs/tutorial.md, from an empty folder to the report; picks by a browser."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from tests.picking.browser import choose, needs_browser, open_page, pick, wait
+
+REPO = Path(__file__).parents[2]
+CAMERAS = ("cam1", "cam2", "cam3")
+TAGS = {"calib-front": "1-12", "calib-middle": "13-24", "calib-rear": "25-36"}
+
+
+def commands():
+    """The tutorial's blocks of shell commands."""
+    return re.findall(r"^```sh\n(.*?)^```", (REPO / "docs/tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
+
+
+def environment(folder):
+    """`vidtrack` on the PATH, and nothing else of this project; the project's data where the tutorial has it."""
+    binaries = folder / "bin"
+    binaries.mkdir(exist_ok=True)
+    script = f'#!/bin/sh\nexec {sys.executable} -m vidtrack.command "$@"\n'
+    (binaries / "vidtrack").write_text(script)
+    (binaries / "vidtrack").chmod(0o755)
+    if not (folder / "data").exists():
+        shutil.copytree(REPO / "data", folder / "data", ignore=shutil.ignore_patterns("demo", "results"))
+    path = f"{binaries}{os.pathsep}{os.environ['PATH']}"
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(REPO), "OMP_NUM_THREADS": "1"}
+
+
+def shell(block, folder):
+    done = subprocess.run(
+        ["bash", "-euc", block], cwd=folder, env=environment(folder), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, block + done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def picks_of(folder):
+    """What a person sees in the pictures: where four balls of each camera are, px."""
+    table = pd.read_csv(folder / "studio/calibration/front/picks.csv", dtype={"tag": str})
+    return {camera: rows.set_index("tag")[["Xf", "Yf"]] for camera, rows in table.groupby("camera")}
+
+
+def pick_by_hand(folder):
+    """Step 4, as the tutorial says it."""
+    command = [sys.executable, "-m", "vidtrack.command", "pick", "my-lab", "--no-browser"]
+    with subprocess.Popen(command, cwd=folder, env=environment(folder), stdout=subprocess.PIPE, text=True) as server:
+        try:
+            address = server.stdout.readline().removeprefix("the page: ").strip()
+            with open_page(address) as (page, troubles):
+                for clip, tags in TAGS.items():
+                    choose(page, f"clip {clip}/cam1")
+                    page.fill("#tags", tags)
+                    page.keyboard.press("Tab")
+                    wait(
+                        page,
+                        f"() => document.querySelector('#tag').length === 12 && '{clip}' in vidtrack.state.tagTexts",
+                    )
+                page.click("#save")
+                wait(page, "() => document.querySelector('#status').textContent === 'saved'")
+                for camera, where in picks_of(folder).items():
+                    choose(page, f"clip calib-front/{camera}")
+                    for tag, (x, y) in where.iterrows():
+                        pick(page, tag, x, y)
+                    wait(page, "() => document.querySelector('#named').textContent.includes(' px rms')")
+                page.click("#save")
+                wait(page, "() => document.querySelector('#plan').textContent.includes(' x calibrate')")
+                assert troubles == []
+        finally:
+            server.terminate()
+
+
+@pytest.mark.slow
+@needs_browser
+def test_the_tutorials_commands_lead_from_an_empty_folder_to_a_trajectory(tmp_path):
+    said = {}
+    for block in commands():
+        if "vidtrack check" in block:
+            pick_by_hand(tmp_path)
+        said[block.split("\n")[0]] = shell(block, tmp_path)
+    assert "runs: pluck" in said["vidtrack init my-lab --units in --link --yes"]
+    assert "sigma to expect" in said["vidtrack check my-lab"]
+    assert "refused" not in said["vidtrack check my-lab"]
+    assert "run pluck: " in said["vidtrack run my-lab"]
+    assert "failed" not in said["vidtrack run my-lab"]
+    report = Path(said["vidtrack report my-lab --print"].strip())
+    assert report == tmp_path / "my-lab/results/report.html"
+    assert report.stat().st_size > 100_000
+    located = pd.read_csv(tmp_path / "my-lab/results/runs/pluck/trajectories.csv").set_index("time_s")
+    truth = pd.read_csv(tmp_path / "studio/runs/pluck/truth.csv").set_index("time_s")
+    x = np.interp(located.index, truth.index, truth["x"])
+    assert np.nanmean(np.abs(located["x"] - x)) < 0.05  # in; the survey's errors are 0.03, the motion is 20
+    assert located["x"].notna().mean() > 0.95
+    config = (tmp_path / "my-lab/config.yaml").read_text()
+    assert yaml.safe_load(config)["calibration"]["clips"]["calib-rear"]["tags"] == "25-36"
+    assert "#sensor: [8.8, 6.6]" in config
