@@ -8,7 +8,6 @@ same for all samples of a run: it does not average out along a trajectory.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -26,14 +25,6 @@ MOST_UNSURE = 0.25
 """ASSUME: a fix whose sigma is a larger share of its distance is none: linear laws no longer hold for it."""
 
 
-class Fix(NamedTuple):
-    """What `triangulate` returns."""
-
-    point: Array  # (..., 3)
-    miss: Array  # (...)
-    n_cameras: NDArray[np.intp]  # (...)
-
-
 class Located(NamedTuple):
     """What `locate_points` returns; world units and px."""
 
@@ -46,52 +37,6 @@ class Located(NamedTuple):
     disagree: Mask  # (...) cameras disagree and it cannot be decided which is right: no fix
     error: Array  # (n_cameras, ..., 2) measured minus projected, px, for every camera that saw the target
     sd: float  # px: the centroid noise given (NaN where it varies) or found
-
-
-def triangulate(origins: ArrayLike, directions: ArrayLike, *, min_angle_deg: float = 2.0) -> Fix:
-    """Find the point nearest, in the least-squares sense, to several lines of sight: the textbook's form.
-
-    The stages use `locate_points`, which weighs each camera and gives the covariance.
-
-    Exact lines would meet; measured ones pass close by. The rms distance that
-    remains, the miss, shows how far to trust the fix.
-
-    origins     (..., n_cameras, 3)  perspective centres, world units
-    directions  (..., n_cameras, 3)  unit vectors; a row of NaN is a camera that lost the target
-    Returns Fix(point (..., 3), miss (...), n_cameras (...)); NaN where fewer than two cameras saw the
-    target or their lines are within min_angle_deg of parallel.
-    Raises ValueError for shapes that do not match or a direction that is not a unit vector.
-    Lines along x through (0, 0, 0) and along y through (0, 0, 2) give (0, 0, 1) with a miss of 1.
-    """
-    o, d = np.asarray(origins, float), np.asarray(directions, float)
-    if d.ndim < 2 or o.ndim < 2 or d.shape[-1] != 3 or o.shape[-2:] != d.shape[-2:]:
-        raise ValueError(f"origins and directions must be (..., n_cameras, 3), not {o.shape} and {d.shape}")
-    o, d = np.broadcast_arrays(o, d)
-    seen = np.isfinite(d).all(-1)
-    if not np.allclose(np.sum(d * d, -1)[seen], 1, atol=1e-6):
-        raise ValueError("directions must be unit vectors")
-    d = np.where(seen[..., None], d, 0.0)
-    # I - d d^T takes the part of a vector across the line
-    across = (np.eye(3) - d[..., :, None] * d[..., None, :]) * seen[..., None, None]
-    N = across.sum(-3)
-    n = seen.sum(-1)
-    good = (n >= 2) & (_largest_angle([d[..., i, :] for i in range(d.shape[-2])]) >= np.radians(min_angle_deg))
-    N = np.where(good[..., None, None], N, np.eye(3))
-    middle = o.mean(-2)  # solved about the cameras' middle: nothing is lost far from the world's origin
-    arm = o - middle[..., None, :]
-    p = np.linalg.solve(N, (across @ arm[..., None]).sum(-3))[..., 0]
-    off = (across @ (p[..., None, :] - arm)[..., None])[..., 0]
-    miss = np.sqrt(np.sum(off**2, (-1, -2)) / np.maximum(n, 1))
-    return Fix(np.where(good[..., None], p + middle, np.nan), np.where(good, miss, np.nan), n)
-
-
-def _largest_angle(directions: Sequence[Array]) -> Array:
-    """The largest angle, rad, between any two of n unit vectors (..., 3) taken as lines; (0, 0, 0) is none."""
-    sine2 = np.zeros(directions[0].shape[:-1])
-    for a, b in combinations(directions, 2):
-        seen = (a != 0).any(-1) & (b != 0).any(-1)
-        sine2 = np.maximum(sine2, np.where(seen, 1 - np.sum(a * b, -1) ** 2, 0))
-    return np.arcsin(np.sqrt(np.clip(sine2, 0, 1)))
 
 
 def locate_points(
