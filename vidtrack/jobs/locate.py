@@ -14,6 +14,7 @@ from vidtrack.geometry.window import Picture, picture_from_record
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
+from vidtrack.timing.readout import Readout
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -30,7 +31,7 @@ def run(job: Job) -> None:
     positions are corrected by it.
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
-    follow[, max_miss].
+    follow, readout_ms[, max_miss].
     outputs: trajectories, csv, associations, record.
     """
     from vidtrack.location.associations import COLUMNS
@@ -80,6 +81,7 @@ def _in_space(job: Job) -> Locations:
         pictures=pictures,
         tracklets=followed,
         points=dict(zip(names, points, strict=True)) if points else None,
+        readouts=_readouts(job),
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
         where=f"runs.{job.settings['run']}",
@@ -88,6 +90,19 @@ def _in_space(job: Job) -> Locations:
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
     located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
     return located
+
+
+def _readouts(job: Job) -> dict[str, Readout]:
+    """How each camera reads its picture: as the config says, else all rows at once."""
+    said = job.settings.get("readout_ms") or {}
+    out = {}
+    for name, path in zip(job.settings["cameras"], job.paths("readings"), strict=False):
+        video = read_json(path).get("video") or {}
+        if video:
+            size = (int(video["width"]), int(video["height"]))
+            turn = int(video.get("rotation", 0)), bool(video.get("mirrored", False))
+            out[name] = Readout(said.get(name, 0.0) / 1e3, size, *turn)
+    return out
 
 
 def _moved(job: Job) -> dict[str, DataFrame]:

@@ -18,6 +18,9 @@ EVIDENCE = 9.0
 EXPLAINS = 0.5
 """Share of the misses that a cause must explain to be named as the reason."""
 
+READOUT_SDS, READOUT_S = 6.0, 0.001
+"""Standard errors, and s, that a read-out must differ from the one assumed to be worth a word."""
+
 OUTSIDE = (0.01, 0.5)
 """Share of samples outside the calibrated volume that is worth a word, and that is doubtful."""
 
@@ -124,6 +127,25 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
     if _explains(cause):
         text += f"; it would be explained by {_in_words(cause)}"
     return [Finding("bad" if over > OVER_SIGMA[1] else "doubtful", "sight-lines-miss", text, _cure(record))]
+
+
+def _rolling(record: Record, units: str) -> list[Finding]:
+    """Cameras whose rows are seen one after the other though the config does not say so."""
+    sights = record.get("sight_lines") or {}
+    out = []
+    for camera, left in (sights.get("readout_s") or {}).items():
+        sd = sights["readout_sd_s"][camera]
+        if left is None or not abs(left) > READOUT_SDS * sd or not abs(left) > READOUT_S:
+            continue
+        said = 1e3 * (record.get("readout") or {}).get(camera, 0.0)
+        text = (
+            f"{camera}: its rows are read one after the other (rolling shutter), from first to last in "
+            f"{said + 1e3 * left:.3g} ± {1e3 * sd:.1g} ms by the motion of the targets, where {said:g} ms are assumed: a "
+            f"target that moves by 1 {units}/s is misplaced by up to {abs(left):.2g} {units}"
+        )
+        cure = f"Set cameras.{camera}.readout_ms: {said + 1e3 * left:.3g}, or what the camera's maker says."
+        out.append(Finding("doubtful", "rolling-shutter", text, cure))
+    return out
 
 
 def _explains(cause: Record) -> bool:

@@ -193,6 +193,8 @@ def sight_line_record(views: Sequence[View], misses: Misses | None) -> dict[str,
         "px": dict(zip(names, misses.px.tolist(), strict=True)),
         "expected_px": dict(zip(names, misses.expected_px.tolist(), strict=True)),
         "over_sigma": misses.beyond,
+        "readout_s": dict(zip(names, misses.readout[:, 0].tolist(), strict=True)),
+        "readout_sd_s": dict(zip(names, misses.readout[:, 1].tolist(), strict=True)),
         "cause": {
             "kind": cause.kind,
             "cameras": [names[i] for i in cause.cameras],

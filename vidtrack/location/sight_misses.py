@@ -36,6 +36,9 @@ LIKELY_TURN = 0.05
 """ASSUME: rad, a camera that was moved by accident turned by about as much. It keeps directions that the targets do not
 show from being taken for large turns."""
 
+LIKELY_LATE_S, LIKELY_READOUT_S = 0.5, 0.05
+"""ASSUME: s, how late a clock and how long a read-out is before anything is known of it."""
+
 AS_GOOD = 0.95
 """Causes that explain this share of what the best one explains are as likely."""
 
@@ -67,6 +70,7 @@ class Misses(NamedTuple):
     expected_px  (n_cameras,) the same as noise and calibration lead to expect
     beyond       rms of the position errors that the residuals stand for, over sigma
     cause        the likeliest
+    readout      of a rolling shutter, beside turns and late clocks
     """
 
     n: int
@@ -74,6 +78,7 @@ class Misses(NamedTuple):
     expected_px: Array
     beyond: float
     cause: Cause
+    readout: Array  # (n_cameras, 2) s and its standard error: what is left of each camera's read-out; see `_readouts`
 
 
 class _System(NamedTuple):
@@ -94,11 +99,13 @@ def sight_misses(
     b: Array,
     sd: Array,
     at: Array,
+    shares: Array | None = None,
 ) -> Misses | None:
     """How the residuals of a run go with what is known of noise and calibration; None for fewer than ten samples.
 
     joint   (k, k) covariance of the parameters of all cameras with an uncertainty; None: cameras are independent
     b, sd   (n_cameras, m, T, 2)  px, at (T,) s
+    shares  (n_cameras, m, T) of each camera's read-out after which a sample was seen; None: no read-out is estimated
     """
     used = np.isfinite(located.error[..., 0]) & ~located.left_out & np.isfinite(located.sigma[..., 0])
     where = np.argwhere(used.sum(0) >= 2)
@@ -117,7 +124,10 @@ def sight_misses(
     beyond = float(np.sqrt(implied.mean() / system.sigma2.mean()))
     velocity = np.gradient(b, at, axis=2)[:, target, moment] if at.size > 1 else np.zeros((*on.shape, 2))
     cause = _likeliest(_causes(cameras, system, p, velocity, A, C))
-    return Misses(len(p), px, expected, beyond, cause)
+    readout = np.full((len(cameras), 2), np.nan)
+    if shares is not None:
+        readout = _readouts(cameras, system, p, velocity, np.nan_to_num(shares[:, target, moment], nan=0.5), A, C)
+    return Misses(len(p), px, expected, beyond, cause, readout)
 
 
 def _system(
@@ -232,6 +242,35 @@ def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Arra
             share = min(gain / max(before - expected, gain, 1e-300), 1.0)
             found.append(Cause(kind, (i,), amount * unit, spread * unit, share, gain * evidence, ratio))
     return sorted(found, key=lambda cause: -cause.evidence)
+
+
+def _readouts(
+    cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, shares: Array, A: Array, C: Array
+) -> Array:
+    """Each camera's read-out and its standard error (n_cameras, 2), s, fitted beside all turns and late clocks.
+
+    A target that stays in the same rows shows no more than a late clock, and cameras that all see it in the same rows
+    show only how their read-outs differ: the standard error says so.
+    """
+    AL = A.reshape(system.e.size, len(C)) @ _root(C)
+    N = AL.T @ AL + np.eye(len(C))
+    e = system.e.ravel()
+    columns, prior = [], []
+    for i, camera in enumerate(cameras):
+        v = np.nan_to_num(velocity[i])[..., None]
+        turn = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter[..., :3])
+        columns.append(_through(system, i, np.concatenate([turn, v, v * shares[i][:, None, None]], -1)))
+        prior += [1 / LIKELY_TURN**2] * 3 + [1 / LIKELY_LATE_S**2, 1 / LIKELY_READOUT_S**2]
+    X = np.concatenate(columns, -1).reshape(e.size, -1)
+    S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X) + np.diag(prior)
+    g = X.T @ e - X.T @ AL @ np.linalg.solve(N, AL.T @ e)
+    x = np.linalg.solve(S, g)
+    before = float(e @ e - AL.T @ e @ np.linalg.solve(N, AL.T @ e))
+    left = max((before - float(g @ x)) / float(np.einsum("njj->", system.H)), 1.0)
+    # neighbouring samples share their errors: no more than the run's own scatter is believed
+    floor = np.median(system.sd[system.sd > 0]) / max(float(np.sqrt((velocity**2).sum(-1).mean())), 1e-9) / 20
+    sd = np.sqrt(np.diag(np.linalg.inv(S)) * left + floor**2)
+    return np.stack([x[4::5], sd[4::5]], -1)
 
 
 def _whitened(system: _System, camera: int, px: Array) -> Array:

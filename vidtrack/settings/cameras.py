@@ -58,6 +58,11 @@ class Camera(Section):
     calibration: CameraCalibration = Field(
         CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
     )
+    readout_ms: float | None = Field(
+        None,
+        description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below 0 "
+        "where it begins at the bottom; 0 for a global shutter; default: 0, and reported where the motion shows another",
+    )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
         None,
         description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; "

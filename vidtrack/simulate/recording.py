@@ -32,6 +32,10 @@ class Shutter(Plan):
 
     open_s: NotNegative = Field(0.001, description="s, length of the exposure (thesis: 1/1000 s)")
     samples: Annotated[int, Field(ge=1)] = Field(3, description="pictures averaged over the exposure")
+    readout_s: float = Field(
+        0.0,
+        description="s from the exposure of the first row to that of the last; each ball is drawn as its own row sees it",
+    )
 
 
 class Actor(NamedTuple):
@@ -128,9 +132,19 @@ def _pieces(
         for begin, end in actor.hidden:
             shown &= (times < begin) | (times >= end)
         at = np.flatnonzero(shown)
-        for k, piece in zip(at, drawn_ball(camera, actor, times[at], picture, shutter), strict=True):
+        seen = _row_times(camera, actor, times[at], shutter.readout_s)
+        for k, piece in zip(at, drawn_ball(camera, actor, seen, picture, shutter), strict=True):
             drawn[k].append((float(depth[k]), piece))
     return [[piece for _, piece in sorted(row, key=lambda entry: -entry[0])] for row in drawn]
+
+
+def _row_times(camera: Camera, actor: Actor, times: Array, readout_s: float) -> Array:
+    """When (n,), s, the row in which a ball's centre lies is exposed, in frames whose first row is at times (n,)."""
+    seen = times
+    for _ in range(6 if readout_s else 0):  # where it is depends on when, and converges as balls are slower than rows
+        row = project(camera, actor.path(seen))[:, 1]
+        seen = times + np.where(np.isfinite(row), readout_s * (row + 0.5) / camera.image_size[1], 0.0)
+    return seen
 
 
 def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter) -> list[Piece]:

@@ -49,6 +49,7 @@ from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.clock_methods import methods_of
+from vidtrack.timing.readout import Readout, at_frame_time
 from vidtrack.timing.resample import COINCIDE, common_times, interval
 
 SD_PX = 0.1
@@ -82,6 +83,7 @@ def locate(
     volume: ArrayLike | None = None,
     pictures: Mapping[str, Pictures] | None = None,
     tracklets: Mapping[str, pd.DataFrame] | None = None,
+    readouts: Mapping[str, Readout] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -100,6 +102,7 @@ def locate(
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
     volume         (n, 3) calibration points, where `points` is not given
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
+    readouts       camera: how it reads its picture; those of a global shutter have 0 s, and show where that is wrong
     tracklets      camera: all that it followed, `association.tracklets.COLUMNS`; None: what `centroids` has
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
@@ -107,7 +110,9 @@ def locate(
     Raises VidtrackError for fewer than two calibrated cameras or cameras that share no moment.
     """
     shown, findings = windows(pictures or {}, where)
+    rolling = readouts or {}
     views = same_day(_views(centroids, tracklets or {}, cameras, shown, where))
+    views = [v._replace(b=at_frame_time(v.t, v.b, rolling[v.name])) if v.name in rolling else v for v in views]
     if points is not None:
         points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
     names = None if targets is None or targets == "all" or isinstance(targets, int) else list(targets)
@@ -150,7 +155,7 @@ def locate(
     )
     located = without_chance(points_of(reject=reject))
     whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
-    misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at)
+    misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
@@ -163,12 +168,20 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
+    record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     return Locations(table, record, pd.DataFrame(association_columns(views, match)))
+
+
+def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) -> Array | None:
+    """The share (n_cameras, m, M) of each camera's read-out after which samples (n_cameras, m, M, 2) were seen."""
+    if any(view.name not in readouts for view in views):
+        return None
+    return np.stack([readouts[view.name].share(own) for view, own in zip(views, b, strict=True)])
 
 
 def _usual(sd: Array) -> float:

@@ -159,6 +159,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "cameras": list(here.videos),
         "targets": _targets(settings, here),
         "clocks": {c: _clock(settings, c) for c in here.videos},
+        "readout_ms": {c: ms for c in here.videos if (ms := settings.cameras[c].readout_ms) is not None},
         "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,

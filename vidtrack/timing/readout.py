@@ -1,0 +1,79 @@
+"""Rolling shutter: a camera that reads its rows one after the other sees each of them at another moment.
+
+The time of a frame is that of its first row; a centroid in row Yf of a picture of H rows was seen
+
+    read-out (Yf + 1/2) / H
+
+later. Positions are brought to the time of their frame along their own track, so that all targets of a camera, and all
+cameras, can be compared at one moment. Rows are those of the stored picture: where the file has it turned before it is
+shown, they are columns, or count from the bottom.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.timing.resample import resample
+
+
+class Readout(NamedTuple):
+    """How a camera reads its picture.
+
+    seconds   s, from its first to its last row; below 0 where it begins at the last row; 0 for a global shutter
+    size      px, width and height of the picture as it is shown
+    rotation  degrees anticlockwise, 0, 90, 180 or 270, by which the stored picture was turned; mirrored: left and right
+              exchanged after that
+    """
+
+    seconds: float
+    size: tuple[int, int]
+    rotation: int = 0
+    mirrored: bool = False
+
+    def share(self, b: Array) -> Array:
+        """Share (...) of the read-out after which positions (..., 2) px were seen; NaN where they are."""
+        across, down = ((b[..., i] + 0.5) / self.size[i] for i in (0, 1))
+        if self.mirrored:
+            across = 1 - across
+        # turned anticlockwise by 90 degrees, the first row stands at the left
+        return np.asarray({0: down, 90: across, 180: 1 - down, 270: 1 - across}[self.rotation])
+
+    def delay(self, b: Array) -> Array:
+        """s (...) by which positions (..., 2) px were seen later than their frame's first row."""
+        return self.seconds * self.share(b)
+
+
+def at_frame_time(t: Array, b: Array, readout: Readout) -> Array:
+    """Positions (n, T, 2) px of tracks at the times of their frames (T,) s, from those at the times of their rows.
+
+    Beside a gap or an end, where no track runs through the frame's time, a straight line is drawn on; a sample without
+    any neighbour has no velocity and becomes NaN.
+    """
+    if not readout.seconds:
+        return b
+    out = np.full(b.shape, np.nan)
+    for k, track in enumerate(b):
+        seen = np.isfinite(track[:, 0])
+        if not seen.any():
+            continue
+        delay = readout.delay(track)
+        rows = t + np.where(seen, delay, float(np.nanmean(delay)))
+        if not (np.diff(rows) > 0).all():  # a track that jumps back across the picture: each sample by itself
+            rows = t + float(np.nanmean(delay))
+        moved = resample(rows, track, t).values
+        line = track - _velocity(rows, track) * (rows - t)[:, None]
+        out[k] = np.where(np.isfinite(moved), moved, line)
+        out[k, ~seen] = np.nan
+    return out
+
+
+def _velocity(t: Array, track: Array) -> Array:
+    """Px/s (T, 2) from the neighbours (T, 2) that there are on either side; NaN where there is none."""
+    step = np.diff(track, axis=0) / np.diff(t)[:, None]
+    nothing = np.full((1, 2), np.nan)
+    sides = np.stack([np.concatenate([nothing, step]), np.concatenate([step, nothing])])
+    count = np.isfinite(sides).sum(0)
+    return np.asarray(np.where(count, np.nansum(sides, 0) / np.maximum(count, 1), np.nan))
