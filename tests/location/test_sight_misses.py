@@ -83,3 +83,36 @@ def test_few_samples_say_nothing():
     b = np.stack([project(c, pluck(AT[:9])) for c in cameras])[:, None]
     sd = np.full(b.shape, NOISE)
     assert sight_misses(cameras, [None] * 2, None, locate_points(cameras, b, sd=sd), b, sd, AT[:9]) is None
+
+
+def round_path(t):
+    return np.stack([14 * np.cos(2 * np.pi * t / 1.6), 3 * np.sin(5 * t), 12 * np.sin(2 * np.pi * t / 1.3)], -1)
+
+
+def rolling(readouts, seed=0, path=round_path):
+    """Of a run whose cameras read their rows one after the other, in so many s."""
+    rng = np.random.default_rng(seed)
+    cameras, b, shares = thesis_rig(len(readouts)), [], []
+    for camera, seconds in zip(cameras, readouts, strict=True):
+        at = AT
+        for _ in range(12):
+            at = AT + seconds * (project(camera, path(at))[:, 1] + 0.5) / camera.image_size[1]
+        b.append(project(camera, path(at)) + rng.normal(0, NOISE, (AT.size, 2)))
+        shares.append((b[-1][:, 1] + 0.5) / camera.image_size[1])
+    b, shares = np.stack(b)[:, None], np.stack(shares)[:, None]
+    sd = np.full(b.shape, NOISE)
+    located = locate_points(cameras, b, sd=sd)
+    return sight_misses(cameras, [None] * len(readouts), None, located, b, sd, AT, shares)
+
+
+@pytest.mark.parametrize("readouts", [(0.0, 0.0, 0.0), (0.016, 0.016, 0.016), (0.03, 0.0, 0.01), (0.0, -0.02, 0.0)])
+def test_read_outs_are_estimated_from_the_motion_within_their_standard_errors(readouts):
+    found = np.array([rolling(readouts, seed).readout for seed in range(4)])
+    z = (found[..., 0] - readouts) / found[..., 1]
+    assert np.abs(z).max() < 4
+    assert (found[..., 1] < 0.004).all()
+
+
+def test_no_read_out_is_estimated_without_the_rows():
+    found, _ = misses(2)
+    assert np.isnan(found.readout).all()

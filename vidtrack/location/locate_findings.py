@@ -33,7 +33,8 @@ DISAGREE = (0.02, 0.2)
 
 def findings_of(record: Record, units: str) -> list[Finding]:
     """What a user should look at, by the record of stage locate."""
-    out = [*_correspondence(record, units), *_sight_lines(record, units), *_noise(record["noise"])]
+    out = [*_correspondence(record, units), *_sight_lines(record, units), *_rolling(record, units)]
+    out += _noise(record["noise"])
     volume = record["volume"]
     if volume and volume["share_outside"] > OUTSIDE[0]:
         far: Level = "doubtful" if volume["share_outside"] > OUTSIDE[1] else "note"
@@ -140,8 +141,8 @@ def _rolling(record: Record, units: str) -> list[Finding]:
         said = 1e3 * (record.get("readout") or {}).get(camera, 0.0)
         text = (
             f"{camera}: its rows are read one after the other (rolling shutter), from first to last in "
-            f"{said + 1e3 * left:.3g} ± {1e3 * sd:.1g} ms by the motion of the targets, where {said:g} ms are assumed: a "
-            f"target that moves by 1 {units}/s is misplaced by up to {abs(left):.2g} {units}"
+            f"{said + 1e3 * left:.3g} ± {1e3 * sd:.1g} ms by the motion of the targets, where {said:g} ms are "
+            f"assumed: a target that moves by 1 {units}/s is misplaced by up to {abs(left):.2g} {units}"
         )
         cure = f"Set cameras.{camera}.readout_ms: {said + 1e3 * left:.3g}, or what the camera's maker says."
         out.append(Finding("doubtful", "rolling-shutter", text, cure))

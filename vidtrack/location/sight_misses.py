@@ -21,7 +21,7 @@ from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
-from vidtrack.geometry.triangulate import Located
+from vidtrack.geometry.triangulate import Located, locate_points
 
 MOST = 400
 """Samples, evenly spread over all targets, that are looked at."""
@@ -81,6 +81,16 @@ class Misses(NamedTuple):
     readout: Array  # (n_cameras, 2) s and its standard error: what is left of each camera's read-out; see `_readouts`
 
 
+class _Motion(NamedTuple):
+    """The n samples that are looked at, by camera."""
+
+    b: Array  # (c, n, 2) px
+    velocity: Array  # (c, n, 2) px/s
+    acceleration: Array  # (c, n, 2) px/s^2
+    share: Array  # (c, n) of the read-out
+    sd: Array  # (c, n, 2) px
+
+
 class _System(NamedTuple):
     """n samples of c cameras; pixels in units of their standard deviation, 0 where a camera is not used."""
 
@@ -126,7 +136,9 @@ def sight_misses(
     cause = _likeliest(_causes(cameras, system, p, velocity, A, C))
     readout = np.full((len(cameras), 2), np.nan)
     if shares is not None:
-        readout = _readouts(cameras, system, p, velocity, np.nan_to_num(shares[:, target, moment], nan=0.5), A, C)
+        acceleration = np.gradient(np.gradient(b, at, axis=2), at, axis=2)[:, target, moment]
+        own = _Motion(b[:, target, moment], velocity, acceleration, shares[:, target, moment], sd[:, target, moment])
+        readout = _readouts(cameras, own, p, on, (A, C))
     return Misses(len(p), px, expected, beyond, cause, readout)
 
 
@@ -245,21 +257,44 @@ def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Arra
 
 
 def _readouts(
-    cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, shares: Array, A: Array, C: Array
+    cameras: Sequence[Camera], motion: _Motion, p: Array, on: NDArray[np.bool_], known: tuple[Array, Array]
 ) -> Array:
     """Each camera's read-out and its standard error (n_cameras, 2), s, fitted beside all turns and late clocks.
 
     A target that stays in the same rows shows no more than a late clock, and cameras that all see it in the same rows
-    show only how their read-outs differ: the standard error says so.
+    show only how their read-outs differ: the standard error says so. Linear in small delays, hence repeated with what
+    was found taken out.
     """
+    velocity, acceleration = np.nan_to_num(motion.velocity), np.nan_to_num(motion.acceleration)
+    share, (A, C) = np.nan_to_num(motion.share, nan=0.5), known
+    every, sample = np.zeros(len(p), np.intp), np.arange(len(p))
+    total, sd = np.zeros(len(cameras)), np.zeros(len(cameras))
+    for _ in range(4):
+        d = (total[:, None] * share)[..., None]
+        moved = np.where(on[..., None], motion.b - velocity * d + acceleration * d**2 / 2, np.nan)[:, None]
+        located = locate_points(list(cameras), moved, sd=motion.sd[:, None])
+        good = np.isfinite(located.point[0]).all(-1)
+        if good.sum() < FEWEST:
+            return np.full((len(cameras), 2), np.nan)
+        p = np.where(good[:, None], located.point[0], p)
+        system = _system(cameras, p, located, every, sample, on & good, motion.sd[:, None])
+        step, sd = _readout_step(cameras, system, p, velocity - acceleration * d, share, A, C)
+        total = total + step
+    return np.stack([total, sd], -1)
+
+
+def _readout_step(
+    cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, share: Array, A: Array, C: Array
+) -> tuple[Array, Array]:
+    """How much longer each read-out is than supposed, (n_cameras,) s, and its standard error."""
     AL = A.reshape(system.e.size, len(C)) @ _root(C)
     N = AL.T @ AL + np.eye(len(C))
     e = system.e.ravel()
     columns, prior = [], []
     for i, camera in enumerate(cameras):
-        v = np.nan_to_num(velocity[i])[..., None]
+        v = velocity[i][..., None]
         turn = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter[..., :3])
-        columns.append(_through(system, i, np.concatenate([turn, v, v * shares[i][:, None, None]], -1)))
+        columns.append(_through(system, i, np.concatenate([turn, v, v * share[i][:, None, None]], -1)))
         prior += [1 / LIKELY_TURN**2] * 3 + [1 / LIKELY_LATE_S**2, 1 / LIKELY_READOUT_S**2]
     X = np.concatenate(columns, -1).reshape(e.size, -1)
     S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X) + np.diag(prior)
@@ -267,10 +302,9 @@ def _readouts(
     x = np.linalg.solve(S, g)
     before = float(e @ e - AL.T @ e @ np.linalg.solve(N, AL.T @ e))
     left = max((before - float(g @ x)) / float(np.einsum("njj->", system.H)), 1.0)
-    # neighbouring samples share their errors: no more than the run's own scatter is believed
-    floor = np.median(system.sd[system.sd > 0]) / max(float(np.sqrt((velocity**2).sum(-1).mean())), 1e-9) / 20
-    sd = np.sqrt(np.diag(np.linalg.inv(S)) * left + floor**2)
-    return np.stack([x[4::5], sd[4::5]], -1)
+    fast = max(float(np.sqrt((velocity**2).sum(-1).mean())), 1e-9)
+    sd = np.sqrt(np.diag(np.linalg.inv(S)) * left + (BIAS_PX / fast) ** 2)
+    return np.asarray(x[4::5], float), np.asarray(sd[4::5], float)
 
 
 def _whitened(system: _System, camera: int, px: Array) -> Array:

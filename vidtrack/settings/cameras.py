@@ -60,8 +60,8 @@ class Camera(Section):
     )
     readout_ms: float | None = Field(
         None,
-        description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below 0 "
-        "where it begins at the bottom; 0 for a global shutter; default: 0, and reported where the motion shows another",
+        description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below "
+        "0 where it begins at the bottom; 0 for a global shutter; default: 0, reported where motion shows another",
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
         None,

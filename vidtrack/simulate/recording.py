@@ -34,7 +34,7 @@ class Shutter(Plan):
     samples: Annotated[int, Field(ge=1)] = Field(3, description="pictures averaged over the exposure")
     readout_s: float = Field(
         0.0,
-        description="s from the exposure of the first row to that of the last; each ball is drawn as its own row sees it",
+        description="s from the exposure of the first row to that of the last; a ball is drawn as its row sees it",
     )
 
 

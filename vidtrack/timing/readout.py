@@ -15,8 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Bools
 from vidtrack.timing.resample import resample
+
+HANGS_TOGETHER = 1.9
+"""Of a usual interval between samples: those farther apart are not of one stretch of a track. Rows may make a moving
+target's samples farther apart than frames."""
 
 
 class Readout(NamedTuple):
@@ -49,8 +53,8 @@ class Readout(NamedTuple):
 def at_frame_time(t: Array, b: Array, readout: Readout) -> Array:
     """Positions (n, T, 2) px of tracks at the times of their frames (T,) s, from those at the times of their rows.
 
-    Beside a gap or an end, where no track runs through the frame's time, a straight line is drawn on; a sample without
-    any neighbour has no velocity and becomes NaN.
+    Beside a gap or an end, where no track runs through the frame's time, it is drawn on by a cubic, or a parabola; a
+    sample with fewer than two neighbours becomes NaN.
     """
     if not readout.seconds:
         return b
@@ -64,16 +68,31 @@ def at_frame_time(t: Array, b: Array, readout: Readout) -> Array:
         if not (np.diff(rows) > 0).all():  # a track that jumps back across the picture: each sample by itself
             rows = t + float(np.nanmean(delay))
         moved = resample(rows, track, t).values
-        line = track - _velocity(rows, track) * (rows - t)[:, None]
-        out[k] = np.where(np.isfinite(moved), moved, line)
-        out[k, ~seen] = np.nan
+        for i in np.flatnonzero(seen & ~np.isfinite(moved[:, 0])).tolist():
+            moved[i] = _drawn_on(rows, track, seen, i, float(t[i]))
+        moved[~seen] = np.nan
+        out[k] = moved
     return out
 
 
-def _velocity(t: Array, track: Array) -> Array:
-    """Px/s (T, 2) from the neighbours (T, 2) that there are on either side; NaN where there is none."""
-    step = np.diff(track, axis=0) / np.diff(t)[:, None]
-    nothing = np.full((1, 2), np.nan)
-    sides = np.stack([np.concatenate([nothing, step]), np.concatenate([step, nothing])])
-    count = np.isfinite(sides).sum(0)
-    return np.asarray(np.where(count, np.nansum(sides, 0) / np.maximum(count, 1), np.nan))
+def _drawn_on(rows: Array, track: Array, seen: Bools, i: int, at: float) -> Array:
+    """A track (2,) px at a moment just outside its samples, by up to four of them that hang together with the i-th.
+
+    NaN for fewer than three: two samples say nothing of how the velocity changes.
+    """
+    apart = HANGS_TOGETHER * float(np.median(np.diff(rows)))
+    first = last = i
+    while last - first < 3:
+        if first > 0 and seen[first - 1] and rows[first] - rows[first - 1] < apart:
+            first -= 1
+        elif last + 1 < len(rows) and seen[last + 1] and rows[last + 1] - rows[last] < apart:
+            last += 1
+        else:
+            break
+    nodes = rows[first : last + 1]
+    if len(nodes) < 3:
+        return np.full(2, np.nan)
+    others = ~np.eye(len(nodes), dtype=bool)
+    steps = np.where(others, nodes[:, None] - nodes, 1.0)
+    weight = np.where(others, at - nodes, 1.0).prod(1) / steps.prod(1)  # Lagrange's
+    return np.asarray(weight @ track[first : last + 1])
