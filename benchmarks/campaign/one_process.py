@@ -205,6 +205,7 @@ class _Jobs:
             {
                 "trajectories": f"{folder}/trajectories.parquet",
                 "csv": f"{folder}/trajectories.csv",
+                "associations": f"{folder}/associations.parquet",
                 "record": f"{folder}/locate.json",
             },
             name,

@@ -8,6 +8,7 @@ import numpy as np
 
 from vidtrack.findings import Finding, Level
 from vidtrack.steadiness.history import LIMITS, Episode, History, Moved
+from vidtrack.steadiness.turn import AGREEMENT
 
 HARMLESS_PX = 0.5
 """rms over the picture: beyond it positions are worse than their sigma says."""
@@ -82,7 +83,7 @@ def _unknown(case: CameraCase) -> Finding | None:
     own, name = case.history, f"{case.where}: {case.camera}"
     level: Level = "doubtful" if case.follow else "note"
     cure = "Put something with a pattern that stays in view: a poster, tape marks, a test card."
-    if own.of < 1:
+    if own.of < AGREEMENT.least:
         text = f"{name}: its background has no texture by which a movement of the camera would show"
         return Finding(level, "no-background-texture", text, cure)
     if not np.isfinite(own.theta).any():
