@@ -33,7 +33,7 @@ def test_a_run_that_fails_costs_that_run(laboratory):
     assert last[-1] == "vidtrack: report: results/report.html"
     assert not (laboratory / "results/runs/still/centroids/cam1.parquet").exists()
 
-    follows = {"locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
+    follows = {"steadiness": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
     assert planned(laboratory) == {"track": 1, **follows}
     targets.unlink()
     jobs = planned(laboratory)

@@ -23,6 +23,7 @@ CALIBRATED_ANEW = {
     "report": 1,
     "report_run": 2,
     "report_calibration": 1,
+    "steadiness": 2,
 }
 
 
@@ -52,7 +53,7 @@ def test_nothing_to_do_plans_nothing(laboratory):
         (
             "runs.pluck.threshold",
             90,
-            {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE},
+            {"track": 2, "steadiness": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE},
         ),
         (
             "cameras.cam1.clock",
@@ -95,7 +96,7 @@ def test_a_moved_folder_reruns_nothing(laboratory, tmp_path):
 
 def test_a_run_dropped_into_runs_is_processed_and_nothing_else(laboratory):
     shutil.copytree(laboratory / "runs/still", laboratory / "runs/again")
-    assert planned(laboratory) == {"track": 2, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
+    assert planned(laboratory) == {"track": 2, "steadiness": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
 
 
 def test_a_run_taken_away_leaves_the_first_page_to_be_written_and_takes_its_own_with_it(laboratory):
@@ -269,7 +270,7 @@ def test_a_setting_changed_in_a_copied_folder_reruns_what_uses_it(a_copy):
 def test_a_recording_changed_in_a_copied_folder_reruns_its_camera(a_copy):
     video = a_copy / "runs/pluck/cam1.mov"
     video.write_bytes(video.read_bytes() + b"\0")
-    assert planned(a_copy) == {"track": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
+    assert planned(a_copy) == {"track": 1, "steadiness": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
 
 
 def test_dates_from_the_future_hide_no_edit(laboratory):
