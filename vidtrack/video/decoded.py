@@ -31,6 +31,7 @@ from vidtrack.video.luma import bits_of, colour_bits_of, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
 from vidtrack.video.packet_times import retimer
+from vidtrack.video.picture_end import PictureEnds, ends_are_checked
 from vidtrack.video.read_ahead import read_ahead
 from vidtrack.video.recording import Video
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
@@ -43,6 +44,9 @@ _PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
 
 PEEK = 6
 """Pictures that are looked at to see whether time stamps are those of the order of coding."""
+
+ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
+"""What decoders look for: check sums where a stream has them, wrong lengths, and what no encoder writes."""
 
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
@@ -71,7 +75,10 @@ class DecodedVideo(Video):
             self._stream, others = picture_stream(self._container, path, stream)
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
-            self._stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
+            options = {"max_pixels": str(MOST_PIXELS)}
+            if self._stream.codec_context.name == "h264" and self._container.format.name in _STREAMED:
+                options["err_detect"] = ERRORS  # whose packets have no length before them
+            self._stream.codec_context.options = options
             codec, kind = self._stream.codec_context, self._container.format.name
             self._bitstream = Bitstream(codec.name, codec.extradata)
             self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
@@ -138,7 +145,8 @@ class DecodedVideo(Video):
             size = width * height * (3 if self.info.bits == 8 else 6) // 2
             self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
         start, step, own = self._zero, 1 / self.info.rate, self._own
-        swapped = self._swapped
+        swapped, codec = self._swapped, self._stream.codec_context
+        ends = PictureEnds(self.info.bits) if ends_are_checked(codec.name, codec.extradata) else None
         ticks, second = (self._stream.time_base * self.info.pace).as_integer_ratio()
         time, index, latest = -step, 0, -step
         for picture, corrupt in chain(first, self._source):
@@ -155,6 +163,8 @@ class DecodedVideo(Video):
             luma = read(picture)
             if swapped:
                 luma = luma.byteswap()
+            if ends is not None and ends.spoilt(luma):
+                corrupt = True
             if time > latest:
                 latest = time
             else:

@@ -6,13 +6,21 @@ frame it is.
 
 from __future__ import annotations
 
+import os
+import re
 from array import array
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from typing import Any
 
+_CHUNK = re.compile(rb"[0-9A-Za-z]{3}[0-9A-Za-z ]")
+"""How a chunk of an AVI begins."""
+
 HEADER = 8
 """Bytes before a chunk of an AVI, at which its index points."""
+
+LOOKED_AT = 8
+"""Chunks behind one that seems cut that are looked for at their places."""
 
 FARTHEST = 300
 """Frames ahead in which a chunk that lies elsewhere than the index says is looked for by its size."""
@@ -23,7 +31,7 @@ def retimer(container: Any, stream: Any) -> Callable[[Any], str]:
     if container.format.name == "dv":
         return _by_size
     if container.format.name == "avi":
-        return _ByIndex(stream)
+        return _ByIndex(stream, container.name.removeprefix("file:"))
     return lambda packet: ""
 
 
@@ -35,21 +43,26 @@ def _by_size(packet: Any) -> str:
 class _ByIndex:
     """Finds packets of an AVI in its index: by their place, and behind a cut by their sizes, all shifted alike."""
 
-    def __init__(self, stream: Any) -> None:
+    def __init__(self, stream: Any, path: str) -> None:
         self._stream = stream
+        self._file = open(path, "rb", buffering=0)  # noqa: SIM115 (as long as packets come)
+        self._size = os.fstat(self._file.fileno()).st_size
+        self._hole = False
+        self._told: bool | None = None  # whether the ends of packets say anything: those of the first must
         self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
         self._ended: int | None = None
         self._shift, self._at = 0, -1
 
     def __call__(self, packet: Any) -> str:
         apart, self._ended = self._ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + HEADER
-        if apart and not self._places:  # something lies between two pictures: sound, or one whose header is spoilt
-            for entry in self._stream.index_entries:
-                self._places.append(entry.pos + HEADER)
-                self._numbers.append(entry.timestamp)
-                self._sizes.append(entry.size)
+        cut, behind = self._is_cut(self._ended - HEADER), self._hole
+        self._hole |= bool(cut)
+        if apart:  # something lies between two pictures: sound, or one whose header is spoilt
+            self._load()
+        if behind and (not self._places or self._places[-1] <= packet.pos):
+            return "behind a hole in a file without an index"  # but libavformat's own, of what it has read
         if not self._places:
-            return ""
+            return cut
         at = self._found(packet)
         if at is None:
             return "a chunk that is not in the file's index"
@@ -59,7 +72,34 @@ class _ByIndex:
             packet.dts = frame
             if packet.pts is not None:
                 packet.pts += frame - counted
-        return ""
+        return cut
+
+    def _is_cut(self, end: int) -> str:
+        if self._told is False or end + 4 > self._size:
+            return ""
+        good = self._begins(end)
+        if self._told is None:
+            self._told = good
+            return ""
+        if good:
+            return ""
+        self._load()
+        next_ones = self._places[bisect_right(self._places, end + HEADER) :][:LOOKED_AT]
+        if any(self._begins(place - HEADER) for place in next_ones):
+            return ""  # all is in its place, but for the header of the chunk that follows
+        return "a chunk behind which none begins"
+
+    def _begins(self, place: int) -> bool:
+        self._file.seek(place)
+        return _CHUNK.fullmatch(self._file.read(4)) is not None
+
+    def _load(self) -> None:
+        if self._places:
+            return
+        for entry in self._stream.index_entries:
+            self._places.append(entry.pos + HEADER)
+            self._numbers.append(entry.timestamp)
+            self._sizes.append(entry.size)
 
     def _found(self, packet: Any) -> int | None:
         at = bisect_left(self._places, packet.pos + self._shift)
