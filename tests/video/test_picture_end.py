@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.damage import WRONG, off
-from tests.files.clips import make_clip, moving_ball
+from benchmarks.damage import WRONG, off, scene
+from tests.files.clips import make_clip
 from vidtrack.video.picture_end import PictureEnds
 from vidtrack.video.reader import open_video
 
@@ -62,14 +62,7 @@ def test_something_that_crosses_the_lower_edge_is_no_damage():
     ],
 )
 def test_a_healthy_recording_is_not_blamed_and_a_byte_changed_in_it_is(tmp_path, name, codec, pix_fmt, options):
-    ball = moving_ball(160, 120)
-    rows, columns = np.mgrid[:120, :160]
-    texture = np.rint(25 * np.sin(columns / 7) * np.cos(rows / 9)).astype(int)
-
-    def picture(i):
-        return np.clip(ball(i) + texture, 16, 235).astype(np.uint8)
-
-    path = make_clip(tmp_path / name, codec, pix_fmt, n=30, picture=picture, options=options)
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=30, picture=scene((160, 120), deep=False), options=options)
     with open_video(str(path)) as video:
         whole = [np.array(frame.luma) for frame in video.frames()]
         assert video.account.problems == ()
