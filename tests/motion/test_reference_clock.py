@@ -40,6 +40,27 @@ def test_records_that_share_no_time_are_told_what_is_likeliest(reference, cure):
 
 
 @pytest.mark.parametrize(
+    ("off", "words"),
+    [
+        (3600, "one hour off"),
+        (-7200, "2 hours off"),
+        (86400 * 3, "another date, 3 days off"),
+        (86400, "another date, one day off"),
+        (86400 * 19000 + 3600, "one hour off, and of another date"),
+    ],
+)
+def test_another_zone_or_date_is_named_with_the_offset_that_cures_it(off, words):
+    text, advice = no_common_time(36000 + T + off + 2.5, 36000 + T)
+    assert words in text
+    assert advice == f"Set reference.offset_s: {-off}."
+
+
+def test_no_hour_is_named_that_brings_nothing_together():
+    assert "zone" not in no_common_time(36000 + T + 1800, 36000 + T)[0]
+    assert "zone" not in no_common_time(T, 36000 + T)[0]
+
+
+@pytest.mark.parametrize(
     ("times", "coincide", "step"),
     [
         (np.floor(T), True, 1.0),

@@ -123,7 +123,7 @@ def test_a_run_at_twice_the_size_of_the_points_picture_is_converted_and_said():
         centroids((b + 0.5) * 2 - 0.5), points=known(), image_size=(512, 480), pictures=pictures, where="runs.r1"
     )
     assert np.abs(done.trajectories[["x", "y"]].to_numpy() - new).max() < 0.03
-    assert [f["code"] for f in done.record["findings"]] == ["picture-scaled"]
+    assert [f["code"] for f in done.record["findings"]] == ["picture-scaled", "noise-assumed"]
 
 
 def crossing():
@@ -152,7 +152,7 @@ def test_two_that_the_tracker_exchanged_where_they_met_go_on_by_their_motion(tar
         own = done.trajectories[done.trajectories["target"] == name]
         assert own["x"].isna().tolist() == hidden.tolist()
         assert np.nanmax(np.abs(own[["x", "y"]].to_numpy() - 0.1 * b[k])) < 1e-12
-    assert done.record["findings"] == []
+    assert {f["code"] for f in done.record["findings"]} <= {"noise-assumed"}  # the table gives no sd
     assert set(done.associations["target"]) == {"a", "b"}
     as_tracked = locate_plane(table, scale=0.1).trajectories
     assert np.nanmax(np.abs(as_tracked[as_tracked["target"] == "a"][["x", "y"]].to_numpy() - 0.1 * b[0])) > 1
@@ -163,3 +163,13 @@ def test_one_target_is_what_the_tracker_says():
     one = table[table["target"] == "a"]
     done = locate_plane(one, scale=0.1, targets=1, tracklets=tracklets[tracklets["target"] == "a"])
     assert done.trajectories.equals(locate_plane(one, scale=0.1).trajectories)
+
+
+def test_noise_that_is_assumed_is_said_and_noise_that_is_measured_is_used():
+    table = pd.DataFrame({"time_s": [0.0, 1.0], "target": "t1", "Xf": [10.0, 20.0], "Yf": [5.0, 6.0]})
+    assumed = locate_plane(table, scale=2.0)
+    assert [f["code"] for f in assumed.record["findings"]] == ["noise-assumed"]
+    assert "100 % of the centroids" in assumed.record["findings"][0]["text"]
+    measured = locate_plane(table.assign(sd_x=0.02, sd_y=0.03), scale=2.0)
+    assert measured.record["findings"] == []
+    assert measured.trajectories["sigma_x"].tolist() == pytest.approx([0.04, 0.04])

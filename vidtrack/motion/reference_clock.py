@@ -10,6 +10,7 @@ from vidtrack.motion.lag import Lag, find_lag
 
 NON_DROP = 1.001
 """Seconds of a clock for one of a label, where non-drop labels are counted at 29.97."""
+HOUR_S, DAY_S = 3600.0, 86400.0
 SINCE_START_S = 3600.0
 """Times below it, where the other record's lie above, seem to count from a start."""
 
@@ -25,11 +26,36 @@ def no_common_time(tr: Array, t: Array) -> tuple[str, str]:
         if abs(later) > 1 and max(t[0], tr[0] + later) < min(t[-1], tr[-1] + later):
             text += f". One of them counts non-drop frames from midnight: {later:+.3f} s bring them together"
             return text, f"Set reference.offset_s: {later:.3f}."
+    if (other := _by_days_or_hours(tr, t)) is not None:
+        later, why = other
+        return f"{text}. {why}: {later:+.0f} s bring them together", f"Set reference.offset_s: {later:.0f}."
     if tr[0] < SINCE_START_S < t[0]:
         return text, "The reference seems to count from its own start: set reference.offset_s, or auto to correlate."
     if t[0] < SINCE_START_S < tr[0]:
         return text, "The video has no time code: set reference.offset_s: auto, or runs.<run>.start_timecode."
     return text, "Put both on one clock, or set reference.offset_s: auto to bring them together by their motion."
+
+
+def _by_days_or_hours(tr: Array, t: Array) -> tuple[float, str] | None:
+    """Whole days, whole hours, or both that make the records overlap, s, and what they mean; None where none does.
+
+    The fewest hours are the likeliest. A record that starts at 0 counts from its own start and is of no zone.
+    """
+    if (tr[0] < SINCE_START_S) != (t[0] < SINCE_START_S):
+        return None
+    middle = float((t[0] + t[-1] - tr[0] - tr[-1]) / 2)
+    days = DAY_S * round(middle / DAY_S)
+    for zone in sorted(range(-14, 15), key=abs):
+        later = days + HOUR_S * zone
+        if not later or not max(t[0], tr[0] + later) < min(t[-1], tr[-1] + later):
+            continue
+        apart = f"{abs(days) // DAY_S:.0f} days" if abs(days) > DAY_S else "one day"
+        hours = "one hour" if abs(zone) == 1 else f"{abs(zone)} hours"
+        if not zone:
+            return later, f"One of them is of another date, {apart} off"
+        also = f", and of another date, {apart} off" if days else ""
+        return later, f"One of them is in another time zone or summer time, {hours} off{also}"
+    return None
 
 
 def offset_by_correlation(tr: Array, r: Array, t: Array, video: Array) -> tuple[float, Finding]:

@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.location.associations import COLUMNS as COLUMNS_OF_ASSOCIATIONS
@@ -105,6 +106,14 @@ def locate_plane(
         centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))
     table = located(plane, centroids)
     record["samples"], record["located"] = len(table), int(table["x"].notna().sum())
+    measured = np.isfinite(centroids["Xf"].to_numpy(float))
+    unknown = float(np.isnan(_measured_sd(centroids)[measured]).any(1).sum() / max(measured.sum(), 1))
+    if unknown > 0:
+        text = (
+            f"{where}: the noise of {100 * unknown:.3g} % of the centroids is not known: sigma rests there on "
+            f"{CENTROID_SD_PX:g} px, which is assumed"
+        )
+        open_ = [*open_, Finding("doubtful", "noise-assumed", text, "Give sd_x, sd_y with the centroids.")]
     record["findings"] = [*record.get("findings", []), *as_records(open_)]
     return PlaneLocations(table, record, associations)
 
@@ -170,10 +179,14 @@ def located(plane: Plane, centroids: pd.DataFrame) -> pd.DataFrame:
 
 
 def _centroid_sd(centroids: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
-    if not {"sd_x", "sd_y"} <= set(centroids.columns):
-        return np.full((len(centroids), 2), CENTROID_SD_PX)
-    sd = centroids[["sd_x", "sd_y"]].to_numpy(float)
+    sd = _measured_sd(centroids)
     return np.where(np.isfinite(sd), sd, CENTROID_SD_PX)
+
+
+def _measured_sd(centroids: pd.DataFrame) -> Array:
+    """Standard deviations (n, 2), px, of centroids as they were measured; NaN where they are not known."""
+    sd: Array = centroids.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
+    return sd
 
 
 def _known_points(points: pd.DataFrame | None, sightings: pd.DataFrame | None, where: str) -> pd.DataFrame:
