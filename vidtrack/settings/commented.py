@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -54,6 +54,7 @@ EXAMPLES: dict[str, str] = {
     "prior": "{f: [8.0, 0.05]}",
     "after": "[row1_after]",
     "quadratic": "true",
+    "colour": "{hue: 0, width: 40}",
     "rate": "240",
     "stream": "1",
     "title": "my experiment",
@@ -101,7 +102,7 @@ def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, ma
                 yield from (f"{indent}    {mark}{k}: {flow(v)}" for k, v in own.items())
             else:
                 yield from _section(inner, own or {}, indent + "    ", mark)
-    elif inner is not None and not many and not (name == "clock" or inner is DetectChange):
+    elif inner is not None and not many and inner is not DetectChange and _alone(field.annotation):
         yield f"{indent}{mark}{name}:"
         yield from _section(inner, value or {}, indent + "  ", mark)
     else:
@@ -118,6 +119,12 @@ def inner_section(field: FieldInfo) -> tuple[type[BaseModel] | None, bool]:
             return part, many
         todo += get_args(part)
     return None, False
+
+
+def _alone(annotation: Any) -> bool:
+    """Whether a section is all that may stand there, and no word or number instead of it."""
+    parts = [part for part in get_args(annotation) if part is not type(None)]
+    return len(parts) < 2 or get_origin(annotation) is Annotated
 
 
 def _shown(name: str, field: FieldInfo) -> str:
