@@ -27,6 +27,9 @@ from vidtrack.video.recording import Video
 _SEEKABLE = ("mov", "matroska", "avi", "dv", "gif", "mxf")
 """Containers in which every packet has its stamp, and a seek ends where it should."""
 
+NEIGHBOURS = 8
+"""Pictures before the wanted one that are kept of those that are decoded on the way to it."""
+
 KEPT_BYTES = 256_000_000
 """Pictures of one recording that are kept."""
 
@@ -119,7 +122,8 @@ class Pictures:
             if i is None:
                 continue
             decoder.next = i + 1
-            self._keep(i, luma)
+            if i > number - NEIGHBOURS:
+                self._keep(i, np.array(luma))
             if i >= number:
                 return
         decoder.next = len(self) + 1
@@ -132,7 +136,7 @@ class Pictures:
         video, _, frames = self._running
         for frame in frames:
             self._running = video, frame.index + 1, frames
-            if frame.index > number - 8:
+            if frame.index > number - NEIGHBOURS:
                 self._keep(frame.index, np.array(frame.luma))
             if frame.index >= number:
                 return
@@ -181,7 +185,7 @@ class _Decoder:
             name = picture.format.name
             if name not in self._read:
                 self._read[name] = self._turn.applied(luma_reader(picture.format))
-            return picture.pts, np.array(self._read[name](picture))
+            return picture.pts, self._read[name](picture)
 
     def close(self) -> None:
         self._container.close()
