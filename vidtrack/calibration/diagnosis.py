@@ -127,7 +127,8 @@ def misfit(
             f"the residuals show {noise_px:.2g} px where centroids and survey should leave {expected_px:.2g} px: as "
             f"much as survey errors of {excess:.2g} {units} would make, where points.csv and config have {stated}.",
             f"If the survey is that rough, set calibration.sigma: {excess:.2g}; else look for a window or water "
-            "between camera and points, a wrong survey, or a lens that no model here describes.",
+            "between camera and points, coordinates in another unit, points or a camera that moved, or a lens that no "
+            "model here describes.",
         )
     if sigma and noise_px < 0.5 * expected_px and survey_px > 0.7 * expected_px:
         return Finding(
