@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_targets, write_parquet
-from vidtrack.findings import as_records
+from vidtrack.findings import Finding, as_records
 from vidtrack.progress import Progress
 from vidtrack.stages.track import Tracked, track
 from vidtrack.steadiness.samples import BackgroundSamples
@@ -69,7 +70,7 @@ def run(job: Job) -> None:
         "background": {"block": samples.block, "patches": int(course["patch"].nunique())},
         **tracked.diagnostics,
     }
-    record["findings"] = as_records(tracked.findings)
+    record["findings"] = as_records([*tracked.findings, *_of_reading(account, found.problems)])
     record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
@@ -78,6 +79,19 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["light"], light, units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], course, units="px", provenance=job.provenance)
     write_png(job.outputs["picture"], _begun(samples, info.bits))
+
+
+def _of_reading(account: ReadAccount, time: Sequence[str]) -> list[Finding]:
+    """What was seen while reading, and of the sources of time, as findings; pictures that are lost the verdict judges.
+
+    On a rate that was assumed all times depend.
+    """
+    found = []
+    for line in account.problems:
+        assumed = line.endswith("give rate")
+        cure = "Set rate of the run to the pictures that the camera took a second." if assumed else ""
+        found.append(Finding("doubtful", "rate-assumed" if assumed else "reading", line, cure))
+    return [*found, *(Finding("doubtful", "time-source", line, "") for line in time)]
 
 
 def _not_refuted(account: ReadAccount, measured: float) -> ReadAccount:

@@ -16,6 +16,9 @@ from vidtrack.timing.timecode import exact_rate
 TICK = 1e-7
 """s: SER counts in it, CINE in less."""
 
+LONGEST_STEP = 3600
+"""s between two pictures; stamps that lie further apart are damaged."""
+
 _TIMES = 1002
 """CINE's tag of a block of times, eight bytes each."""
 
@@ -40,6 +43,8 @@ def own_stamps(path: str, kind: str) -> list[Fraction] | None:
         except (struct.error, ValueError, OverflowError, OSError):
             return None
     if len(counted) < 2 or not (np.diff(counted.astype(np.int64)) > 0).all():
+        return None
+    if np.median(np.diff(counted.astype(np.int64))) > LONGEST_STEP * second:
         return None
     return [Fraction(int(value) - int(counted[0]), second) for value in counted]
 
