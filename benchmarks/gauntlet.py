@@ -60,11 +60,12 @@ def located_by_stage(s: Scene) -> tuple[Array, Array, Array]:
     clocks = None if s.locked else {v.camera.name: "auto" for v in s.views[1:]}
     found = locate(empty, cameras, targets=s.targets, tracklets=tracklets, clocks=clocks)
     table = found.trajectories
-    at = np.unique(table["time_s"])
-    m = len(table) // max(at.size, 1)
-    fix = table[["x", "y", "z"]].to_numpy().reshape(m, at.size, 3)
-    sigma = table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy().reshape(m, at.size, 3)
-    return at, fix, sigma
+    at, moment = np.unique(table["time_s"], return_inverse=True)
+    target, _ = pd.factorize(table["target"])
+    both = np.full((2, target.max(initial=-1) + 1, at.size, 3), np.nan)
+    both[0, target, moment] = table[["x", "y", "z"]]
+    both[1, target, moment] = table[["sigma_x", "sigma_y", "sigma_z"]]
+    return at, both[0], both[1]
 
 
 def put_together(views: list[View], trajectory: list[Ints]) -> tuple[Array, Array]:

@@ -260,7 +260,7 @@ def labels_of(
     part_of: Sequence[tuple[int, ...]],
     names: list[str] | None,
 ) -> list[str]:
-    """Each trajectory's name: that of the tracks that show it, one to one; a|b for one that may be a part of a or b.
+    """Each trajectory's name: that of the tracks that show it, one to one; a|b, a|b#2 for those that may be parts of a or b.
 
     Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
     as they are followed, and the first camera decides.
@@ -288,4 +288,8 @@ def labels_of(
             labels[k] = known[best]
     free = (f"t{i}" for i in range(1, 2 * m + len(known) + 1) if f"t{i}" not in known)
     labels = [label or next(free) for label in labels]
-    return labels + ["|".join(labels[k] for k in several) for several in part_of[m:]]
+    for several in part_of[m:]:
+        label = "|".join(labels[k] for k in several)
+        more = sum(other.split("#")[0] == label for other in labels)
+        labels.append(f"{label}#{more + 1}" if more else label)
+    return labels
