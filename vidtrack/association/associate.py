@@ -21,7 +21,7 @@ from vidtrack.association.bridging import LASTS, Bridges
 from vidtrack.association.courses import Course, rows_of
 from vidtrack.association.groups import MARGIN, Groups, nodes_of
 from vidtrack.association.mirror import images_among
-from vidtrack.association.pairs import Pairs, Rays, bias_of, pairs_of, rays_of
+from vidtrack.association.pairs import Pairs, Rays, bias_of, by_moment, pairs_of, rays_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
 
@@ -133,8 +133,11 @@ def _bridged(bridges: Bridges, targets: int | None) -> dict[int, Course]:
 def _pairs(
     cameras: Sequence[Camera], tracklets: Sequence[Tracklets], rays: Sequence[Rays], bias_px: float, moments: Ints
 ) -> dict[tuple[int, int], Pairs]:
+    at = [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
     return {
-        (i, j): pairs_of((cameras[i], cameras[j]), (tracklets[i], tracklets[j]), (rays[i], rays[j]), bias_px, moments)
+        (i, j): pairs_of(
+            (cameras[i], cameras[j]), (tracklets[i], tracklets[j]), (rays[i], rays[j]), bias_px, moments, (at[i], at[j])
+        )
         for i, j in combinations(range(len(cameras)), 2)
     }
 

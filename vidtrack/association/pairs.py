@@ -69,14 +69,16 @@ def pairs_of(
     rays: tuple[Rays, Rays],
     bias_px: float,
     moments: Ints,
+    at_moments: tuple[AtMoments, AtMoments] | None = None,
 ) -> Pairs:
     """All pairs of two cameras' tracklets that fit, at the given moments.
 
-    bias_px   standard deviation, px, of what the calibration leaves, in each picture
+    bias_px      standard deviation, px, of what the calibration leaves, in each picture
+    at_moments   as `by_moment` makes them, where they are at hand
     """
     E = essential(*cameras)
     E = E / max(float(np.linalg.norm(E)), 1e-300)
-    A, B = (_by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True))
+    A, B = at_moments or [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
     E32 = E.astype(np.float32)
     to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
     to_a = B.u @ E32
@@ -107,7 +109,7 @@ def pairs_of(
     return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / n_fit, spread / n_fit - bias_px**2)
 
 
-class _View(NamedTuple):
+class AtMoments(NamedTuple):
     """Rows at the moments wanted, up to m at each: arrays (M, m, ..), float32, zeros where there is none."""
 
     row: Ints  # (M, m), -1 for none
@@ -115,7 +117,8 @@ class _View(NamedTuple):
     reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
 
 
-def _by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -> _View:
+def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -> AtMoments:
+    """A camera's rows by moment; bias_px, moments as of `pairs_of`."""
     place = np.minimum(np.searchsorted(moments, tracklets.sample), max(len(moments) - 1, 0))
     there = np.isfinite(rays.u[:, 0]) & (moments[place] == tracklets.sample if len(moments) else False)
     rows = np.flatnonzero(there)
@@ -130,7 +133,7 @@ def _by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) 
     sd = np.sqrt(tracklets.sd[rows] ** 2 + bias_px**2)
     both = (rays.by_x[rows] * sd[:, :1]) ** 2 + (rays.by_y[rows] * sd[:, 1:]) ** 2
     reach[place[rows], slot] = np.sqrt(both.sum(-1))
-    return _View(row, u, reach)  # type: ignore[arg-type]
+    return AtMoments(row, u, reach)  # type: ignore[arg-type]
 
 
 def _bound(line: Array, reach: Array) -> Array:
