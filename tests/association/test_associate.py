@@ -278,3 +278,25 @@ def test_how_many_there_are_at_once_counts_both_ends():
     assert most_at_once([(0, 5), (6, 9)], 0, 20) == 1
     assert most_at_once([(0, 5), (7, 9)], 6, 6) == 0
     assert most_at_once([], 0, 9) == 0
+
+
+def test_a_body_tells_its_targets_apart_after_a_stretch_in_which_nothing_was_seen():
+    rng = np.random.default_rng(4)
+    cameras = thesis_rig(2)
+    body = {"bow": (6.0, 0.0, 0.0), "stern": (-4.0, 0.0, 0.0), "mast": (0.0, 1.0, 5.0)}
+    turn = np.where(T < 2.5, 0.2 * np.sin(T), 2.5 + 0.2 * np.sin(T))  # turned by hand meanwhile
+    R = (
+        np.stack([[np.cos(a), -np.sin(a), 0 * a] for a in turn]),
+        np.stack([[np.sin(a), np.cos(a), 0 * a] for a in turn]),
+    )
+    axes = np.stack([*R, np.tile([0.0, 0.0, 1.0], (T.size, 1))], 1)
+    shift = np.stack([3 * np.sin(2 * T), np.cos(3 * T), 0 * T], -1)
+    p = np.stack([shift + axes @ np.array(place) for place in body.values()])
+    tracks, orders = seen(cameras, p, rng)
+    for track in tracks:
+        track[:, 55:100] = np.nan
+    blind = associated(cameras, tracks, orders, targets=3)[1]
+    assert len(blind) > 3 or any(len(t) > 1 for t, _ in blind)
+    found, told, _ = associated(cameras, tracks, orders, targets=3, bodies=[body])
+    assert [{name} for name in found.names] == [{list(body)[k] for k in t} for t, _ in told]
+    assert sorted(map(sorted, (t for t, _ in told))) == [[0], [1], [2]]

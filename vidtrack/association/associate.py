@@ -22,6 +22,7 @@ from vidtrack.association.courses import Course, rows_of
 from vidtrack.association.groups import MARGIN, Groups, nodes_of
 from vidtrack.association.mirror import images_among
 from vidtrack.association.pairs import Pairs, Rays, bias_of, by_moment, pairs_of, rays_of
+from vidtrack.association.rigid_bodies import Body, members_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
 
@@ -65,6 +66,7 @@ class Association(NamedTuple):
     trajectory: tuple[Ints, ...]  # for each camera (n_tracklets,): the trajectory of each; NONE
     reason: tuple[NDArray[np.object_], ...]  # for each camera (n_tracklets,): why it is of none; '' where it is of one
     ties: tuple[Ties, ...]  # for each camera
+    names: tuple[str, ...]  # (m,) that a start box or a rigid body gives each trajectory; '' where none does
     lead: Array  # (m,) nats by which the least sure of a trajectory's joins is likelier than any other choice
     part_of: tuple[tuple[int, ...], ...]  # (m,) of which trajectories each may be a part; of none where it stands alone
     left: tuple[Left, ...]  # the longest first
@@ -83,6 +85,7 @@ def associate(
     targets: int | None = None,
     tolerance_px: float = 3.0,
     names: Sequence[Sequence[str]] | None = None,
+    bodies: Sequence[Body] = (),
 ) -> Association:
     """Join tracklets of several cameras to trajectories in space.
 
@@ -90,6 +93,7 @@ def associate(
     targets        how many trajectories there are, at most; None: not known
     tolerance_px   what the calibration may leave, px, at most: 3 standard deviations
     names          for each camera the name of each tracklet that begins in a start box, else ''; None: no box is known
+    bodies         rigid bodies: their targets with their places in the body, world units
     A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
     A stretch that goes on as one of several targets, and nothing tells which, is a trajectory of its own (`part_of`).
     """
@@ -103,7 +107,7 @@ def associate(
         groups.add(i, j, pairs)
     groups.join_the_clear()
     bridges = Bridges(cameras, rows_of(tracklets, groups.nodes.begin, bias), groups)
-    courses = _bridged(bridges, targets)
+    courses = _bridged(bridges, targets, bodies)
     if targets is None:
         courses = {g: c for g, c in courses.items() if _beyond_chance(bridges, g)}
     images = _images(courses, np.array([c.position for c in cameras]))
@@ -121,10 +125,13 @@ def associate_in_picture(
     return _told(groups, [tracklets], _chosen(courses, targets, groups), courses, {}, targets, 0.0)
 
 
-def _bridged(bridges: Bridges, targets: int | None) -> dict[int, Course]:
+def _bridged(bridges: Bridges, targets: int | None, bodies: Sequence[Body] = ()) -> dict[int, Course]:
     """The courses of groups when all that is clear is joined."""
     bridges.learn()
     bridges.join_the_clear()
+    if bodies:
+        bridges.groups.give(members_of(bridges.group_courses(), bodies))
+        bridges.join_the_clear()
     if targets is not None:
         bridges.join_to(targets, LASTING)
     return bridges.group_courses()
@@ -271,6 +278,7 @@ def _told(
         tuple(trajectory),
         tuple(reason),
         tuple(_ties(groups, int(i), int(j)) for i, j in pairwise(begin)),
+        tuple(next(iter(sorted(groups.names[g]))) if len(groups.names[g]) == 1 else "" for g in order),
         np.array([groups.lead[g] for g in order]),
         tuple(tuple(number[h] for h in may_be.get(g, ())) for g in order),
         tuple(left),

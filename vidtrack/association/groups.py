@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, insort
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -127,7 +127,7 @@ class Groups:
         """The same, and the number of misses that it is the sum over."""
         (a, b), (c, d) = self.span[g], self.span[h]
         if max(a, c) > min(b, d):
-            return 0.0, 0
+            return self._by_name(g, h), 0
         if g > h:
             g, h = h, g
         state = self.joins[g], self.joins[h]
@@ -161,9 +161,26 @@ class Groups:
                             worth = -LOSS * n
                         total += worth
                         count += n
-        if self.names[g] and self.names[h]:
-            total += -NAMED if self.names[g].isdisjoint(self.names[h]) else NAMED
-        return total, count
+        return total + self._by_name(g, h), count
+
+    def _by_name(self, g: int, h: int) -> float:
+        """Nats that the names of two groups say for their being one target."""
+        if not self.names[g] or not self.names[h]:
+            return 0.0
+        return -NAMED if self.names[g].isdisjoint(self.names[h]) else NAMED
+
+    def give(self, names: Mapping[int, str]) -> None:
+        """Name groups, and join those of one name that can be one target."""
+        for g, name in names.items():
+            self.names[g] = self.names[g] | {name}
+            self.joins[g] += 1
+        for name in sorted(set(names.values())):
+            own = sorted({self.root[g] for g in names if names[g] == name}, key=lambda g: self.span[g])
+            for g in own[1:]:
+                first = self.root[own[0]]
+                value = self.value(first, g)
+                if value > MARGIN:
+                    self.join(first, g, value)
 
     def join(self, g: int, h: int, lead: float = np.inf, rival: int = -1) -> int:
         """Join two groups, likelier by `lead` nats than if `rival` took one; returns the one that holds both."""

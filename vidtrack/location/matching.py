@@ -260,7 +260,7 @@ def labels_of(
     part_of: Sequence[tuple[int, ...]],
     names: list[str] | None,
 ) -> list[str]:
-    """Each trajectory's name: that of the tracks that show it, one to one; a|b, a|b#2 for those that may be parts of a or b.
+    """Each trajectory's name: that of the tracks that show it, one to one; a|b, a|b#2 for parts of a or b.
 
     Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
     as they are followed, and the first camera decides.
