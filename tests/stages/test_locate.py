@@ -509,3 +509,29 @@ def test_a_stretch_that_may_be_of_either_target_is_located_under_both_names():
     assert open_["flag"].str.startswith("ambiguous").all()
     assert not located.trajectories.duplicated(["target", "time_s"]).any()
     assert "identity-open" in [f["code"] for f in located.record["findings"]]
+
+
+FLOAT = {"bow": [6.0, 0.0, 0.0], "stern": [-4.0, 0.0, 0.0], "mast": [0.0, 1.0, 5.0]}
+
+
+def on_float(name):
+    def path(t):
+        c, s = np.cos(0.2 * np.sin(2 * t)), np.sin(0.2 * np.sin(2 * t))
+        x, y, z = FLOAT[name]
+        return np.stack([3 * np.sin(t) + c * x - s * y, np.cos(2 * t) + s * x + c * y, z + 0 * t], -1)
+
+    return path
+
+
+def test_a_rigid_body_names_its_targets_where_the_tracker_took_them_as_they_came():
+    rng = np.random.default_rng(13)
+    cameras = thesis_rig(2)
+    taken = {"bow": on_float("stern"), "stern": on_float("mast"), "mast": on_float("bow")}  # from top to bottom
+    tables = {c.name: centroids(c, taken, rng=rng) for c in cameras}
+    known = {c.name: (c, None) for c in cameras}
+    located = locate(tables, known, targets=list(FLOAT), bodies={"float": FLOAT})
+    off, _ = errors(located, {name: on_float(name) for name in FLOAT})
+    assert np.linalg.norm(off, axis=-1).max() < 0.2
+    assert "names-by-body" in [f["code"] for f in located.record["findings"]]
+    right = {c.name: centroids(c, {n: on_float(n) for n in FLOAT}, rng=rng) for c in cameras}
+    assert locate(right, known, targets=list(FLOAT), bodies={"float": FLOAT}).record["findings"] == []

@@ -31,7 +31,7 @@ def run(job: Job) -> None:
     positions are corrected by it.
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
-    follow, readout_ms[, max_miss].
+    follow, readout_ms[, max_miss, bodies].
     outputs: trajectories, csv, associations, record.
     """
     from vidtrack.location.associations import COLUMNS
@@ -51,7 +51,9 @@ def _in_space(job: Job) -> Locations:
 
     names = list(job.settings["cameras"])
     options = {
-        key: job.settings[key] for key in ("targets", "clocks", "tolerance_px", "max_miss") if key in job.settings
+        key: job.settings[key]
+        for key in ("targets", "clocks", "tolerance_px", "max_miss", "bodies")
+        if key in job.settings
     }
     points = [read_parquet(path) for path in job.paths("points")]
     codes = {n: code_from_record(read_json(p)) for n, p in zip(names, job.paths("readings"), strict=False)}

@@ -51,7 +51,7 @@ def rows_of(columns: Mapping[str, NDArray[Any]]) -> Rows:
         words("flag"),
         words("timecode"),
         np.asarray(columns.get("tracklet", np.full(n, -1)), np.intp),
-        np.asarray(columns.get("bound", np.zeros(n)), bool),
+        np.asarray([x is True or x == 1 for x in columns.get("bound", np.zeros(n)).tolist()], bool),
     )
 
 

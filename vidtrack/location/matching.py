@@ -12,9 +12,12 @@ from scipy.optimize import linear_sum_assignment
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import NONE, Left, Ties, associate
+from vidtrack.association.courses import Course
+from vidtrack.association.rigid_bodies import Body, members_of
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.views import Labels, Seen, View, by_trajectory, of_samples, tracklets_seen
 
 MAX_SAMPLES = 400
@@ -54,12 +57,21 @@ def matched(
     limit: int | None,
     tolerance_px: float,
     findings: list[Finding],
+    bodies: Sequence[Body] = (),
 ) -> Match:
-    """Which tracklets are one target, and the targets' names; what is doubtful is added to the findings."""
+    """Which tracklets are one target, and the targets' names; what is doubtful is added to the findings.
+
+    bodies   rigid bodies: their targets with their places in the body
+    """
     same = _by_name(views, seen, names)
     if same is not None and not _any_off(views, seen, same, tolerance_px):
-        return same
-    match = _by_association(views, seen, names, limit, tolerance_px)
+        other = _otherwise_by_bodies(views, seen, same, bodies)
+        if not other:
+            return same
+        text = "the distances of targets on rigid bodies say otherwise than their names: " + "; ".join(other)
+        cure = "The names by the distances are used. Check targets.csv and the places in bodies."
+        findings.append(Finding("doubtful", "names-by-body", text, cure))
+    match = _by_association(views, seen, names, limit, tolerance_px, bodies)
     if same is not None:
         if len(match.labels) < len(same.labels):
             return _only_choice(same, tolerance_px, findings)
@@ -102,18 +114,23 @@ def _spread(b: Sequence[Array]) -> Ints:
 
 
 def _by_association(
-    views: Sequence[View], seen: Sequence[Seen], names: list[str] | None, limit: int | None, tolerance_px: float
+    views: Sequence[View],
+    seen: Sequence[Seen],
+    names: list[str] | None,
+    limit: int | None,
+    tolerance_px: float,
+    bodies: Sequence[Body],
 ) -> Match:
     cameras = [v.camera for v in views]
     tracklets, numbers = zip(*(tracklets_seen(s) for s in seen), strict=True)
     given = [np.array(v.given, object)[n].tolist() for v, n in zip(views, numbers, strict=True)]
-    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px, names=given)
+    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px, names=given, bodies=bodies)
     trajectory, reason = [], []
     for view, number, own, why in zip(views, numbers, found.trajectory, found.reason, strict=True):
         trajectory.append(np.full(view.n_pieces, NONE, np.intp))
         reason.append(np.full(view.n_pieces, "no moment shared", object))
         trajectory[-1][number], reason[-1][number] = own, why
-    labels = labels_of(views, seen, trajectory, found.part_of, names)
+    labels = labels_of(views, seen, trajectory, found.part_of, names, found.names if bodies else ())
     match = _match(views, seen, labels, trajectory, reason, found.lead, found.bias_px)
     ties = tuple(_of_pieces(t, k, numbers, v.n_pieces) for k, (t, v) in enumerate(zip(found.ties, views, strict=True)))
     return match._replace(part_of=found.part_of, left=found.left, ties=ties)
@@ -131,6 +148,21 @@ def _of_pieces(ties: Ties, camera: int, numbers: Sequence[Ints], n: int) -> Ties
         out[numbers[camera][real]] = np.stack([pair[real, 0], np.array(which, np.intp)], -1)
         pairs.append(out)
     return Ties(lead, *pairs)
+
+
+def _otherwise_by_bodies(views: Sequence[View], seen: Sequence[Seen], same: Match, bodies: Sequence[Body]) -> list[str]:
+    """What targets are by the distances on rigid bodies, where that is not what they are called."""
+    if not bodies:
+        return []
+    m = len(same.labels)
+    b, sd = (
+        np.stack([by_trajectory(x, s.piece, t, m) for x, s, t in zip(values, seen, same.trajectory, strict=True)])
+        for values in ([s.b for s in seen], [s.sd for s in seen])
+    )
+    place = locate_points([v.camera for v in views], b, sd=np.nan_to_num(sd, nan=1.0)).point
+    moments = [np.flatnonzero(np.isfinite(p[:, 0])) for p in place]
+    courses = {k: Course(at, place[k, at], np.ones(at.size, np.intp)) for k, at in enumerate(moments) if at.size}
+    return [f"{same.labels[k]} is {name}" for k, name in members_of(courses, bodies).items() if name != same.labels[k]]
 
 
 def _match(
@@ -259,16 +291,21 @@ def labels_of(
     trajectory: Sequence[Ints],
     part_of: Sequence[tuple[int, ...]],
     names: list[str] | None,
+    by_body: Sequence[str] = (),
 ) -> list[str]:
     """Each trajectory's name: that of the tracks that show it, one to one; a|b, a|b#2 for parts of a or b.
 
-    Names that the user gave hold where a track begins, in its start box, and most cameras decide; others hold as long
-    as they are followed, and the first camera decides.
+    by_body   the name that a rigid body gives each trajectory, '' where none does
+    Names by bodies come first. Names that the user gave hold where a track begins, in its start box, and most cameras
+    decide; others hold as long as they are followed, and the first camera decides.
     """
     m = sum(not several for several in part_of)
     trajectory = [np.where(own < m, own, NONE) for own in trajectory]
-    known = list(dict.fromkeys([*(names or []), *(n for v in views for n in v.named)]))
+    known = list(dict.fromkeys([*(names or []), *filter(None, by_body), *(n for v in views for n in v.named)]))
     votes = np.zeros((m, len(known)))
+    for row, name in zip(votes, by_body, strict=False):
+        if name:
+            row[known.index(name)] += GIVEN**2
     for i, (view, s, own) in enumerate(zip(views, seen, trajectory, strict=True)):
         whose = of_samples(s.piece, own)
         for name, piece, row in zip(view.tracks, s.piece, whose, strict=True):

@@ -84,6 +84,7 @@ def locate(
     pictures: Mapping[str, Pictures] | None = None,
     tracklets: Mapping[str, pd.DataFrame] | None = None,
     readouts: Mapping[str, Readout] | None = None,
+    bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -104,6 +105,7 @@ def locate(
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
     readouts       camera: how it reads its picture; those of a global shutter have 0 s, and show where that is wrong
     tracklets      camera: all that it followed, `association.tracklets.COLUMNS`; None: what `centroids` has
+    bodies         body: {target: its place in the body's axes}: their distances say which target is which
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge.
@@ -135,7 +137,7 @@ def locate(
 
     at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
-    match = matched(views, seen, names, limit, reach, findings)
+    match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
     b, sd = _by_target(seen, match)
     fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
     lag = 3 if any(s.between for s in seen) else 1

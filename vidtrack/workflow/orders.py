@@ -163,6 +163,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,
+        "bodies": {name: body.targets for name, body in own.bodies.items()},
         "plane": plane,
         "follow": settings.calibration.follow,
     }
