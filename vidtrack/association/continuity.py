@@ -138,9 +138,9 @@ class Motion:
         ).reshape(starts.size, -1)
         S = jumps.T @ jumps / len(jumps)
         # few courses do not tell how different others are, and least of all how place and velocity go together:
-        # as many more without any correlation are taken into account as the covariance has directions, and one
+        # where they are fewer than the covariance has directions, courses without any correlation make up for them
         apart = int((self._remain >= n).sum()) / n + 1
-        prior = len(S) + 1
+        prior = max(len(S) + 1 - apart, 0.0)
         S = (apart * S + prior * np.diag(np.diag(S))) / (apart + prior)
         S = S * (1 + 10 / apart) + np.eye(len(S)) * (1e-6 * np.trace(S) / len(S) + 1e-30)
         scale = S * (TAIL - 2) / TAIL  # of a t distribution with this covariance
