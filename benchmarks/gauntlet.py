@@ -1,10 +1,11 @@
 """The gauntlet: random scenes, from trajectories in space to tracklets and back.
 
-    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method association stage] [--workers 2]
+    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method association stage trackpy laptrack] [--workers 2]
 
 For each kind of scene: the share located of the samples that two cameras saw, IDF1, HOTA, fixes beyond five sigma, the
 worst scene and the time that it takes. `association` is that alone, `stage` the whole stage locate, from tables as the
 track stage writes them; scenes whose clocks are not locked always go through the stage, which seeks the clocks.
+`trackpy` and `laptrack` are other programs on the same detections, see gauntlet_peers.
 See gauntlet_scenes and gauntlet_metrics.
 """
 
@@ -24,6 +25,9 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import associate
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.stages.locate import locate
+
+
+METHODS = ("association", "stage", "trackpy", "laptrack")
 
 
 class Outcome(NamedTuple):
@@ -98,7 +102,11 @@ def outcome(kind: str, seed: int, method: str, witness: bool = False) -> Outcome
     """Play one scene."""
     s = scene(kind, seed)
     start = time.process_time()
-    if method == "stage" or not s.locked:
+    if method in ("trackpy", "laptrack"):
+        from gauntlet_peers import by_peers
+
+        t, fix, sigma = by_peers(s, method)
+    elif method == "stage" or not s.locked:
         t, fix, sigma = located_by_stage(s)
     else:
         b, sd = put_together(s.views, by_association(s))
@@ -131,7 +139,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", nargs="*", default=list(KINDS))
-    parser.add_argument("--method", nargs="*", default=["association"], choices=["association", "stage"])
+    parser.add_argument("--method", nargs="*", default=["association"], choices=METHODS)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--witness", action="store_true", help="IDF1 by py-motmetrics too (group bench)")
     parser.add_argument("--scenes", action="store_true", help="a line for each scene that is not whole")
