@@ -1,6 +1,6 @@
 """The gauntlet: random scenes, from trajectories in space to tracklets and back.
 
-    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method association stage trackpy laptrack] [--workers 2]
+    python benchmarks/gauntlet.py --seeds 8 [--kind NAME ...] [--method association stage trackpy laptrack]
 
 For each kind of scene: the share located of the samples that two cameras saw, IDF1, HOTA, fixes beyond five sigma, the
 worst scene and the time that it takes. `association` is that alone, `stage` the whole stage locate, from tables as the
@@ -25,7 +25,6 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import associate
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.stages.locate import locate
-
 
 METHODS = ("association", "stage", "trackpy", "laptrack")
 
