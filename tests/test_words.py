@@ -28,7 +28,7 @@ RIDDLES = re.compile(
 )
 STRICT = [f"vidtrack/{room}" for room in ("timing", "simulate", "motion", "shore", "stages", "jobs", "location")]
 STRICT += [f"vidtrack/{room}" for room in ("labelling", "planning", "geometry", "figures", "report", "files")]
-STRICT += [f"vidtrack/{room}" for room in ("settings", "workflow", "verdict", "analysis")]
+STRICT += [f"vidtrack/{room}" for room in ("settings", "workflow", "verdict", "analysis", "association")]
 STRICT += ["vidtrack/steadiness"]
 STRICT += ["docs", "README.md", "config.yaml", "workflow/rules", "vidtrack/findings.py", "vidtrack/command.py"]
 NOT_FOR_PROGRAMS = re.compile(

@@ -1,1 +1,1 @@
-"""From tracklets of every camera to trajectories in space: who is who over cameras and over time."""
+"""From tracklets of every camera to trajectories in space: which of them show one target, over cameras and time."""

@@ -1,7 +1,7 @@
 """Association: which tracklets of all cameras show which target, over the whole run at once.
 
 1. Pairs of tracklets of different cameras are weighed by their lines of sight (`pairs`).
-2. Tracklets are joined to groups as far as lines of sight tell beyond doubt (`groups`).
+2. Tracklets are joined to groups as far as lines of sight decide it beyond doubt (`groups`).
 3. How targets move is measured on these groups' courses, and the rest is joined by sights and motion (`bridging`).
 4. Groups that two cameras see become trajectories; tracklets that remain are of none, each with its reason. Mirror
    images are none either, and a stretch that may be a part of several trajectories stays a trajectory of its own.
@@ -32,7 +32,7 @@ NONE = -1
 LEAST_BIAS_PX = 0.02
 """# ASSUME: px, what a calibration leaves at least."""
 SOME = 200
-"""Moments, evenly spread, that tell what the calibration leaves."""
+"""Moments, evenly spread, from which what the calibration leaves is estimated."""
 LASTING = 40.0
 """Nats, at most, for one target rather than one that vanishes and another that appears, where their number is known."""
 APART_PX = 20.0
@@ -95,7 +95,7 @@ def associate(
     names          for each camera the name of each tracklet that begins in a start box, else ''; None: no box is known
     bodies         rigid bodies: their targets with their places in the body, world units
     A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
-    A stretch that goes on as one of several targets, and nothing tells which, is a trajectory of its own (`part_of`).
+    A stretch that goes on as one of several targets, and nothing shows which, is a trajectory of its own (`part_of`).
     """
     rays = [rays_of(c, t.b) for c, t in zip(cameras, tracklets, strict=True)]
     moments = np.unique(np.concatenate([t.sample for t in tracklets]))
@@ -112,7 +112,7 @@ def associate(
         courses = {g: c for g, c in courses.items() if _beyond_chance(bridges, g)}
     images = _images(courses, np.array([c.position for c in cameras]))
     chosen = _chosen({g: c for g, c in courses.items() if g not in images}, targets, groups)
-    return _told(groups, tracklets, chosen, courses, images, targets, bias)
+    return _outcome(groups, tracklets, chosen, courses, images, targets, bias)
 
 
 def associate_in_picture(
@@ -122,7 +122,7 @@ def associate_in_picture(
     groups = Groups(nodes_of([tracklets], None if names is None else [names]), 1)
     bridges = Bridges([None], rows_of([tracklets], groups.nodes.begin, 0.0), groups)
     courses = _bridged(bridges, targets)
-    return _told(groups, [tracklets], _chosen(courses, targets, groups), courses, {}, targets, 0.0)
+    return _outcome(groups, [tracklets], _chosen(courses, targets, groups), courses, {}, targets, 0.0)
 
 
 def _bridged(bridges: Bridges, targets: int | None, bodies: Sequence[Body] = ()) -> dict[int, Course]:
@@ -243,7 +243,7 @@ def _moves(course: Course) -> bool:
     return bool(np.linalg.norm(p.std(axis=0)) > 2 * jitter)
 
 
-def _told(
+def _outcome(
     groups: Groups,
     tracklets: Sequence[Tracklets],
     chosen: Sequence[int],
@@ -295,10 +295,10 @@ def _ties(groups: Groups, begin: int, end: int) -> Ties:
         if node in groups.tie:
             tie = groups.tie[node]
             lead[k] = tie.lead
-            for out, who in ((fellow, tie.fellow), (rival, tie.rival)):
-                if who != NONE:
-                    camera = groups.nodes.camera[who]
-                    out[k] = camera, who - starts[camera]
+            for out, other in ((fellow, tie.fellow), (rival, tie.rival)):
+                if other != NONE:
+                    camera = groups.nodes.camera[other]
+                    out[k] = camera, other - starts[camera]
     return Ties(lead, fellow, rival)
 
 

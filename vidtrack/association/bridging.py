@@ -1,7 +1,7 @@
 """Groups joined where lines of sight leave it open: by the motion as well, in space and in each picture.
 
-A pair of groups is worth what its lines of sight tell and what the motion tells at the seams of its joint course. Pairs
-are joined, the clearest first, while the next best way to give their parts to others is less likely by `MARGIN`.
+A pair of groups is worth the evidence of its lines of sight and that of the motion at the seams of its joint course.
+Pairs are joined, the clearest first, while the next best way to give their parts to others is less likely by `MARGIN`.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
 
-def _information(told: Evidence) -> float:
-    return told.information
+def _information(evidence: Evidence) -> float:
+    return evidence.information
 
 
 class Bridges:
@@ -167,10 +167,10 @@ class Bridges:
 
         A camera that goes on seeing what the others lost bridges a gap that is more than twice as long in space.
         """
-        known = self.space is not None and len(course.moment)
-        gap = longest_gap(course.moment, course.source) if known else 0
-        told = [seam_evidence(course, self.space)] if gap and self.space is not None else []
-        return max([*told, *self._in_pictures(*rows, gap / 2 or FARTHEST)], key=_information, default=UNKNOWN).nats
+        located = self.space is not None and len(course.moment)
+        gap = longest_gap(course.moment, course.source) if located else 0
+        known = [seam_evidence(course, self.space)] if gap and self.space is not None else []
+        return max([*known, *self._in_pictures(*rows, gap / 2 or FARTHEST)], key=_information, default=UNKNOWN).nats
 
     def _in_pictures(self, row: Ints, part: Ints, shorter: float) -> Iterator[Evidence]:
         """What the motion says in each picture where the gap is shorter than so many moments."""
@@ -252,7 +252,7 @@ class Bridges:
         """Join courses one after another while there are more than so many targets.
 
         bonus   nats for one target that lasts rather than one that goes and another one that comes; the same for all
-                that may last, as it tells nothing of which goes on as which; none for what one camera alone shows,
+                that may last, as it says nothing of which goes on as which; none for what one camera alone shows,
                 which does not count as a target
         """
         self.farthest = FARTHEST
@@ -287,6 +287,6 @@ class Bridges:
         return abs(max(a, c) - min(b, d))
 
     def _lasts(self, g: int, h: int, common: int) -> bool:
-        """Whether two groups share no moments to speak of, and neither is too short to be told from chance."""
+        """Whether two groups share no moments to speak of, and neither is too short to be distinguished from chance."""
         (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
         return common <= TOUCHES and min(b - a, d - c) >= LASTS

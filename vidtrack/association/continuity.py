@@ -30,7 +30,7 @@ FINE = 20
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
 FLOOR = -30.0
-"""Nats, the least that a jump may tell: less than LASTING, as a target may bounce while it is not seen."""
+"""Nats, the least that a jump may be worth: less than LASTING, as a target may bounce while it is not seen."""
 
 
 class Evidence(NamedTuple):
@@ -137,7 +137,7 @@ class Motion:
             [np.einsum("rk,mkd->mrd", odd, x[:half]), np.einsum("rk,mkd->mrd", even, x[half:])]
         ).reshape(starts.size, -1)
         S = jumps.T @ jumps / len(jumps)
-        # few courses do not tell how different others are, and least of all how place and velocity go together:
+        # few courses do not show how different others are, and least of all how place and velocity go together:
         # where they are fewer than the covariance has directions, courses without any correlation make up for them
         apart = int((self._remain >= n).sum()) / n + 1
         prior = max(len(S) + 1 - apart, 0.0)

@@ -2,7 +2,7 @@
 alone, where they are in its picture.
 
 Also of pairs of groups as if they were one target, and what the motion says of that at the seams: the places where
-the joint course passes from what one of them tells to what the other one, or only both together, tell.
+the joint course passes from what one of them shows to what the other one, or only both together, show.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Rows(NamedTuple):
 
 
 class Course(NamedTuple):
-    """Places (k, d) at moments (k,), rising; `source` tells which of two groups each rests on: 1, 2, or 3 for both."""
+    """Places (k, d) at moments (k,), rising; `source` is which of two groups each rests on: 1, 2, or 3 for both."""
 
     moment: Ints
     place: Array
@@ -135,5 +135,5 @@ def seam_evidence(course: Course, motion: Motion) -> Evidence:
             gap = int(course.moment[k] - course.moment[j - 1])
             seams.append((min(j - i, m - k), course.place[i:j][-AROUND:], course.place[k:m][:AROUND], gap))
     seams.sort(key=lambda s: -s[0])
-    told = [motion.evidence(before, after, gap) for _, before, after, gap in seams[:SEAMS]]
-    return Evidence(max(sum(e.nats for e in told), FLOOR), float(sum(e.information for e in told)))
+    seen = [motion.evidence(before, after, gap) for _, before, after, gap in seams[:SEAMS]]
+    return Evidence(max(sum(e.nats for e in seen), FLOOR), float(sum(e.information for e in seen)))

@@ -1,4 +1,4 @@
-"""Tracklets joined to groups, each of one target, as far as lines of sight tell beyond doubt.
+"""Tracklets joined to groups, each of one target, as far as lines of sight decide it beyond doubt.
 
 A group holds tracklets of any camera; two of one camera never at one moment. It is worth the sum of its pairs'
 values. Groups are joined, those with the clearest margin first, while what is gained is larger by `MARGIN` than what
@@ -88,7 +88,7 @@ def nodes_of(tracklets: Sequence[Tracklets], names: Sequence[Sequence[str]] | No
 
 
 class Groups:
-    """A partition of the nodes; `value` tells what joining two groups is worth."""
+    """A partition of the nodes; `value` is what joining two groups is worth."""
 
     def __init__(self, nodes: Nodes, n_cameras: int) -> None:
         n = len(nodes.camera)
@@ -149,11 +149,11 @@ class Groups:
                     if k and theirs[k - 1][1] >= first:
                         k -= 1
                     while k < len(theirs) and theirs[k][0] <= last:
-                        low, high, who = theirs[k]
+                        low, high, other_node = theirs[k]
                         k += 1
                         if other == camera:
                             return -np.inf, 0
-                        worth, n = self.pair.get((node, who) if node < who else (who, node), UNFIT)
+                        worth, n = self.pair.get((node, other_node) if node < other_node else (other_node, node), UNFIT)
                         if worth is None:
                             n = min(high, last) - max(low, first) + 1
                             if n > TOUCHES:
@@ -208,10 +208,10 @@ class Groups:
         best, least = -1, np.inf
         for spans in self.spans[g]:
             k = bisect_left(spans, (first, -1, -1))
-            for low, high, who in spans[max(k - 1, 0) : k + 1]:
+            for low, high, member in spans[max(k - 1, 0) : k + 1]:
                 gap = max(low, first) - min(high, last)
                 if gap < least:
-                    best, least = who, gap
+                    best, least = member, gap
         return best
 
     def cameras(self, g: int) -> int:
@@ -306,7 +306,7 @@ def _total(worth: Worth) -> float:
 def _lead(ours: tuple[Worth, Worth], theirs: tuple[Worth, Worth]) -> float:
     """Nats by which two pairs are likelier than two others.
 
-    Where both fit, noise alone makes the sums of n misses' chi^2 / 2 differ by sqrt(n / 2): so much tells nothing.
+    Where both fit, noise alone makes the sums of n misses' chi^2 / 2 differ by sqrt(n / 2): so much says nothing.
     """
     sights = sum(w.sights for w in ours) - sum(w.sights for w in theirs)
     noise = CHANCE * np.sqrt(sum(w.n for w in (*ours, *theirs)) / 2)

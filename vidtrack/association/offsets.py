@@ -1,7 +1,7 @@
 """By how many samples two cameras' recordings are apart, as far as their tracklets fit each other.
 
 Each shift is worth what the best partner of every tracklet is worth: of a wrong one only coincidences fit. It is a
-coarse answer, to a sample, from which clocks can be refined when it is known who is who.
+coarse answer, to a sample, from which clocks can be refined when it is known which tracklets show one target.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ class Pairs(NamedTuple):
     b: Ints  # (P,)
     n: Ints  # (P,) common moments
     value: Array  # (P,) nats
-    square: Array  # (P,) px^2, variance of a picture's coordinates that the misses tell, over the moments that fit
+    square: Array  # (P,) px^2, variance of a picture's coordinates that the misses show, over the moments that fit
     noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain
 
 

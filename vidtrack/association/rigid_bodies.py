@@ -48,9 +48,9 @@ def members_of(courses: Mapping[int, Course], bodies: Sequence[Body]) -> dict[in
     courses   by their groups
     """
     pairs = {
-        (g, h): told
+        (g, h): apart
         for g, h in combinations(sorted(courses), 2)
-        if (told := _distance(courses[g], courses[h])) is not None
+        if (apart := _distance(courses[g], courses[h])) is not None
     }
     found: dict[int, set[str]] = {}
     for body in bodies:
@@ -122,10 +122,10 @@ def _fits(
     slack: float,
 ) -> bool:
     for name, h in own.items():
-        told = pairs.get((min(g, h), max(g, h)))
-        if told is None:
+        distance = pairs.get((min(g, h), max(g, h)))
+        if distance is None:
             return False
-        mean, error, change = told
+        mean, error, change = distance
         if abs(mean - apart[k, names.index(name)]) > slack + LIMITS.noise * error or change > slack:
             return False
     return True

@@ -80,10 +80,10 @@ class Tracklets(NamedTuple):
 
 def tracklets_of(owner: Sequence[int] | Ints, sample: Ints, b: Array, sd: Array) -> Tracklets:
     """Tracklets from rows in any order; `owner` (N,) numbers them from 0 without a gap, -1: a row of none."""
-    who = np.asarray(owner, np.intp)
-    order = np.lexsort((sample, who))
-    order = order[who[order] >= 0]
-    counts = np.bincount(who[order]) if order.size else np.zeros(0, np.intp)
+    numbers = np.asarray(owner, np.intp)
+    order = np.lexsort((sample, numbers))
+    order = order[numbers[order] >= 0]
+    counts = np.bincount(numbers[order]) if order.size else np.zeros(0, np.intp)
     start = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
     return Tracklets(start, np.asarray(sample, np.intp)[order], b[order], sd[order])
 
@@ -159,6 +159,6 @@ def tracklet_table(centroids: DataFrame) -> DataFrame:
     ended = np.where(np.append(met[starts[1:]], False)[: starts.size], "meeting", "lost").astype(object)
     ended[moment[rows[ends]] == moment.max(initial=0)] = "last"
     out = table.iloc[rows].reset_index(drop=True)
-    told = {"tracklet": number, "flag": flag.to_numpy(object)[rows], "began": began[number], "ended": ended[number]}
+    added = {"tracklet": number, "flag": flag.to_numpy(object)[rows], "began": began[number], "ended": ended[number]}
     brightness = out["contrast"] if "contrast" in out else np.full(len(out), np.nan)
-    return out.assign(**told, met="", brightness=brightness, bound=False)[list(COLUMNS)]
+    return out.assign(**added, met="", brightness=brightness, bound=False)[list(COLUMNS)]
