@@ -39,6 +39,7 @@ def test_a_wire_that_hangs_elsewhere_is_found_whole_and_its_good_neighbours_are_
     assert np.sqrt((z**2).mean()) < 2.5
 
 
+@pytest.mark.slow
 @FEW
 @given(st.integers(0, 10_000), st.integers(2, 4))
 def test_a_point_misplaced_in_the_survey_is_seen_elsewhere_by_all(seed, m):
@@ -54,6 +55,7 @@ def test_a_point_misplaced_in_the_survey_is_seen_elsewhere_by_all(seed, m):
     assert np.linalg.norm(found.place[j] - p[j]) < 0.3
 
 
+@pytest.mark.slow
 @FEW
 @given(st.integers(0, 10_000), st.integers(3, 4))
 def test_a_sight_that_one_camera_mistook_is_that_camera_s_alone(seed, m):
@@ -68,6 +70,7 @@ def test_a_sight_that_one_camera_mistook_is_that_camera_s_alone(seed, m):
     assert not found.misplaced.any()
 
 
+@pytest.mark.slow
 def test_the_names_of_two_points_exchanged_in_the_survey_are_seen_by_all_and_in_one_camera_by_one():
     rng = np.random.default_rng(3)
     p, cameras = thesis_points()[1], thesis_rig(3)

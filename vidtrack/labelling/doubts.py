@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.labelling.verdict import Case
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SWING = 0.3
 """px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""

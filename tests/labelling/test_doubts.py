@@ -1,0 +1,50 @@
+"""Balls that swing and clips that disagree are named, and noise is neither."""
+
+from types import SimpleNamespace as Thing
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vidtrack.labelling.doubts import DISAGREE, SWING, clip_moved, disagreeing, swinging
+
+
+def rows(**columns):
+    usual = {"clip": "row1", "tag": ["1", "2", "3", "4"], "tremble": 0.02, "found": True, "Xf": 10.0, "Yf": 20.0}
+    return pd.DataFrame({**usual, "sd_x": 0.05, "sd_y": 0.05, **columns})
+
+
+@pytest.mark.parametrize(
+    ("tremble", "named"),
+    [
+        ([0.02, 0.02, SWING + 0.01, 0.02], ["3"]),
+        ([0.02, 0.02, SWING - 0.01, 0.02], []),
+        ([0.1, 0.1, 0.45, 0.1], []),  # a picture in which every ball trembles
+        ([0.1, 0.1, 0.55, 0.1], ["3"]),
+    ],
+)
+def test_a_ball_swings_that_moves_by_much_and_by_more_than_the_others(tremble, named):
+    found = swinging(rows(tremble=tremble), "cam1")
+    assert [f.text.split("tag ")[1].split()[0] for f in found] == named
+    assert all((f.level, f.code) == ("doubtful", "ball-swings") for f in found)
+
+
+@pytest.mark.parametrize(
+    ("apart", "sd", "said"), [(0.6, 0.01, True), (DISAGREE - 0.01, 0.01, False), (0.6, 0.1, False)]
+)
+def test_two_clips_disagree_on_a_tag_by_more_than_noise_explains(apart, sd, said):
+    table = rows(tag=["1", "1", "2", "3"], clip=["a", "b", "a", "b"], Xf=[10, 10 + apart, 50, 90], sd_x=sd, sd_y=sd)
+    found = disagreeing(table, "cam1")
+    assert len(found) == said
+    if said:
+        assert found[0].text == "calibration/b: tag 1 of camera cam1 lies (+0.6, +0.0) px from where a has it."
+
+
+def test_a_tag_that_was_not_found_disagrees_with_nothing():
+    table = rows(tag="1", Xf=[10.0, 99.0, 10.0, 10.0], found=[True, False, True, True])
+    assert disagreeing(table, "cam1") == []
+
+
+def test_a_clip_that_moved_says_which_and_how_far():
+    found = clip_moved(Thing(clips=["a", "b"], camera="cam2"), 1, np.array([3.14, -2.0]))
+    assert "calibration/b: the balls of camera cam2 lie (+3.1, -2.0) px" in found.text
