@@ -144,9 +144,9 @@ def scene(kind: str, seed: int) -> Scene:
     if look.alike:
         size[:] = size[0]
     contrast = rng.uniform(*look.contrast) * np.ones(K)
-    begin, end = np.zeros(K), np.full(K, np.inf)
+    begin, end = np.full(K, -np.inf), np.full(K, np.inf)
     if look.late:
-        begin = np.where(rng.random(K) < 0.5, rng.uniform(0.2, 0.6, K) * length, 0.0)
+        begin = np.where(rng.random(K) < 0.5, rng.uniform(0.2, 0.6, K) * length, -np.inf)
     if look.leave:
         end = np.where(rng.random(K) < 0.5, rng.uniform(0.4, 0.8, K) * length, np.inf)
     ball = size / 225.0  # m, radius: rig() sees 1 m as 225 px

@@ -25,11 +25,10 @@ from vidtrack.tracking.detection.candidates import (
     unlikeness,
     within,
 )
-from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.separation import Scene, Separation
 from vidtrack.tracking.state import (
     EDGE,
     LOST,
@@ -75,21 +74,6 @@ class Search:
 SEARCH = Search()
 
 
-@dataclass(frozen=True)
-class Scene:
-    """What a search may rest on: settings, and what of the picture is no target.
-
-    level     grey level of pictures turned bright, for the whole picture
-    clutter   (2, m) px, blobs that stand still and are no target
-    static    all that stands about; None: nothing does
-    """
-
-    detection: Detection
-    level: float
-    clutter: Array
-    static: StaticClutter | None = None
-
-
 class Reacquisition:
     """Seeks what the tracker does not plainly see: n targets, and other tracks in the rest of the places.
 
@@ -99,12 +83,15 @@ class Reacquisition:
 
     def __init__(self, scene: Scene, n: int, places: int, *, far: bool) -> None:
         self.scene, self.far, self._n = scene, far, n
-        self.occlusions = Occlusions(places)
+        self.occlusions, self.separation = Occlusions(places), Separation(places)
+        self._fitted_before = self.separation.fitted
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
 
     def seek(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek the targets `who` in a sample; predicted (n, 2) px for all targets."""
-        detection = self.scene.detection
+        scene, detection = self.scene, self.scene.detection
+        self._fitted_before = self.separation.fitted.copy()
+        self.separation.fitted[who] = False
         met = self.occlusions.met[who]
         if met.any():
             now = self._seek_occluded(now, sample, who[met], predicted[who[met]])
@@ -124,6 +111,8 @@ class Reacquisition:
         if left.size:
             why = self._reasons(now, sample, who[left], predicted[left], near)
             now = now.missed(who[left], why | PREDICTED)
+            now, chosen[left] = self.separation.beside_static(now, sample, who[left], predicted[left], scene)
+            left = np.flatnonzero(chosen < 0)
         if detection.level is None and 0 < left.size <= SEARCH.boxes_at_most:  # the light may have changed
             seen = np.isfinite(now.state.appearance.pixels[who[left]])
             alone = left[(now.flag[who[left]] & (MERGED | EDGE) == 0) & seen]
@@ -176,6 +165,11 @@ class Reacquisition:
                     # what is above this level is less than the targets: they keep their appearance
                     now = replace(parted, state=replace(parted.state, appearance=now.state.appearance))
                     continue
+            apart = self.separation.measured(now, sample, some, middle, scene)
+            if apart is not None:
+                self.occlusions.seen(some, sample.time, apart.values[[X, Y]][:, some].T)
+                now = replace(apart, state=apart.state.still_sought(some))
+                continue
             now = now.missed(some, MERGED | PREDICTED)
             self._still_occluded(now, sample, some, middle, whole)
         return now
@@ -239,7 +233,7 @@ class Reacquisition:
         if not got.size:
             return now
         first = ~np.isfinite(now.state.appearance.pixels[got])
-        again = (now.state.missing[got] > 1) & ~first
+        again = (now.state.missing[got] > 1) & ~first & ~self._fitted_before[got]
         contrast = contrast_of(blobs)[b]
         background, top = levels_beside(sample, blobs, b, self.scene.detection)
         columns = (blobs.Xf, blobs.Yf, blobs.sd_x, blobs.sd_y, blobs.pixels, blobs.mass)

@@ -256,6 +256,12 @@ class TargetState:
         missing[found.who] = 0
         return replace(self, appearance=self.appearance.found(found), positions=positions, missing=missing)
 
+    def still_sought(self, who: Ints) -> TargetState:
+        """With targets that were measured just now and are not plainly themselves: the next sample is searched too."""
+        missing = self.missing.copy()
+        missing[who] = 1
+        return replace(self, missing=missing)
+
     def going(self, who: Ints, velocity: Array, samples: int) -> TargetState:
         """With what targets did before forgotten: they are taken to have moved at these velocities (n, 2), px a sample,
         in the last few samples.

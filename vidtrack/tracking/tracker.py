@@ -25,9 +25,10 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
-from vidtrack.tracking.reacquisition import Reacquisition, Scene
+from vidtrack.tracking.reacquisition import Reacquisition
 from vidtrack.tracking.record import Others, Record
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
     CORRUPT,
@@ -187,7 +188,9 @@ class Tracker:
         done = self.record.samples
         if done // INITIATION.every == (done - taken) // INITIATION.every:
             return
+        before = self.newcomers.track.copy()
         self.state = self.newcomers.begun(self.state, sample, self.search.occlusions, self.starts)
+        self.search.separation.forget(np.flatnonzero(self.newcomers.track != before))
         if self.newcomers.whole.static is not self.scene.static:
             self.scene = self.search.scene = replace(self.scene, static=self.newcomers.whole.static)
 

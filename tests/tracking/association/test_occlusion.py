@@ -40,11 +40,12 @@ def test_targets_that_pass_each_other_slowly_stay_who_they_are(radius, speed, ap
     error = np.hypot(*np.moveaxis(positions(rows) - path, -1, 0))
     gap = np.hypot(*(path[:, 0] - path[:, 1]).T) - 2 * radius
     sd = np.hypot(*rows.values[2:4])
-    assert np.nanmax(error) < 0.06
+    overlap = -gap / (2 * radius)
+    assert np.nanmax(error[gap > 0]) < 0.06
     assert np.nanmax(error / sd) < 5
-    assert not present(rows)[gap < -0.5].any()
-    assert (rows.flag[gap < -0.5] & MERGED > 0).all()
-    assert present(rows)[gap > 0.8].all()
+    assert not present(rows)[overlap > 0.75].any(), "what is hidden by so much is not measured"
+    assert (rows.flag[~present(rows)] & MERGED > 0).all()
+    assert present(rows)[overlap < 0.5].mean() > 0.93, "half hidden they are fitted together"
 
 
 def test_one_that_vanishes_in_a_meeting_does_not_hold_the_other_for_ever():

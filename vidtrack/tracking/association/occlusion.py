@@ -31,6 +31,8 @@ class Occlusion:
                        because more samples are bridged
     course_fading      weight of a position in a course for each sample of its age
     bending            samples for which an acceleration is taken to last
+    heeding            share of how far a target is off its course, a sample, that its velocity takes up where it is
+                       measured in an occlusion; straightening: share of its acceleration that stays
     """
 
     touching_px: float = 2.0
@@ -41,6 +43,8 @@ class Occlusion:
     course_acceleration_px: float = 0.5
     course_fading: float = 0.93
     bending: float = 8.0
+    heeding: float = 0.6
+    straightening: float = 0.85
 
 
 OCCLUSION = Occlusion()
@@ -93,6 +97,16 @@ class Occlusions:
         """One more sample in which nothing shows these targets; after `most` they are no longer waited for."""
         self.waited[who] += 1
         self.end(who[self.waited[who] > most])
+
+    def seen(self, who: Ints, time: float, position: Array) -> None:
+        """These targets are measured at positions (m, 2) px although they hide each other; courses go on there."""
+        off = position - self.at(who, np.array([time]))[0]
+        velocity, waited = self.velocity(who, time), np.maximum(time - self._begun[who], 1.0)[:, None]
+        self._course[0, who] = position
+        self._course[1, who] = velocity + OCCLUSION.heeding * off / waited
+        self._course[2, who] *= OCCLUSION.straightening
+        self._begun[who] = time
+        self.waited[who] = 0
 
     def shift(self, who: Ints, by: Array) -> None:
         """Move the courses of targets that are seen as one blob by (2,) px."""

@@ -70,6 +70,13 @@ class StaticClutter:
             hit[parity == one] = _any_within(sums, edges[:, parity == one])
         return hit
 
+    def piece(self, parity: int, left: int, top: int, height: int, width: int) -> Mask:
+        """1 on static clutter in a piece (height, width) of the samples of this parity."""
+        if parity not in self.sums:
+            return np.zeros((height, width), np.uint8)
+        sums = self.sums[parity][top : top + height + 1, left : left + width + 1]
+        return np.diff(np.diff(sums, axis=0), axis=1).astype(np.uint8)
+
     def without(self, parity: int, mask: Mask) -> StaticClutter:
         """The clutter without the marked pixels (rows, columns) of the samples of this parity."""
         if parity not in self.sums:

@@ -112,9 +112,7 @@ def fit_soft_discs(
     width = np.exp(best[5])
     size2 = np.exp(best[2] + best[3]) + width**2
     linear = np.maximum(noise, np.sqrt(cost / spare)) ** 2 * np.maximum(variance[:2], 0)
-    sharpness = np.exp(-(((width - DISC_FIT.least_px) / DISC_FIT.grid_blur_px) ** 2))
-    grid = (DISC_FIT.grid_px * sharpness) ** 2 / np.sqrt(size2)
-    sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid)
+    sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid_variance(size2, width))
     stayed = known & (np.hypot(best[0] - begin[0], best[1] - begin[1]) < 0.5 * radius + 1)
     area = np.pi * (size2 + 1 / 12)  # a blurred edge adds its variance to the squares of the radii, as the pixel does
     stayed &= (linear < (DISC_FIT.known * DISC_FIT.known) * size2).all(axis=0)
@@ -156,6 +154,12 @@ def _descend(
         trial = best + np.clip(step, -_LONGEST_STEP[:, None], _LONGEST_STEP[:, None])
         trial[5] = np.maximum(trial[5], np.log(DISC_FIT.least_px))
     return best, cost, normal
+
+
+def grid_variance(size2: Array, width: Array) -> Array:
+    """px^2, what the pixels' grid adds to the variance of x and y of discs of this size^2 and blur (px)."""
+    sharpness = np.exp(-(((width - DISC_FIT.least_px) / DISC_FIT.grid_blur_px) ** 2))
+    return np.asarray((DISC_FIT.grid_px * sharpness) ** 2 / np.sqrt(size2))
 
 
 def soft_disc(unknowns: Array, rows: Float32, columns: Float32, *, fine: bool) -> tuple[Float32, Float32]:

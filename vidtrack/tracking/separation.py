@@ -1,0 +1,232 @@
+"""Targets that overlap each other, or that static clutter hides in part, measured by a fit of all of them at once.
+
+What each looks like is known from when it was alone, and better from the first fit on. What else is bright nearby
+(static clutter, other targets) is left out of the fit. Where the pixels do not show where each target is, none is
+measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.measurement.background import background_plane, on_grid, sums_of
+from vidtrack.tracking.measurement.components import CUTTING
+from vidtrack.tracking.measurement.joint_fit import (
+    JOINT_FIT,
+    SHAPE,
+    Joint,
+    Shapes,
+    fit_together,
+    shapes_again,
+    shapes_of,
+)
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import MERGED, SATURATED, Found, Searched, X
+
+
+@dataclass(frozen=True)
+class Separating:
+    """When targets are fitted together.
+
+    at_most      targets in one fit; widest_px: half axis of one
+    ring_px      about the pixels that count, for the background
+    soft_px      about other targets and static clutter, which their light may reach
+    apart        least ratio of how far off targets are if they changed places, to how far they are, both squared
+    """
+
+    at_most: int = 4
+    widest_px: float = 60.0
+    ring_px: float = 6.0
+    soft_px: int = 2
+    apart: float = 4.0
+
+
+SEPARATING = Separating()
+_ROUND5 = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a search may rest on: settings, and what of the picture is no target.
+
+    level     grey level of pictures turned bright, for the whole picture
+    clutter   (2, m) px, blobs that stand still and are no target
+    static    all that stands about; None: nothing does
+    """
+
+    detection: Detection
+    level: float
+    clutter: Array
+    static: StaticClutter | None = None
+
+
+class Separation:
+    """Fits targets together; remembers the shapes of those in so many places, and which were fitted in this sample."""
+
+    def __init__(self, places: int) -> None:
+        self.fitted = np.zeros(places, bool)
+        self._shape = np.full((SHAPE, places), np.nan)
+
+    def forget(self, who: Ints) -> None:
+        """What was known of other tracks that had these places."""
+        self._shape[:, who] = np.nan
+
+    def measured(self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene) -> Searched | None:
+        """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold."""
+        detection, looks = scene.detection, now.state.appearance.of(who)
+        if not 0 < who.size <= SEPARATING.at_most or not np.isfinite(looks.values[:5]).all():
+            return None
+        known = self._known(who, looks.pixels, looks.size, looks.contrast)
+        column, row = middle[:, 0], np.asarray(sample.row(middle[:, 1]))
+        axes = np.exp(known.value[:2])
+        if axes.max() > SEPARATING.widest_px:
+            return None
+        room = axes.max(axis=1) + JOINT_FIT.reach_px + SEPARATING.ring_px
+        rows, columns = sample.luma.shape
+        left, right = int(np.floor(column.min() - room[0])), int(np.ceil(column.max() + room[0])) + 1
+        top, bottom = int(np.floor(row.min() - room[1])), int(np.ceil(row.max() + room[1])) + 1
+        half = axes.max(axis=1)
+        if (column - half[0]).min() < 0 or (column + half[0]).max() > columns - 1:
+            return None
+        if (row - half[1]).min() < 0 or (row + half[1]).max() > rows - 1:
+            return None
+        left, top, right, bottom = max(0, left), max(0, top), min(columns, right), min(rows, bottom)
+        grey = detection.bright(sample.luma[top:bottom, left:right]).astype(np.float32) * np.float32(detection.scale)
+        hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
+        x, y = column - left, row - top
+        piece = _without_background(grey, hidden, x, y, axes, detection.noise)
+        fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(detection.noise, piece.noise))
+        if not fit.good or not _each_its_own(fit, x, y):
+            return None
+        self._shape[:, who] = fit.shape
+        self.fitted[who] = True
+        return _with(now, sample, who, fit, left, top, piece, looks.pixels)
+
+    def beside_static(
+        self, now: Searched, sample: Sample, who: Ints, predicted: Array, scene: Scene
+    ) -> tuple[Searched, Ints]:
+        """With targets `who` (m,) that static clutter hides in part measured by what is to be seen of them.
+
+        predicted  (m, 2) px; returns for each target 0 where it was measured, else -1
+        """
+        chosen = np.full(who.size, -1, np.intp)
+        if scene.static is None:
+            return now, chosen
+        size = now.state.appearance.size[:, who]
+        hidden = scene.static.touched([sample], *predicted.T[:, None], *size)[0]
+        for i in np.flatnonzero(hidden & (now.flag[who] & MERGED > 0)).tolist():
+            seen = self.measured(now, sample, who[i : i + 1], predicted[i : i + 1], scene)
+            if seen is not None:
+                now, chosen[i] = seen, 0
+        return now, chosen
+
+    def _known(self, who: Ints, pixels: Array, size: Array, contrast: Array) -> Shapes:
+        first, own = shapes_of(pixels, size, contrast), self._shape[:, who]
+        seen = np.isfinite(own[0])
+        again = shapes_again(own)
+        return Shapes(np.where(seen, again.value, first.value), np.where(seen, again.sd, first.sd))
+
+    def _hidden(
+        self,
+        now: Searched,
+        sample: Sample,
+        who: Ints,
+        corner: tuple[int, int],
+        shape: tuple[int, ...],
+        static: StaticClutter | None,
+    ) -> NDArray[np.bool_]:
+        """Pixels of a piece of the sample that something else may light."""
+        hidden = np.zeros(shape, np.uint8)
+        if static is not None:
+            hidden |= cv2.dilate(static.piece(sample.parity, *corner, *shape), _ROUND5)
+        others = np.setdiff1d(np.flatnonzero(np.isfinite(now.values[X])), who)
+        if others.size:
+            x, y = now.values[:2, others]
+            y = np.asarray(sample.row(y))
+            half = now.state.appearance.size[:, others] / 2 + SEPARATING.soft_px
+            row, column = np.ogrid[: shape[0], : shape[1]]
+            near = np.flatnonzero(
+                (np.abs(x - corner[0] - shape[1] / 2) < half[0] + shape[1] / 2)
+                & (np.abs(y - corner[1] - shape[0] / 2) < half[1] + shape[0] / 2)
+            )
+            for i in near.tolist():
+                off = ((column + corner[0] - x[i]) / half[0, i]) ** 2 + ((row + corner[1] - y[i]) / half[1, i]) ** 2
+                hidden[off < 1] = 1
+        return hidden > 0
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A piece of a sample: grey levels over its background, those at full scale, the background under each target (m,),
+    and the noise about it.
+    """
+
+    over: NDArray[np.float32]
+    clipped: NDArray[np.bool_]
+    background: Array
+    noise: float
+
+
+def _without_background(
+    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, noise: float
+) -> _Piece:
+    """A piece over the plane of what is beside the targets at x, y (m,) and not hidden."""
+    height, width = grey.shape
+    wide = np.zeros((height, 1, width + CUTTING.separator), np.float32)
+    wide[:, 0, :width] = grey
+    row, column = np.ogrid[:height, :width]
+    mask = np.zeros(wide.shape, np.uint8)
+    for i in range(x.size):
+        own = ((column - x[i]) / (axes[0, i] + 1)) ** 2 + ((row - y[i]) / (axes[1, i] + 1)) ** 2 < 1
+        mask[:, 0, :width] |= own.astype(np.uint8)
+    mask[:, 0, :width] |= hidden
+    sums = sums_of(height, width)
+    plane = background_plane(wide, mask, sums, noise)
+    under = on_grid(plane.slope, sums)[:, 0, :width]
+    at = (np.clip(np.rint(y).astype(int), 0, height - 1), np.clip(np.rint(x).astype(int), 0, width - 1))
+    return _Piece(
+        np.asarray(grey - under, np.float32), grey >= CUTTING.full_scale, under[at].astype(float), float(plane.noise[0])
+    )
+
+
+def _each_its_own(fit: Joint, x: Array, y: Array) -> bool:
+    """Whether each target is so much nearer to where it was expected than to where another was that all are certain."""
+    own = np.square(fit.x - x) + np.square(fit.y - y)
+    for i in range(x.size):
+        for j in range(i):
+            swapped = (fit.x[i] - x[j]) ** 2 + (fit.y[i] - y[j]) ** 2 + (fit.x[j] - x[i]) ** 2 + (fit.y[j] - y[i]) ** 2
+            if swapped < SEPARATING.apart * (own[i] + own[j]):
+                return False
+    return True
+
+
+def _with(
+    now: Searched, sample: Sample, who: Ints, fit: Joint, left: int, top: int, piece: _Piece, pixels: Array
+) -> Searched:
+    """With the targets measured; their appearance stays, and they are still sought in the next sample."""
+    y = (fit.y + top) * sample.lines + sample.parity
+    values = np.stack(
+        [
+            fit.x + left,
+            y,
+            fit.sd_x,
+            fit.sd_y * sample.lines,
+            pixels,
+            fit.mass,
+            fit.mass / np.maximum(pixels, 1),
+            piece.background,
+        ]
+    )
+    row, column = np.rint(fit.y).astype(int), np.rint(fit.x).astype(int)
+    height, width = piece.over.shape
+    full = piece.clipped[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+    looks = now.state.appearance
+    found = now.found(Found(who, values, looks.size[:, who], looks.plateau[who], full * SATURATED))
+    return replace(found, state=replace(found.state, appearance=looks))
