@@ -182,19 +182,20 @@ def _grazing(K: int, length: float, cameras: list[Camera], rng: np.random.Genera
     eye = cameras[0].position
     when = rng.uniform(0.4, 0.6, K) * length
     swing = rng.uniform(0.025, 0.06, K)
+    away = rng.normal(0, 0.25, (K, 3))
 
     def course(t: Array) -> Array:
         p = base(t)
         for k in range(1, K, 2):
-            own, partner = p[k], p[k - 1]
+            partner = p[k - 1]
             sight = partner - eye
             depth = np.linalg.norm(sight, axis=-1, keepdims=True)
             side = np.cross(sight, (0.0, 0.0, 1.0))
             side /= np.linalg.norm(side, axis=-1, keepdims=True)
             beside = partner + sight / depth * 0.25 + side * swing[k] * np.cos(3 * (t - when[k]))[:, None]
             beside += np.array([0.0, 0.0, 0.035])
-            share = np.exp(-(((t - when[k]) / (0.22 * length)) ** 4))[:, None]
-            p[k] = share * beside + (1 - share) * own
+            share = np.exp(-(((t - when[k]) / (0.3 * length)) ** 2))[:, None]
+            p[k] = share * beside + (1 - share) * (partner + away[k])
         return p
 
     return course

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.reacquisition import Reacquisition, Scene
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.settings import Detection
@@ -55,7 +56,7 @@ def lost(*positions, missing=2, box=30.0):
 
 def sought(now, predicted, picture_of, *, far=False):
     n = len(predicted)
-    return Reacquisition(SCENE, n, n, far=far).seek(now, picture_of, np.arange(n), predicted)
+    return Reacquisition(SCENE, n, n, OwnSize(n), far=far).seek(now, picture_of, np.arange(n), predicted)
 
 
 @pytest.mark.parametrize("missing", [1, 2])
@@ -100,7 +101,7 @@ def test_one_blob_where_two_targets_should_be_is_neither():
 
 
 def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searches():
-    search = Reacquisition(SCENE, 1, 1, far=True)
+    search = Reacquisition(SCENE, 1, 1, OwnSize(1), far=True)
     now, predicted = lost((30.0, 50.0), missing=12)
     first = search.seek(now, sample((120.0, 60.0, RADIUS)), np.arange(1), predicted)
     assert np.isnan(first.values).all()
@@ -117,8 +118,8 @@ def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searche
 def test_targets_that_hide_each_other_count_as_lost_after_max_occlusion(longest):
     now, position = lost((60.0, 50.0), (62.0, 50.0))
     scene = Scene(Detection(noise=2.0, max_occlusion=longest), 100.0, np.zeros((2, 0)))
-    search, who = Reacquisition(scene, 2, 2, far=False), np.arange(2)
-    search.occlusions.begin(who, np.arange(4.0), np.tile(position, (4, 1, 1)), np.full((2, 2), RADIUS))
+    search, who = Reacquisition(scene, 2, 2, OwnSize(2), far=False), np.arange(2)
+    search.occlusions.begin(who, np.arange(4.0), np.tile(position, (4, 1, 1)))
     for _ in range(longest):
         now = search.seek(now, sample(), who, position)
         assert search.occlusions.met.all()

@@ -27,6 +27,7 @@ from vidtrack.tracking.detection.candidates import (
 )
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.measurement.window import WINDOW
+from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene, Separation
 from vidtrack.tracking.state import (
@@ -81,11 +82,16 @@ class Reacquisition:
     What another track follows may turn out to be a target, but not the other way round.
     """
 
-    def __init__(self, scene: Scene, n: int, places: int, *, far: bool) -> None:
-        self.scene, self.far, self._n = scene, far, n
+    def __init__(self, scene: Scene, n: int, places: int, own_size: OwnSize, *, far: bool) -> None:
+        self.scene, self.far, self._n, self.own_size = scene, far, n, own_size
         self.occlusions, self.separation = Occlusions(places), Separation(places)
         self._fitted_before = self.separation.fitted
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
+
+    def forget(self, who: Ints) -> None:
+        """Whatever is in these places is another thing now."""
+        self.separation.forget(who)
+        self.own_size.forget(who)
 
     def seek(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek the targets `who` in a sample; predicted (n, 2) px for all targets."""
@@ -225,7 +231,9 @@ class Reacquisition:
             x, y = blobs.left + (blobs.width - 1) / 2, blobs.top + (blobs.height - 1) / 2 * sample.lines
             bad = bad | scene.static.touched([sample], x[None], y[None], blobs.width, blobs.height)[0]
         cost[:, bad] = np.inf
-        return cost
+        self.own_size.forget(who[now.state.missing[who] > OWN_SIZES.remembered])
+        odd = self.own_size.odd(blobs.pixels[:, None].astype(float), contrast_of(blobs)[:, None], who).T
+        return np.where(odd, np.inf, cost)
 
     def _found(self, now: Searched, sample: Sample, who: Ints, blobs: Blobs, chosen: Ints) -> Searched:
         """With the blobs that were assigned to targets (-1: none)."""

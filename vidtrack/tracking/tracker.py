@@ -25,6 +25,7 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
+from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.reacquisition import Reacquisition
 from vidtrack.tracking.record import Others, Record
 from vidtrack.tracking.sample import Sample
@@ -95,7 +96,8 @@ class Tracker:
         self.state = TargetState.before(self.starts)
         places = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
         self.scene = Scene(detection, level, places, static)
-        self.search = Reacquisition(self.scene, n, n + spare, far=far)
+        self.own_size = OwnSize(n + spare)
+        self.search = Reacquisition(self.scene, n, n + spare, self.own_size, far=far)
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record = Record(n)
         self.crops: list[Crop] = []
@@ -190,7 +192,7 @@ class Tracker:
             return
         before = self.newcomers.track.copy()
         self.state = self.newcomers.begun(self.state, sample, self.search.occlusions, self.starts)
-        self.search.separation.forget(np.flatnonzero(self.newcomers.track != before))
+        self.search.forget(np.flatnonzero(self.newcomers.track != before))
         if self.newcomers.whole.static is not self.scene.static:
             self.scene = self.search.scene = replace(self.scene, static=self.newcomers.whole.static)
 
@@ -222,11 +224,8 @@ class Tracker:
 
     def _predicted(self, times: Array) -> Array:
         active = self.state.missing >= 0
-        if active.all():
-            where = predict(self.state.times, self.state.positions, times)
-        else:
-            where = np.full((len(times), active.size, 2), np.nan)
-            where[:, active] = predict(self.state.times, self.state.positions[:, active], times)
+        where = np.full((len(times), active.size, 2), np.nan)
+        where[:, active] = predict(self.state.times, self.state.positions[:, active], times)
         where = np.where(np.isfinite(where), where, self.starts.position)
         if (who := np.flatnonzero(self.search.occlusions.met)).size:
             where[:, who] = self.search.occlusions.at(who, times)
@@ -245,7 +244,7 @@ class Tracker:
             detection=self.scene.detection,
             careful=len(self.record) % PACE.careful_every == 0,
         )
-        clear, at = seen.clear, seen.values[[X, Y]]
+        clear, at = seen.clear & ~self.own_size.unlike(seen.values, who), seen.values[[X, Y]]
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5
             clear = clear & ~near.all(axis=0).any(axis=-1)
@@ -258,7 +257,8 @@ class Tracker:
             where = predicted[:, every]
             where[:, : who.size] = np.where(clear[:, : who.size, None], at.transpose(1, 2, 0), where[:, : who.size])
             clear = cleared(clear, where, self.state.sizes(samples[0].lines, every))[:, : who.size]
-        return seen, clear
+        self.own_size.follow(seen.values, clear, who)
+        return seen._replace(values=self.own_size.doubted(seen.values, who)), clear
 
     def _pixels_of(self, who: Ints) -> float:
         """Pixels of the windows that the targets take, those of templates at their share."""
@@ -279,7 +279,7 @@ class Tracker:
         times, positions = self.record.recent()
         if not times.size:
             return predicted
-        occlusions.begin(together, times, positions, self.state.sizes(sample.lines) / 2)
+        occlusions.begin(together, times, positions)
         met = together[occlusions.met[together]]
         where = predicted.copy()
         where[met] = occlusions.at(met, np.array([sample.time]))[0]

@@ -1,9 +1,10 @@
 """Occlusion: while targets hide each other none of them is measured; afterwards their courses tell which is which.
 
 What two targets that touch show is one blob, or one target and a part of the other. So from the moment in which
-either is not plainly itself neither is measured, and each is expected where its own course takes it: a smooth curve
-through its last positions, without those so close to the other that it may have been in the picture of them.
-They are measured again once there are as many separate blobs as targets, given to them by least squares.
+either is not plainly itself each is expected where its own course takes it, a smooth curve through its last positions:
+few of them, as waves bend a course within a quarter of a second. Where the pixels allow it they are fitted together
+(`separation`), else they are measured again once there are as many separate blobs as targets, given to them by least
+squares.
 """
 
 from __future__ import annotations
@@ -22,29 +23,21 @@ class Occlusion:
     """When targets count as hiding each other, and how their courses are continued.
 
     touching_px        between the boxes of two targets, below which they may be one blob
-    blurred_px         between two targets, below which the one's soft edge is in the other's centroid: such positions
-                       are left out of a course
     inside             of a target's size: two centroids nearer than this to each other are of one and the same blob
-    remembered         samples that a course rests on, at most
+    remembered         samples of a course, at most; course_lengths: those that are tried
     course_noise_px, course_acceleration_px  (a sample^2) # ASSUME: how well positions fit a course that is followed
                        through an occlusion; both are smaller than those of a prediction for the next sample (`MOTION`),
                        because more samples are bridged
-    course_fading      weight of a position in a course for each sample of its age
     bending            samples for which an acceleration is taken to last
-    heeding            share of how far a target is off its course, a sample, that its velocity takes up where it is
-                       measured in an occlusion; straightening: share of its acceleration that stays
     """
 
     touching_px: float = 2.0
-    blurred_px: float = 3.0
     inside: float = 0.5
-    remembered: int = 24
+    remembered: int = 20
+    course_lengths: tuple[int, ...] = (20, 12, 8, 6, 4)
     course_noise_px: float = 0.1
-    course_acceleration_px: float = 0.5
-    course_fading: float = 0.93
-    bending: float = 8.0
-    heeding: float = 0.6
-    straightening: float = 0.85
+    course_acceleration_px: float = 3.0
+    bending: float = 5.0
 
 
 OCCLUSION = Occlusion()
@@ -58,20 +51,16 @@ class Occlusions:
         self.waited = np.zeros(n, np.intp)
         self._course = np.zeros((3, n, 2))
         self._begun = np.zeros(n)
+        self._history: dict[int, tuple[Array, Array]] = {}
 
-    def begin(self, who: Ints, times: Array, positions: Array, half: Array) -> None:
-        """Targets `who` touch after the samples at `times` (m,), positions (m, n, 2) px; half (n, 2) of their sizes."""
-        new = who[~self.met[who]]
-        for i in new.tolist():
-            apart = (np.abs(positions - positions[:, i : i + 1]) - half - half[i]).max(axis=-1)
-            apart[:, i] = np.inf
-            known = np.isfinite(positions[:, i, 0])
-            clean = known & ~(apart < OCCLUSION.blurred_px).any(axis=1)
-            use = clean if clean.sum() >= 3 else known
-            if not use.any():
+    def begin(self, who: Ints, times: Array, positions: Array) -> None:
+        """Targets `who` touch after the samples at `times` (m,), positions (m, n, 2) px."""
+        for i in who[~self.met[who]].tolist():
+            known = np.flatnonzero(np.isfinite(positions[:, i, 0]))[-OCCLUSION.remembered :]
+            if not known.size:
                 continue
-            self._course[:, i] = _course(times[use] - times[-1], positions[use, i])
-            self._begun[i] = times[-1]
+            self._history[i] = times[known], positions[known, i]
+            self._continue(i)
             self.met[i] = True
             self.waited[i] = 0
 
@@ -100,13 +89,18 @@ class Occlusions:
 
     def seen(self, who: Ints, time: float, position: Array) -> None:
         """These targets are measured at positions (m, 2) px although they hide each other; courses go on there."""
-        off = position - self.at(who, np.array([time]))[0]
-        velocity, waited = self.velocity(who, time), np.maximum(time - self._begun[who], 1.0)[:, None]
-        self._course[0, who] = position
-        self._course[1, who] = velocity + OCCLUSION.heeding * off / waited
-        self._course[2, who] *= OCCLUSION.straightening
-        self._begun[who] = time
+        for i, now in zip(who.tolist(), position, strict=True):
+            times, positions = self._history[i]
+            keep = slice(-OCCLUSION.remembered, None)
+            self._history[i] = np.append(times, time)[keep], np.concatenate([positions, now[None]])[keep]
+            self._continue(i)
         self.waited[who] = 0
+
+    def _continue(self, i: int) -> None:
+        """The course of one target by its last positions."""
+        times, positions = self._history[i]
+        self._course[:, i] = _course(times - times[-1], positions)
+        self._begun[i] = times[-1]
 
     def shift(self, who: Ints, by: Array) -> None:
         """Move the courses of targets that are seen as one blob by (2,) px."""
@@ -114,12 +108,21 @@ class Occlusions:
 
 
 def _course(back: Array, positions: Array) -> Array:
-    """Position, velocity and acceleration (3, 2) at time 0 of a parabola through positions (m, 2) at times `back`."""
-    A = np.stack([np.ones_like(back), back, back * back / 2], axis=1)
-    weight = OCCLUSION.course_fading**-back
+    """Position, velocity and acceleration (3, 2) at time 0 of a parabola through positions (m, 2) at times `back`.
+
+    Through as many of the last ones as a parabola fits: waves bend it within a few samples, slow courses are known the
+    better the longer.
+    """
     noise, speed, acceleration = OCCLUSION.course_noise_px, MOTION.speed_px, OCCLUSION.course_acceleration_px
     ridge = np.diag([1e-9, (noise / speed) ** 2, (noise / acceleration) ** 2])
-    return np.asarray(np.linalg.solve((A.T * weight) @ A + ridge, (A.T * weight) @ positions), float)
+    course: Array = np.zeros((3, 2))
+    for most in OCCLUSION.course_lengths:
+        t, p = back[-most:], positions[-most:]
+        A = np.stack([np.ones_like(t), t, t * t / 2], axis=1)
+        course = np.asarray(np.linalg.solve(A.T @ A + ridge, A.T @ p), float)
+        if np.sqrt(np.square(p - A @ course).mean()) < noise:
+            break
+    return course
 
 
 def cleared(clear: Bools, position: Array, size: Array) -> Bools:

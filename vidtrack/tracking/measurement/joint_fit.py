@@ -37,6 +37,7 @@ class JointFit:
     alike          ratio of lights below which it does not matter which disc is in front
     reach_px       about a disc, in which pixels count
     overlap        of the smaller diameter, by which two discs may overlap and still be separated
+    steep          overlap at which the variance is twice the linearised one: it grows as its 8th power
     visible        share of a disc that must be seen
     cusp           of the blur, at radius 1, falling as 1 / sqrt(radius): error in x and y where two blurred outlines
                    meet; it grows as 1 + 40 overlap^4; measured on drawn discs
@@ -52,7 +53,8 @@ class JointFit:
     again: tuple[float, float, float] = (0.02, 0.05, 0.15)
     alike: float = 1.08
     reach_px: float = 4.0
-    overlap: float = 0.62
+    overlap: float = 0.6
+    steep: float = 0.48
     visible: float = 0.35
     cusp: float = 0.025
     misfit: float = 0.06
@@ -118,8 +120,8 @@ def fit_together(data: Float32, free: Bools, clipped: Bools, x: Array, y: Array,
     rows, columns = np.arange(height, dtype=np.float32)[:, None, None], np.arange(width, dtype=np.float32)
     axes = np.exp(known.value[:2])
     reach = axes + JOINT_FIT.reach_px
-    near = ((np.abs(columns - x[:, None])[:, None] < reach[0][:, None, None])
-            & (np.abs(rows[:, :, 0] - y).T[:, :, None] < reach[1][:, None, None])).any(axis=0)  # fmt: skip
+    in_x, in_y = np.abs(columns - x[:, None]) < reach[0][:, None], np.abs(rows[:, :, 0] - y).T < reach[1][:, None]
+    near = (in_x[:, None] & in_y[:, :, None]).any(axis=0)
     weight = (free & near).astype(np.float32)
     light = np.exp(known.value[2])
     orders = [tuple(range(m))]
@@ -133,19 +135,19 @@ def fit_together(data: Float32, free: Bools, clipped: Bools, x: Array, y: Array,
     linear = max(noise, scatter) ** 2 * np.maximum(variance.reshape(6, m)[:2], 0)
     radius2 = np.exp(best[2] + best[3])
     size2 = radius2 + np.exp(2 * best[5])
-    width = np.exp(best[5])
+    blur = np.exp(best[5])
     overlap = _overlap(best, np.sqrt(radius2))
-    cusps = (JOINT_FIT.cusp * width) ** 2 / np.sqrt(radius2) * np.nan_to_num(1 + 40 * overlap**4)
-    sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid_variance(size2, width) + cusps)
+    cusps = (JOINT_FIT.cusp * blur) ** 2 / np.sqrt(radius2) * np.nan_to_num(1 + 40 * overlap**4)
+    linear = linear * (1 + np.nan_to_num(overlap / JOINT_FIT.steep) ** 8)
+    sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid_variance(size2, blur) + cusps)
     mass = np.exp(best[4]) * np.pi * (size2 + 1 / 12)
     away = np.abs(best[:2] - begin[:2])
     good = bool((away < JOINT_FIT.moved * axes + JOINT_FIT.moved_px).all())
     good &= scatter < max(3 * noise, JOINT_FIT.misfit * float(np.exp(best[4]).min()))
     good &= bool((sd < JOINT_FIT.known_to * np.exp(best[2:4]) + 0.05).all())
     good &= bool((np.abs(best[2:5] - known.value[:3]) < 4 * known.sd[:3] + 0.05).all())
-    good &= bool((_overlap(best, np.sqrt(radius2)) < 1 + JOINT_FIT.overlap**2).all()) and bool(
-        (_seen(shares, weight) > JOINT_FIT.visible).all()
-    )
+    good &= bool((np.nan_to_num(overlap) < JOINT_FIT.overlap).all())
+    good &= bool((_seen(shares, weight) > JOINT_FIT.visible).all())
     return Joint(best[0], best[1], sd[0], sd[1], mass, best[2:], good)
 
 

@@ -1,0 +1,91 @@
+"""Overlapping discs fitted together: where they are, how sure, and when they are not separated."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from vidtrack.tracking.measurement.joint_fit import fit_together, shapes_again, shapes_of
+
+FINE, NOISE = 6, 3.0
+
+
+def drawn(rng, radius, light, overlap, *, blur=0.7, noise=NOISE):
+    """Two opaque discs, the second in front, before black; their middles (2, 2) px. overlap: of the lesser diameter."""
+    side = int(4 * max(radius) + 18)
+    apart = sum(radius) - 2 * overlap * min(radius)
+    angle, middle = rng.uniform(0, 2 * np.pi), side / 2 + rng.uniform(-0.5, 0.5, 2)
+    half = apart / 2 * np.array([np.cos(angle), np.sin(angle)])
+    at = np.array([middle - half, middle + half])
+    place = (np.arange(side * FINE) + 0.5) / FINE - 0.5
+    image = np.zeros((side * FINE, side * FINE))
+    for (x, y), r, a in zip(at, radius, light, strict=True):
+        share = np.clip((r - np.hypot(place - x, place[:, None] - y)) * FINE + 0.5, 0, 1)
+        image += share * (a - image)
+    pixels = gaussian_filter(image, blur * FINE).reshape(side, FINE, side, FINE).mean(axis=(1, 3))
+    return (pixels + rng.normal(0, noise, pixels.shape)).astype(np.float32), at
+
+
+def fitted(data, at, radius, light, rng, *, free=None, again=False, off=0.4):
+    r, a = np.array(radius), np.array(light)
+    if again:
+        known = shapes_again(np.log(np.array([r, r, a, 0.7 + 0 * r])))
+    else:
+        r = r * rng.normal(1, 0.05, len(r))
+        known = shapes_of(np.pi * r**2, np.stack([2 * r, 2 * r]), a * rng.normal(1, 0.08, len(r)))
+    x, y = (at + rng.normal(0, off, at.shape)).T
+    whole = np.ones(data.shape, bool) if free is None else free
+    return fit_together(data, whole, data > 1e9, x, y, known, NOISE)
+
+
+def errors(fit, at):
+    return np.stack([fit.x, fit.y], axis=1) - at, np.stack([fit.sd_x, fit.sd_y], axis=1)
+
+
+@pytest.mark.parametrize("again", [False, True])
+@pytest.mark.parametrize("light", [(180.0, 180.0), (180.0, 110.0)])
+@pytest.mark.parametrize("overlap", [0.0, 0.25, 0.5])
+@pytest.mark.parametrize("radius", [(4.0, 4.0), (7.0, 5.0)])
+def test_two_discs_that_overlap_are_found_as_well_as_their_sigma_says(radius, overlap, light, again):
+    rng = np.random.default_rng(1)
+    z, found = [], 0
+    for _ in range(20):
+        data, at = drawn(rng, radius, light, overlap)
+        fit = fitted(data, at, radius, light, rng, again=again)
+        found += fit.good
+        error, sd = errors(fit, at)
+        z.append(error / sd)
+        assert not fit.good or np.abs(error).max() < 0.2
+    assert found >= 18
+    assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.4
+
+
+def test_discs_that_cover_each_other_almost_wholly_are_not_separated():
+    rng = np.random.default_rng(2)
+    good = []
+    for _ in range(10):
+        data, at = drawn(rng, (4.0, 4.0), (180.0, 180.0), 0.85)
+        good.append(fitted(data, at, (4.0, 4.0), (180.0, 180.0), rng, again=True).good)
+    assert not any(good)
+
+
+def test_a_disc_of_which_a_third_is_hidden_is_found_by_its_rim():
+    rng = np.random.default_rng(3)
+    z = []
+    for _ in range(20):
+        data, at = drawn(rng, (6.0, 1.0), (180.0, 0.0), -3.0)
+        hidden = np.zeros(data.shape, bool)
+        column = int(at[0, 0])
+        hidden[:, column - 1 : column + 4] = True
+        data[hidden] = 90.0
+        fit = fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=True)
+        assert fit.good
+        error, sd = errors(fit, at[:1])
+        z.append(error / sd)
+    assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.4
+
+
+def test_something_that_is_no_disc_of_that_size_is_no_measurement():
+    rng = np.random.default_rng(4)
+    data, at = drawn(rng, (9.0, 9.0), (180.0, 180.0), 0.3)
+    assert not fitted(data, at, (4.0, 4.0), (180.0, 180.0), rng, again=True).good
+    assert not fitted(data * 0, at, (9.0, 9.0), (180.0, 180.0), rng, again=True).good

@@ -1,0 +1,78 @@
+"""Balls that touch in one view are followed through the touch; what cannot be separated is flagged."""
+
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.discs import picture
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
+
+RATE = Fraction(30)
+SHAPE = (140, 200)
+
+
+def recorded(path, *, radius=5.0, noise=3.0, clutter=None):
+    rng = np.random.default_rng(0)
+    level = np.full(SHAPE, 30.0)
+    frames = []
+    for i, at in enumerate(path):
+        image = picture(SHAPE, [(*p, radius) for p in at], level=level, contrast=1.0, dtype=float)
+        share = np.clip(image - level, 0, 1)  # opaque: where two overlap there is one's light
+        image = level + 160 * share
+        if clutter is not None:
+            image = np.where(clutter, 150.0, image)
+        luma = np.clip(np.rint(image + rng.normal(0, noise, SHAPE)), 0, 255).astype(np.uint8)
+        frames.append(Frame(i, i / RATE, luma, False, None))
+    return frames, VideoInfo(SHAPE[1], SHAPE[0], RATE, field_order="progressive")
+
+
+def results(path, **settings):
+    """Errors, sd (samples, targets, 2) px and flags (samples, targets)."""
+    names = [f"t{i}" for i in range(path.shape[1])]
+    boxes = pd.DataFrame({"target": names, "Xf": path[0, :, 0], "Yf": path[0, :, 1]})
+    table = track(*recorded(path, **settings), targets=names, start_boxes=boxes).centroids
+    n = len(names)
+    place, sd = (table[c].to_numpy().reshape(-1, n, 2) for c in (["Xf", "Yf"], ["sd_x", "sd_y"]))
+    return place - path, sd, table["flag"].to_numpy().reshape(-1, n)
+
+
+def meeting(nearest, n=70):
+    """Two balls that swing towards each other, to `nearest` px, and stay near each other for long."""
+    t = np.arange(n)
+    gap = nearest + 40 * (0.5 + 0.5 * np.cos(2 * np.pi * t / n)) ** 2
+    x, y = 100 + 6 * np.sin(t / 7), 70 + 5 * np.cos(t / 9)
+    return np.stack([np.stack([x - gap / 2, y - 0.2 * gap / 2], -1), np.stack([x + gap / 2, y + 0.2 * gap / 2], -1)], 1)
+
+
+@pytest.mark.parametrize("nearest", [10.0, 8.0, 6.0])
+def test_balls_that_touch_for_long_are_measured_all_the_time(nearest):
+    """Radius 5 px: at 6 px they overlap by 40 % of a diameter."""
+    error, sd, flag = results(meeting(nearest))
+    seen = np.isfinite(error[..., 0])
+    assert seen.mean() > 0.98
+    assert np.nanmax(np.abs(error)) < 0.15
+    assert np.nanmax(np.abs(error / sd)) < 5
+    assert (flag[seen] == "").mean() > 0.97
+
+
+def test_balls_of_which_one_hides_the_other_are_flagged_merged_and_each_goes_on_as_itself():
+    error, sd, flag = results(meeting(1.0))
+    hidden = np.isnan(error[..., 0])
+    assert hidden.any()
+    assert all("merged" in word or "lost" in word for word in flag[hidden])
+    assert np.nanmax(np.abs(error / sd)) < 6, "the blob of both is taken for neither"
+
+
+def test_a_ball_behind_a_still_rope_is_measured_by_what_is_to_be_seen_of_it():
+    t = np.arange(60)
+    path = np.stack([60 + 1.3 * t, 70 + 10 * np.sin(t / 8)], axis=-1)[:, None]
+    rope = np.zeros(SHAPE, bool)
+    rope[:, 98:101] = True
+    error, sd, flag = results(path, radius=6.0, clutter=rope)
+    seen = np.isfinite(error[..., 0])
+    assert seen.mean() > 0.93
+    assert np.nanmax(np.abs(error / sd)) < 5
+    assert all("merged" in word for word in flag[~seen])

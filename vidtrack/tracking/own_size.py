@@ -1,0 +1,90 @@
+"""How large each target usually is: what looks like it but covers far more or far fewer pixels is not it alone.
+
+Two that have become one blob, or a target of which something in front leaves a part, differ from the target in size
+and not in light; a lamp that flickers differs in light as well, and a target that comes nearer changes slowly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.window import WINDOW
+from vidtrack.tracking.state import CONTRAST, PIXELS, SD_X, SD_Y
+
+
+@dataclass(frozen=True)
+class OwnSizes:
+    """When a size is not a target's own.
+
+    following    share by which the size that is remembered follows each reading
+    odd          |log| of the ratio of pixel counts from which it is another thing, or a part
+    light        of that: |log| of the ratio of contrasts from which it is a change of light
+    doubtful_px  of its rim, the error of a pixel count: three of it are no chance
+    shift        of the radius, by which a part that is missing or added moves the middle, for each share of the area
+    remembered   samples without a measurement after which a size is no longer known
+    """
+
+    following: float = 0.04
+    odd: float = 0.33
+    light: float = 0.5
+    doubtful_px: float = 0.45
+    shift: float = 0.6
+    remembered: int = 30
+
+
+OWN_SIZES = OwnSizes()
+
+
+class OwnSize:
+    """Usual pixel counts and contrasts (grey levels) of so many places; NaN where none is known."""
+
+    def __init__(self, places: int) -> None:
+        self._usual = np.full((2, places), np.nan)
+
+    def forget(self, who: Ints) -> None:
+        """Whatever is in these places is another thing now."""
+        self._usual[:, who] = np.nan
+
+    def _off(self, pixels: Array, contrast: Array, who: Ints | slice) -> tuple[Array, Bools]:
+        """Log of the ratio to the usual count, targets on the last axis, and where the light explains it."""
+        usual = self._usual[:, who]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            size, light = np.log(pixels / usual[0]), np.log(np.maximum(contrast, 1e-3) / usual[1])
+        return size, np.abs(light) > OWN_SIZES.light * np.abs(size)
+
+    def odd(self, pixels: Array, contrast: Array, who: Ints) -> Bools:
+        """Which readings, targets `who` on the last axis, are of another size."""
+        size, explained = self._off(pixels, contrast, who)
+        return np.asarray((np.abs(size) > OWN_SIZES.odd + WINDOW.grain / self._usual[0, who]) & ~explained)
+
+    def unlike(self, values: Array, who: Ints) -> Bools:
+        """As `odd`, of readings (VALUES, k, m)."""
+        return self.odd(values[PIXELS], values[CONTRAST], who)
+
+    def doubted(self, values: Array, who: Ints) -> Array:
+        """Values (VALUES, k, m) with sd_x, sd_y grown by what a missing or added part may have moved the middle."""
+        size, explained = self._off(values[PIXELS], values[CONTRAST], who)
+        usual = self._usual[0, who]
+        radius = np.sqrt(usual / np.pi)
+        chance = 3 * OWN_SIZES.doubtful_px * np.sqrt(2 * np.pi * radius) / usual
+        with np.errstate(invalid="ignore"):
+            part = (np.abs(size) > chance) & ~explained
+        if not part.any():
+            return values
+        values = values.copy()
+        shift = np.where(part, OWN_SIZES.shift * np.abs(size) * radius, 0.0)
+        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shift)
+        return values
+
+    def follow(self, values: Array, clear: Bools, who: Ints) -> None:
+        """Take in readings (VALUES, k, m) where they are clear (k, m)."""
+        count = clear.sum(axis=0)
+        share = (1 - (1 - OWN_SIZES.following) ** count) * (count > 0)
+        readings = values[[PIXELS, CONTRAST]]
+        mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
+        old = self._usual[:, who]
+        new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
+        self._usual[:, who] = new
