@@ -114,10 +114,11 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
 def _lasting(light: Array, later: Array) -> float:
     """By how much errors of samples that are `later` apart differ more than those of neighbours: codecs repeat errors.
 
-    Of all targets together; their light shows it without any motion.
+    Of all targets together; their light shows it without any motion. A light that itself flickers says nothing of
+    errors: it scatters more than those of any codec.
     """
     ratio = later / np.where(light > 0, light, np.nan)
-    known = ratio[np.isfinite(ratio)]
+    known = ratio[np.isfinite(ratio) & (later < DIFFERENCES.position_to_light)]
     return max(1.0, float(np.median(known))) if known.size else 1.0
 
 
