@@ -118,7 +118,7 @@ def _lasting(light: Array, later: Array) -> float:
     errors: it scatters more than those of any codec.
     """
     ratio = later / np.where(light > 0, light, np.nan)
-    known = ratio[np.isfinite(ratio) & (later < DIFFERENCES.position_to_light)]
+    known = ratio[np.isfinite(ratio) & (light < DIFFERENCES.position_to_light)]
     return max(1.0, float(np.median(known))) if known.size else 1.0
 
 
