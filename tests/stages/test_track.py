@@ -289,7 +289,7 @@ def test_twelve_bits_in_sixteen_are_saturated_where_the_sensor_ends():
     assert (track(frames, info).centroids["flag"] == "saturated").all()
 
 
-@pytest.mark.parametrize(("kind", "low", "high"), [("weighted", 0.6, 1.9), ("ellipse", 0.4, 1.9)])
+@pytest.mark.parametrize(("kind", "low", "high"), [("weighted", 0.6, 1.9), ("ellipse", 0.25, 1.9)])
 @pytest.mark.parametrize("over", [2.0, 5.0])
 def test_the_sd_of_saturated_targets_tells_their_clipped_rims_also_at_rest(kind, low, high, over):
     at = np.array([(30 + 38.37 * i, 30 + 41.61 * j) for j in range(4) for i in range(6)])

@@ -21,7 +21,7 @@ class Growth:
     sudden   share of its mass by which it changes then
     """
 
-    clipped: tuple[tuple[str, float], ...] = (("weighted", 0.053), ("ellipse", 0.017), ("binary", 0.0))
+    clipped: tuple[tuple[str, float], ...] = (("weighted", 0.053), ("ellipse", 0.027), ("binary", 0.0))
     passing: int = 3
     sudden: float = 0.15
 
@@ -50,7 +50,7 @@ def _clipped(rows: Rows, lines: int, kind: str) -> Array:
 
     A pixel on the rim shows its share of the target only up to full scale, and the rim that is left is half as wide
     or less: of the error of counting whole pixels, which goes with 1 / sqrt(radius), a seventh is left to the weighted
-    mean, a third of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
+    mean, half of that to a fitted disc, where the edge is blurred by half a px and overexposed twice to twenty times.
     """
     with np.errstate(divide="ignore"):
         of_rim = np.where(rows.flag & SATURATED, dict(GROWTH.clipped)[kind] * rows.values[PIXELS] ** -0.25, 0.0)
