@@ -17,7 +17,7 @@ def _picture(**values: Any) -> Callable[[Scene, Rng], None]:
 
 
 def _long_exposure(scene: Scene, rng: Rng) -> None:
-    scene["recording"]["shutter"] = {"open_s": 1 / 40, "samples": 9}
+    scene["recording"]["shutter"] = {"open_s": 1 / 60, "samples": 9}
 
 
 def _darker(folder: Path, rng: Rng) -> None:
