@@ -1,0 +1,281 @@
+"""What a killed, stopped or hindered run leaves: it is called again, and every result must be there, byte for byte.
+
+    PYTHONPATH=. python benchmarks/faults.py [--trials 40] [--seed 1] [--fault kill-stage]
+
+A small experiment is processed once, undisturbed. Then, trial by trial in a fresh copy, one fault hits the run at a
+random moment; what was said is kept; the lock, where one is left, is removed by `vidtrack unlock`; the run is called
+again. A trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a
+half-written file. The table says for each fault how often, how many were lost, and how many lines the user read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import yaml
+
+from benchmarks.campaign.scenes import random_scene
+from vidtrack.simulate.laboratory import set_up
+from vidtrack.simulate.scenario import scenario_from
+
+HOUSE = Path(__file__).resolve().parent.parent
+PLAIN = (".parquet", ".json", ".csv", ".html", ".svg", ".png")
+"""Endings of results; logs, benchmarks and Snakemake's own records are not results."""
+
+UNLOCK = "import sys; from vidtrack.command import main; sys.argv[1:1] = ['unlock']; sys.exit(main())"
+
+
+class Said(NamedTuple):
+    code: int
+    seconds: float
+    lines: list[str]  # those of vidtrack and those of errors
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--fault", choices=list(FAULTS), action="append")
+    asked = parser.parse_args()
+    rng = random.Random(asked.seed)
+    room = Path(tempfile.mkdtemp(prefix="faults-"))
+    try:
+        raw = room / "raw"
+        _film(raw, asked.seed)
+        calm = room / "calm"
+        shutil.copytree(raw, calm)
+        before = _run(calm)
+        if before.code:
+            raise SystemExit("\n".join(before.lines))
+        wanted = _digests(calm)
+        print(f"undisturbed: {before.seconds:.0f} s, {len(wanted)} results", flush=True)
+        faults = asked.fault or list(FAULTS)
+        count: Counter[str] = Counter()
+        lost: Counter[str] = Counter()
+        spoken: Counter[str] = Counter()
+        for k in range(asked.trials):
+            fault = faults[k % len(faults)]
+            folder = room / "trial"
+            shutil.copytree(raw, folder)
+            problems, lines = _trial(folder, fault, before.seconds, wanted, rng)
+            count[fault] += 1
+            lost[fault] += bool(problems)
+            spoken[fault] = max(spoken[fault], lines)
+            print(f"{k + 1}/{asked.trials} {fault}: {'; '.join(problems) or 'nothing lost'}", flush=True)
+            shutil.rmtree(folder)
+    finally:
+        shutil.rmtree(room, ignore_errors=True)
+    print(f"{'fault':24}{'times':>6}{'lost':>6}{'lines':>7}")
+    for fault in faults:
+        print(f"{fault:24}{count[fault]:6d}{lost[fault]:6d}{spoken[fault]:7d}")
+    sys.exit(1 if sum(lost.values()) else 0)
+
+
+def _film(folder: Path, seed: int) -> None:
+    scene = random_scene(np.random.default_rng(seed))
+    scene["cameras"] = dict(list(scene["cameras"].items())[:2])
+    run = scene["runs"]["test"]
+    run["targets"] = dict(list(run["targets"].items())[:1])
+    set_up(scenario_from(scene, "scenario"), str(folder), threads=2)
+
+
+def _command(folder: Path) -> list[str]:
+    return [sys.executable, "-m", "snakemake", "-s", f"{HOUSE}/Snakefile", "--directory", str(folder), "--cores", "2"]
+
+
+def _run(folder: Path, fault: Callable[[subprocess.Popen[str], Path], None] | None = None) -> Said:
+    """Snakemake over a folder, from its beginning to its end; a fault is called beside it."""
+    begun = time.monotonic()
+    environment = os.environ | {"PYTHONPATH": str(HOUSE), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    said = folder.with_name("said")
+    with said.open("w") as out:
+        running = subprocess.Popen(
+            _command(folder), stdout=out, stderr=out, text=True, start_new_session=True, env=environment
+        )
+        if fault is not None:
+            fault(running, folder)
+        code = running.wait()
+        _end_of_session(running.pid)
+    lines = [line for line in said.read_text().splitlines() if line.startswith("vidtrack:") or "Error" in line]
+    return Said(code, time.monotonic() - begun, lines)
+
+
+def _end_of_session(leader: int) -> None:
+    """Wait for what the session's leader left running, as a person does who sees the machine still at work."""
+    for _ in range(600):
+        if not _session(leader):
+            return
+        time.sleep(0.1)
+
+
+def _session(leader: int) -> list[int]:
+    """Processes of a session that are not dead."""
+    found = []
+    for entry in os.listdir("/proc"):
+        if entry.isdigit():
+            try:
+                fields = Path(f"/proc/{entry}/stat").read_text().rpartition(")")[2].split()
+            except OSError:
+                continue
+            if int(fields[3]) == leader and fields[0] != "Z":
+                found.append(int(entry))
+    return found
+
+
+def _trial(
+    folder: Path, fault: str, seconds: float, wanted: dict[str, str], rng: random.Random
+) -> tuple[list[str], int]:
+    """What was lost (nothing: an empty list), and how many lines the user read of the disturbed run."""
+    moment = rng.uniform(0.2, 0.95) * seconds
+    said = _run(folder, lambda running, where: FAULTS[fault](running, where, moment, rng))
+    problems = []
+    subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import sys; from vidtrack.command import main; sys.exit(main())",
+            "unlock",
+            str(folder),
+        ],
+        env=os.environ | {"PYTHONPATH": str(HOUSE)},
+        capture_output=True,
+        check=False,
+    )
+    again = _run(folder)
+    if again.code:
+        problems.append(f"the second call ended with {again.code}: {' | '.join(again.lines[:3])}")
+    found = _digests(folder)
+    if missing := set(wanted) - set(found):
+        problems.append(f"missing: {', '.join(sorted(missing)[:3])} ({' | '.join(again.lines[:3])})")
+    if other := [name for name in wanted if name in found and found[name] != wanted[name]]:
+        problems.append(f"other bytes: {', '.join(sorted(other)[:3])}")
+    if left := [str(path.relative_to(folder)) for path in folder.rglob("*.partial*")]:
+        problems.append(f"left: {', '.join(left[:3])}")
+    return problems, len(said.lines)
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    results = folder / "results"
+    found = {}
+    for path in sorted(results.rglob("*")):
+        name = path.relative_to(results)
+        aside = any(part.startswith(".") or part in ("logs", "benchmarks") for part in name.parts)
+        if path.is_file() and path.suffix in PLAIN and not aside:
+            found[str(name)] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return found
+
+
+def _signal_all(number: int) -> Callable[..., None]:
+    def fault(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+        time.sleep(moment)
+        if running.poll() is None:
+            os.killpg(running.pid, number)
+
+    return fault
+
+
+def _kill_snakemake(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    time.sleep(moment)
+    running.kill()
+
+
+def _terminate_snakemake(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    time.sleep(moment)
+    running.terminate()
+
+
+def _kill_stage(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """Any process that Snakemake started, at work just then."""
+    time.sleep(moment)
+    for _ in range(200):
+        others = [pid for pid in _session(running.pid) if pid != running.pid]
+        if others or running.poll() is not None:
+            break
+        time.sleep(0.02)
+    else:
+        return
+    for pid in rng.sample(others, min(1, len(others))):
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            return
+
+
+def _second_call(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """Somebody calls it once more while it runs."""
+    time.sleep(moment)
+    subprocess.run(_command(folder), env=os.environ | {"PYTHONPATH": str(HOUSE)}, capture_output=True, check=False)
+
+
+def _tweak_and_back(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """The config is edited while it is worked on; then the user thinks better of it."""
+    path = folder / "config.yaml"
+    before = path.read_text()
+    config = yaml.safe_load(before)
+    config.setdefault("detect", {})["threshold"] = 90
+    time.sleep(moment)
+    path.write_text(yaml.safe_dump(config))
+    subprocess.run(
+        [*_command(folder), "-n"], env=os.environ | {"PYTHONPATH": str(HOUSE)}, capture_output=True, check=False
+    )
+    running.wait()
+    path.write_text(before)
+
+
+def _full_disk(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """From a moment on no process may write a file of more than a few thousand bytes."""
+    time.sleep(moment)
+    for pid in _session(running.pid):
+        try:
+            resource.prlimit(pid, resource.RLIMIT_FSIZE, (3000, 3000))
+        except (ProcessLookupError, PermissionError):
+            continue
+
+
+def _read_only_results(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """A result's folder is replaced by a file where it would be written, until the run has ended."""
+    time.sleep(moment)
+    places = [path for path in (folder / "results").rglob("*") if path.is_dir() and not path.name.startswith(".")]
+    if not places:
+        return
+    place = rng.choice(places)
+    aside = place.with_name(f"{place.name}-aside")
+    try:
+        place.rename(aside)
+        place.write_text("")
+    except OSError:
+        return
+    running.wait()
+    place.unlink()
+    aside.rename(place)
+
+
+FAULTS: dict[str, Callable[..., None]] = {
+    "kill-snakemake": _kill_snakemake,
+    "kill-stage": _kill_stage,
+    "kill-all": _signal_all(signal.SIGKILL),
+    "ctrl-c": _signal_all(signal.SIGINT),
+    "terminate": _terminate_snakemake,
+    "second-call": _second_call,
+    "config-edited": _tweak_and_back,
+    "files-too-large": _full_disk,
+    "folder-in-the-way": _read_only_results,
+}
+
+if __name__ == "__main__":
+    main()
