@@ -27,6 +27,9 @@ OUTSIDE = (0.01, 0.5)
 LASTING = 30
 """Samples of something located besides the targets, at least, to be worth a word."""
 
+SUDDEN = (0.002, 0.1)
+"""Share of samples that miss suddenly, worth a word, and doubtful."""
+
 DISAGREE = (0.02, 0.2)
 """Share of samples on which cameras disagree: doubtful, and bad."""
 
@@ -52,6 +55,15 @@ def findings_of(record: Record, units: str) -> list[Finding]:
         share = samples["disagree"] / samples["n"]
         level: Level = "bad" if share > DISAGREE[1] else "doubtful" if share > DISAGREE[0] else "note"
         out.append(Finding(level, "cameras-disagree", text, _cure(record)))
+    sudden = samples.get("sudden_misses") or 0
+    if sudden > max(2, SUDDEN[0] * samples["n"]):
+        grave: Level = "doubtful" if sudden > SUDDEN[1] * samples["n"] else "note"
+        text = (
+            f"{sudden} samples: lines of sight miss each other for a moment by more than noise explains; their sigma "
+            "is grown by it"
+        )
+        cure = "See the tracks there: a rope, a flash or a neighbour may touch the target in one camera."
+        out.append(Finding(grave, "sudden-misses", text, cure))
     return out
 
 

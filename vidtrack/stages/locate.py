@@ -33,6 +33,7 @@ from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.shared_survey import Survey, joint_covariance
 from vidtrack.location.sight_misses import sight_misses
+from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.views import (
     Labels,
     Seen,
@@ -160,6 +161,7 @@ def locate(
     misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
+    located, sudden = with_grown_sigma(located, sd)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
     table["flag"] = _flags(views, seen, match, located, max_miss).ravel()
     table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
@@ -170,6 +172,7 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
+    record["samples"]["sudden_misses"] = int(sudden.sum())
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     findings += findings_of(record, units)
