@@ -91,6 +91,15 @@ def test_where_less_than_half_agree_nothing_is_known():
     assert "agree" in turn.why
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_the_patches_say_is_a_movement_or_a_reason(seed):
+    rng = np.random.default_rng(seed)
+    b = rng.uniform(-5, np.array(SIZE) + 5, (int(rng.integers(6, 12)), 2))
+    shift = rng.normal(0, 10 ** rng.uniform(0, 3.5), b.shape)
+    turn = fitted(LAW, b, shift, np.full(b.shape, 0.03), SIZE)
+    assert np.isfinite(turn.theta).all() or turn.why
+
+
 def test_few_patches_or_all_in_one_place_tell_nothing():
     rng = np.random.default_rng(6)
     b = patches(rng)

@@ -54,6 +54,7 @@ class Agreement:
 
 
 AGREEMENT = Agreement()
+NO_ONE = "no one movement of the camera takes the patches to where they are found"
 
 
 class Law(NamedTuple):
@@ -160,6 +161,8 @@ def fitted(
             J, left = slopes(law, b[agree], theta), b[agree] + shift[agree] - law(b[agree], theta)
             weight = 1 / sd[agree] ** 2
             normal = np.einsum("nki,nk,nkj->ij", J, weight, J)
+            if not (np.isfinite(normal).all() and np.isfinite(left).all()):
+                return unknown._replace(why=NO_ONE)
             theta = theta + np.linalg.pinv(normal) @ np.einsum("nki,nk,nk->i", J, weight, left)
         off = (b + shift - law(b, theta)) / sd
         own = off[agree]
@@ -170,6 +173,8 @@ def fitted(
         agree = np.max(np.abs(off), axis=1) < wide
         if agree.sum() < agreement.least or (agree == before).all():
             break
+    if not np.isfinite(theta).all():
+        return unknown._replace(why=NO_ONE)
     count = int(agree.sum())
     everything = found.copy()
     everything[found] = agree
