@@ -32,7 +32,7 @@ class OwnSizes:
     light: float = 0.5
     doubtful_px: float = 0.45
     shift: float = 0.6
-    remembered: int = 30
+    remembered: int = 8
 
 
 OWN_SIZES = OwnSizes()
