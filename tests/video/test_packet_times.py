@@ -20,7 +20,7 @@ def chunks(sizes=SIZES, begin=1000):
 
 
 def avi(stream):
-    return retimer(Thing(format=Thing(name="avi")), stream)
+    return retimer(Thing(format=Thing(name="avi"), name="/dev/null"), stream)
 
 
 def recounted(packets):

@@ -118,9 +118,8 @@ PAGES = {"verdict": 1, "report": 1, "report_run": 4}
 
 
 def test_the_report_says_which_method_estimated_the_clock(still):
-    page = (still / "results/report/run_still.html").read_text()
-    assert "estimated from the flash" in page
-    assert "estimated from the sound" in page
+    for run, method in (("lamp", "flash"), ("clap", "sound")):
+        assert f"estimated from the {method}" in (still / f"results/report/run_{run}.html").read_text()
 
 
 def test_a_clock_given_in_the_config_asks_nobody_and_decodes_nothing(still, tmp_path):

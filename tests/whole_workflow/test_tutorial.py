@@ -95,7 +95,8 @@ def test_the_tutorials_commands_lead_from_an_empty_folder_to_a_trajectory(tmp_pa
     assert "failed" not in said["vidtrack run my-lab"]
     report = Path(said["vidtrack report my-lab --print"].strip())
     assert report == tmp_path / "my-lab/results/report.html"
-    assert report.stat().st_size > 100_000
+    assert "run_pluck.html" in report.read_text()
+    assert (report.parent / "report/run_pluck.html").stat().st_size > 100_000
     located = pd.read_csv(tmp_path / "my-lab/results/runs/pluck/trajectories.csv").set_index("time_s")
     truth = pd.read_csv(tmp_path / "studio/runs/pluck/truth.csv").set_index("time_s")
     x = np.interp(located.index, truth.index, truth["x"])

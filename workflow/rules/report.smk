@@ -31,12 +31,12 @@ REPORT = f"{RESULTS}/report.html"
 CALIBRATION_PAGE = f"{RESULTS}/report/calibration.html"
 
 
-def shown_of(run):
-    """What the page of a run is made of."""
-    own = f"{RESULTS}/runs/{run}/"
-    return [p for p in (*JUDGED, *SHOWN) if p.startswith(own)] + OF_CALIBRATION
-
-
+# What the page of each run is made of.
+SHOWN_OF = {
+    run: [p for p in (*JUDGED, *SHOWN) if p.startswith(f"{RESULTS}/runs/{run}/")]
+    + OF_CALIBRATION
+    for run in PAGED
+}
 PAGES = [f"{RESULTS}/report/run_{run}.html" for run in PAGED]
 PAGES += [CALIBRATION_PAGE] if CALIBRATED else []
 REPORTED = [VERDICT, *OF_CALIBRATION]
@@ -47,7 +47,7 @@ for run in PAGED:
     BOOK.add(
         "report_run",
         orders.report_run(SETTINGS, EXPERIMENT, run)
-        | {"results": listed(shown_of(run))},
+        | {"results": listed(SHOWN_OF[run])},
         [],
         run,
     )
@@ -83,7 +83,7 @@ rule report:
 
 rule report_run:
     input:
-        results=results(lambda w: shown_of(w.run)),
+        results=results(lambda w: SHOWN_OF[w.run]),
     output:
         page=report(f"{RESULTS}/report/run_{{run}}.html", category="Runs"),
         summary=f"{RESULTS}/report/run_{{run}}.json",

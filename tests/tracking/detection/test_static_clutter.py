@@ -43,7 +43,7 @@ def filmed(at, n, ground):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("boxed", [False, True])
-def test_a_target_that_crosses_a_stick_and_a_rope_is_measured_where_it_is_apart_and_nowhere_else(boxed):
+def test_a_target_that_crosses_a_stick_and_a_rope_is_measured_right_or_not_at_all(boxed):
     """Half-way up the target lies the stick: they make one blob, and its pieces are of the target's size. The start
     box holds some of them too.
     """
@@ -59,8 +59,10 @@ def test_a_target_that_crosses_a_stick_and_a_rope_is_measured_where_it_is_apart_
     apart = np.array([not ground[y0 - 3 : y1 + 4, x0 - 3 : x1 + 4].any() for x0, y0, x1, y1 in box])
     assert np.isfinite(error[apart]).mean() > 0.85
     touching = np.array([ground[y0 : y1 + 1, x0 : x1 + 1].sum() > 2 for x0, y0, x1, y1 in box])
-    assert not np.isfinite(error[touching]).any()
-    flags = table.loc[touching & (apart.cumsum() > 0), "flag"]
+    z = error / table[["sd_x", "sd_y"]].max(axis=1).to_numpy()
+    assert not (z[touching] > 5).any()  # what is hidden in part is fitted, or not measured
+    missing = touching & (apart.cumsum() > 0) & ~np.isfinite(error)
+    flags = table.loc[missing, "flag"]
     assert flags.str.contains("merged").mean() > 0.25  # where its box has gone astray it is only lost
 
 
@@ -75,7 +77,8 @@ def test_a_speck_that_a_target_brushes_does_not_pull_it():
     table = track(filmed(at, 120, ground), INFO).centroids
     error = np.abs(table[["Xf", "Yf"]].to_numpy() - np.array([at(k) for k in range(120)]))
     assert np.nanmax(error) < 0.1
-    assert 0.4 < table["Xf"].notna().mean() < 0.9
+    assert table["Xf"].notna().mean() > 0.4
+    assert (error.max(axis=1) / table[["sd_x", "sd_y"]].max(axis=1).to_numpy())[table["Xf"].notna()].max() < 5
 
 
 @pytest.mark.parametrize("boxed", [False, True])
