@@ -104,3 +104,20 @@ def test_samples_on_which_the_cameras_disagree_are_counted():
     assert found(volume__share_outside=0.3)[0].level == "note"
     (many,) = found(samples__disagree=60, samples__mean_miss_where_disagreed=1.25)
     assert many.level == "bad"
+
+
+def readouts(**seconds):
+    sds = dict.fromkeys(seconds, 0.001)
+    return [f.code for f in found(sight_lines__readout_s=seconds, sight_lines__readout_sd_s=sds)]
+
+
+def test_a_rolling_shutter_is_named_and_what_no_camera_has_is_none():
+    assert readouts(cam1=0.0, cam2=0.03) == ["rolling-shutter"]
+    assert readouts(cam1=-0.193, cam2=0.03) == []
+    assert readouts(cam1=0.0004, cam2=None) == []
+
+
+def test_samples_that_miss_suddenly_are_counted():
+    assert found(samples__sudden_misses=2) == []
+    assert [f.level for f in found(samples__sudden_misses=5)] == ["note"]
+    assert [f.level for f in found(samples__sudden_misses=20)] == ["doubtful"]

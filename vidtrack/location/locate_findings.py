@@ -21,6 +21,9 @@ EXPLAINS = 0.5
 READOUT_SDS, READOUT_S = 6.0, 0.001
 """Standard errors, and s, that a read-out must differ from the one assumed to be worth a word."""
 
+LONGEST_S = 0.05
+"""s, longer than any camera takes to read a picture: an estimate beyond it has another reason."""
+
 OUTSIDE = (0.01, 0.5)
 """Share of samples outside the calibrated volume that is worth a word, and that is doubtful."""
 
@@ -145,12 +148,16 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
 def _rolling(record: Record, units: str) -> list[Finding]:
     """Cameras whose rows are seen one after the other though the config does not say so."""
     sights = record.get("sight_lines") or {}
+    left_s, said_s = sights.get("readout_s") or {}, record.get("readout") or {}
+    # what no camera has is no read-out, and where one estimate is so, the others make up for it
+    if any(left is not None and abs(said_s.get(camera, 0.0) + left) > LONGEST_S for camera, left in left_s.items()):
+        return []
     out = []
-    for camera, left in (sights.get("readout_s") or {}).items():
+    for camera, left in left_s.items():
         sd = sights["readout_sd_s"][camera]
         if left is None or not abs(left) > READOUT_SDS * sd or not abs(left) > READOUT_S:
             continue
-        said = 1e3 * (record.get("readout") or {}).get(camera, 0.0)
+        said = 1e3 * said_s.get(camera, 0.0)
         text = (
             f"{camera}: its rows are read one after the other (rolling shutter), from first to last in "
             f"{said + 1e3 * left:.3g} ± {1e3 * sd:.1g} ms by the motion of the targets, where {said:g} ms are "
