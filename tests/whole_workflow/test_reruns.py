@@ -1,5 +1,6 @@
 """Only what depends on a change runs again (section 5 of the experiment folder's contract)."""
 
+import base64
 import copy
 import json
 import os
@@ -304,3 +305,17 @@ def test_the_setting_that_changed_is_printed(laboratory):
     before, now = line.split(" now: ")
     assert '"axis":"x"' in before
     assert '"axis":"y"' in now
+
+
+def test_what_lived_on_when_snakemake_was_killed_runs_again_and_all_that_rests_on_it(laboratory):
+    """The job's account is good, Snakemake's own mark says that it never ended: readers that miss were passed over."""
+    marks = laboratory / ".snakemake/incomplete"
+    marks.mkdir(exist_ok=True)
+    for name in ("camera.json", "points.parquet", "search.parquet"):
+        key = base64.b64encode(f"results/calibration/cam1/{name}".encode()).decode()
+        (marks / key).write_text("{}")
+    shutil.rmtree(laboratory / "results/runs")
+    (laboratory / "results/verdict.json").unlink()
+    jobs = planned(laboratory)
+    assert jobs["calibrate"] == 1
+    assert {"track", "locate", "back_project", "verdict", "report"} <= set(jobs)

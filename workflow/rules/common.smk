@@ -111,7 +111,8 @@ def of_the_run(paths):
 
 
 def settled(path):
-    return ancient(path) if workflow.is_main_process and path in BOOK.settled else path
+    whole = workflow.is_main_process and path in BOOK.settled and path not in unfinished
+    return ancient(path) if whole else path
 
 
 def before_planning():
@@ -120,7 +121,7 @@ def before_planning():
     Force the jobs whose account is of another order, but of which Snakemake has no record that shows it: it compares
     params with its own record, and says what changed, but a folder that was copied has none.
     """
-    global prepared
+    global prepared, unfinished
     if prepared or not workflow.is_main_process:
         return
     prepared = True
@@ -132,6 +133,11 @@ def before_planning():
     workflow.dag.check_output_mtime = accept_dates
     if not workflow.dryrun and is_locked(os.getcwd()):
         atexit.register(say_why_locked, os.getcwd())
+    # Where Snakemake was killed and the job lived on, the account is good, and yet the job runs again: so do its readers.
+    keys = {workflow.persistence._get_key(IOFile(path)): path for path in BOOK.settled}
+    unfinished = {
+        keys[key] for key in workflow.persistence._filter_incomplete_keys(keys)
+    }
     for path, wanted in BOOK.unsettled().items():
         record = workflow.persistence.metadata(IOFile(path))
         shown = (
@@ -145,6 +151,7 @@ def before_planning():
 
 
 prepared = False
+unfinished = set()
 
 
 def say_why_locked(folder):
