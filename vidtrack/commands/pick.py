@@ -25,7 +25,7 @@ def command(folder: str, port: int, no_browser: bool) -> None:
     from vidtrack.picking.desk import Desk
     from vidtrack.picking.server import Server
 
-    with inside(folder), Server(Desk(), port) as server:
+    with inside(folder), Server(Desk(), port) as server, suppress(KeyboardInterrupt):
         click.echo(f"the page: {server.address}")
         sys.stdout.flush()
         if not no_browser:
@@ -33,6 +33,5 @@ def command(folder: str, port: int, no_browser: bool) -> None:
 
             with suppress(webbrowser.Error):
                 webbrowser.open(server.address)
-        with suppress(KeyboardInterrupt):
-            server.serve_forever()
+        server.serve_forever()
     click.echo("\nstopped; what was saved is in the folder")
