@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.assignment import one_to_one
 from vidtrack.association.associate import NONE, Left, Ties, associate
 from vidtrack.association.courses import Course
 from vidtrack.association.rigid_bodies import Body, members_of
@@ -320,8 +320,8 @@ def labels_of(
                 weight = GIVEN * (1 + ELSEWHERE * (i == 0)) / there.size
             np.add.at(votes[:, column], row[row != NONE], weight)
     labels = [""] * m
-    for k, best in zip(*linear_sum_assignment(-votes), strict=True):
-        if votes[k, best] > 0:
+    for k, best in enumerate(one_to_one(-votes).tolist()):
+        if best >= 0 and votes[k, best] > 0:
             labels[k] = known[best]
     free = (f"t{i}" for i in range(1, 2 * m + len(known) + 1) if f"t{i}" not in known)
     labels = [label or next(free) for label in labels]

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtri
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.geometry.triangulate import Located
@@ -22,11 +21,11 @@ from vidtrack.geometry.triangulate import Located
 class Sudden:
     """Which samples count as missing suddenly.
 
-    chance   that noise alone makes a sample count: one in ten thousand
+    chance   standard deviations of the normal distribution that chance exceeds once in ten thousand times
     fewest   samples of a target by the same number of cameras whose median says what is usual
     """
 
-    chance: float = 1e-4
+    chance: float = 3.719
     fewest: int = 20
 
 
@@ -47,9 +46,9 @@ def with_grown_sigma(located: Located, sd: Array) -> tuple[Located, Bools]:
             alike = freedom[i] == own
             if alike.sum() < SUDDEN.fewest:
                 continue
-            usual = max(float(np.median(z2[i, alike])) / float(chdtri(own, 0.5)), 1.0)
+            usual = max(float(np.median(z2[i, alike])) / _chi2(own, 0.0), 1.0)
             q = z2[i, alike] / usual
-            beyond = q > float(chdtri(own, SUDDEN.chance))
+            beyond = q > _chi2(own, SUDDEN.chance)
             growth[i, alike] = np.where(beyond, np.sqrt(q / own), 1.0)
     grown = growth > 1
     if not grown.any():
@@ -61,3 +60,12 @@ def with_grown_sigma(located: Located, sd: Array) -> tuple[Located, Bools]:
         ),
         grown,
     )
+
+
+def _chi2(freedom: int, deviations: float) -> float:
+    """The chi squared that is as unlikely as so many standard deviations of a normal one (Wilson and Hilferty, 1931).
+
+    Within 7 % of the exact one from one degree of freedom on; scipy's takes 0.3 s to import.
+    """
+    spread = 2 / (9 * freedom)
+    return freedom * (1 - spread + deviations * spread**0.5) ** 3

@@ -12,9 +12,9 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from vidtrack.arrays import Array
+from vidtrack.assignment import one_to_one
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
@@ -131,9 +131,9 @@ def _misfit(cameras: Sequence[Camera], tracks: Sequence[Array]) -> float:
         known = np.isfinite(square)
         count = known.sum(-1)
         mean = np.where(known, square, 0.0).sum(-1) / np.maximum(count, 1)
-        cost = np.where(count >= TRIAL.fewest, mean, 1e12)
-        pairs = cost[linear_sum_assignment(cost)]
-        if not (pairs < 1e12).any():
+        chosen = one_to_one(np.where(count >= TRIAL.fewest, mean, np.inf))
+        own = np.flatnonzero(chosen >= 0)
+        if not own.size:
             return float("inf")
-        worst = max(worst, float(np.sqrt(np.median(pairs[pairs < 1e12]))))
+        worst = max(worst, float(np.sqrt(np.median(mean[own, chosen[own]]))))
     return worst
