@@ -68,4 +68,4 @@ def _chi2(freedom: int, deviations: float) -> float:
     Within 7 % of the exact one from one degree of freedom on; scipy's takes 0.3 s to import.
     """
     spread = 2 / (9 * freedom)
-    return freedom * (1 - spread + deviations * spread**0.5) ** 3
+    return float(freedom * (1 - spread + deviations * spread**0.5) ** 3)
