@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from vidtrack.report import run_page as page_of_run
 from vidtrack.report.run_page import run_page
 from vidtrack.results import CameraResults, Results, RunResults
 
@@ -58,3 +59,10 @@ def test_the_foot_says_the_units_and_by_what_the_page_was_made():
     units, made = page(Results()).footer
     assert "unit of length is m" in units
     assert made.startswith("Made by vidtrack 1, commit 0123456789ab, numpy 2.0.")
+
+
+def test_a_poster_leads_to_the_film_beside_the_results_of_the_run(tmp_path):
+    (tmp_path / "overlay_cam1.jpg").write_bytes(b"\xff\xd8")
+    (figure,) = page_of_run.posters("r 1", RunResults(posters={"cam1": str(tmp_path / "overlay_cam1.jpg")}))
+    assert figure.link == "../runs/r%201/overlay_cam1.mp4"
+    assert figure.uri.startswith("data:image/jpeg;base64,")

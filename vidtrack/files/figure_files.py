@@ -27,6 +27,7 @@ def data_uri(figure: Figure) -> str:
 
 
 def file_uri(path: str | os.PathLike[str]) -> str:
-    """A PNG file as a picture that lies inside the page."""
+    """A PNG or JPEG file as a picture that lies inside the page."""
+    kind = "jpeg" if os.fspath(path).endswith(".jpg") else "png"
     with open(path, "rb") as file:
-        return "data:image/png;base64," + base64.b64encode(file.read()).decode()
+        return f"data:image/{kind};base64," + base64.b64encode(file.read()).decode()

@@ -24,6 +24,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     ".parquet": read_parquet,
     ".npz": read_timestacks,
     ".png": str,
+    ".jpg": str,
     ".html": str,
 }
 CAMERA_FILES = {
@@ -83,5 +84,7 @@ def _put_in_run(run: RunResults, name: str, content: Any) -> None:
         run.records[stem] = content
     elif kind == ".npz":
         run.timestacks = content
+    elif kind == ".jpg":
+        run.posters[stem.removeprefix(OVERLAY)] = content
     else:
         run.tables[stem] = content

@@ -32,12 +32,14 @@ class Table:
 class Figure:
     """A picture by the address of its data, with what it shows.
 
+    link   the address that the picture leads to: a film; empty: none
     live   what a browser draws in its place (`report.js`), as JSON; the picture stays for print and for no script
     """
 
     caption: str
     uri: str
     live: str = ""
+    link: str = ""
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
+from urllib.parse import quote
 
 from vidtrack.figures.style import camera_colours
+from vidtrack.files.figure_files import file_uri
 from vidtrack.report import run_sections
 from vidtrack.report.addresses import INDEX, addresses
 from vidtrack.report.drawn import drawn
 from vidtrack.report.footer import footer
-from vidtrack.report.page import Page
+from vidtrack.report.page import Figure, Page
 from vidtrack.report.run_figures import run_figures
 from vidtrack.report.verdict_section import run_verdict
 from vidtrack.results import Results, RunResults
@@ -27,10 +29,22 @@ def run_page(
     cameras   all cameras of the config, by name: each has one colour throughout
     """
     own = results.runs.get(name, RunResults())
-    figures = drawn(run_figures(name, results, camera_colours(cameras), units))
+    figures = [*posters(name, own), *drawn(run_figures(name, results, camera_colours(cameras), units))]
     section = run_sections.run_section(name, own, units, figures)
     calibration = bool(results.cameras)
     links = addresses([], results.cameras, calibration=calibration)
     nav = [("Overview", f"../{INDEX}")] + ([("Calibration", links["calibration"])] if calibration else [])
     verdict = run_verdict(name, results, units)
     return Page(f"{title}: {name}", (), verdict, [section], footer(provenance, units), links, nav)
+
+
+def posters(name: str, own: RunResults) -> list[Figure]:
+    """A picture of each overlay film, which leads to it."""
+    return [
+        Figure(
+            f"the recording of {camera}: boxes, centroids (+), trails, and the located points projected back (circles)",
+            file_uri(poster),
+            link=f"../runs/{quote(name)}/overlay_{quote(camera)}.mp4",
+        )
+        for camera, poster in own.posters.items()
+    ]

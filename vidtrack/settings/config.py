@@ -17,6 +17,7 @@ from vidtrack.naming import did_you_mean
 from vidtrack.settings.calibration import Calibration
 from vidtrack.settings.cameras import Camera
 from vidtrack.settings.detection import Detect, DetectChange
+from vidtrack.settings.report import Report
 from vidtrack.settings.runs import Run
 from vidtrack.settings.sections import Name, Section
 
@@ -34,6 +35,7 @@ class Settings(Section):
         Detect(), description="how targets are distinguished from the background in all clips and runs"
     )
     calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
+    report: Report = Field(Report(), description="what the report holds beyond its pages")
     runs: dict[Name, Run] = Field(
         {}, description="run: what differs from the defaults; every folder in runs/ is processed, named here or not"
     )

@@ -237,6 +237,16 @@ def verdict(settings: Settings, experiment: Experiment) -> Order:
     }
 
 
+def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
+    """How the recording is opened over which what was found is drawn."""
+    return {
+        "run": run,
+        "camera": camera,
+        "crop": _crop(settings, run, camera),
+        "recording": _recording(settings, experiment.runs[run], camera),
+    }
+
+
 def report(settings: Settings, experiment: Experiment) -> Order:
     """What the first page of the report shows."""
     return _titled(settings) | {"runs": list(experiment.runs)}

@@ -6,7 +6,8 @@ from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.conclusion import failures, write_without
 
-ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs]
+# Of each job that is wanted; what is made on request alone is not.
+ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs if job not in OFFERED]
 if workflow.is_main_process:
     or_stop(BOOK.check)
 

@@ -1,6 +1,32 @@
 # Needs: all that the other rules make.
 # Makes: report.html, the verdict with a line a run and a line a camera; under report/ a page of the calibration and one
 # of each run, with its summary. A page needs nothing beside it, and is written again only when what it shows changes.
+# Where they are asked for: runs/<run>/overlay_<camera>.mp4, each recording with what was found drawn over it.
+
+
+def of_located(w, name):
+    """A file of one camera's calibration, where the run is located by it."""
+    return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []
+
+
+FILMS = {
+    (run, camera): f"{RESULTS}/runs/{run}/overlay_{camera}" for run, camera in TRACKS
+}
+# Films that were asked for on the command line once are kept up to date, and have a poster on the page.
+FILMED = [
+    key
+    for key, stem in FILMS.items()
+    if SETTINGS.report.overlay or os.path.exists(f"{stem}.mp4")
+]
+OFFERED = [("overlay_film", *key) for key in FILMS if key not in FILMED]
+for run, camera in FILMS:
+    BOOK.add(
+        "overlay_film",
+        orders.overlay_film(SETTINGS, EXPERIMENT, run, camera),
+        [files_of(EXPERIMENT.runs[run], camera)],
+        run,
+        camera,
+    )
 
 SHOWN = [path for path in CENTROIDS if path.endswith(".parquet")]
 SHOWN += [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in LOCATED]
@@ -29,6 +55,9 @@ PAGED = [
 ]
 REPORT = f"{RESULTS}/report.html"
 CALIBRATION_PAGE = f"{RESULTS}/report/calibration.html"
+
+
+SHOWN += [f"{FILMS[key]}.jpg" for key in FILMED]
 
 
 # What the page of each run is made of.
@@ -102,6 +131,38 @@ rule report_run:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack report_run --account {output.account:q} --log {log:q}"
         " --input results {input.results:q} --output page {output.page:q} --output summary {output.summary:q}"
+
+
+rule overlay_film:
+    input:
+        video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[w.camera]),
+        centroids=results(f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.parquet"),
+        reading=results(f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json"),
+        trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
+        record=results(f"{RESULTS}/runs/{{run}}/locate.json"),
+        camera=results(lambda w: of_located(w, "camera.json")),
+        labelling=results(lambda w: of_located(w, "labelling.json")),
+    output:
+        film=f"{RESULTS}/runs/{{run}}/overlay_{{camera}}.mp4",
+        poster=f"{RESULTS}/runs/{{run}}/overlay_{{camera}}.jpg",
+        account=account("overlay_film", "{run}", "{camera}"),
+    log:
+        f"{LOGS}/overlay_film/{{run}}/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/overlay_film/{{run}}/{{camera}}.tsv"
+    resources:
+        mem_mb=800,
+        runtime=lambda w, input: 10 + input.size_mb // 10,
+    params:
+        **order("overlay_film", "run", "camera"),
+    message:
+        "Drawing what was found over the recording of {wildcards.run} by {wildcards.camera}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack overlay_film --account {output.account:q} --log {log:q}"
+        " --input video {input.video:q} --input centroids {input.centroids:q} --input reading {input.reading:q}"
+        " --input trajectories {input.trajectories:q} --input record {input.record:q}"
+        " --input camera {input.camera:q} --input labelling {input.labelling:q}"
+        " --output film {output.film:q} --output poster {output.poster:q}"
 
 
 rule report_calibration:
