@@ -13,7 +13,11 @@ from numpy.typing import NDArray
 TICKS = 90_000
 """Steps of a film's time in a second."""
 
-CODECS = (("libx264", {"crf": "23", "preset": "veryfast"}), ("libopenh264", {}), ("mpeg4", {"qscale": "4"}))
+CODECS: tuple[tuple[str, dict[str, str]], ...] = (
+    ("libx264", {"crf": "23", "preset": "veryfast"}),
+    ("libopenh264", {}),
+    ("mpeg4", {"qscale": "4"}),
+)
 """Encoders, best first; builds of FFmpeg without the first have one of the others."""
 
 
