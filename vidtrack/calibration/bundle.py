@@ -6,9 +6,8 @@ measurement of known tolerance, and weighs against the pixels (Brown 1958; Trigg
 
     minimise  sum |b - project(camera, x)|^2 / sd^2  +  sum |p - x|^2 / sigma^2  +  priors
 
-over every camera's free parameters and every point x. Levenberg-Marquardt on the normal equations of
-`normal_equations`, which eliminate the points. The pixel noise need not be known: it is found from what the
-sights leave over, by the share of each that the fit cannot follow (its redundancy; Foerstner 1979).
+over every camera's free parameters and every point x, by `vidtrack.calibration.adjustment`, whose blocks are the
+points. The pixel noise need not be known: it is found from what the sights leave over.
 """
 
 from __future__ import annotations
@@ -20,24 +19,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.normal_equations import (
-    Covariance,
-    Linearised,
-    Names,
-    Normal,
-    Priors,
-    columns,
-    covariance,
-    linearised,
-    normal_equations,
-    solved,
-    with_priors,
-)
+from vidtrack.calibration.adjustment.adjust import Problem, adjust, minimise
+from vidtrack.calibration.adjustment.measurements import CameraPriors, Sights
+from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns, columns
+from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, stepped
 
 Mask = NDArray[np.bool_]
+
+LEAST_REDUNDANCY = 0.5
+"""Survey measurements that the fit must leave over before they say how rough the survey is."""
 
 LEAST_SD = 1e-3
 """px; ASSUME: no centroid is better, so that perfect simulated sights do not make the survey worthless."""
@@ -95,20 +87,29 @@ def bundle(
     p, b = np.asarray(p, float), np.asarray(b, float)
     if p.shape != (len(p), 3) or b.shape != (len(cameras), len(p), 2) or len(free) != len(cameras):
         raise ValueError(f"p must be (n, 3), b (m, n, 2) and free m names, not {p.shape}, {b.shape}, {len(free)}")
-    problem = _Problem(p, b, sigma, free, priors or [{} for _ in cameras])
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
-    state = problem.start(cameras, spread)
-    scale = problem.first_scale(state, spread) if scale_sd else 1.0
-    steps = 0
-    for _ in range(20):
-        state, taken, converged = problem.minimise(state, spread * scale, max_steps)
-        steps += taken
-        known = covariance(problem.normal(state, spread * scale), state.seen, problem.free)
-        found = problem.scale(state, known, spread, scale) if scale_sd else scale
-        if abs(found / scale - 1) < 1e-3:
-            break
-        scale = found
-    return problem.result(state, known, spread * scale, steps, converged)
+    survey = _Survey(p, b, sigma)
+    problem = survey.problem(free, spread, priors or [{} for _ in cameras], scale_sd)
+    found = adjust(problem, State(tuple(cameras), {}, (p,)), max_steps=max_steps)
+    factor = found.factors.get("px", 1.0)
+    shift = found.state.blocks[0] - p
+    survey_shift, survey_factor = survey.judged(shift, found.blocks[0])
+    measured = survey.measured
+    return Bundle(
+        cameras=found.state.cameras,
+        points=found.state.blocks[0],
+        free=problem.unknowns.free,
+        pivot=problem.unknowns.pivot,
+        covariance=found.covariance,
+        point_covariance=found.blocks[0],
+        residuals=np.stack(found.residuals[: len(cameras)]),
+        sd=spread * factor,
+        sigma_px=float(np.sqrt(np.mean((spread * factor)[measured] ** 2))) if measured.any() else np.nan,
+        survey_factor=survey_factor,
+        survey_shift=survey_shift,
+        steps=found.steps,
+        converged=found.converged,
+    )
 
 
 def cameras_only(
@@ -127,27 +128,17 @@ def cameras_only(
     tolerance  share of the cost below which a step's gain ends the search; 1e-6 is a hundredth of a standard error
     Raises ValueError as `bundle` does.
     """
-    b = np.asarray(b, float)
-    problem = _Problem(np.asarray(p, float), b, sigma, free, priors or [{} for _ in cameras])
+    p, b = np.asarray(p, float), np.asarray(b, float)
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
-    return problem.minimise(problem.start(cameras, spread), spread, 100, tolerance)[0].cameras
+    problem = _Survey(p, b, sigma).problem(free, spread, priors or [{} for _ in cameras], False)
+    return minimise(problem, State(tuple(cameras), {}, (p,)), tolerance=tolerance).cameras
 
 
-class _State(NamedTuple):
-    """Cameras and points on the way to the least cost."""
+class _Survey:
+    """The points as surveyed, and which sights of them count."""
 
-    cameras: tuple[Camera, ...]
-    x: Array  # (n, 3)
-    seen: Linearised
-    cost: float
-
-
-class _Problem:
-    """All that is measured, and what may move."""
-
-    def __init__(self, p: Array, b: Array, sigma: ArrayLike, free: Names, priors: Priors) -> None:
-        self.p, self.b, self.priors = p, b, priors
-        self.free = tuple(tuple(sorted(names, key=PARAMETERS.index)) for names in free)
+    def __init__(self, p: Array, b: Array, sigma: ArrayLike) -> None:
+        self.p, self.b = p, b
         self.measured: Mask = np.asarray(np.isfinite(b).all(-1))
         with np.errstate(divide="ignore"):
             self.information = 1 / _tolerance(sigma, p.shape) ** 2
@@ -155,112 +146,31 @@ class _Problem:
         idle = (self.information == 0).any(-1) & (self.measured.sum(0) < 2)
         self.measured &= ~idle
         self.information[idle] = np.inf
-        self.moves = np.isfinite(self.information)
-        self.pivot = p[self.measured.any(0)].mean(0) if self.measured.any() else np.zeros(3)
-        for i, names in enumerate(self.free):
-            told = 2 * int(self.measured[i].sum()) + sum(name in names for name in priors[i])
-            if told < len(names):
-                raise ValueError(f"camera {i}: {told} measurements for {len(names)} unknown parameters")
 
-    def start(self, cameras: Sequence[Camera], sd: Array) -> _State:
-        state = self.at(tuple(cameras), self.p, sd)
-        if not np.isfinite(state.cost):
-            raise ValueError("a measured point does not project through the starting cameras")
-        return state
+    def problem(self, free: Names, sd: Array, priors: Priors, scale_sd: bool) -> Problem:
+        """What is minimised. Raises ValueError for a camera with fewer measurements than free parameters."""
+        for i, names in enumerate(free):
+            known = 2 * int(self.measured[i].sum()) + sum(name in names for name in priors[i])
+            if known < len(names):
+                raise ValueError(f"camera {i}: {known} measurements for {len(names)} unknown parameters")
+        pivot = self.p[self.measured.any(0)].mean(0) if self.measured.any() else np.zeros(3)
+        b = np.where(self.measured[..., None], self.b, np.nan)
+        sights = [Sights(i, own[:, None], own_sd[:, None]) for i, (own, own_sd) in enumerate(zip(b, sd, strict=True))]
+        families = [Family(3, self.p, self.information)]
+        groups = {"px": LEAST_SD / float(sd.mean())} if scale_sd else {}
+        return Problem(Unknowns(free, pivot), families, [*sights, CameraPriors(priors)], groups)
 
-    def at(self, cameras: tuple[Camera, ...], x: Array, sd: Array) -> _State:
-        seen = linearised(cameras, x, self.pivot)
-        return _State(cameras, x, seen, self.cost(cameras, x, seen, sd))
-
-    def cost(self, cameras: Sequence[Camera], x: Array, seen: Linearised, sd: Array) -> float:
-        """What is minimised, no unit; inf where a measured point does not project."""
-        left = ((self.b - seen.projected) / sd)[self.measured]
-        survey = (self.information[self.moves]) * ((x - self.p)[self.moves]) ** 2
-        prior = [
-            ((mean - getattr(camera, name)) / spread) ** 2
-            for camera, names, known in zip(cameras, self.free, self.priors, strict=True)
-            for name, (mean, spread) in known.items()
-            if name in names
-        ]
-        total = float((left**2).sum() + survey.sum() + sum(prior))
-        return total if np.isfinite(total) else np.inf
-
-    def normal(self, state: _State, sd: Array) -> Normal:
-        weight = np.where(self.measured[..., None], 1 / sd**2, 0.0)
-        left = self.b - state.seen.projected
-        normal = normal_equations(state.seen, left, weight, self.free, self.information, self.p - state.x)
-        return with_priors(normal, state.cameras, self.free, self.priors)
-
-    def minimise(self, state: _State, sd: Array, max_steps: int, tolerance: float = 1e-9) -> tuple[_State, int, bool]:
-        """Levenberg-Marquardt: damp until the cost falls, relax after each success."""
-        state = state._replace(cost=self.cost(*state[:3], sd))
-        damping = 1e-8
-        for taken in range(max_steps):
-            normal = self.normal(state, sd)
-            while True:
-                cameras, points = solved(normal, damping)
-                promised = float(cameras @ normal.g + (points * normal.h).sum())
-                if promised <= tolerance * state.cost + 1e-12:
-                    return state, taken, True
-                trial = self.stepped(state, cameras, points, sd)
-                if trial.cost <= state.cost:
-                    break
-                damping = max(damping, 1e-8) * 100
-                if damping > 1e12:
-                    return state, taken, False
-            state, damping = trial, damping / 10
-        return state, max_steps, False
-
-    def stepped(self, state: _State, cameras: Array, points: Array, sd: Array) -> _State:
-        try:
-            moved = tuple(
-                stepped(camera, self.pivot, dict(zip(names, cameras[place], strict=True)))
-                for camera, names, (place, _) in zip(state.cameras, self.free, columns(self.free), strict=True)
-            )
-        except ValueError:  # so large a step that f or Sx would be negative
-            return state._replace(cost=np.inf)
-        return self.at(moved, state.x + points, sd)
-
-    def first_scale(self, state: _State, spread: Array) -> float:
-        """The scale of sd if all that remains before the first step were centroid noise."""
-        left = ((self.b - state.seen.projected) / spread)[self.measured]
-        return max(float(np.sqrt(np.mean(left**2))), LEAST_SD / float(spread.mean())) if left.size else 1.0
-
-    def scale(self, state: _State, known: Covariance, spread: Array, scale: float) -> float:
-        """The scale of sd that makes the sights' residuals as large as their redundancy says they should be."""
-        left = ((self.b - state.seen.projected) / spread)[self.measured]
-        redundancy = (1 - known.fitted / (spread * scale) ** 2)[self.measured].sum()
-        if redundancy < 0.5:
-            return scale
-        return max(float(np.sqrt((left**2).sum() / redundancy)), LEAST_SD / float(spread.mean()))
-
-    def result(self, state: _State, known: Covariance, sd: Array, steps: int, converged: bool) -> Bundle:
-        left = np.where(self.measured[..., None], self.b - state.seen.projected, np.nan)
-        shift = state.x - self.p
-        variance = np.einsum("naa->na", known.points)
-        surveyed = self.moves & (self.information > 0)
+    def judged(self, shift: Array, covariance: Array) -> tuple[Array, float]:
+        """How far points moved (n, 3) in standard deviations of it, and how many times rougher than sigma they are."""
+        surveyed = np.isfinite(self.information) & (self.information > 0)
+        variance = np.einsum("naa->na", covariance)
         with np.errstate(divide="ignore", invalid="ignore"):
             redundancy = np.where(surveyed, 1 - variance * self.information, np.nan)
             normalised = shift * np.sqrt(self.information / redundancy)
-        normalised = np.where(redundancy > 1e-6, normalised, np.nan)
-        told = float(np.nansum(redundancy))
-        factor = np.sqrt(np.sum(self.information[surveyed] * shift[surveyed] ** 2) / told) if told > 0.5 else np.nan
-        sigma_px = np.sqrt(np.mean(sd[self.measured] ** 2)) if self.measured.any() else np.nan
-        return Bundle(
-            cameras=state.cameras,
-            points=state.x,
-            free=self.free,
-            pivot=self.pivot,
-            covariance=known.cameras,
-            point_covariance=known.points,
-            residuals=left,
-            sd=sd,
-            sigma_px=float(sigma_px),
-            survey_factor=float(factor),
-            survey_shift=normalised,
-            steps=steps,
-            converged=converged,
-        )
+        spare = float(np.nansum(redundancy))
+        squares = float(np.sum(self.information[surveyed] * shift[surveyed] ** 2))
+        factor = float(np.sqrt(squares / spare)) if spare > LEAST_REDUNDANCY else np.nan
+        return np.where(redundancy > 1e-6, normalised, np.nan), factor
 
 
 def _tolerance(sigma: ArrayLike, shape: tuple[int, ...]) -> Array:

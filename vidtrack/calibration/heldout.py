@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
-from vidtrack.calibration.normal_equations import Names, Priors
+from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refit import CameraRefit
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import Camera, project

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.normal_equations import Names, columns, covariance, linearised, normal_equations
+from vidtrack.calibration.adjustment.normal_equations import covariance
+from vidtrack.calibration.adjustment.unknowns import Names, columns
+from vidtrack.calibration.normal_equations import linearised, normal_equations
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.geometry.camera import Camera, contains, project
 from vidtrack.geometry.triangulate import locate_points
@@ -98,7 +100,7 @@ def calibration_covariance(layout: Layout, seen: Mask, pivot: Array) -> Array:
         information = np.full(layout.p.shape, layout.sigma**-2)
         nothing = np.zeros(layout.p.shape)
         normal = normal_equations(view, np.zeros(weight.shape), weight, layout.free, information, nothing)
-        return covariance(normal, view, layout.free).cameras
+        return covariance(normal, []).shared
     places = columns(layout.free)
     K = places[-1][0].stop
     joint, shared = np.zeros((K, K)), np.zeros((K, *layout.p.shape))

@@ -10,12 +10,13 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
+from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, located_covariance, mean_length
 from vidtrack.calibration.field_of_view import diagonal_field
 from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.measures import measures
-from vidtrack.calibration.normal_equations import Names, Priors, priors_for
+from vidtrack.calibration.normal_equations import Priors, priors_for
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.findings import Finding, as_records

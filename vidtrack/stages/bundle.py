@@ -11,8 +11,9 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import Bundle, bundle
-from vidtrack.calibration.normal_equations import Names, Priors, priors_for
+from vidtrack.calibration.normal_equations import Priors, priors_for
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.errors import VidtrackError
