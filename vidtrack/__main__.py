@@ -2,6 +2,12 @@
 
 import sys
 
-from vidtrack.workflow.entry import main
+from vidtrack.workflow.small_jobs import run_by_server
 
-sys.exit(main(sys.argv[1:]))
+if __name__ == "__main__":
+    code = run_by_server(sys.argv[1:])
+    if code is None:
+        from vidtrack.workflow.entry import main
+
+        code = main(sys.argv[1:])
+    sys.exit(code)

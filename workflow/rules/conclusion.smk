@@ -5,11 +5,19 @@ import subprocess
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.conclusion import failures, write_without
+from vidtrack.workflow.small_jobs import JobServer
 
 # Of each job that is wanted; what is made on request alone is not.
 ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs if job not in OFFERED]
 if workflow.is_main_process:
     or_stop(BOOK.check)
+
+
+def serve_small_jobs():
+    """On this computer, small jobs are forked by a process that has loaded the libraries."""
+    here = workflow.local_exec and not workflow.deployment_settings.deployment_method
+    if here and workflow.is_main_process and not workflow.touch:
+        atexit.register(JobServer().end)
 
 
 def say_verdict_last():
@@ -22,6 +30,7 @@ def say_verdict_last():
 onstart:
     atexit.unregister(say_why_locked)
     BOOK.save()
+    serve_small_jobs()
 
 
 onsuccess:

@@ -1,0 +1,41 @@
+"""What a server of jobs understands of a caller."""
+
+import json
+import os
+import socket
+import struct
+
+import pytest
+
+from vidtrack.workflow.job_server import received
+
+
+def open_files():
+    return len(os.listdir("/proc/self/fd"))
+
+
+def test_an_order_arrives_whole_however_it_is_cut_into_pieces():
+    ours, theirs = socket.socketpair()
+    body = json.dumps({"arguments": ["locate"], "folder": "/tmp"}).encode()
+    with ours, theirs:
+        socket.send_fds(theirs, [struct.pack("!I", len(body))], [1, 2])
+        for byte in body:
+            theirs.sendall(bytes([byte]))
+        asked, channels = received(ours)
+        assert asked == {"arguments": ["locate"], "folder": "/tmp"}
+        assert len(channels) == 2
+        for channel in channels:
+            os.close(channel)
+
+
+@pytest.mark.parametrize("sent", [b"", b"\0\0", b"\0\0\0\x09{}"])
+def test_a_caller_that_breaks_off_is_no_job_and_leaves_no_file_open(sent):
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        before = open_files()
+        if sent:
+            socket.send_fds(theirs, [sent], [1, 2])
+        theirs.shutdown(socket.SHUT_WR)
+        with pytest.raises(ValueError, match=r"no job|broke off"):
+            received(ours)
+        assert open_files() == before

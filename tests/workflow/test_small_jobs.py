@@ -1,0 +1,214 @@
+"""Jobs that are forked by a server that has loaded the libraries, and what happens when one of the two is killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from vidtrack.workflow import small_jobs
+from vidtrack.workflow.small_jobs import SERVER, JobServer
+
+HOUSE = str(Path(small_jobs.__file__).parents[2])
+
+JOB = """
+import os, sys, time
+def run(job):
+    asked = job.settings
+    with open("started", "w") as file:
+        file.write(str(os.getpid()))
+    if asked.get("wait"):
+        time.sleep(60)
+    print(os.environ["COLOUR"], os.getcwd(), sys.stdin.read() == "", flush=True)
+    with open(job.outputs["table"], "w") as file:
+        file.write("numbers")
+"""
+
+PRETENDED = """
+import sys, types
+pretended = types.ModuleType("vidtrack.jobs.pretended")
+exec({job!r}, pretended.__dict__)
+sys.modules["vidtrack.jobs.pretended"] = pretended
+"""
+
+SERVED = PRETENDED + "from vidtrack.workflow import job_server\njob_server.LIBRARIES = ()\njob_server.main(sys.argv[1])"
+
+CALLED = (
+    PRETENDED
+    + """
+from vidtrack.workflow.small_jobs import run_by_server
+from vidtrack.workflow.entry import main
+code = run_by_server(sys.argv[1:])
+if code is None:
+    print("in a process of its own")
+    code = main(sys.argv[1:])
+sys.exit(code)
+"""
+)
+
+
+class Served:
+    """A server that knows one more rule, and calls of it."""
+
+    def __init__(self, folder, snakemake):
+        self.folder, place = folder, folder / "jobs"
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SERVED.format(job=JOB), str(place)],
+            env=os.environ | {"PYTHONPATH": HOUSE},
+            stdin=subprocess.PIPE,
+            text=True,
+        )
+        self.variable = f"{place}\n{snakemake}\n{small_jobs._this_python()}"
+        wait_for(place.exists)
+
+    def call(self, settings="{}", variable=None, **more):
+        command = [sys.executable, "-c", CALLED.format(job=JOB), "pretended", "--output", "table", "table.txt"]
+        environment = os.environ | {SERVER: variable or self.variable, "COLOUR": "blue", "PYTHONPATH": HOUSE}
+        child = subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            **more,
+        )
+        child.stdin.write(f"{settings}\n{{}}\n{{}}\n")
+        child.stdin.close()
+        child.stdin = None
+        return child
+
+    def job(self):
+        """The process of the job that is at work."""
+        started = self.folder / "started"
+        wait_for(lambda: started.exists() and started.read_text())
+        return int(started.read_text())
+
+
+def wait_for(condition):
+    until = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def gone(process):
+    try:
+        with open(f"/proc/{process}/stat") as file:
+            return file.read().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+@pytest.fixture
+def served(tmp_path):
+    server = Served(tmp_path, os.getpid())
+    yield server
+    server.process.stdin.close()
+    server.process.wait(timeout=30)
+
+
+def test_a_job_that_is_forked_has_the_callers_folder_environment_and_channels(served):
+    said, problems = (child := served.call()).communicate(timeout=30)
+    assert (child.returncode, said, problems) == (0, f"blue {served.folder} True\n", "")
+    assert (served.folder / "table.txt").read_text() == "numbers"
+    assert served.job() != child.pid
+
+
+def test_a_job_that_fails_says_so_through_its_caller(served):
+    said, problems = (child := served.call("no JSON")).communicate(timeout=30)
+    assert (child.returncode, said) == (1, "")
+    assert problems.startswith("vidtrack: pretended: unexpected JSONDecodeError")
+
+
+def test_a_caller_that_is_killed_takes_its_job_with_it(served):
+    child = served.call('{"wait": true}')
+    job = served.job()
+    child.kill()
+    child.communicate(timeout=30)
+    wait_for(lambda: gone(job))
+    (served.folder / "started").unlink()
+    assert served.call().wait(timeout=30) == 0
+
+
+def test_a_job_that_is_killed_ends_its_caller_as_the_shell_says_it(served):
+    child = served.call('{"wait": true}')
+    os.kill(served.job(), signal.SIGKILL)
+    child.communicate(timeout=30)
+    assert child.returncode == 128 + signal.SIGKILL
+
+
+def test_a_server_that_is_killed_takes_its_jobs_with_it_and_they_are_done_without_it(served):
+    child = served.call('{"wait": true}')
+    job = served.job()
+    (served.folder / "started").unlink()
+    served.process.kill()
+    served.process.wait(timeout=30)
+    again = served.job()
+    wait_for(lambda: gone(job))
+    assert again == child.pid
+    child.kill()
+    child.communicate(timeout=30)
+
+
+def test_no_job_outlives_a_snakemake_that_was_killed(tmp_path):
+    snakemake = subprocess.Popen(["sleep", "60"])
+    served = Served(tmp_path, snakemake.pid)
+    child = served.call('{"wait": true}')
+    job = served.job()
+    snakemake.kill()
+    snakemake.wait(timeout=30)
+    served.process.stdin.close()  # as the kernel closes what a killed process held
+    said, _ = child.communicate(timeout=30)
+    assert (child.returncode, said) == (1, "")
+    assert gone(job)
+    assert served.process.wait(timeout=30) == 0
+
+
+def test_ctrl_c_ends_the_job_and_not_the_server(served):
+    child = served.call('{"wait": true}', start_new_session=True)
+    os.kill(served.job(), signal.SIGINT)
+    child.send_signal(signal.SIGINT)
+    child.communicate(timeout=30)
+    assert child.returncode == 130
+    served.process.send_signal(signal.SIGINT)
+    served.process.send_signal(signal.SIGTERM)
+    (served.folder / "started").unlink()
+    assert served.call().wait(timeout=30) == 0
+
+
+@pytest.mark.parametrize(
+    "variable",
+    [
+        "/nowhere/jobs\n1\n{python}",
+        "{place}\n1\n/usr/bin/python3 of a container",
+        "",
+    ],
+)
+def test_without_a_server_of_the_same_python_a_job_runs_by_itself(served, variable):
+    place = served.variable.split("\n")[0]
+    variable = variable.format(python=small_jobs._this_python(), place=place)
+    child = served.call(variable=variable or "\n")
+    said, _ = child.communicate(timeout=30)
+    assert (child.returncode, said) == (0, f"in a process of its own\nblue {served.folder} True\n")
+    assert served.job() == child.pid
+
+
+def test_rules_that_decode_recordings_are_not_forked(monkeypatch):
+    monkeypatch.setenv(SERVER, f"/nowhere/jobs\n1\n{small_jobs._this_python()}")
+    monkeypatch.setattr(small_jobs.socket, "socket", None)
+    assert all(small_jobs.run_by_server([rule]) is None for rule in small_jobs.LARGE)
+
+
+def test_the_server_of_a_snakemake_ends_with_it_and_leaves_nothing():
+    server = JobServer()
+    place = os.environ[SERVER].split("\n")[0]
+    assert server._process.poll() is None
+    server.end()
+    assert server._process.returncode == 0
+    assert SERVER not in os.environ
+    assert not os.path.exists(os.path.dirname(place))

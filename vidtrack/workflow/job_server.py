@@ -1,0 +1,193 @@
+"""A process that has loaded the libraries once and forks each small job: its start then costs hundredths of a second.
+
+    python -m vidtrack.workflow.job_server SOCKET
+
+It serves one call of Snakemake: it ends, and its jobs with it, when its standard input is closed, so that a Snakemake
+that was killed leaves no small job at work. A job whose caller is gone is killed too. Nothing but imports is done
+before a fork: no thread runs and no file is open then, and a job does what it would do in a process of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import io
+import json
+import os
+import selectors
+import signal
+import socket
+import struct
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from vidtrack.workflow import entry
+
+LIBRARIES = (
+    "numpy",
+    "scipy.optimize",
+    "pyarrow.parquet",
+    "pandas",
+    "cv2",
+    "PIL.PngImagePlugin",
+    "jinja2",
+    "matplotlib.figure",
+    "matplotlib.backends.backend_agg",
+)
+"""What small jobs import, and what costs them most of their time."""
+
+_PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
+
+
+class Server:
+    """The sockets and the jobs at work.
+
+    jobs    the process of each job: the connection to its caller
+    """
+
+    def __init__(self, listener: socket.socket) -> None:
+        self.listener = listener
+        self.jobs: dict[int, socket.socket] = {}
+        self.ready = selectors.DefaultSelector()
+        woken, waker = socket.socketpair()
+        for end in (woken, waker):
+            end.setblocking(False)
+        self._woken, self._waker = woken, waker
+
+    def serve(self) -> None:
+        """Fork a job for each caller, until the standard input is closed."""
+        signal.set_wakeup_fd(self._waker.fileno(), warn_on_full_buffer=False)
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        for source in (sys.stdin, self.listener, self._woken):
+            self.ready.register(source, selectors.EVENT_READ)
+        while True:
+            for key, _ in self.ready.select():
+                if key.fileobj is sys.stdin:
+                    return self._end()
+                if key.fileobj is self.listener:
+                    self._fork()
+                elif key.fileobj is self._woken:
+                    with suppress(BlockingIOError):
+                        self._woken.recv(4096)
+                    self._collect()
+                else:
+                    self._caller_is_gone(key.fileobj)
+
+    def _fork(self) -> None:
+        caller, _ = self.listener.accept()
+        try:
+            caller.settimeout(10)
+            asked, channels = received(caller)
+        except (OSError, ValueError, struct.error):
+            caller.close()
+            return
+        process = os.fork()
+        if not process:
+            _run(asked, channels, [self.listener, self._woken, self._waker, caller, *self.jobs.values()])
+        for channel in channels:
+            os.close(channel)
+        self.jobs[process] = caller
+        self.ready.register(caller, selectors.EVENT_READ)
+
+    def _collect(self) -> None:
+        """Give the callers the exit codes of jobs that have ended."""
+        while self.jobs:
+            process, status = os.waitpid(-1, os.WNOHANG)
+            if not process:
+                return
+            caller = self.jobs.pop(process)
+            code = os.waitstatus_to_exitcode(status)
+            with suppress(OSError):
+                caller.sendall(struct.pack("!i", code))
+            self._forget(caller)
+
+    def _caller_is_gone(self, caller: Any) -> None:
+        for process, its in self.jobs.items():
+            if its is caller:
+                os.kill(process, signal.SIGKILL)
+        with suppress(KeyError):
+            self.ready.unregister(caller)
+
+    def _forget(self, caller: socket.socket) -> None:
+        with suppress(KeyError):
+            self.ready.unregister(caller)
+        caller.close()
+
+    def _end(self) -> None:
+        for process in self.jobs:
+            os.kill(process, signal.SIGKILL)
+        for process in self.jobs:
+            os.waitpid(process, 0)
+
+
+def received(caller: socket.socket) -> tuple[Mapping[str, Any], list[int]]:
+    """What a caller asks for, and its standard output and error; ValueError where it breaks off."""
+    head, channels, _, _ = socket.recv_fds(caller, 4, 2)
+    try:
+        if len(channels) != 2 or len(head) != 4:
+            raise ValueError("no job was asked for")
+        (length,) = struct.unpack("!I", head)
+        body = b""
+        while len(body) < length:
+            if not (part := caller.recv(length - len(body))):
+                raise ValueError("the caller broke off")
+            body += part
+        return json.loads(body), channels
+    except (OSError, ValueError):
+        for channel in channels:
+            os.close(channel)
+        raise
+
+
+def _run(asked: Mapping[str, Any], channels: list[int], others: list[socket.socket]) -> None:
+    """Become the job; never returns."""
+    code = 1
+    try:
+        _die_with_the_server()
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, channel in enumerate(channels, start=1):
+            os.dup2(channel, number)
+            os.close(channel)
+        for other in others:
+            other.close()
+        os.environ.clear()
+        os.environ.update(asked["environment"])
+        os.umask(asked["umask"])
+        os.chdir(asked["folder"])
+        sys.stdin = io.StringIO(asked["order"])
+        code = entry.main(asked["arguments"])
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else 1
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code)
+
+
+def _die_with_the_server() -> None:
+    with suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PARENT_DIED, signal.SIGKILL)
+
+
+def main(place: str) -> int:
+    """Listen at `place`, load the libraries, serve."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # they end jobs, and Snakemake; the server ends after both
+        signal.signal(number, signal.SIG_IGN)
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(place)
+        listener.listen(64)
+        for name in LIBRARIES:
+            with suppress(ImportError):
+                importlib.import_module(name)
+        Server(listener).serve()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

@@ -1,0 +1,107 @@
+"""Where a job runs: forked by the server that has loaded the libraries (see job_server.py), or in this process.
+
+Imports nothing but what Python itself has: this is what each job's start still costs.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+
+SERVER = "VIDTRACK_JOB_SERVER"
+"""The variable of the environment that names the server's socket, its Snakemake and the Python that both run in."""
+
+LARGE = ("track", "calibration_points", "clocks", "waterline", "render")
+"""Rules that decode recordings: a process of their own, so that the memory measured of it is theirs."""
+
+
+class JobServer:
+    """The server of one call of Snakemake; it starts when it is made, and ends with this process at the latest."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.mkdtemp(prefix="vidtrack-")
+        place = os.path.join(self._folder, "jobs")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "vidtrack.workflow.job_server", place],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+        )
+        os.environ[SERVER] = f"{place}\n{os.getpid()}\n{_this_python()}"
+
+    def end(self) -> None:
+        """End the server and all that it still runs."""
+        os.environ.pop(SERVER, None)
+        assert self._process.stdin is not None
+        with suppress(OSError):
+            self._process.stdin.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=10)
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def run_by_server(arguments: Sequence[str]) -> int | None:
+    """The exit code of a job that the server ran; None where no server runs it, and it is still to be done."""
+    place, snakemake, python, *_ = [*os.environ.get(SERVER, "").split("\n"), "", ""]
+    if not place or python != _this_python() or not arguments or arguments[0] in LARGE:
+        return None
+    with socket.socket(socket.AF_UNIX) as server:
+        try:
+            server.connect(place)
+        except OSError:
+            return None
+        order = sys.stdin.read()
+        sys.stdin = io.StringIO(order)  # it can be read but once, and may be wanted again
+        try:
+            _ask(server, arguments, order)
+            answer = _answer(server)
+        except OSError:
+            answer = b""
+    if len(answer) == 4:
+        code = int(struct.unpack("!i", answer)[0])
+        return code if code >= 0 else 128 - code
+    # the server was killed, and the job with it: one more try here, unless Snakemake is gone too
+    with suppress(OSError, ValueError):
+        os.kill(int(snakemake), 0)
+        return None
+    return 1
+
+
+def _ask(server: socket.socket, arguments: Sequence[str], order: str) -> None:
+    umask = os.umask(0)
+    os.umask(umask)
+    asked = {
+        "arguments": list(arguments),
+        "order": order,
+        "environment": dict(os.environ),
+        "folder": os.getcwd(),
+        "umask": umask,
+    }
+    body = json.dumps(asked).encode()
+    socket.send_fds(server, [struct.pack("!I", len(body))], [1, 2])
+    server.sendall(body)
+
+
+def _answer(server: socket.socket) -> bytes:
+    answer = b""
+    while len(answer) < 4:
+        try:
+            part = server.recv(4 - len(answer))
+        except KeyboardInterrupt:  # the job heard it too
+            continue
+        if not part:
+            break
+        answer += part
+    return answer
+
+
+def _this_python() -> str:
+    return f"{sys.executable} {os.path.dirname(os.path.dirname(os.path.abspath(__file__)))}"
