@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vidtrack.analysis.motions import basin_axes, mean_rotation, motions_at, statistics, watch_circle
+from vidtrack.analysis.motions import basin_axes, before_motion, mean_rotation, motions_at, statistics, watch_circle
 
 N = 200
 T = np.arange(N) / 20
@@ -93,3 +93,41 @@ def test_the_watch_circle_holds_the_farthest_excursion():
     radius, hull = watch_circle(np.array([[0, 0, 9.0], [3, 4, 9], [1, -1, 9], [0.5, 0.5, 9], [np.nan, 0, 0]]))
     assert radius == pytest.approx(5)
     assert len(hull) == 3
+
+
+def test_statistics_carry_the_sigma_of_their_extremes_and_the_width_of_sd():
+    rng = np.random.default_rng(8)
+    x = rng.normal(0, 2.0, 4000)
+    sigma = np.where(x == x.max(), 0.5, 0.1)
+    found = statistics(x, sigma)
+    assert found.most_half_width == pytest.approx(1.96 * 0.5)
+    assert found.least_half_width == pytest.approx(1.96 * 0.1)
+    assert found.sigma == pytest.approx(0.1)
+    assert found.sd_half_width == pytest.approx(1.96 * 2 / np.sqrt(2 * 4000), rel=0.1)
+    assert np.isnan(statistics(x).sigma)
+
+
+def test_the_interval_of_sd_holds_the_truth_where_samples_are_correlated():
+    rng = np.random.default_rng(9)
+    inside = 0
+    for _ in range(100):
+        noise = rng.normal(0, 1, 3000)
+        x = np.convolve(noise, np.ones(20) / np.sqrt(20), "valid")
+        found = statistics(x)
+        inside += abs(found.sd - 1) < found.sd_half_width
+    assert 88 <= inside
+
+
+def test_rest_is_what_comes_before_the_motion():
+    rng = np.random.default_rng(10)
+    t = np.arange(0, 10, 0.02)
+    motion = rng.normal(0, 0.01, (t.size, 6))
+    motion[:, 2] += np.where(t > 3, np.sin(t - 3), 0)
+    motion[40] = np.nan
+    sigma = np.full((t.size, 6), 0.01)
+    rest = before_motion(t, motion, sigma)
+    assert 2.5 < t[rest].max() < 3.1
+    assert not rest[40]
+    motion[:, 2] = np.sin(t)
+    assert not before_motion(t, motion, sigma).any() or t[before_motion(t, motion, sigma)].max() < 0.2
+    assert not before_motion(t, np.zeros((t.size, 6)) * np.nan, sigma).any()

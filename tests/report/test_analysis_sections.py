@@ -10,18 +10,20 @@ from vidtrack.stages.analysis import analysis
 
 def test_a_decay_is_one_table_rounded_to_its_interval():
     record = plain(analysis(swinging(np.random.default_rng(0)), decay={}, units="in").record)
-    (table,) = analysis_tables(record, "in")
+    table, energy = analysis_tables(record, "in")
     value, width, _ = {row[0]: row[1:] for row in table.rows}["natural frequency fn (Hz)"]
     assert abs(float(value) - 0.8) < 2 * float(width)
     assert len(value) == len(width)  # as many digits as the interval has
     assert "t1.x" in table.caption
+    assert [row[0] for row in energy.rows] == ["y", "z"]
 
 
 def test_waves_and_motions_have_a_table_each():
     bodies, gauge = body_in_waves(np.random.default_rng(1))
     nothing = swinging(np.random.default_rng(2)).iloc[:0]
     done = analysis(nothing, bodies, gauge, axes=AXES, waves={"elevation": "eta"}, units="m")
-    motions, wave, responses = analysis_tables(plain(done.record), "m")
+    clock, motions, wave, responses = analysis_tables(plain(done.record), "m")
+    assert clock.rows[0] == ["joined by", "offset", ""]
     assert [row[0] for row in motions.rows][2] == "heave (m)"
     value, width = map(float, wave.rows[0][1].split(" ± "))
     assert abs(value - 2) < 2 * width < 1e-3

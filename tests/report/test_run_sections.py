@@ -98,9 +98,19 @@ def test_the_comparison_is_told_before_and_after_and_against_the_truth():
 
 
 def test_run_up_statistics_are_those_of_the_record():
-    own = {"located": 3, "frames": 4, "mean_z": 3.0, "sd_z": 1.5, "lowest_z": 1.0, "highest_z": 5.0, "R2_z": None}
-    table = run_up_table({"transects": {"a": {**own, "crests": 0}}}, "m")
-    assert table.rows == [["a", "4", "75 %", "3", "1.5", "1", "5", "–", "0"]]
+    own = {
+        "located": 3,
+        "frames": 4,
+        "lowest_z": 1.0,
+        "highest_z": 5.0,
+        "setup": 3.0,
+        "S": 1.5,
+        "Sinc": 1.2,
+        "Sig": None,
+    }
+    table = run_up_table({"transects": {"a": {**own, "R2": 4.5, "Rmax": 5.0, "Tz": 8.0, "run_ups": 7}}}, "m")
+    assert table.rows == [["a", "4", "75 %", "3", "1.5", "1.2", "–", "4.5", "5", "1", "5", "8", "7"]]
+    assert table.header[3:9] == ["set-up", "S", "Sinc", "Sig", "R2 %", "Rmax"]
     assert run_up_table({}, "m") is None
 
 

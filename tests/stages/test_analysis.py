@@ -122,3 +122,65 @@ def test_bodies_without_axes_are_refused():
     bodies, _ = body_in_waves(np.random.default_rng(7))
     with pytest.raises(VidtrackError, match="axes"):
         analysis(swinging(np.random.default_rng(6)), bodies)
+
+
+def test_angles_are_also_given_over_the_slope_of_the_wave_where_the_depth_is_known():
+    bodies, gauge = body_in_waves(np.random.default_rng(3))
+    nothing = pd.DataFrame({"time_s": [], "target": [], "x": [], "y": [], "z": []})
+    waves = {"elevation": "eta", "depth": "deep", "distance": 4.0}
+    done = analysis(nothing, bodies, gauge, axes=AXES, waves=waves, units="m")
+    k = (2 * np.pi * 0.5) ** 2 / 9.80665
+    heave, pitch = (done.record["waves"]["responses"][f"float.{dof}"] for dof in ("heave", "pitch"))
+    assert pitch["rao_slope"]["value"] == pytest.approx(3.0 / np.degrees(k * 1.5), rel=0.002)
+    assert "rao_slope" not in heave
+    assert heave["phase_deg"]["value"] == pytest.approx(40 - np.degrees(4 * k) + 360, abs=0.3)
+    assert "4 behind the gauge" in done.record["waves"]["phase_means"]
+
+
+def test_a_clock_that_is_known_less_well_widens_the_phase_and_an_unknown_one_gives_none():
+    bodies, gauge = body_in_waves(np.random.default_rng(3))
+    nothing = pd.DataFrame({"time_s": [], "target": [], "x": [], "y": [], "z": []})
+    lamp = gauge.assign(led=(np.floor(gauge["time_s"] / 3.7) % 2))
+    how = {"axes": AXES, "waves": {"elevation": "eta"}, "units": "m", "given": ["eta"], "clock": {"lamp": "led"}}
+    within = gauge["time_s"].to_numpy()[:, None] + np.arange(50) / 50 / RATE
+    light = pd.DataFrame({"begun_s": gauge["time_s"], "brightness": 30 + 50 * (np.floor(within / 3.7) % 2).mean(1)})
+    done = analysis(nothing, bodies, lamp, light={"cam1": light}, **how)
+    phase = done.record["waves"]["responses"]["float.heave"]["phase_deg"]
+    assert done.record["channels"]["clock"]["method"] == "lamp"
+    assert abs(phase["value"] - 40) < phase["half_width"] < 3
+    assert phase["half_width"] > 1.96 * 360 * 0.5 * done.record["channels"]["clock"]["offset_sd_s"]
+    unseen = analysis(nothing, bodies, lamp, light={}, **how)
+    assert np.isnan(unseen.record["waves"]["responses"]["float.heave"]["phase_deg"]["value"])
+    assert "lamp-not-seen" in [f.code for f in unseen.findings]
+
+
+def test_the_wave_itself_never_joins_the_clocks():
+    bodies, gauge = body_in_waves(np.random.default_rng(3))
+    nothing = pd.DataFrame({"time_s": [], "target": [], "x": [], "y": [], "z": []})
+    clock = {"motion": "eta", "series": "float.heave"}
+    with pytest.raises(VidtrackError, match="the wave itself"):
+        analysis(nothing, bodies, gauge, axes=AXES, waves={"elevation": "eta"}, clock=clock)
+
+
+def test_motions_are_about_rest_where_that_is_asked_for():
+    bodies, _ = body_in_waves(np.random.default_rng(4), lag_deg=90.0)
+    still = bodies["time_s"] < 4
+    bodies.loc[still, ["x", "y", "z"]] = np.random.default_rng(1).normal([1.0, 2.0, 0.0], 0.01, (still.sum(), 3))
+    bodies.loc[still, ["qw", "qx", "qy", "qz"]] = [1.0, 0.0, 0.0, 0.0]
+    bodies["z"] += np.where(still, 0, 1.0)
+    nothing = pd.DataFrame({"time_s": [], "target": [], "x": [], "y": [], "z": []})
+    for about, mean in (("mean", 0.0), ("rest", 0.9), ([0.0, 3.5], 0.9)):
+        done = analysis(nothing, bodies, axes=AXES, about=about)
+        assert done.motions["heave"].mean() == pytest.approx(mean, abs=0.03)
+    with pytest.raises(VidtrackError, match="in motion from the first sample on"):
+        analysis(nothing, bodies[~still], axes=AXES, about="rest")
+
+
+def test_the_gauge_is_cut_to_the_time_of_the_motions():
+    """Waves that the camera did not see, before they were steady, are not used."""
+    bodies, gauge = body_in_waves(np.random.default_rng(3))
+    before = gauge.assign(time_s=gauge["time_s"] - 40.0, eta=0.1 * gauge["eta"])
+    nothing = pd.DataFrame({"time_s": [], "target": [], "x": [], "y": [], "z": []})
+    done = analysis(nothing, bodies, pd.concat([before, gauge]), axes=AXES, waves={"elevation": "eta"}, units="m")
+    assert done.record["waves"]["H"]["value"] == pytest.approx(3.0, abs=0.01)
+    assert done.record["waves"]["periods"] in (19, 20)

@@ -46,8 +46,9 @@ class Motions(NamedTuple):
 class Statistics(NamedTuple):
     """Of one degree of freedom, over the measured samples: units as given.
 
-    mean has the interval of a correlated record; sd, min, max are of the samples; drift is the change of the mean from
-    the first to the last quarter of the record, with its interval.
+    mean has the interval of a correlated record; sd, min, max are of the samples, with half widths of 95 % intervals:
+    of sd by the record's independent samples, of the extremes by their sigma; drift is the change of the mean from the
+    first to the last quarter of the record, with its interval. sigma: the usual one of a sample, NaN where not given.
     """
 
     mean: Estimate
@@ -56,6 +57,10 @@ class Statistics(NamedTuple):
     most: float
     drift: Estimate
     n: int
+    sigma: float = float("nan")
+    sd_half_width: float = float("nan")
+    least_half_width: float = float("nan")
+    most_half_width: float = float("nan")
 
 
 def basin_axes(waves: str, up: str) -> Array:
@@ -112,29 +117,68 @@ def motions_at(
     return Motions(motion, sigma, rest_place)
 
 
+def before_motion(t: ArrayLike, motion: ArrayLike, sigma: ArrayLike, *, fewest: int = 15) -> Array:
+    """The samples (n,) at the beginning in which a body rests: until one degree of freedom leaves what noise explains.
+
+    t (n,) s; motion, sigma (n, 6) of `Motions`. No sample where fewer than `fewest` are at rest.
+    """
+    x, sd = np.asarray(motion, float), np.asarray(sigma, float)
+    known = np.flatnonzero(np.isfinite(x).all(axis=1))
+    if known.size < fewest + 1:
+        return np.zeros(len(x), bool)
+    hold = np.median(x[known[:fewest]], axis=0)
+    scatter = np.maximum(np.nanmedian(sd, axis=0), 1.4826 * np.median(np.abs(np.diff(x[known], axis=0)), axis=0) / 2)
+    away = (np.abs(x[known] - hold) > 6 * scatter).any(axis=1)
+    end = int(np.argmax(away)) if away.any() else known.size
+    at_rest: Array = np.zeros(len(x), bool)
+    if end >= fewest and away.any():
+        at_rest[known[: max(fewest, end - 1)]] = True
+    return at_rest
+
+
 def mean_rotation(R: Array) -> Array:
     """The rotation (3, 3) nearest to rotations (n, 3, 3) in the least-squares sense."""
     U, _, Vt = np.linalg.svd(R.mean(axis=0))
     return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
 
 
-def statistics(x: ArrayLike) -> Statistics:
-    """Mean, scatter, extremes and drift of a record (n,); NaN is left out."""
+def statistics(x: ArrayLike, sigma: ArrayLike | None = None) -> Statistics:
+    """Mean, scatter, extremes and drift of a record (n,), sigma (n,) of its samples; NaN is left out."""
     values = np.asarray(x, float)
-    values = values[np.isfinite(values)]
+    sigmas = np.full(values.shape, np.nan) if sigma is None else np.asarray(sigma, float)
+    good = np.isfinite(values)
+    values, sigmas = values[good], sigmas[good]
     if values.size < 8:
         nothing = Estimate(float("nan"), float("nan"))
         return Statistics(nothing, float("nan"), float("nan"), float("nan"), nothing, int(values.size))
     quarter = values.size // 4
     first, last = _mean(values[:quarter]), _mean(values[-quarter:])
     drift = Estimate(last.value - first.value, float(np.hypot(first.half_width, last.half_width)))
+    sd, independent = float(values.std(ddof=1)), _independent(values)
+    known = sigmas[np.isfinite(sigmas)]
     return Statistics(
-        _mean(values), float(values.std(ddof=1)), float(values.min()), float(values.max()), drift, int(values.size)
+        _mean(values),
+        sd,
+        float(values.min()),
+        float(values.max()),
+        drift,
+        int(values.size),
+        float(np.median(known)) if known.size else float("nan"),
+        t_factor(independent - 1) * sd / float(np.sqrt(2 * max(1.0, independent - 1))),
+        1.96 * float(sigmas[np.argmin(values)]),
+        1.96 * float(sigmas[np.argmax(values)]),
     )
 
 
 def _mean(values: Array) -> Estimate:
     """The mean, with an interval that counts how long the record stays on one side of it."""
+    n, own, independent = values.size, values - values.mean(), _independent(values)
+    sd = float(np.sqrt(own @ own / max(1, n - 1)))
+    return Estimate(float(values.mean()), t_factor(independent - 1) * sd / float(np.sqrt(independent)))
+
+
+def _independent(values: Array) -> float:
+    """How many independent samples a record is worth."""
     n = values.size
     own = values - values.mean()
     size = 1 << (2 * n - 1).bit_length()
@@ -142,9 +186,7 @@ def _mean(values: Array) -> Estimate:
     pairs = correlation[1 : 2 * ((n - 1) // 2) + 1].reshape(-1, 2).sum(axis=1)
     negative = np.flatnonzero(pairs <= 0)  # Geyer (1992): the sum over pairs of lags ends where it turns negative
     lasting = 1 + 2 * float(pairs[: negative[0] if negative.size else len(pairs)].sum())
-    independent = max(2.0, n / max(1.0, lasting))
-    sd = float(np.sqrt(own @ own / max(1, n - 1)))
-    return Estimate(float(values.mean()), t_factor(independent - 1) * sd / float(np.sqrt(independent)))
+    return max(2.0, n / max(1.0, lasting))
 
 
 def watch_circle(motion: ArrayLike) -> tuple[float, Array]:

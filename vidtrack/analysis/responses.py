@@ -18,26 +18,45 @@ LITTLE_COHERENCE = 0.6
 
 
 class Series(NamedTuple):
-    """One measured quantity against time: t (n,) s, x (n,) and its sigma (n,), NaN where missing; its unit."""
+    """One measured quantity against time: t (n,) s, x (n,) and its sigma (n,), NaN where missing; its unit.
+
+    offset_sd   s, standard error of its clock against the video's
+    """
 
     t: Array
     x: Array
     sigma: Array
     unit: str
+    offset_sd: float = 0.0
 
 
-def regular_waves(own: Series, f: Estimate, wave: Harmonics, motions: Mapping[str, Series]) -> dict[str, Any]:
-    """H, T, harmonics and the mean cycle of a regular wave, and each motion's response to its fundamental."""
-    phase, mean, sd = phase_average(own.t, own.x, wave.f)
+def regular_waves(
+    own: Series,
+    f: Estimate,
+    wave: Harmonics,
+    motions: Mapping[str, Series],
+    *,
+    slope: float | None = None,
+    behind: float | None = None,
+) -> dict[str, Any]:
+    """H, T, harmonics and the mean cycle of a regular wave, and each motion's response to its fundamental.
+
+    slope    the wave number, rad per unit of length: angles are then also given over the wave's slope
+    behind   by how much the point to which phases refer lies behind the gauge, along the waves
+    """
+    turn = 360 / (2 * np.pi) * (slope or 0.0) * (behind or 0.0)  # degrees of phase from the gauge to that point
+    place = f"{behind:g} behind the gauge along the waves" if behind else "at the gauge"
     record: dict[str, Any] = {
         "T_s": fields(Estimate(1 / f.value, f.half_width / f.value**2)),
         "H": fields(Estimate(2 * wave.amplitude[0].value, 2 * wave.amplitude[0].half_width)),
+        "H_crossings": _crossing_height(own),
+        "wave_number": slope,
         "harmonics": [fields(a) for a in wave.amplitude],
         "periods": wave.periods,
         "samples_a_period": wave.samples_a_period,
         "steadiness": wave.steadiness,
-        "cycle": {"phase": phase, "mean": mean, "sd": sd},
-        "phase_means": "degrees by which the response follows the crest at the gauge",
+        "cycle": _cycle(own, wave.f),
+        "phase_means": f"degrees by which the response follows the crest {place}",
         "responses": {},
     }
     for name, motion in motions.items():
@@ -47,16 +66,53 @@ def regular_waves(own: Series, f: Estimate, wave: Harmonics, motions: Mapping[st
             found = fit_harmonics(motion.t, motion.x, wave.f)
         except (ValueError, np.linalg.LinAlgError):
             continue
-        ratio = response(wave, found)
+        # clocks of one instrument err together
+        clock_sd = 0.0 if own.offset_sd == motion.offset_sd else float(np.hypot(own.offset_sd, motion.offset_sd))
+        each = [response(wave, found, harmonic=h + 1) for h in range(len(found.amplitude))]
+        phases = [
+            _phase(one.phase_deg, turn * (h + 1), 360 * wave.f * (h + 1) * clock_sd) for h, one in enumerate(each)
+        ]
         record["responses"][name] = {
             "unit": motion.unit,
             "mean": fields(found.mean),
             "harmonics": [fields(a) for a in found.amplitude],
-            "rao": fields(ratio.ratio),
-            "phase_deg": fields(ratio.phase_deg),
+            "rao": fields(each[0].ratio),
+            "phase_deg": fields(phases[0]),
+            "phases_deg": [fields(phase) for phase in phases],
+            "samples_a_period": found.samples_a_period,
             "steadiness": found.steadiness,
+            "cycle": _cycle(motion, wave.f),
         }
+        if slope is not None and motion.unit == "deg":
+            by = np.degrees(slope)
+            ratio = each[0].ratio
+            record["responses"][name]["rao_slope"] = fields(Estimate(ratio.value / by, ratio.half_width / by))
     return record
+
+
+def _phase(phase: Estimate, turn: float, clock_sd_deg: float) -> Estimate:
+    """A phase seen from a point `turn` degrees behind, less sure by its clock; NaN where the clock is not known."""
+    seen = (phase.value - turn + 180) % 360 - 180
+    if not np.isfinite(clock_sd_deg):
+        return Estimate(float("nan"), float("nan"))
+    return Estimate(float(seen), float(np.hypot(phase.half_width, 1.96 * clock_sd_deg)))
+
+
+def _cycle(series: Series, f: float) -> dict[str, Any]:
+    phase, mean, sd = phase_average(series.t, series.x, f)
+    return {"phase": phase, "mean": mean, "sd": sd}
+
+
+def _crossing_height(own: Series) -> dict[str, Any]:
+    """The mean height between crossings of the mean, upward and downward, and its standard deviation over the waves."""
+    try:
+        step, x = evenly(own.t, own.x)
+    except ValueError:
+        return {"mean": None, "sd": None, "n": 0}
+    heights = np.concatenate([single_waves(step, x).height, single_waves(step, -x).height])
+    if heights.size < 2:
+        return {"mean": None, "sd": None, "n": int(heights.size)}
+    return {"mean": float(heights.mean()), "sd": float(heights.std(ddof=1)), "n": int(heights.size)}
 
 
 def irregular_waves(
@@ -74,7 +130,9 @@ def irregular_waves(
     record: dict[str, Any] = {
         **sea_state(of_wave)._asdict(),
         "H13": single.H13,
+        "H110": single.H110,
         "Hmax": single.Hmax,
+        "Tz_crossings": single.Tz,
         "n_waves": len(single.height),
         "spectrum": {"f_Hz": of_wave.f, "S": of_wave.S, "low": of_wave.low, "high": of_wave.high},
         "degrees_of_freedom": of_wave.freedom,
@@ -96,14 +154,17 @@ def irregular_waves(
             continue
         at_motion = np.interp(grid[inside], own.t[good], own.x[good])
         found = transfer(own_step, at_motion, y[inside], resolution=resolution)
+        clock_sd = 0.0 if own.offset_sd == motion.offset_sd else float(np.hypot(own.offset_sd, motion.offset_sd))
         quoted = found.coherence >= LITTLE_COHERENCE
         record["responses"][other] = {
             "unit": motion.unit,
             "f_Hz": found.f,
             "rao": np.where(quoted, np.abs(found.H), np.nan),
             "rao_half_width": np.where(quoted, 1.96 * found.sd_ratio * np.abs(found.H), np.nan),
-            "phase_deg": np.where(quoted, -np.degrees(np.angle(found.H)), np.nan),
-            "phase_half_width_deg": np.where(quoted, np.degrees(1.96 * found.sd_ratio), np.nan),
+            "phase_deg": np.where(quoted & np.isfinite(clock_sd), -np.degrees(np.angle(found.H)), np.nan),
+            "phase_half_width_deg": np.where(
+                quoted, 1.96 * np.hypot(np.degrees(found.sd_ratio), 360 * found.f * clock_sd), np.nan
+            ),
             "coherence": found.coherence,
             "averages": found.averages,
         }

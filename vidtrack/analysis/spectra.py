@@ -58,6 +58,7 @@ class SingleWaves(NamedTuple):
     H13: float
     Hmax: float
     Tz: float
+    H110: float = float("nan")
 
 
 def evenly(t: ArrayLike, x: ArrayLike, *, longest_gap: float = 3.0) -> tuple[float, Array]:
@@ -141,8 +142,9 @@ def single_waves(step: float, x: ArrayLike) -> SingleWaves:
     starts = up[:-1] + 1
     ends = up[1:] + 1
     height = np.array([record[a:b].max() - record[a:b].min() for a, b in zip(starts, ends, strict=True)])
-    largest = np.sort(height)[::-1][: max(1, round(height.size / 3))]
-    return SingleWaves(height, period, float(largest.mean()), float(height.max()), float(period.mean()))
+    ordered = np.sort(height)[::-1]
+    H13, H110 = (float(ordered[: max(1, round(height.size / part))].mean()) for part in (3, 10))
+    return SingleWaves(height, period, H13, float(height.max()), float(period.mean()), H110)
 
 
 def _segment(n: int, step: float, resolution: float | None) -> int:

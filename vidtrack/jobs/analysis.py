@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from vidtrack.files.csv_columns import Columns
-from vidtrack.files.records import write_json
-from vidtrack.files.tables import read_csv, read_parquet, write_parquet
+from vidtrack.files.channel_files import read_channels
+from vidtrack.files.records import read_json, write_json
+from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.stages.analysis import COLUMNS, analysis
+from vidtrack.timing.clock import Clock
+from vidtrack.timing.resample import interval
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
@@ -16,17 +18,23 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: trajectories; bodies, channels where there are any. outputs: motions, record.
+    """inputs: trajectories; bodies, channels where there are any; light of each camera and located (locate.json) where
+    the channels' clock is joined by a lamp. outputs: motions, record.
 
-    settings: units, run, points, axes, decay, waves, channels.
+    settings: units, run, cameras, points, axes, decay, waves, channels.
     """
     order = job.settings
+    how = order["channels"] or {}
     done = analysis(
         read_parquet(job.path("trajectories")),
         read_parquet(job.path("bodies")) if job.paths("bodies") else None,
         _channels(job),
+        clock={"offset_s": how.get("offset_s"), **(how.get("clock") or {})},
+        light=_light(job),
+        given=list(how.get("columns") or {}) or None,
         points=order["points"],
         axes=order["axes"],
+        about=order["about"],
         decay=order["decay"],
         waves=order["waves"],
         units=order["units"],
@@ -39,12 +47,31 @@ def run(job: Job) -> None:
 
 
 def _channels(job: Job) -> DataFrame | None:
-    """The channels by their names, with time_s on the video's clock."""
+    """The channels by their names, and the column that joins their clock to the video's by its own."""
     how = job.settings["channels"]
     if not how or not job.paths("channels"):
         return None
-    wanted = Columns(numbers=(how["time"], *how["columns"].values()), blanks=tuple(how["columns"].values()))
-    table = read_csv(job.path("channels"), wanted, others="ignore")
-    named = table[list(how["columns"].values())].set_axis(list(how["columns"]), axis=1)
-    named.insert(0, "time_s", table[how["time"]] + how["offset_s"])
-    return named
+    clock = how["clock"] or {}
+    more = [column for column in (clock.get("lamp"), clock.get("motion")) if column and column not in how["columns"]]
+    return read_channels(job.path("channels"), how["columns"] | dict(zip(more, more, strict=True)), **_times(how))
+
+
+def _times(how: dict[str, Any]) -> dict[str, Any]:
+    return {"time": how["time"], "rate": how["rate"]}
+
+
+def _light(job: Job) -> dict[str, DataFrame]:
+    """When the exposures of each camera began, on the run's clock, and how bright its pictures were."""
+    if not job.paths("light"):
+        return {}
+    located = read_json(job.path("located"))
+    clocks = located.get("clocks", {}).get("cameras") or {}
+    shifts = located.get("time", {}).get("shift_s") or {}
+    light = {}
+    for camera, path in zip(job.settings["cameras"], job.paths("light"), strict=True):
+        table, own = read_parquet(path), clocks.get(camera) or {}
+        middle = table["middle_s"].to_numpy(float)
+        begun = middle - 0.5 * interval(middle) + (shifts.get(camera) or 0.0)
+        clock = Clock(own.get("offset_s") or 0.0, own.get("rate_ppm") or 0.0)
+        light[camera] = table.assign(begun_s=clock.corrected(begun))
+    return light

@@ -50,6 +50,7 @@ def run(job: Job) -> None:
                 uncertainty=uncertainty,
                 profiles=_profiles(job),
                 clock=order["clock"] if isinstance(order.get("clock"), dict) else None,
+                still=order.get("still"),
                 where=where,
             )
     units = order["units"]

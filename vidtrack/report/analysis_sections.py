@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from vidtrack.report.numbers import measured, number
+from vidtrack.report.explanations import ABOUT
+from vidtrack.report.numbers import measured, number, share
 from vidtrack.report.page import Table
 
 Record = Mapping[str, Any]
@@ -17,15 +18,17 @@ def analysis_tables(record: Record, units: str) -> list[Table]:
     """The tables that there is something in."""
     decay, waves = record.get("decay") or {}, record.get("waves") or {}
     tables = [
-        *motions_tables(record.get("motions") or {}, units),
+        clock_of_channels(record.get("channels") or {}),
+        *motions_tables(record.get("motions") or {}, units, str(record.get("about") or "mean")),
         decay_table(decay) if decay.get("fn_Hz") else None,
+        energy_table(decay) if decay.get("fn_Hz") else None,
         wave_table(waves, units) if waves.get("kind") else None,
         response_table(waves) if waves.get("kind") == "regular" and waves.get("responses") else None,
     ]
     return [table for table in tables if table]
 
 
-def motions_tables(motions: Record, units: str) -> list[Table]:
+def motions_tables(motions: Record, units: str, about: str = "mean") -> list[Table]:
     """Statistics of the six degrees of freedom of each point of each body."""
     tables = []
     for body, points in motions.items():
@@ -33,17 +36,19 @@ def motions_tables(motions: Record, units: str) -> list[Table]:
             rows = []
             for dof in DEGREES_OF_FREEDOM:
                 s = own[dof]
-                mean, width = _value(s["mean"])
-                drift, drift_width = _value(s["drift"])
-                extremes = (number(s[key], 4) for key in ("sd", "least", "most"))
                 unit = units if dof in DEGREES_OF_FREEDOM[:3] else "deg"
-                rows.append([f"{dof} ({unit})", f"{mean} ± {width}", *extremes, f"{drift} ± {drift_width}"])
+                cells = [_pm(s[key], s.get(f"{key}_half_width")) for key in ("sd", "least", "most")]
+                rows.append(
+                    [f"{dof} ({unit})", _estimate(s["mean"]), *cells, _estimate(s["drift"]), number(s.get("sigma"), 2)]
+                )
             at = "its origin" if point == "origin" else point
+            place = {"mean": "its mean place and attitude", "rest": "its place and attitude at rest"}.get(about)
             caption = (
-                f"Motions of {body} at {at}, about its mean place and attitude; ± is half a 95 % interval. Horizontal "
-                f"excursion at most {number(own['watch_circle'], 3)} {units}"
+                f"Motions of {body} at {at}, about {place or f'its place and attitude from {about}'}; ± is half a 95 % "
+                f"interval. Watch circle: {number(own['watch_circle'], 3)} {units}"
             )
-            tables.append(Table(caption, ["motion", "mean", "standard deviation", "min", "max", "drift"], rows))
+            header = ["motion", "mean", "standard deviation", "min", "max", "drift", "sigma of a sample"]
+            tables.append(Table(caption, header, rows, ABOUT["motions"]))
     return tables
 
 
@@ -61,7 +66,38 @@ def decay_table(decay: Record) -> Table:
         f"Free decay of {decay['series']}: {number(decay['cycles'], 3)} cycles, "
         f"residual {number(decay['rms'], 2)} {unit} rms; {decay['equation']}"
     )
-    return Table(caption, ["quantity", "estimate", "± 95 %", "by the decrement of half cycles"], rows)
+    header = ["quantity", "estimate", "± 95 %", "by the decrement of half cycles"]
+    return Table(caption, header, rows, ABOUT["decay"])
+
+
+def energy_table(decay: Record) -> Table | None:
+    """What moved besides the degree of freedom that was released."""
+    rows = [[name, share(part, 3)] for name, part in (decay.get("energy") or {}).items()]
+    if not rows:
+        return None
+    caption = f"Other motions during the decay, their variance over that of {decay['series']}"
+    return Table(caption, ["motion", "share"], rows, ABOUT["energy"])
+
+
+def clock_of_channels(channels: Record) -> Table | None:
+    """How the clock of the other instruments was joined to the video's."""
+    clock: Record = channels.get("clock") or {}
+    if not clock:
+        return None
+    offset, sd = measured(clock.get("offset_s"), clock.get("offset_sd_s"))
+    rate, rate_sd = measured(clock.get("rate_ppm"), clock.get("rate_sd_ppm"))
+    rows = [
+        ["joined by", str(clock["method"]), ""],
+        ["added to their times (s)", offset, sd],
+        *([["rate (ppm)", rate, rate_sd]] if clock.get("rate_ppm") is not None else []),
+        *(
+            [["switchings that agree", number(clock["n"]), ""]]
+            if clock.get("method") == "lamp" and "n" in clock
+            else []
+        ),
+    ]
+    names = ", ".join(channels.get("names") or ())
+    return Table(f"Clock of the other instruments ({names})", ["quantity", "value", "± sd"], rows, ABOUT["channels"])
 
 
 def wave_table(waves: Record, units: str) -> Table:
@@ -71,6 +107,7 @@ def wave_table(waves: Record, units: str) -> Table:
         rows = [
             ["period T (s)", " ± ".join(_value(waves["T_s"]))],
             ["height H, of the fundamental", f"{height} ± {width}"],
+            *_crossings(waves.get("H_crossings") or {}),
             *([f"amplitude of harmonic {i + 1}", " ± ".join(_value(h))] for i, h in enumerate(waves["harmonics"])),
             ["whole periods used", number(waves["periods"])],
             ["samples a period", number(waves["samples_a_period"], 3)],
@@ -79,28 +116,56 @@ def wave_table(waves: Record, units: str) -> Table:
     else:
         names = (("Hm0", "Hm0 = 4 √m0"), ("Tp", "Tp (s)"), ("Tz", "Tz = √(m0/m2) (s)"), ("Te", "Te = m-1/m0 (s)"))
         rows = [[label, number(waves.get(key), 4)] for key, label in names]
-        rows += [[key, number(waves.get(key), 4)] for key in ("H13", "Hmax", "n_waves")]
+        singles = (("H13", "H1/3"), ("H110", "H1/10"), ("Hmax", "Hmax"), ("Tz_crossings", "Tz by crossings (s)"))
+        rows += [[label, number(waves.get(key), 4)] for key, label in singles]
+        rows.append(["waves between upward crossings", number(waves.get("n_waves"))])
         rows.append(["degrees of freedom of the spectrum", number(waves.get("degrees_of_freedom"), 3)])
-    return Table(f"Waves: {waves['elevation']}, {waves['kind']}", ["quantity", "estimate"], rows)
+    return Table(f"Waves: {waves['elevation']}, {waves['kind']}", ["quantity", "estimate"], rows, ABOUT["waves"])
 
 
 def response_table(waves: Record) -> Table:
-    """Amplitude ratio and phase of every motion."""
+    """Amplitude ratio and phase of every motion, and its harmonics."""
     rows = []
+    slope = any("rao_slope" in own for own in waves["responses"].values())
     for name, own in waves["responses"].items():
-        ratio, width = _value(own["rao"])
-        phase, phase_width = _value(own["phase_deg"])
-        amplitude, amplitude_width = _value(own["harmonics"][0])
+        higher = [
+            " at ".join([_estimate(own["harmonics"][h]), f"{_estimate(own['phases_deg'][h])}°"])
+            for h in (1, 2)
+            if h < len(own["harmonics"]) and "phases_deg" in own
+        ]
         rows.append(
             [
                 f"{name} ({own['unit'] or 'its unit'})",
-                f"{amplitude} ± {amplitude_width}",
-                f"{ratio} ± {width}",
-                f"{phase} ± {phase_width}",
+                _estimate(own["harmonics"][0]),
+                _estimate(own["rao"]),
+                *([_estimate(own["rao_slope"]) if "rao_slope" in own else "–"] if slope else []),
+                _estimate(own["phase_deg"]),
+                *(higher or ["–", "–"]),
             ]
         )
     caption = f"Response to the fundamental of {waves['elevation']}; phase: {waves['phase_means']}"
-    return Table(caption, ["motion", "amplitude", "over the wave's amplitude (RAO)", "phase (deg)"], rows)
+    header = ["motion", "amplitude", "over the wave's amplitude (RAO)", "phase (deg)", "2nd harmonic", "3rd harmonic"]
+    if slope:
+        header.insert(3, "over the wave's slope (deg/deg)")
+    return Table(caption, header, rows, ABOUT["responses"])
+
+
+def _crossings(own: Record) -> list[list[str]]:
+    if own.get("mean") is None:
+        return []
+    return [
+        ["height H between crossings, mean ± sd of the waves", f"{number(own['mean'], 4)} ± {number(own['sd'], 2)}"]
+    ]
+
+
+def _estimate(estimate: Record) -> str:
+    return _pm(estimate.get("value"), estimate.get("half_width"))
+
+
+def _pm(value: Any, half_width: Any) -> str:
+    """A value and half its interval; the value alone, or a dash, where the other is missing."""
+    first, second = measured(value, half_width)
+    return f"{first} ± {second}" if second != "–" else first
 
 
 def _value(estimate: Record) -> tuple[str, str]:

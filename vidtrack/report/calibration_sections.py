@@ -58,7 +58,9 @@ def camera_section(
     tables = [_parameter_table(camera, units)]
     if rejected := [p for p in points if not p["used"]]:
         rows = [[str(p["tag"]), number(p["Xf"], 5), number(p["Yf"], 5), str(p["reason"])] for p in rejected]
-        tables.append(Table("Points that were not used", ["tag", "Xf (px)", "Yf (px)", "reason"], rows))
+        tables.append(
+            Table("Points that were not used", ["tag", "Xf (px)", "Yf (px)", "reason"], rows, ABOUT["points-not-used"])
+        )
     return Section(f"camera-{name}", name, lines, tables, figures)
 
 

@@ -62,7 +62,35 @@ ABOUT = {
         "Which track of each camera is which target. A point seen in one camera lies on a line in another one's "
         "picture, the epipolar line: the error is the distance from it, over the whole run."
     ),
-    "run-up": ("Height of the water's edge on each transect. R2: the height that 2 % of the crests exceed."),
+    "run-up": (
+        "How high the water's edge runs up each transect, above the still water where the config says its level, else "
+        "above z = 0. Set-up: the mean. S: swash, four standard deviations about it; Sinc and Sig: its parts above and "
+        "below 0.05 Hz. R2 %: the height that 2 % of the run-up maxima exceed."
+    ),
+    "points-not-used": "Points that were seen and left out of this camera's calibration, with the reason.",
+    "motions": (
+        "The body's six degrees of freedom at this point, in the basin's axes: surge along the waves, heave upward, "
+        "sway to complete a right-handed set; roll, pitch and yaw about these (yaw first, then pitch, then roll). "
+        "Drift: the mean of the last quarter less that of the first. Sigma: what a single sample is worth."
+    ),
+    "decay": (
+        "The equation of motion, integrated through the samples from the release on, fitted to them. fn: without "
+        "damping; Td: period as it swings. Zeta: linear damping over critical damping. The decrement of half cycles is "
+        "the classical check, from the peaks alone (p and q)."
+    ),
+    "energy": "A free decay is of one degree of freedom; what else moved is in the numbers of the decay.",
+    "channels": (
+        "Other instruments run on a clock of their own. A lamp that both record, or a motion that both measure, joins "
+        "it to the video's; the wave itself never does, because its phase is what is to be measured."
+    ),
+    "waves": (
+        "Regular: the harmonics of the wave, by least squares over whole periods. Irregular: Hm0, Tp, Tz and Te by the "
+        "spectrum (Welch), H1/3 and the like by single waves between upward crossings of the mean."
+    ),
+    "responses": (
+        "RAO: the amplitude of a motion over that of the wave. Phase: by how many degrees it follows the wave's crest. "
+        "Higher harmonics: amplitude, and phase after the crest of the fundamental, in degrees of their own period."
+    ),
     "bodies": (
         "A rigid body is fitted to its targets in every sample. Off the rigid body: the distance between where "
         "targets are and where the body has them."

@@ -217,12 +217,25 @@ def run_up_table(record: Record, units: str) -> Table | None:
     if not transects:
         return None
     rows = []
+    names = (("setup", "set-up"), ("S", "S"), ("Sinc", "Sinc"), ("Sig", "Sig"), ("R2", "R2 %"), ("Rmax", "Rmax"))
     for name, own in transects.items():
         found = share(own["located"] / own["frames"] if own["frames"] else None, 4)
-        heights = (number(own[key], 4) for key in ("mean_z", "sd_z", "lowest_z", "highest_z", "R2_z"))
-        rows.append([name, number(own["frames"]), found, *heights, number(own["crests"])])
-    header = ["transect", "frames", "edge found", f"mean z ({units})", "sd", "lowest", "highest", "R2", "crests"]
-    return Table("Run-up: height z of the water's edge", header, rows, ABOUT["run-up"])
+        heights = (number(own.get(key), 4) for key, _ in names)
+        ends = (number(own[key], 4) for key in ("lowest_z", "highest_z"))
+        rows.append(
+            [name, number(own["frames"]), found, *heights, *ends, number(own.get("Tz"), 3), number(own.get("run_ups"))]
+        )
+    header = [
+        "transect",
+        "frames",
+        "edge found",
+        *(label for _, label in names),
+        "lowest z",
+        "highest z",
+        "Tz (s)",
+        "run-ups",
+    ]
+    return Table(f"Run-up: height of the water's edge, {units}", header, rows, ABOUT["run-up"])
 
 
 def bodies_table(record: Record, units: str) -> Table | None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from vidtrack.settings.sections import Name, Positive, Section, Vector
 
@@ -47,8 +47,25 @@ class WaveAnalysis(Section):
     )
     period: Positive | None = Field(None, description="s, of a regular wave, where it is known to some 10 %")
     resolution: Positive | None = Field(None, description="Hz between the lines of spectra; default: 16 averages")
-    start: float | None = Field(None, description="s, the first time used")
-    end: float | None = Field(None, description="s, the last time used")
+    start: float | None = Field(
+        None, description="s, the first time used; default: the first that wave and motions have in common"
+    )
+    end: float | None = Field(None, description="s, the last time used; default: the last that they have in common")
+    depth: Positive | Literal["deep"] | None = Field(
+        None,
+        description="world units, of the still water, or deep: gives the wave's slope, and so the response of angles "
+        "in deg/deg; default: no slope is given",
+    )
+    distance: float = Field(
+        0.0,
+        description="world units, from the gauge to the point to which phases refer, along the waves; needs depth",
+    )
+
+    @model_validator(mode="after")
+    def _reaches(self) -> Self:
+        if self.distance and self.depth is None:
+            raise ValueError("distance needs depth, which says how fast the waves travel")
+        return self
 
 
 class Analysis(Section):
@@ -58,15 +75,43 @@ class Analysis(Section):
     waves: WaveAnalysis | None = Field(None, description="waves and the response to them")
 
 
+class ChannelClock(Section):
+    """How the clock of another instrument is joined to the video's; one of lamp and motion."""
+
+    lamp: str | None = Field(
+        None, description="column that switches with a lamp, or carries a pulse of light, that a camera sees"
+    )
+    motion: str | None = Field(None, description="column that measures a motion which the video measures too")
+    series: str | None = Field(
+        None, description="with motion: the series of that motion, named as in analysis.decay.series, such as t1.x"
+    )
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if (self.lamp is None) == (self.motion is None):
+            raise ValueError("name either lamp or motion")
+        if (self.motion is None) != (self.series is None):
+            raise ValueError("motion and series belong together")
+        return self
+
+
 class Channels(Section):
     """Records of other instruments, on the video's clock."""
 
-    file: str = Field(description="CSV, relative to the run's folder")
-    time: str = Field("time_s", description="column of times, s")
-    columns: Annotated[dict[Name, str], Field(min_length=1)] = Field(
-        description="channel: the column of the file that holds it"
+    file: str = Field(
+        description="CSV, Parquet, MAT (level 5) or TDMS (with the package npTDMS), relative to the run's folder"
     )
-    offset_s: float = Field(0.0, description="s, added to the file's times to give the video's")
+    time: str | None = Field(
+        "time_s", description="column of times, s; null: the file's own (TDMS), or samples at `rate` from 0 on"
+    )
+    rate: Positive | None = Field(None, description="Hz, samples a second of a file without times")
+    columns: Annotated[dict[Name, str], Field(min_length=1)] = Field(
+        description="channel: the column, variable or TDMS channel of the file that holds it"
+    )
+    offset_s: float = Field(0.0, description="s, added to the file's times to give the video's, or nearly so")
+    clock: ChannelClock | None = Field(
+        None, description="what joins its clock to the video's, where offset_s does not; never the wave itself"
+    )
 
 
 def body(value: Any) -> Any:

@@ -14,6 +14,7 @@ from pydantic import Field, ValidationError
 
 from vidtrack.errors import VidtrackError
 from vidtrack.naming import did_you_mean
+from vidtrack.settings.analysis import Axes
 from vidtrack.settings.calibration import Calibration
 from vidtrack.settings.cameras import Camera
 from vidtrack.settings.detection import Detect, DetectChange
@@ -35,6 +36,9 @@ class Settings(Section):
         Detect(), description="how targets are distinguished from the background in all clips and runs"
     )
     calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
+    axes: Axes | None = Field(
+        None, description="the basin's directions for all runs: which way waves travel, and which way is up"
+    )
     report: Report = Field(Report(), description="what the report holds beyond its pages")
     runs: dict[Name, Run] = Field(
         {}, description="run: what differs from the defaults; every folder in runs/ is processed, named here or not"

@@ -48,6 +48,9 @@ class Waterline(Section):
     """Run-up: the moving water's edge along transects."""
 
     camera: str | None = Field(None, description="default: the run's first camera")
+    still_water: float | None = Field(
+        None, description="world units, z of the still water, from which run-up is counted; default: z = 0"
+    )
     transects: dict[Name, Transect] = Field(description="transect: the line up the beach that it follows")
 
 
@@ -76,7 +79,14 @@ class Run(DetectChange):
         "points: {CoG: [x, y, z], ...} among the targets names further points whose motions are wanted",
     )
     axes: Axes | None = Field(
-        None, description="the basin's directions; needed for surge, sway, heave, roll, pitch, yaw"
+        None,
+        description="the basin's directions, needed for surge, sway, heave, roll, pitch, yaw; default: those that "
+        "config.yaml says for all runs",
+    )
+    about: Literal["mean", "rest"] | tuple[float, float] = Field(
+        "mean",
+        description="what motions are counted from; mean: of the run; rest: where the body is before it moves; two "
+        "times, s, between which it rests",
     )
     analysis: Annotated[Analysis | None, BeforeValidator(analyses)] = Field(
         None, description="decay, waves: what is estimated from the motions; `analysis: decay` takes the defaults"

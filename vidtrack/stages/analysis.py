@@ -8,14 +8,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from vidtrack.analysis.channel_clock import Joined, by_lamp, by_motion, by_offset
 from vidtrack.analysis.decay import free_decay
-from vidtrack.analysis.harmonics import (
-    FEW_SAMPLES_A_PERIOD,
-    fit_harmonics,
-    fundamental_frequency,
+from vidtrack.analysis.motions import (
+    DEGREES_OF_FREEDOM,
+    Motions,
+    basin_axes,
+    before_motion,
+    motions_at,
+    statistics,
+    watch_circle,
 )
-from vidtrack.analysis.motions import DEGREES_OF_FREEDOM, basin_axes, motions_at, statistics, watch_circle
-from vidtrack.analysis.responses import Series, fields, irregular_waves, regular_waves
+from vidtrack.analysis.responses import Series, fields
+from vidtrack.analysis.waves import waves_and_responses
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.motion.rigid import rotation_from_quaternion
@@ -30,10 +35,8 @@ COLUMNS = {
     **dict.fromkeys([f"sigma_{name}" for name in DEGREES_OF_FREEDOM[3:]], "deg"),
 }
 
-REGULAR = 0.9
-"""Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""
 FEW_CYCLES = 5
-"""Fewer cycles make a decay's or a regular wave's numbers doubtful."""
+"""Fewer cycles make a decay's numbers doubtful."""
 
 
 class Analysis(NamedTuple):
@@ -49,8 +52,12 @@ def analysis(
     bodies: pd.DataFrame | None = None,
     channels: pd.DataFrame | None = None,
     *,
+    clock: Mapping[str, Any] | None = None,
+    light: Mapping[str, pd.DataFrame] | None = None,
+    given: Sequence[str] | None = None,
     points: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     axes: Mapping[str, str] | None = None,
+    about: str | Sequence[float] = "mean",
     decay: Mapping[str, Any] | None = None,
     waves: Mapping[str, Any] | None = None,
     units: str = "",
@@ -60,23 +67,38 @@ def analysis(
 
     trajectories   time_s, target, x, y, z, sigma_x, sigma_y, sigma_z; world units
     bodies         bodies.parquet of the run, with the covariance of each pose
-    channels       time_s and a column for each other instrument, on the video's clock
+    channels       time_s and a column for each other instrument, by its own clock, and the column of its lamp or motion
+    clock          offset_s; lamp, or motion and series: what joins that clock to the video's
+    light          camera: table of begun_s (s on the run's clock) and brightness, where there is a lamp
+    given          names in `channels` that are asked for; default: all
     points         body: {point: place in the body's axes}; the body's origin is always one of them
     axes           waves, up: directions in the world, such as +x and +z; needed for bodies
+    about          what motions are counted from: mean; rest: where the body is before it moves; or two times, s,
+                   between which it rests
     decay          series, drop_half_cycles, quadratic, end: see `free_decay`
-    waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s
+    waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s; depth, distance
     A series is named <target>.<x|y|z>, <body>.<surge ... yaw>, <body>@<point>.<surge ... yaw>, or by its channel.
     Raises VidtrackError where a name fits no series, or bodies come without axes.
     """
-    motions, about = _motions(bodies, points or {}, axes, where)
-    series = _series(trajectories, motions, channels, units)
-    record: dict[str, Any] = {"units": units, "axes": dict(axes or {}), **about}
+    motions, of_motions = _motions(bodies, points or {}, axes, about, where)
+    series = _series(trajectories, motions, units)
+    record: dict[str, Any] = {"units": units, "axes": dict(axes or {}), **of_motions}
     findings: list[Finding] = []
+    if channels is not None:
+        joined = _joined(series, channels, clock or {}, light or {}, (waves or {}).get("elevation"), where)
+        record["channels"] = {"clock": joined.record, "names": list(given or channels.columns.drop("time_s"))}
+        findings += joined.findings
+        for name in record["channels"]["names"]:
+            x = channels[name].to_numpy(float)
+            series[str(name)] = Series(joined.times, x, np.full(len(x), np.nan), "", joined.offset_sd)
     if decay is not None:
         record["decay"], found = _decay(series, decay, where)
         findings += found
     if waves is not None:
-        record["waves"], found = _waves(series, waves, where)
+        name = waves["elevation"]
+        own = _named(series, name, f"{where}.waves.elevation")
+        others = {other: s for other, s in series.items() if other != name}
+        record["waves"], found = waves_and_responses(name, own, others, waves, units)
         findings += found
     return Analysis(motions, record, findings)
 
@@ -85,6 +107,7 @@ def _motions(
     bodies: pd.DataFrame | None,
     points: Mapping[str, Mapping[str, Sequence[float]]],
     axes: Mapping[str, str] | None,
+    about: str | Sequence[float],
     where: str,
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
     if bodies is None or bodies.empty:
@@ -99,31 +122,84 @@ def _motions(
     except ValueError as problem:
         raise VidtrackError(f"{where}.axes: {problem}. Name two perpendicular directions.") from None
     tables: list[pd.DataFrame] = []
-    about: dict[str, Any] = {}
+    record: dict[str, Any] = {}
     for name, rows in bodies.groupby("body", sort=False):
         R = rotation_from_quaternion(rows[["qw", "qx", "qy", "qz"]].to_numpy(float))
         covariance = np.array(rows["covariance"].to_list(), float).reshape(-1, 6, 6)
         for point, place in {"origin": (0.0, 0.0, 0.0), **points.get(str(name), {})}.items():
             try:
-                found = motions_at(rows[["x", "y", "z"]].to_numpy(float), R, covariance, place, basin)
+                given = rows[["x", "y", "z"]].to_numpy(float), R, covariance, place, basin
+                found = motions_at(*given)
+                rest = _at_rest(rows["time_s"].to_numpy(float), found, about)
+                if rest is not None:
+                    found = motions_at(*given, at_rest=rest)
             except ValueError as problem:
                 raise VidtrackError(f"{where}: body {name}: {problem}. See bodies.parquet for the reason.") from None
             columns: dict[str, Any] = {"time_s": rows["time_s"].to_numpy(), "body": str(name), "point": point}
             columns |= {dof: found.motion[:, i] for i, dof in enumerate(DEGREES_OF_FREEDOM)}
             columns |= {f"sigma_{dof}": found.sigma[:, i] for i, dof in enumerate(DEGREES_OF_FREEDOM)}
             tables.append(pd.DataFrame(columns))
-            radius, _ = watch_circle(found.motion)
-            about.setdefault(str(name), {})[point] = {
+            radius, hull = watch_circle(found.motion)
+            record.setdefault(str(name), {})[point] = {
                 "at_rest": found.rest,
                 "watch_circle": radius,
-                **{dof: fields(statistics(found.motion[:, i])) for i, dof in enumerate(DEGREES_OF_FREEDOM)},
+                "envelope": hull,
+                **{
+                    dof: fields(statistics(found.motion[:, i], found.sigma[:, i]))
+                    for i, dof in enumerate(DEGREES_OF_FREEDOM)
+                },
             }
-    return pd.concat(tables, ignore_index=True)[list(COLUMNS)], {"motions": about}
+    said = "mean" if about == "mean" else "rest" if about == "rest" else f"{about[0]:g} to {about[1]:g} s"
+    return pd.concat(tables, ignore_index=True)[list(COLUMNS)], {"about": said, "motions": record}
 
 
-def _series(
-    trajectories: pd.DataFrame, motions: pd.DataFrame, channels: pd.DataFrame | None, units: str
-) -> dict[str, Series]:
+def _at_rest(t: np.ndarray[Any, Any], found: Motions, about: str | Sequence[float]) -> np.ndarray[Any, Any] | None:
+    """The samples in which the body rests; None: motions are about the mean. ValueError where it never rests."""
+    if about == "mean":
+        return None
+    if about == "rest":
+        rest = before_motion(t, found.motion, found.sigma)
+        if not rest.any():
+            raise ValueError("it is in motion from the first sample on, so no rest is known (about: rest)")
+        return rest
+    return (t >= float(about[0])) & (t <= float(about[1]))
+
+
+def _joined(
+    series: Mapping[str, Series],
+    channels: pd.DataFrame,
+    clock: Mapping[str, Any],
+    light: Mapping[str, pd.DataFrame],
+    elevation: str | None,
+    where: str,
+) -> Joined:
+    """The channels' times on the video's clock."""
+    t = channels["time_s"].to_numpy(float)
+    near = by_offset(t, float(clock.get("offset_s") or 0.0))
+    if (lamp := clock.get("lamp")) is not None:
+        seen = {
+            camera: (own["begun_s"].to_numpy(float), own["brightness"].to_numpy(float)) for camera, own in light.items()
+        }
+        return _whole(by_lamp(near.times, channels[lamp].to_numpy(float), seen, lamp), near)
+    if (motion := clock.get("motion")) is None:
+        return near
+    if motion == elevation or (elevation in channels and channels[motion].equals(channels[elevation])):
+        raise VidtrackError(
+            f"{where}: channels.clock.motion is the wave itself ({motion}); by how much a motion follows it is what "
+            "is to be measured. Join the clocks by a lamp, by offset_s, or by a motion that both record."
+        )
+    own = _named(series, str(clock["series"]), f"{where}: channels.clock.series")
+    return _whole(by_motion(near.times, channels[motion].to_numpy(float), own.t, own.x, motion, clock["series"]), near)
+
+
+def _whole(found: Joined, near: Joined) -> Joined:
+    """What was found after the given offset was added, as counted from the file's own times."""
+    if found.record.get("offset_s") is None:
+        return found
+    return found._replace(record={**found.record, "offset_s": found.record["offset_s"] + near.record["offset_s"]})
+
+
+def _series(trajectories: pd.DataFrame, motions: pd.DataFrame, units: str) -> dict[str, Series]:
     found: dict[str, Series] = {}
     for target, rows in trajectories.groupby(trajectories["target"].astype(str), sort=False):
         for axis in "xyz":
@@ -133,11 +209,6 @@ def _series(
         name = str(body) if point == "origin" else f"{body}@{point}"
         for i, dof in enumerate(DEGREES_OF_FREEDOM):
             found[f"{name}.{dof}"] = _one_series(rows, dof, units if i < 3 else "deg")
-    if channels is not None:
-        t = channels["time_s"].to_numpy(float)
-        for name in channels.columns.drop("time_s"):
-            x = channels[name].to_numpy(float)
-            found[str(name)] = Series(t, x, np.full(len(t), np.nan), "")
     return found
 
 
@@ -219,44 +290,3 @@ def _energy(series: Mapping[str, Series], name: str) -> dict[str, float]:
     whole = np.nanvar(series[name].x)
     others = [other for other in alike if other != dof and f"{group}.{other}" in series]
     return {other: float(np.nanvar(series[f"{group}.{other}"].x) / whole) for other in others if whole > 0}
-
-
-def _waves(series: Mapping[str, Series], how: Mapping[str, Any], where: str) -> tuple[dict[str, Any], list[Finding]]:
-    name = how["elevation"]
-    own = _cut(_named(series, name, f"{where}.waves.elevation"), how)
-    period = how.get("period")
-    findings: list[Finding] = []
-    try:
-        f = fundamental_frequency(own.t, own.x, None if period is None else 1 / period)
-        wave = fit_harmonics(own.t, own.x, f.value)
-    except ValueError as problem:
-        cure = "Give the whole record of the wave, on the video's clock (channels.offset_s)."
-        return {"elevation": name}, [Finding("bad", "wave-not-found", f"waves: {name}: {problem}", cure)]
-    explained = 1 - wave.rms**2 / float(np.nanvar(own.x[np.isfinite(own.x)]))
-    kind = how.get("kind") or "auto"
-    regular = kind == "regular" or (kind == "auto" and explained > REGULAR)
-    record: dict[str, Any] = {"elevation": name, "kind": "regular" if regular else "irregular"}
-    motions = {other: _cut(s, how) for other, s in series.items() if other != name}
-    if regular:
-        record |= regular_waves(own, f, wave, motions)
-        if wave.samples_a_period < FEW_SAMPLES_A_PERIOD:
-            text = f"waves: {wave.samples_a_period:.0f} samples a period of {name}; {FEW_SAMPLES_A_PERIOD} are needed"
-            findings.append(Finding("note", "few-samples-a-period", text, "Record at a higher rate."))
-        if wave.periods < FEW_CYCLES:
-            text = f"waves: only {wave.periods} whole periods of {name} could be used"
-            findings.append(Finding("doubtful", "few-periods", text, "Record a longer stretch of steady waves."))
-    else:
-        irregular, found = irregular_waves(own, motions, how, name)
-        record |= irregular
-        findings += found
-    return record, findings
-
-
-def _cut(series: Series, how: Mapping[str, Any]) -> Series:
-    start, end = how.get("start"), how.get("end")
-    use = np.ones(len(series.t), bool)
-    if start is not None:
-        use &= series.t >= start
-    if end is not None:
-        use &= series.t <= end
-    return Series(series.t[use], series.x[use], series.sigma[use], series.unit)

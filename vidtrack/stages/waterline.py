@@ -16,6 +16,7 @@ from vidtrack.findings import Finding
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.shore.run_up import run_up
 from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
 from vidtrack.shore.waterline import water_edge
 from vidtrack.timing.clock import Clock
@@ -67,6 +68,7 @@ def waterline(
     uncertainty: CameraUncertainty | None = None,
     profiles: Mapping[str, Any] | None = None,
     clock: Mapping[str, float] | None = None,
+    still: float | None = None,
     where: str = "waterline",
 ) -> Waterlines:
     """Follow the water's edge along every transect through a recording.
@@ -74,6 +76,7 @@ def waterline(
     transects     name: {from: [x, y, z] in the water, to: [x, y, z] on dry ground, step}; world units
     profiles      name: (k, 3) surveyed points along the transect, world units, where the beach is no plane
     uncertainty   of the camera; without it sigma_s is that of the edge in the picture alone
+    still         z of the still water, from which run-up is counted; None: z = 0
     clock         offset_s and rate_ppm, added to the camera's time
     Frames are used whole; a corrupt one is a row of NaN. Raises VidtrackError for a transect that the camera does not
     see, or whose ends look alike.
@@ -100,7 +103,7 @@ def waterline(
         timestacks[name] = Timestack(_stored(grey, info.bits), time_s, line.s, line.p, line.b)
         table = _one(grey, np.array(good), line, _calibration_sd(camera, line, uncertainty), f"{where}.{name}")
         tables.append(table.assign(time_s=time_s, timecode=labels, transect=name)[list(COLUMNS)])
-        statistics[name] = _statistics(tables[-1])
+        statistics[name] = _statistics(tables[-1], still)
         findings += _findings(name, tables[-1])
     return Waterlines(pd.concat(tables, ignore_index=True), timestacks, {"transects": statistics}, tuple(findings))
 
@@ -146,8 +149,9 @@ def _stored(grey: Array, bits: int) -> NDArray[Any]:
     return np.round(grey).astype(np.uint8 if bits == 8 else np.uint16)
 
 
-def _statistics(table: pd.DataFrame) -> dict[str, Any]:
-    """Mean, spread and extremes of the run-up z, and the height that 2 % of its maxima exceed (R2)."""
+def _statistics(table: pd.DataFrame, still: float | None) -> dict[str, Any]:
+    """Mean, spread and extremes of the run-up z, and set-up, swash and R2 above the still water."""
+    quoted = run_up(table["time_s"], table["z"], still=still or 0.0)
     z = table["z"].to_numpy(float)
     z = z[np.isfinite(z)]
     peaks = z[1:-1][(z[1:-1] >= z[:-2]) & (z[1:-1] > z[2:])]
@@ -162,6 +166,9 @@ def _statistics(table: pd.DataFrame) -> dict[str, Any]:
         "crests": len(crests),
         "R2_z": float(np.quantile(crests, 0.98)) if len(crests) else float("nan"),
         "median_sigma_s": float(table["sigma_s"].median()),
+        "still_water": still,
+        **{name: value for name, value in quoted._asdict().items() if name != "n"},
+        "run_ups": quoted.n,
     }
 
 

@@ -135,13 +135,29 @@ def timing_from_flash(
     to within a picture, at the least offset. The rate needs three changes or more; NaN where none is in common.
     alone_s   s: a single pair further apart may be two things that each camera saw for itself, and gives no estimate
     """
-    a, size_a, sd_a = light_changes(t_a, level_a, shutter=shutter)
-    b, size_b, sd_b = light_changes(t_b, level_b, shutter=shutter)
+    slack = 1.05 * max(interval(t_a), interval(t_b))
+    changes = light_changes(t_a, level_a, shutter=shutter), light_changes(t_b, level_b, shutter=shutter)
+    return timing_from_changes(*changes, slack=slack, start=float(np.asarray(t_b, float)[0]), alone_s=alone_s)
+
+
+def timing_from_changes(
+    of_a: tuple[Array, Array, Array],
+    of_b: tuple[Array, Array, Array],
+    *,
+    slack: float,
+    start: float,
+    alone_s: float = np.inf,
+) -> Timing:
+    """The clock of b, whose first time is `start`, that makes its changes fall on those of a.
+
+    of_a, of_b   moments, sizes (their signs count) and standard errors of changes, as of `light_changes`
+    slack        s by which changes of one moment may seem apart
+    """
+    (a, size_a, sd_a), (b, size_b, sd_b) = of_a, of_b
     nothing = NOT_ESTIMATED._replace(of=max(a.size, b.size))
     if not a.size or not b.size:
         return nothing
     # through shutters that are mostly shut, the same delay shows as no picture now and as one then
-    slack = 1.05 * max(interval(t_a), interval(t_b))
     difference = a[:, None] - b
     alike = np.sign(size_a)[:, None] == np.sign(size_b)
     if not alike.any():
@@ -154,7 +170,7 @@ def timing_from_flash(
     if lag.size == 1 and abs(lag[0]) > alone_s:
         return nothing
     # a line through the lags, the slope near 0 unless they show it
-    A = np.stack([1 / sd, (b[j] - float(np.asarray(t_b, float)[0])) / sd], -1)
+    A = np.stack([1 / sd, (b[j] - start) / sd], -1)
     covariance = np.linalg.inv(A.T @ A + np.diag([0, (RATE_PRIOR_PPM * 1e-6) ** -2]))
     offset, rate = (covariance @ (A.T @ (lag / sd))).tolist()
     # where the moments scatter by more than the flicker explains, so does the answer

@@ -180,7 +180,7 @@ def bodies(settings: Settings, run: str) -> Order:
     return {"units": settings.units, "run": run, "bodies": {name: body.targets for name, body in own.items()}}
 
 
-def analysis(settings: Settings, run: str) -> Order:
+def analysis(settings: Settings, experiment: Experiment, run: str) -> Order:
     """What is estimated from a run's motions."""
     own = _own(settings, run)
     wanted = own.analysis.model_dump() if own.analysis else {}
@@ -188,11 +188,19 @@ def analysis(settings: Settings, run: str) -> Order:
         "units": settings.units,
         "run": run,
         "points": {name: body.named for name, body in own.bodies.items()},
-        "axes": own.axes.model_dump() if own.axes else None,
+        "axes": axes.model_dump() if (axes := own.axes or settings.axes) else None,
+        "about": own.about,
         "decay": wanted.get("decay"),
         "waves": wanted.get("waves"),
         "channels": own.channels.model_dump(exclude={"file"}) if own.channels else None,
+        **({"cameras": list(experiment.runs[run].videos)} if lamp_of(settings, run) else {}),
     }
+
+
+def lamp_of(settings: Settings, run: str) -> str | None:
+    """The column of a lamp that joins the clock of other instruments to the video's, where there is one."""
+    channels = _own(settings, run).channels
+    return channels.clock.lamp if channels and channels.clock else None
 
 
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
@@ -214,6 +222,7 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
         "units": settings.units,
         "run": run,
         "camera": camera,
+        "still": own.waterline.still_water,
         "transects": {n: t.model_dump(by_alias=True) for n, t in own.waterline.transects.items()},
         "detect": _without_colour(detect_for(settings, own, own.detect)),
         "start_timecode": own.start_timecode,

@@ -13,8 +13,16 @@ BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in 
 ANALYSED = [
     name
     for name, run in SETTINGS.runs.items()
-    if (run.analysis or run.axes) and name in LOCATED
+    if (run.analysis or run.axes or (SETTINGS.axes and run.bodies)) and name in LOCATED
 ]
+
+
+def of_lamp(run, name):
+    """A file of each camera of a run, where a lamp joins the clock of other instruments to theirs."""
+    cameras = EXPERIMENT.runs[run].videos if orders.lamp_of(SETTINGS, run) else []
+    return [f"{RESULTS}/runs/{run}/{name.format(camera=c)}" for c in cameras]
+
+
 CLOCKED = [run for run in LOCATED if orders.clocks(SETTINGS, EXPERIMENT, run)["sought"]]
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))
@@ -56,7 +64,7 @@ for run in BODIED:
     BOOK.add("bodies", orders.bodies(SETTINGS, run), [], run)
 for run in ANALYSED:
     channels = channels_path(SETTINGS, EXPERIMENT.runs[run])
-    BOOK.add("analysis", orders.analysis(SETTINGS, run), [channels], run)
+    BOOK.add("analysis", orders.analysis(SETTINGS, EXPERIMENT, run), [channels], run)
 for run, camera in WATERLINES.items():
     BOOK.add(
         "waterline",
@@ -245,6 +253,8 @@ rule analysis:
         channels=lambda w: ancient(
             channels_path(SETTINGS, EXPERIMENT.runs[w.run]) or []
         ),
+        light=results(lambda w: of_lamp(w.run, "light/{camera}.parquet")),
+        located=results(lambda w: of_lamp(w.run, "locate.json")[:1]),
     output:
         record=f"{RESULTS}/runs/{{run}}/analysis.json",
         motions=f"{RESULTS}/runs/{{run}}/motions.parquet",
@@ -263,7 +273,7 @@ rule analysis:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack analysis --account {output.account:q} --log {log:q}"
         " --input trajectories {input.trajectories:q} --input bodies {input.bodies:q}"
-        " --input channels {input.channels:q}"
+        " --input channels {input.channels:q} --input light {input.light:q} --input located {input.located:q}"
         " --output record {output.record:q} --output motions {output.motions:q}"
 
 
