@@ -28,6 +28,7 @@ EXAMPLES: dict[str, str] = {
     "period": "1.2",
     "resolution": "0.02",
     "series": "t1.x",
+    "motion": "potentiometer_V",
     "start": "null",
     "end": "null",
     "waves": "+x",
