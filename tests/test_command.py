@@ -21,6 +21,26 @@ def test_a_scenario_is_listed(capsys):
     assert "runs/pluck/cam1.mov" in capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.parametrize("name", ["tutorial", "demo", "float"])
+def test_a_scenario_that_comes_with_vidtrack_is_found_by_its_name_anywhere(capsys, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    assert main(["simulate", name, "nowhere", "--list"]) == 0
+    assert "config.yaml" in capsys.readouterr().out.splitlines()
+    (tmp_path / name).write_text("units: m\n")  # a file of that name comes first
+    assert main(["simulate", name, "nowhere", "--list"]) == 1
+
+
+def test_what_the_commands_name_is_in_the_wheel():
+    import tomllib
+
+    from vidtrack.workflow.shipped import PLANS, SCENARIOS
+
+    own = tomllib.loads((REPO / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
+    for parts in (*SCENARIOS.values(), *PLANS.values()):
+        assert own["force-include"]["/".join(parts)] == "/".join(("vidtrack/shipped", *parts))
+        assert (REPO / "/".join(parts)).is_file()
+
+
 def test_a_rule_is_run_as_by_the_workflow(capsys, monkeypatch):
     monkeypatch.setattr(sys.stdin, "read", lambda *_: "")
     assert main(["rule", "track"]) == 1
@@ -56,7 +76,7 @@ def test_help_names_every_command(capsys, arguments):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_there_is_has_help(capsys, name):
-    if name in ("rule", "simulate"):
+    if name == "rule":
         with pytest.raises(SystemExit) as ended:
             main([name, "--help"])
         assert ended.value.code == 0

@@ -7,7 +7,7 @@ import click
 _EXAMPLES = """
 \b
 Example:
-  vidtrack plan data/sensitivity/thesis.yaml predicted
+  vidtrack plan thesis predicted        the rig of data/sensitivity/thesis.yaml, which comes with vidtrack
 """
 
 
@@ -17,5 +17,6 @@ Example:
 def command(plan: str, folder: str) -> int:
     """Predict what accuracy the rig of a PLAN will have, and write tables and figures to FOLDER."""
     from vidtrack.jobs.sensitivity import main as predict
+    from vidtrack.workflow.shipped import PLANS, example_or_file
 
-    return predict([plan, folder])
+    return predict([example_or_file(plan, PLANS), folder])

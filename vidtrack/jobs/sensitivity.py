@@ -1,6 +1,6 @@
 """Job `sensitivity`: a rig on paper in, tables of the accuracy that it would have out.
 
-By hand:  vidtrack sensitivity data/sensitivity/thesis.yaml results/sensitivity
+By hand:  vidtrack plan thesis results/sensitivity
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _write(path: str, table: DataFrame, units: str, provenance: dict[str, object
 def main(arguments: Sequence[str]) -> int:
     """A scenario's tables and figures into a folder; 0, or 1 where a problem was reported on one line."""
     if len(arguments) != 2:
-        sys.stderr.write("usage: vidtrack sensitivity SCENARIO.yaml FOLDER\n")
+        sys.stderr.write("usage: vidtrack plan SCENARIO.yaml FOLDER\n")
         return 2
     scenario, folder = arguments
     names = ("table", "cameras", "volume")

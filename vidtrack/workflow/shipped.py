@@ -1,8 +1,11 @@
-"""Where the workflow's own files lie: beside the package in the repo, inside it where it was installed."""
+"""Where the workflow's own files and the example scenarios lie: beside the package in the repo, inside it where it was
+installed.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 from vidtrack.errors import VidtrackError
 from vidtrack.workflow.fingerprint import PACKAGE
@@ -17,3 +20,15 @@ def workflow_file(*parts: str) -> str:
         if os.path.isfile(os.path.join(house, "workflow", "Snakefile")) and os.path.exists(os.path.join(house, *parts)):
             return os.path.join(house, *parts)
     raise VidtrackError(f"{'/'.join(parts)}: the workflow is not installed with vidtrack. Install it again.")
+
+
+SCENARIOS = {"tutorial": ("data", "tutorial.yaml"), "demo": ("data", "demo.yaml"), "float": ("data", "float.yaml")}
+"""Scenarios of the simulator that come with vidtrack, by name."""
+
+PLANS = {"thesis": ("data", "sensitivity", "thesis.yaml")}
+"""Rigs on paper that come with vidtrack, by name."""
+
+
+def example_or_file(name: str, examples: Mapping[str, tuple[str, ...]]) -> str:
+    """The path of an example that comes with vidtrack, where `name` is one and no file of that name is here."""
+    return workflow_file(*examples[name]) if name in examples and not os.path.isfile(name) else name
