@@ -25,6 +25,26 @@ def test_every_link_within_the_project_leads_somewhere(document):
         assert (document.parent / target).exists(), f"{document.name}: {target}"
 
 
+def anchors(page):
+    """The anchors of a page's headings, as the site and code hosts make them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[\s-]+", "-", re.sub(r"[^\w\s-]", "", title.lower()).strip()) for title in titles}
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_every_link_into_a_page_leads_to_a_heading_of_it(document):
+    for target, anchor in re.findall(r"\]\(([\w./-]*)#([^)]+)\)", document.read_text()):
+        page = document.parent / target if target else document
+        assert anchor in anchors(page), f"{document.name}: {target}#{anchor}"
+
+
+def test_every_picture_of_the_documentation_is_shown_and_small():
+    shown = {name for page in DOCUMENTS for name in re.findall(r"!\[[^\]]+\]\((?:docs/)?([^)]+)\)", page.read_text())}
+    kept = [path for path in (REPO / "docs").rglob("*") if path.suffix in (".png", ".svg", ".jpg")]
+    assert {str(path.relative_to(REPO / "docs")) for path in kept} == shown
+    assert all(path.stat().st_size < 250_000 for path in kept)
+
+
 def test_the_table_of_rooms_lists_every_room():
     text = (REPO / "docs/house-style.md").read_text()
     rooms = {path.parent.name for path in (REPO / "vidtrack").glob("*/__init__.py")}
