@@ -60,10 +60,10 @@ class Stack(Protocol):
 
 
 class PictureStack(Video):
-    """A stack of pictures as a recording."""
+    """A stack of pictures as a recording; `stack` gives each by its place."""
 
     def __init__(self, stack: Stack, rate: Fraction | None) -> None:
-        self._stack, self.path = stack, stack.path
+        self.stack, self.path = stack, stack.path
         self._log, self._used, self._ended = ReadingLog(), False, False
         for note in stack.notes:
             self._log.noted(note)
@@ -97,7 +97,7 @@ class PictureStack(Video):
         self._used = True
         each = read_ahead(self._pictures(), AHEAD) if ahead else self._pictures()
         for index, (number, luma, corrupt) in enumerate(each):
-            time = (number - self._stack.numbers[0]) / self.info.rate
+            time = (number - self.stack.numbers[0]) / self.info.rate
             self._log.picture(index, float(time), luma, corrupt)
             yield Frame(index, time, luma, corrupt, None)
         self._ended = True
@@ -109,9 +109,9 @@ class PictureStack(Video):
 
     def _pictures(self) -> Iterator[tuple[int, Luma, bool]]:
         unread, size = 0, (self.info.height, self.info.width)
-        for place, number in enumerate(self._stack.numbers):
+        for place, number in enumerate(self.stack.numbers):
             try:
-                luma, corrupt = self._stack.picture(place)
+                luma, corrupt = self.stack.picture(place)
             except VidtrackError as error:
                 unread += 1
                 if unread <= TELL:

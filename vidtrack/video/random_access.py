@@ -1,16 +1,20 @@
 """Any picture of a recording by its number, for people who look through it; stages read from beginning to end.
 
 The numbers are those of `Video.frames` where nothing is damaged: pictures in order of their time stamps. A picture is
-found from the key frame before it. Recordings whose packets have no stamps of their own are read from the beginning.
+found from the key frame before it; single pictures (numbered files, pages) by their place; files that follow each other
+by their own numbers. Recordings whose packets have no stamps of their own are read from the beginning.
 """
 
 from __future__ import annotations
 
+import os
 import threading
+from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import accumulate, islice
 from typing import Any
 
 import numpy as np
@@ -21,11 +25,12 @@ from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.decoded import DecodedVideo
 from vidtrack.video.luma import luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
+from vidtrack.video.picture_stack import PictureStack, Stack
 from vidtrack.video.reader import open_video
 from vidtrack.video.recording import Video
 
-_SEEKABLE = ("mov", "matroska", "avi", "dv", "gif", "mxf")
-"""Containers in which every packet has its stamp, and a seek ends where it should."""
+_SEEKABLE = ("mov", "matroska", "avi", "dv", "mxf", "mpegts", "cine")
+"""Containers in which packets may have their stamps, and a seek ends before what it looks for, or can be taken up again."""
 
 NEIGHBOURS = 8
 """Pictures before the wanted one that are kept of those that are decoded on the way to it."""
@@ -33,39 +38,52 @@ NEIGHBOURS = 8
 KEPT_BYTES = 256_000_000
 """Pictures of one recording that are kept."""
 
+ON = 4
+"""Pictures that are read on rather than looked for anew."""
+
+PEEK = 6
+"""Pictures whose stamps are compared with those of the packets."""
+
+Keep = Callable[[int, Luma], None]
+GiveUp = Callable[[], bool]
+
+
+def never() -> bool:
+    """Somebody waits for the picture."""
+    return False
+
 
 class Pictures:
-    """The pictures of one recording, each copied out of the decoder; may be used from several threads."""
+    """The pictures of one recording, each copied out of the decoder; may be used from several threads.
+
+    path, options   as of `reader.open_video`
+    """
 
     def __init__(self, path: str, **options: Any) -> None:
-        self.path, self._options = path, options
-        with open_video(path, **options) as video:
-            self.info: VideoInfo = video.info
-            # one file, one stream, levels as they are stored: the pictures can be decoded here
-            self._plain = isinstance(video, DecodedVideo) and not {"stream", "colour"} & set(options)
+        self.path = path
         self._lock = threading.RLock()
         self._kept: OrderedDict[int, Luma] = OrderedDict()
-        self._tick = Fraction(1)
-        self._stamps, self._keys = self._index()
-        self._decoder: _Decoder | None = None
-        self._running: tuple[Video, int, Iterator[Frame]] | None = None  # the number of the picture that comes next
+        self.info, self._source = _source(path, options)
 
     def __len__(self) -> int:
-        return len(self._stamps)
+        return len(self._source)
 
     def time(self, number: int) -> float:
         """s after the first picture."""
-        return float((self._stamps[number] - self._stamps[0]) * self._tick)
+        return float(self._source.time(number) - self._source.time(0))
 
-    def picture(self, number: int) -> Luma:
+    def picture(self, number: int, give_up: GiveUp = never) -> Luma:
         """One picture, (height, width), levels as stored; the nearest there is for a number beyond either end.
 
+        give_up   asked after each picture that is decoded on the way: whether the wanted one is no longer wanted
         VidtrackError where it cannot be decoded.
         """
         number = min(max(number, 0), len(self) - 1)
+        if (kept := self._kept.get(number)) is not None:  # at once, though another thread is decoding
+            return kept
         with self._lock:
             if number not in self._kept:
-                self._read(number)
+                self._source.read(number, self._keep, give_up)
             if number not in self._kept:
                 raise VidtrackError(f"{self.path}: picture {number} cannot be decoded. Look at another one.")
             self._kept.move_to_end(number)
@@ -78,73 +96,7 @@ class Pictures:
     def close(self) -> None:
         """Let the file go."""
         with self._lock:
-            if self._decoder:
-                self._decoder.close()
-                self._decoder = None
-            self._stop()
-
-    def _index(self) -> tuple[list[int], list[int]]:
-        """Time stamps of all pictures in order, and which of them are key frames; numbers where there are none."""
-        if self.info.is_still:
-            return [0], []
-        if not self._plain:
-            return self._counted()
-        with open_container(self.path) as container:
-            stream, _ = picture_stream(container, self.path)
-            self._tick = stream.time_base * self.info.pace
-            seekable = container.format.name.split(",")[0] in _SEEKABLE
-            packets = [(p.pts, p.is_keyframe) for p in container.demux(stream) if p.size and not p.is_discard]
-        stamps = sorted(pts for pts, _ in packets if pts is not None)
-        if not seekable or len(stamps) < len(packets) or len(set(stamps)) < len(stamps) or not stamps:
-            return self._counted()
-        place = {pts: i for i, pts in enumerate(stamps)}
-        return stamps, sorted(place[pts] for pts, key in packets if key)
-
-    def _counted(self) -> tuple[list[int], list[int]]:
-        with open_video(self.path, **self._options) as video:
-            n = sum(1 for _ in video.frames())
-        self._tick = 1 / self.info.rate
-        return list(range(n)), []
-
-    def _read(self, number: int) -> None:
-        if not self._keys:
-            self._read_from_beginning(number)
-            return
-        key = self._keys[max(bisect_right(self._keys, number) - 1, 0)]
-        decoder = self._decoder
-        if decoder is None or not (key <= decoder.next <= number or decoder.next <= number <= decoder.next + 4):
-            if decoder:
-                decoder.close()
-            decoder = self._decoder = _Decoder(self.path, self._stamps[key])
-        place = {stamp: i for i, stamp in enumerate(self._stamps[max(key - 1, 0) :], max(key - 1, 0))}
-        for stamp, luma in decoder:
-            i = place.get(stamp)
-            if i is None:
-                continue
-            decoder.next = i + 1
-            if i > number - NEIGHBOURS:
-                self._keep(i, np.array(luma))
-            if i >= number:
-                return
-        decoder.next = len(self) + 1
-
-    def _read_from_beginning(self, number: int) -> None:
-        if self._running is None or number < self._running[1]:
-            self._stop()
-            video = open_video(self.path, **self._options)
-            self._running = video, 0, video.frames()
-        video, _, frames = self._running
-        for frame in frames:
-            self._running = video, frame.index + 1, frames
-            if frame.index > number - NEIGHBOURS:
-                self._keep(frame.index, np.array(frame.luma))
-            if frame.index >= number:
-                return
-
-    def _stop(self) -> None:
-        if self._running:
-            self._running[0].close()
-        self._running = None
+            self._source.close()
 
     def _keep(self, number: int, luma: Luma) -> None:
         self._kept[number] = luma
@@ -153,24 +105,143 @@ class Pictures:
             self._kept.popitem(last=False)
 
 
-class _Decoder:
-    """Pictures from a key frame on: (time stamp, luma). next: the number of the one that comes next."""
+class _Source(ABC):
+    """Where pictures come from, by their numbers."""
 
-    def __init__(self, path: str, stamp: int) -> None:
-        self.next = 0
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def time(self, number: int) -> Fraction:
+        """s, on a scale of the source's own."""
+
+    @abstractmethod
+    def read(self, number: int, keep: Keep, give_up: GiveUp) -> None:
+        """Decode a picture, and hand it and what comes on the way to `keep`, copied."""
+
+    @abstractmethod
+    def close(self) -> None: ...
+
+
+def _source(path: str, options: dict[str, Any]) -> tuple[VideoInfo, _Source]:
+    if options.get("parts"):
+        rest = {name: value for name, value in options.items() if name != "parts"}
+        paths = [path, *(os.path.join(os.path.dirname(path), part) for part in options["parts"])]
+        each = [_source(one, rest) for one in paths]
+        return each[0][0], _Joined([source for _, source in each], 1 / each[0][0].rate)
+    with open_video(path, **options) as video:
+        info = video.info
+        if isinstance(video, PictureStack):
+            return info, _ByPlace(video.stack, info.rate)
+        seekable = isinstance(video, DecodedVideo) and not info.is_still
+    stamps = _stamps(path, options.get("stream")) if seekable else None
+    if stamps is not None:
+        source = _ByKeyFrame(path, options, info, *stamps)
+        if source.counts_as_decoded():
+            return info, source
+        source.close()
+    return info, _FromBeginning(path, options, info)
+
+
+def _stamps(path: str, number: int | None) -> tuple[list[int], list[int], Fraction] | None:
+    """Stamps of all pictures in order, which of them are key frames, their unit; None where they do not say enough."""
+    with open_container(path) as container:
+        stream, _ = picture_stream(container, path, number)
+        if container.format.name.split(",")[0] not in _SEEKABLE:
+            return None
+        tick = Fraction(stream.time_base)
+        packets = [(p.pts, p.is_keyframe) for p in container.demux(stream) if p.size and not p.is_discard]
+    stamps = sorted(pts for pts, _ in packets if pts is not None)
+    if len(stamps) < len(packets) or len(set(stamps)) < len(stamps) or not stamps:
+        return None
+    place = {pts: i for i, pts in enumerate(stamps)}
+    keys = sorted(place[pts] for pts, key in packets if key)
+    return (stamps, keys, tick) if keys and keys[0] == 0 else None
+
+
+class _ByKeyFrame(_Source):
+    """A file whose packets have stamps: decoding begins at the key frame before a picture."""
+
+    def __init__(
+        self, path: str, options: dict[str, Any], info: VideoInfo, stamps: list[int], keys: list[int], tick: Fraction
+    ) -> None:
+        self._path, self._colour, self._number = path, options.get("colour"), options.get("stream")
+        self._stamps, self._keys, self._tick = stamps, keys, tick * info.pace
+        self._key = frozenset(keys)
+        self._place = {stamp: i for i, stamp in enumerate(stamps)}
+        self._decoder: _Decoder | None = None
+
+    def __len__(self) -> int:
+        return len(self._stamps)
+
+    def time(self, number: int) -> Fraction:
+        return self._stamps[number] * self._tick
+
+    def counts_as_decoded(self) -> bool:
+        """Whether the first pictures that come have the first stamps: else packets are no measure of pictures."""
+        first = [stamp for stamp, _ in islice(self._from(0), PEEK)]
+        self._close()
+        return first == self._stamps[: len(first)]
+
+    def read(self, number: int, keep: Keep, give_up: GiveUp) -> None:
+        k = max(bisect_right(self._keys, number) - 1, 0)
+        decoder = self._decoder
+        if decoder is None or not (self._keys[k] <= decoder.next <= number or 0 <= number - decoder.next <= ON):
+            decoder = self._from(k)
+        for stamp, picture in decoder:
+            i = self._place.get(stamp)
+            if i is None or (decoder.fresh and i not in self._key):  # those before a key frame lack what they rest on
+                continue
+            if i > number and decoder.fresh and k:  # the seek ended too late
+                self._from(0)
+                self.read(number, keep, give_up)
+                return
+            decoder.fresh = False
+            decoder.next = i + 1
+            if i > number - NEIGHBOURS:
+                keep(i, np.array(decoder.levels(picture)))
+            if i >= number or give_up():
+                return
+        decoder.next = len(self) + 1
+
+    def _from(self, k: int) -> _Decoder:
+        self._close()
+        self._decoder = _Decoder(self._path, self._number, self._colour, self._stamps[self._keys[k]] if k else None)
+        self._decoder.next = self._keys[k]
+        return self._decoder
+
+    def _close(self) -> None:
+        if self._decoder:
+            self._decoder.close()
+        self._decoder = None
+
+    def close(self) -> None:
+        self._close()
+
+
+class _Decoder:
+    """Pictures from the key frame with a stamp on, or from the beginning: (time stamp, PyAV's picture).
+
+    next    the number of the picture that comes next; fresh: none has come yet
+    """
+
+    def __init__(self, path: str, number: int | None, colour: Any, stamp: int | None) -> None:
+        self.next, self.fresh = 0, True
+        self._path, self._colour = path, colour
         self._container = open_container(path)
-        stream, _ = picture_stream(self._container, path)
-        stream.codec_context.thread_type = "SLICE"
-        self._container.seek(stamp, stream=stream, backward=True)
-        self._pictures = self._container.decode(stream)
-        self._path = path
+        self._stream, _ = picture_stream(self._container, path, number)
+        self._stream.codec_context.thread_count = 0  # somebody waits: all cores
+        self._stream.codec_context.thread_type = "AUTO"
+        if stamp is not None:
+            self._container.seek(stamp, stream=self._stream, backward=True)
+        self._pictures = self._container.decode(self._stream)
         self._turn: Orientation | None = None
         self._read: dict[str, Callable[[Any], Luma]] = {}
 
     def __iter__(self) -> _Decoder:
         return self
 
-    def __next__(self) -> tuple[int, Luma]:
+    def __next__(self) -> tuple[int, Any]:
         while True:
             try:
                 picture = next(self._pictures)
@@ -180,12 +251,104 @@ class _Decoder:
                 if not type(error).__module__.startswith("av"):
                     raise
                 continue
-            if self._turn is None:
-                self._turn = orientation_of(picture, self._path) or STORED
-            name = picture.format.name
-            if name not in self._read:
-                self._read[name] = self._turn.applied(luma_reader(picture.format))
-            return picture.pts, self._read[name](picture)
+            return picture.pts, picture
+
+    def levels(self, picture: Any) -> Luma:
+        """What the stages read of a picture."""
+        if self._turn is None:
+            self._turn = orientation_of(picture, self._path) or STORED
+        name = picture.format.name
+        if name not in self._read:
+            self._read[name] = self._turn.applied(self._reader(picture))
+        return self._read[name](picture)
+
+    def _reader(self, picture: Any) -> Callable[[Any], Luma]:
+        if self._colour is None:
+            return luma_reader(picture.format)
+        from vidtrack.video.colour import colour_reader  # cv2, for colour alone
+
+        return colour_reader(picture, self._stream.codec_context.name, self._colour, self._path)
 
     def close(self) -> None:
+        self._stream.codec_context.flush_buffers()  # the decoder's threads are at rest before it is freed
         self._container.close()
+
+
+class _ByPlace(_Source):
+    """Single pictures, each read by itself."""
+
+    def __init__(self, stack: Stack, rate: Fraction) -> None:
+        self._stack, self._rate = stack, rate
+
+    def __len__(self) -> int:
+        return len(self._stack.numbers)
+
+    def time(self, number: int) -> Fraction:
+        return self._stack.numbers[number] / self._rate
+
+    def read(self, number: int, keep: Keep, give_up: GiveUp) -> None:
+        keep(number, np.array(self._stack.picture(number)[0]))
+
+    def close(self) -> None:
+        """Nothing stays open."""
+
+
+class _FromBeginning(_Source):
+    """A recording that can be read in order only."""
+
+    def __init__(self, path: str, options: dict[str, Any], info: VideoInfo) -> None:
+        self._path, self._options, self._rate = path, options, info.rate
+        self._running: tuple[Video, int, Iterator[Frame]] | None = None  # the number of the picture that comes next
+        with open_video(path, **{**options, "threads": 0}) as video:
+            self._n = sum(1 for _ in video.frames())
+
+    def __len__(self) -> int:
+        return self._n
+
+    def time(self, number: int) -> Fraction:
+        return number / self._rate
+
+    def read(self, number: int, keep: Keep, give_up: GiveUp) -> None:
+        if self._running is None or number < self._running[1]:
+            self.close()
+            video = open_video(self._path, **self._options)
+            self._running = video, 0, video.frames()
+        video, _, frames = self._running
+        for frame in frames:
+            self._running = video, frame.index + 1, frames
+            if frame.index > number - NEIGHBOURS:
+                keep(frame.index, np.array(frame.luma))
+            if frame.index >= number or give_up():
+                return
+
+    def close(self) -> None:
+        if self._running:
+            self._running[0].close()
+        self._running = None
+
+
+class _Joined(_Source):
+    """Files that follow each other."""
+
+    def __init__(self, parts: list[_Source], step: Fraction) -> None:
+        self._parts, self._step = parts, step
+        self._ends = list(accumulate(len(part) for part in parts))
+
+    def __len__(self) -> int:
+        return self._ends[-1]
+
+    def _at(self, number: int) -> tuple[int, int]:
+        k = bisect_right(self._ends, number)
+        return k, self._ends[k] - len(self._parts[k])
+
+    def time(self, number: int) -> Fraction:
+        k, before = self._at(number)
+        return before * self._step + self._parts[k].time(number - before) - self._parts[k].time(0)
+
+    def read(self, number: int, keep: Keep, give_up: GiveUp) -> None:
+        k, before = self._at(number)
+        self._parts[k].read(number - before, lambda i, luma: keep(before + i, luma), give_up)
+
+    def close(self) -> None:
+        for part in self._parts:
+            part.close()
