@@ -30,7 +30,7 @@ from vidtrack.video.reader import open_video
 from vidtrack.video.recording import Video
 
 _SEEKABLE = ("mov", "matroska", "avi", "dv", "mxf", "mpegts", "cine")
-"""Containers in which packets may have their stamps, and a seek ends before what it looks for, or can be taken up again."""
+"""Containers in which packets may have stamps of their own."""
 
 NEIGHBOURS = 8
 """Pictures before the wanted one that are kept of those that are decoded on the way to it."""
@@ -188,21 +188,25 @@ class _ByKeyFrame(_Source):
         decoder = self._decoder
         if decoder is None or not (self._keys[k] <= decoder.next <= number or 0 <= number - decoder.next <= ON):
             decoder = self._from(k)
+        if not self._decoded(decoder, number, keep, give_up) and k:  # the seek ended too late
+            self._decoded(self._from(0), number, keep, give_up)
+
+    def _decoded(self, decoder: _Decoder, number: int, keep: Keep, give_up: GiveUp) -> bool:
+        """Whether it came by the picture, or gave up."""
         for stamp, picture in decoder:
             i = self._place.get(stamp)
             if i is None or (decoder.fresh and i not in self._key):  # those before a key frame lack what they rest on
                 continue
-            if i > number and decoder.fresh and k:  # the seek ended too late
-                self._from(0)
-                self.read(number, keep, give_up)
-                return
+            if i > number and decoder.fresh:
+                return False
             decoder.fresh = False
             decoder.next = i + 1
             if i > number - NEIGHBOURS:
                 keep(i, np.array(decoder.levels(picture)))
             if i >= number or give_up():
-                return
+                return True
         decoder.next = len(self) + 1
+        return True
 
     def _from(self, k: int) -> _Decoder:
         self._close()
