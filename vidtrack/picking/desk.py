@@ -7,7 +7,6 @@ import subprocess
 import threading
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -17,6 +16,8 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.files.experiment import Experiment, look_through, point_tags, tags_of, target_names
 from vidtrack.picking import looking, store
+from vidtrack.picking.ahead import Ahead
+from vidtrack.picking.once import OnceEach
 from vidtrack.picking.space import epipolar_curve
 from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings, detect_for, settings_from_config
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
 DETECT = ("polarity", "threshold", "min_pixels", "centroid", "fields", "box", "gain", "offset")
 """The detect keys that the page may set."""
-AHEAD = (1, 2, 3, -1)
-"""Neighbours of a picture that are decoded while it is looked at."""
 
 
 class Desk:
@@ -40,11 +39,11 @@ class Desk:
         self._lock = threading.RLock()
         self._pictures: dict[str, Pictures] = {}
         self._views: dict[str, View] = {}
-        self._wanted: tuple[Pictures, int] | None = None
-        self._wake = threading.Event()
-        self._looks = lru_cache(maxsize=64)(self._look)
+        self._ahead = Ahead()
+        self._looks = OnceEach(self._look, 64)
+        self._levels = OnceEach(self._levels_of, 64)
+        self._clips = OnceEach(self._frames_of, 32)
         self.read()
-        threading.Thread(target=self._decode_ahead, daemon=True).start()
 
     def read(self) -> None:
         """Read config and folder again."""
@@ -52,6 +51,12 @@ class Desk:
         self.experiment: Experiment = look_through(self.settings)[0]
         if not any(self._recordings()):
             raise VidtrackError("no recording of any camera here. Call vidtrack init, or put them in place.")
+
+    def read_again(self) -> dict[str, Any]:
+        """The state of the folder as it is now: a person, or another window, may have changed it."""
+        with self._lock:
+            self.read()
+            return self.state()
 
     def _recordings(self) -> list[tuple[str, str, str, str]]:
         clips = [("clip", c.name, camera, p) for c in self.experiment.clips.values() for camera, p in c.videos.items()]
@@ -65,10 +70,11 @@ class Desk:
             raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
         path = folders[name].videos[camera]
         with self._lock:
-            if path not in self._pictures:
-                how = opened_with(self.settings, self.experiment, kind, name, camera)
-                self._pictures[path] = Pictures(path, **how)
-            return self._pictures[path]
+            how = opened_with(self.settings, self.experiment, kind, name, camera)
+            key = f"{path} {how}"
+            if key not in self._pictures:
+                self._pictures[key] = Pictures(path, **how)
+            return self._pictures[key]
 
     def state(self) -> dict[str, Any]:
         """All that the page shows before a picture is chosen."""
@@ -153,8 +159,7 @@ class Desk:
         """A picture for the screen; its neighbours are decoded meanwhile."""
         pictures = self.pictures(kind, name, camera)
         grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
-        self._wanted = pictures, number
-        self._wake.set()
+        self._ahead.looked_at(pictures, number)
         return bytes(cv2.imencode(".jpg", grey, JPEG)[1].tobytes())
 
     def mask(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> bytes:
@@ -172,10 +177,16 @@ class Desk:
         return {**self.detect(kind, name), **tried}
 
     def _look(self, pictures: Pictures, number: int, settings: tuple[tuple[str, Any], ...]) -> looking.Look:
-        detect = dict(settings)
         bits = pictures.info.bits
-        levels = looking.levels_of(pictures.picture(0), bits, detect)
-        return looking.look_at(pictures.picture(number), bits, levels, detect, pictures.info.field_order)
+        picture = pictures.picture(number)
+        return looking.look_at(
+            picture, bits, self._levels(pictures, settings), dict(settings), pictures.info.field_order
+        )
+
+    @staticmethod
+    def _levels_of(pictures: Pictures, settings: tuple[tuple[str, Any], ...]) -> Any:
+        """From the first picture: the same for all of them."""
+        return looking.levels_of(pictures.picture(0), pictures.info.bits, dict(settings))
 
     def label(
         self,
@@ -199,7 +210,9 @@ class Desk:
             if rows
         }
         settings = self._settings_with(clips or {})
-        view = view_of(settings, self.experiment, camera, lambda clip, *_: self._few(camera, clip), tables)
+        view = view_of(
+            settings, self.experiment, camera, lambda clip, *_: self._clips(self.pictures("clip", clip, camera)), tables
+        )
         with self._lock:
             self._views[camera] = view
         known = self._tags()
@@ -225,8 +238,8 @@ class Desk:
             own = {**own, clip: {**before, **tags, "detect": detect}}
         return settings_from_config({**config, "calibration": {**(config.get("calibration") or {}), "clips": own}})
 
-    def _few(self, camera: str, clip: str) -> Few:
-        pictures = self.pictures("clip", clip, camera)
+    @staticmethod
+    def _frames_of(pictures: Pictures) -> Few:
         numbers = sorted({0, len(pictures) - 1})
         frames = [Frame(i, Fraction(i), pictures.picture(i), False, None) for i in numbers]
         return Few(frames, (pictures.info.width, pictures.info.height), pictures.info.bits)
@@ -295,22 +308,6 @@ class Desk:
         jobs = [line.split() for line in text]
         found = [f"{w[1]} x {w[0]}" for w in jobs if len(w) == 2 and w[1].isdigit() and w[0] not in ("all", "total")]
         return found or ["nothing: everything is up to date"]
-
-    def _decode_ahead(self) -> None:
-        while True:
-            self._wake.wait()
-            self._wake.clear()
-            if self._wanted is None:
-                continue
-            pictures, number = self._wanted
-            for step in AHEAD:
-                if self._wake.is_set():
-                    break
-                if 0 <= number + step < len(pictures) and not pictures.has(number + step):
-                    try:
-                        pictures.picture(number + step)
-                    except VidtrackError:
-                        break
 
 
 def _plain(value: Any) -> bool:

@@ -164,7 +164,7 @@ def _measure(desk: Desk, given: dict[str, Any]) -> dict[str, Any]:
 
 
 _GET = {
-    "/state": lambda desk, _: desk.state(),
+    "/state": lambda desk, _: desk.read_again(),
     "/info": lambda desk, given: desk.info(*_which(given)),
     "/frame": _frame,
     "/mask": _mask,

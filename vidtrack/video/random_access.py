@@ -23,8 +23,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.timing.frame import Frame, Luma, VideoInfo
 from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.decoded import DecodedVideo
-from vidtrack.video.luma import luma_reader
-from vidtrack.video.orientation import STORED, Orientation, orientation_of
+from vidtrack.video.from_key_frame import Decoder
 from vidtrack.video.picture_stack import PictureStack, Stack
 from vidtrack.video.reader import open_video
 from vidtrack.video.recording import Video
@@ -169,7 +168,7 @@ class _ByKeyFrame(_Source):
         self._stamps, self._keys, self._tick = stamps, keys, tick * info.pace
         self._key = frozenset(keys)
         self._place = {stamp: i for i, stamp in enumerate(stamps)}
-        self._decoder: _Decoder | None = None
+        self._decoder: Decoder | None = None
 
     def __len__(self) -> int:
         return len(self._stamps)
@@ -188,10 +187,13 @@ class _ByKeyFrame(_Source):
         decoder = self._decoder
         if decoder is None or not (self._keys[k] <= decoder.next <= number or 0 <= number - decoder.next <= ON):
             decoder = self._from(k)
-        if not self._decoded(decoder, number, keep, give_up) and k:  # the seek ended too late
-            self._decoded(self._from(0), number, keep, give_up)
+        for earlier in (max(k - 2, 0), 0):
+            if self._decoded(decoder, number, keep, give_up):
+                return
+            decoder = self._from(earlier)  # the seek ended too late
+        self._decoded(decoder, number, keep, give_up)
 
-    def _decoded(self, decoder: _Decoder, number: int, keep: Keep, give_up: GiveUp) -> bool:
+    def _decoded(self, decoder: Decoder, number: int, keep: Keep, give_up: GiveUp) -> bool:
         """Whether it came by the picture, or gave up."""
         for stamp, picture in decoder:
             i = self._place.get(stamp)
@@ -206,11 +208,11 @@ class _ByKeyFrame(_Source):
             if i >= number or give_up():
                 return True
         decoder.next = len(self) + 1
-        return True
+        return not decoder.fresh
 
-    def _from(self, k: int) -> _Decoder:
+    def _from(self, k: int) -> Decoder:
         self._close()
-        self._decoder = _Decoder(self._path, self._number, self._colour, self._stamps[self._keys[k]] if k else None)
+        self._decoder = Decoder(self._path, self._number, self._colour, self._stamps[self._keys[k]] if k else None)
         self._decoder.next = self._keys[k]
         return self._decoder
 
@@ -221,61 +223,6 @@ class _ByKeyFrame(_Source):
 
     def close(self) -> None:
         self._close()
-
-
-class _Decoder:
-    """Pictures from the key frame with a stamp on, or from the beginning: (time stamp, PyAV's picture).
-
-    next    the number of the picture that comes next; fresh: none has come yet
-    """
-
-    def __init__(self, path: str, number: int | None, colour: Any, stamp: int | None) -> None:
-        self.next, self.fresh = 0, True
-        self._path, self._colour = path, colour
-        self._container = open_container(path)
-        self._stream, _ = picture_stream(self._container, path, number)
-        self._stream.codec_context.thread_count = 0  # somebody waits: all cores
-        self._stream.codec_context.thread_type = "AUTO"
-        if stamp is not None:
-            self._container.seek(stamp, stream=self._stream, backward=True)
-        self._pictures = self._container.decode(self._stream)
-        self._turn: Orientation | None = None
-        self._read: dict[str, Callable[[Any], Luma]] = {}
-
-    def __iter__(self) -> _Decoder:
-        return self
-
-    def __next__(self) -> tuple[int, Any]:
-        while True:
-            try:
-                picture = next(self._pictures)
-            except StopIteration:
-                raise
-            except Exception as error:  # a damaged packet costs its own picture only
-                if not type(error).__module__.startswith("av"):
-                    raise
-                continue
-            return picture.pts, picture
-
-    def levels(self, picture: Any) -> Luma:
-        """What the stages read of a picture."""
-        if self._turn is None:
-            self._turn = orientation_of(picture, self._path) or STORED
-        name = picture.format.name
-        if name not in self._read:
-            self._read[name] = self._turn.applied(self._reader(picture))
-        return self._read[name](picture)
-
-    def _reader(self, picture: Any) -> Callable[[Any], Luma]:
-        if self._colour is None:
-            return luma_reader(picture.format)
-        from vidtrack.video.colour import colour_reader  # cv2, for colour alone
-
-        return colour_reader(picture, self._stream.codec_context.name, self._colour, self._path)
-
-    def close(self) -> None:
-        self._stream.codec_context.flush_buffers()  # the decoder's threads are at rest before it is freed
-        self._container.close()
 
 
 class _ByPlace(_Source):
