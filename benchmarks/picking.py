@@ -2,8 +2,8 @@
 
     PYTHONPATH=. python benchmarks/picking.py [FOLDER]
 
-Prints the median and the worst of 12 jumps to a random frame, of the first click on each (from the button to the point on
-the page, the moment that the picture is there), of a second one, and of steps to the next frame, ms.
+Prints the median and the worst of 12 jumps to a random frame, of the first click on each (from the button to the point
+on the page, the moment that the picture is there), of a second one, and of steps to the next frame, ms.
 """
 
 from __future__ import annotations
@@ -70,9 +70,10 @@ def main(folder: str) -> None:
             if k % 2:  # labels, which are computed beside, begin with the fourth pick: with and without them
                 for _ in range(4):
                     page.keyboard.press("Control+z")
-        print(
-            f"script errors and outside requests: {len(troubles)}; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores"
-        )
+        print(f"script errors and outside requests: {len(troubles)}")
+    server.shutdown()
+    server.server_close()
+    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     for name, times in (
         ("first click on a new frame", first),
         ("further click", again),

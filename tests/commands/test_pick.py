@@ -1,3 +1,4 @@
+import http.client
 import os
 import signal
 import subprocess
@@ -30,6 +31,10 @@ def test_the_address_is_printed_and_ctrl_c_ends_it(tmp_path):
     command = [sys.executable, "-m", "vidtrack.command", "pick", str(tmp_path), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ) as child:
         line = child.stdout.readline()
+        address, token = line.removeprefix("the page: ").strip().split("?token=")
+        wire = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"))
+        wire.request("GET", "/frame?kind=run&name=a&camera=cam1&n=0", headers={"X-Token": token})
+        assert wire.getresponse().read(2) == b"\xff\xd8"  # and its connection stays open
         child.send_signal(signal.SIGINT)
         rest = child.stdout.read()
     assert line.startswith("the page: http://127.0.0.1:")

@@ -20,3 +20,6 @@ def test_the_next_pictures_in_the_direction_of_travel_are_decoded(tmp_path, befo
             break
         time.sleep(0.05)
     assert pictures.has(wanted)
+    ahead.close()
+    assert not ahead._thread.is_alive()
+    pictures.close()

@@ -17,7 +17,15 @@ class Ahead:
     def __init__(self) -> None:
         self._wanted: tuple[Pictures, int, int] | None = None
         self._wake = threading.Event()
-        threading.Thread(target=self._work, daemon=True).start()
+        self._ended = False
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._ended = True
+        self._wake.set()
+        self._thread.join(5)
 
     def looked_at(self, pictures: Pictures, number: int) -> None:
         """Decode what comes next: after the picture, or before it where the one before this was a later one."""
@@ -30,6 +38,8 @@ class Ahead:
         while True:
             self._wake.wait()
             self._wake.clear()
+            if self._ended:
+                return
             if self._wanted is None:
                 continue
             pictures, number, step = self._wanted

@@ -52,6 +52,12 @@ class Desk:
         if not any(self._recordings()):
             raise VidtrackError("no recording of any camera here. Call vidtrack init, or put them in place.")
 
+    def close(self) -> None:
+        """Stop decoding, and let the recordings go."""
+        self._ahead.close()
+        for pictures in self._pictures.values():
+            pictures.close()
+
     def read_again(self) -> dict[str, Any]:
         """The state of the folder as it is now: a person, or another window, may have changed it."""
         with self._lock:

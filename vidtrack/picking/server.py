@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import secrets
+import socket
 import sys
+import threading
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -28,7 +31,25 @@ class Server(ThreadingHTTPServer):
     def __init__(self, desk: Desk, port: int = 0) -> None:
         self.desk = desk
         self.token = secrets.token_urlsafe(24)
+        self._open: dict[Any, threading.Thread] = {}
         super().__init__(("127.0.0.1", port), _Handler)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """As in ThreadingMixIn; which connections are open is known."""
+        self._open[request] = threading.current_thread()
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            del self._open[request]
+
+    def server_close(self) -> None:
+        """Close all connections and let the desk go: a thread in a decoder when Python ends would abort it."""
+        super().server_close()
+        for request, thread in list(self._open.items()):
+            with suppress(OSError):
+                request.shutdown(socket.SHUT_RDWR)
+            thread.join(5)
+        self.desk.close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Nothing for a window that was closed; anything else is a fault to be seen."""
