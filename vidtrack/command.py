@@ -15,6 +15,7 @@ COMMANDS = {
     "pick": "Pick calibration points, start boxes and thresholds in the browser.",
     "run": "Process everything that is not done yet, and say the verdict.",
     "report": "Open the report.",
+    "export": "Write results in the format of another program: C3D, NetCDF, QTM, ...",
     "unlock": "Remove the lock that a killed run left behind.",
     "plan": "Predict the accuracy of a rig before it is built.",
     "simulate": "Render a whole experiment from a scenario.",

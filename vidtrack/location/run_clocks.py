@@ -17,6 +17,7 @@ from vidtrack.association.associate import NONE
 from vidtrack.association.offsets import shift_worths
 from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.findings import Finding
+from vidtrack.lengths import METRES
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks, estimate_clocks
 from vidtrack.location.rough_clock import rough_offset
@@ -30,8 +31,6 @@ BIAS_PX = 0.05
 
 SOUND_M_S = 343.0
 """Speed of sound, m/s, in air of 20 degrees."""
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 KNOWN = 0.1
 """Of a sampling interval: a clock with a larger standard error is not known well enough."""

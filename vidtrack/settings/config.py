@@ -18,6 +18,7 @@ from vidtrack.settings.analysis import Axes
 from vidtrack.settings.calibration import Calibration
 from vidtrack.settings.cameras import Camera
 from vidtrack.settings.detection import Detect, DetectChange
+from vidtrack.settings.exports import DESCRIPTION, Formats
 from vidtrack.settings.report import Report
 from vidtrack.settings.runs import Run
 from vidtrack.settings.sections import Name, Section
@@ -34,6 +35,11 @@ class Settings(Section):
     )
     detect: Detect = Field(
         Detect(), description="how targets are distinguished from the background in all clips and runs"
+    )
+    export: Formats = Field(
+        (),
+        description="formats of other programs in which the results of each run are wanted too (docs/formats.md); a "
+        f"run that a format cannot hold is left out. {DESCRIPTION}",
     )
     calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
     axes: Axes | None = Field(

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from vidtrack.settings.analysis import Analysis, Axes, Body, Channels, analyses, body
 from vidtrack.settings.detection import DetectChange
+from vidtrack.settings.exports import DESCRIPTION, Formats
 from vidtrack.settings.sections import RATE, STREAM, Crop, Name, Positive, Section, Stream, Vector, names, paths
 
 
@@ -90,6 +91,9 @@ class Run(DetectChange):
     )
     analysis: Annotated[Analysis | None, BeforeValidator(analyses)] = Field(
         None, description="decay, waves: what is estimated from the motions; `analysis: decay` takes the defaults"
+    )
+    export: Formats | None = Field(
+        None, description=f"as `export` of the whole experiment, in its place; []: none. {DESCRIPTION}"
     )
     channels: Channels | None = Field(None, description="records of other instruments: wave gauges, load cells")
     videos: dict[str, Annotated[str | tuple[str, ...], BeforeValidator(paths)]] = Field(

@@ -128,7 +128,8 @@ def _of_run(
         found += collected(record)
     for failure in results.failures:
         if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
-            found += collected(failure)
+            said = collected(failure)
+            found += [f._replace(level="note") for f in said] if failure["rule"].split("_")[0] == "export" else said
     locate = own.record("locate")
     ruled = [finding for camera, reading in own.readings.items() for finding in reading_findings(camera, reading)]
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:

@@ -203,6 +203,18 @@ def lamp_of(settings: Settings, run: str) -> str | None:
     return channels.clock.lamp if channels and channels.clock else None
 
 
+def exported(settings: Settings, run: str) -> tuple[str, ...]:
+    """The formats in which a run's results are wanted too."""
+    own = _own(settings, run).export
+    return settings.export if own is None else own
+
+
+def export(settings: Settings, run: str, format_name: str) -> Order:
+    """What a file of another program says beside the numbers."""
+    axes = _own(settings, run).axes
+    return {"units": settings.units, "run": run, "format": format_name, "axes": axes.model_dump() if axes else None}
+
+
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Which column of the contact sensor's record is compared with which target and axis."""
     here, own = experiment.runs[run], _own(settings, run)

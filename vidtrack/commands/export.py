@@ -1,0 +1,127 @@
+"""vidtrack export: results that exist as files of other programs."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import click
+
+from vidtrack.commands.folder import FOLDER, inside, settings_here
+from vidtrack.errors import VidtrackError
+
+if TYPE_CHECKING:
+    from vidtrack.exchange.measured import Written
+    from vidtrack.files.experiment import Experiment
+    from vidtrack.settings.config import Settings
+
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack export my-lab --to c3d
+  vidtrack export my-lab --to qtm --run pluck --output for-matlab
+  vidtrack export --list
+"""
+
+
+@click.command("export", epilog=_EXAMPLES)
+@FOLDER
+@click.option("--to", "formats", metavar="FORMAT", multiple=True, help="A format; may be given again for another.")
+@click.option("--run", "only", metavar="NAME", multiple=True, help="Only this run; may be given again for another.")
+@click.option("--output", metavar="PATH", help="A folder, or one file. Default: beside the results.")
+@click.option("--list", "show", is_flag=True, help="Print the formats.")
+def command(folder: str, formats: tuple[str, ...], only: tuple[str, ...], output: str | None, show: bool) -> int:
+    """Write the results of FOLDER, processed before, in the FORMAT of another program.
+
+    The same files come out of `vidtrack run` where config.yaml lists the format under `export`.
+    """
+    from vidtrack.exchange.formats import FORMATS
+
+    if show:
+        from vidtrack.settings.exports import ABOUT
+
+        for name, about in ABOUT.items():
+            click.echo(f"{name:<11} {about}")
+        return 0
+    if not formats:
+        raise VidtrackError(f"--to FORMAT is missing. There are {', '.join(FORMATS)}.")
+    names = list(dict.fromkeys(_known(name) for name in formats))
+    output = os.path.abspath(output) if output else None
+    with inside(folder):
+        from vidtrack.files.experiment_checks import checked_experiment
+
+        settings = settings_here()
+        made = _all(settings, checked_experiment(settings), names, only)
+        for path, lines in _save(made, output):
+            click.echo(os.path.relpath(path) if output is None else path)
+            for line in lines:
+                click.echo(f"vidtrack: {line}", err=True)
+    return 0
+
+
+Made = list[tuple[str, list[str], "Written"]]
+"""For each thing written: where beside the results it lies by default, its files' places there, what was written."""
+
+
+def _known(name: str) -> str:
+    from vidtrack.exchange.formats import FORMATS
+    from vidtrack.naming import did_you_mean
+    from vidtrack.settings.exports import OTHER_NAMES
+
+    known = OTHER_NAMES.get(name.lower(), name.lower())
+    if known not in FORMATS:
+        near = did_you_mean(name, [*FORMATS, *OTHER_NAMES])
+        there = f"did you mean {near!r}?" if near else f"there are {', '.join(FORMATS)}."
+        raise VidtrackError(f"--to {name}: no such format; {there}")
+    return known
+
+
+def _all(settings: Settings, experiment: Experiment, names: list[str], only: tuple[str, ...]) -> Made:
+    """Everything in memory before anything is written: what cannot be written leaves nothing half done."""
+    from vidtrack.exchange.formats import FORMATS, places, written
+    from vidtrack.exchange.results import layout_of, read_run, result_paths
+    from vidtrack.naming import did_you_mean
+
+    for run in only:
+        if run not in experiment.runs:
+            near = did_you_mean(run, experiment.runs)
+            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(experiment.runs) or 'none'}."
+            raise VidtrackError(f"--run {run}: no such run; {hint}")
+    made: Made = []
+    for name in names:
+        reasons = []
+        for run in only or experiment.runs:
+            layout = layout_of(settings, experiment.runs[run])
+            if lacking := FORMATS[name].lacking(layout):
+                reasons.append(f"run {run} cannot be written as {name}: {lacking}.")
+                continue
+            own = settings.runs.get(run)
+            axes = own.axes.model_dump() if own and own.axes else None
+            paths = result_paths(experiment.results, FORMATS[name], layout)
+            answer = written(name, read_run(paths, run, settings.units, axes))
+            made.append((os.path.join(experiment.results, "runs", run, "export"), places(name, layout), answer))
+        if reasons and (only or len(reasons) == len(experiment.runs)):
+            raise VidtrackError(*reasons)
+    if not made:
+        raise VidtrackError("runs/: there is no run. Put recordings into runs/<run>/ first.")
+    return made
+
+
+def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
+    """Write all; each path with what its reader should know, and only the first path of a run in several files."""
+    from vidtrack.files.atomic import replacing
+
+    count = sum(len(answer.files) for _, _, answer in made)
+    as_file = output is not None and count == 1 and os.path.splitext(output)[1] != "" and not os.path.isdir(output)
+    saved = []
+    for folder, inner, answer in made:
+        lines = list(answer.notes)
+        for place in inner:
+            path = os.path.join(folder, place) if output is None else output
+            if output is not None and not as_file:
+                path = os.path.join(output, os.path.basename(place))
+            with replacing(path) as file:
+                file.write(answer.files[os.path.basename(place)])
+            saved.append((path, lines))
+            lines = []
+    return saved

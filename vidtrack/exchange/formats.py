@@ -1,0 +1,87 @@
+"""The formats that vidtrack writes: their names, the files that each makes, and what of the results it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vidtrack.exchange import c3d, opensim, plain
+from vidtrack.exchange.measured import Run, Written
+from vidtrack.exchange.plain import EXPORTED
+
+
+class Layout(NamedTuple):
+    """What decides which files a format makes: known before anything is measured.
+
+    analysed   whether there is motions.parquet
+    """
+
+    name: str
+    mode: str = "space"
+    cameras: tuple[str, ...] = ()
+    bodies: tuple[str, ...] = ()
+    analysed: bool = False
+
+
+class Format(NamedTuple):
+    """One format.
+
+    write    from a run's results to the files
+    files    the names of its files, of a layout
+    reads    of each run: trajectories, kinematics, bodies, motions (those that there are), centroids, locate, cameras
+    wants    what a run must have: space (positions with z), bodies
+    of_run   whether it is written for each run, or once for the calibration
+    """
+
+    write: Callable[[Run], Written]
+    files: Callable[[Layout], list[str]]
+    reads: tuple[str, ...] = ("trajectories",)
+    wants: tuple[str, ...] = ("space",)
+    of_run: bool = True
+
+    def suits(self, layout: Layout) -> bool:
+        """Whether a run has what the format needs."""
+        return not self.lacking(layout)
+
+    def lacking(self, layout: Layout) -> str:
+        """What the format needs and the run does not have, as a clause; empty where it has all."""
+        if layout.mode == "waterline":
+            return "it has no targets (mode waterline)"
+        if "space" in self.wants and layout.mode != "space":
+            return f"its positions have no z (mode {layout.mode})"
+        if "bodies" in self.wants and not layout.bodies:
+            return "the config names no bodies for it"
+        return ""
+
+
+def _named(*endings: str) -> Callable[[Layout], list[str]]:
+    return lambda layout: [layout.name + ending for ending in endings]
+
+
+def _tables(ending: str) -> Callable[[Layout], list[str]]:
+    def files(layout: Layout) -> list[str]:
+        there = {"bodies": bool(layout.bodies), "motions": layout.analysed}
+        names = [name for name in EXPORTED if there.get(name, True)]
+        return [f"{layout.name}_{name}{ending}" for name in names] + [f"{layout.name}_units.json"]
+
+    return files
+
+
+FORMATS: dict[str, Format] = {
+    "csv": Format(plain.write_csv, _tables(".csv"), EXPORTED, ()),
+    "parquet": Format(plain.write_parquet, _tables(".parquet"), EXPORTED, ()),
+    "c3d": Format(c3d.write, _named(".c3d")),
+    "trc": Format(opensim.write_trc, _named(".trc")),
+    "mot": Format(opensim.write_mot, _named(".mot"), ("bodies",), ("space", "bodies")),
+}
+
+
+def places(name: str, layout: Layout) -> list[str]:
+    """Where a format's files lie inside of the folder `export`: in a folder of their own where there are several."""
+    files = FORMATS[name].files(layout)
+    return [f"{name}/{file}" for file in files] if len(files) > 1 else files
+
+
+def written(name: str, run: Run) -> Written:
+    """The files of a run in a format; VidtrackError where it cannot hold them."""
+    return FORMATS[name].write(run)

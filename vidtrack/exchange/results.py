@@ -1,0 +1,94 @@
+"""From the results of a run, as they lie under results/, to what the writers take."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from vidtrack.errors import VidtrackError
+from vidtrack.exchange.formats import Format, Layout
+from vidtrack.exchange.measured import Run
+from vidtrack.files.camera_json import read_camera
+from vidtrack.files.records import read_json
+from vidtrack.files.tables import read_parquet
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from vidtrack.files.experiment import Run as Recorded
+    from vidtrack.settings.config import Settings
+
+TABLES = ("trajectories", "kinematics", "bodies", "motions")
+
+
+def layout_of(settings: Settings, run: Recorded) -> Layout:
+    """What is known of a run before anything is measured in it."""
+    own = settings.runs.get(run.name)
+    if own is None:
+        return Layout(run.name, cameras=tuple(run.videos))
+    return Layout(
+        run.name, own.mode, tuple(run.videos), tuple(own.bodies), own.analysis is not None or own.axes is not None
+    )
+
+
+def result_paths(results: str, form: Format, layout: Layout) -> dict[str, list[str]]:
+    """Where the results of a run lie that a format reads, by their names; tables that it does not have left out."""
+    here = f"{results}/runs/{layout.name}"
+    there = {"bodies": bool(layout.bodies), "motions": layout.analysed}
+    wanted = [table for table in TABLES if table in form.reads and there.get(table, True)]
+    paths = {table: [f"{here}/{table}.parquet"] for table in wanted}
+    cameras = layout.cameras if layout.mode == "space" else ()
+    if "centroids" in form.reads:
+        paths["centroids"] = [f"{here}/centroids/{camera}.parquet" for camera in layout.cameras]
+    if "locate" in form.reads:
+        paths["locate"] = [f"{here}/locate.json"]
+    if "cameras" in form.reads:
+        paths["cameras"] = [f"{results}/calibration/{camera}/camera.json" for camera in cameras]
+    return paths
+
+
+def read_run(paths: Mapping[str, Sequence[str]], name: str, units: str, axes: Mapping[str, str] | None = None) -> Run:
+    """A run's results at these paths, as `result_paths` names them.
+
+    axes   {waves, up}: directions of the world, where the config says them
+    VidtrackError for a file that is not there yet or damaged.
+    """
+    if missing := [path for several in paths.values() for path in several if not os.path.isfile(path)]:
+        raise VidtrackError(f"{missing[0]}: not there yet. Call vidtrack run first.")
+    tables: dict[str, DataFrame] = {table: read_parquet(paths[table][0]) for table in TABLES if table in paths}
+    first = [p for table in TABLES for p in paths.get(table, ())]
+    cameras = [read_camera(path) for path in paths.get("cameras", ())]
+    provenance = _provenance(first[0]) if first else cameras[0].record.get("provenance", {}) if cameras else {}
+    locate = read_json(paths["locate"][0]) if paths.get("locate") else {}
+    return Run(
+        name,
+        units,
+        tables,
+        {_stem(path): read_parquet(path) for path in paths.get("centroids", ())},
+        {own.camera.name: own.camera for own in cameras},
+        _clocks(locate),
+        (axes or {}).get("waves"),
+        (axes or {}).get("up"),
+        provenance,
+    )
+
+
+def _clocks(locate: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    clocks = (locate.get("clocks") or {}).get("cameras") or {}
+    return {
+        camera: {key: float(own.get(key) or 0.0) for key in ("offset_s", "rate_ppm")}
+        for camera, own in clocks.items()
+        if isinstance(own, Mapping)
+    }
+
+
+def _provenance(path: str) -> dict[str, Any]:
+    import pyarrow.parquet as pq
+
+    return dict(json.loads((pq.read_schema(path).metadata or {}).get(b"provenance", b"{}")))
+
+
+def _stem(path: str) -> str:
+    return os.path.splitext(os.path.basename(path))[0]

@@ -1,0 +1,37 @@
+"""`export`: the formats of other programs in which results are wanted too."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator
+
+FormatName = Literal["csv", "parquet", "c3d", "trc", "mot"]
+"""As `exchange.formats.FORMATS` has them; a test compares the two."""
+
+ABOUT: dict[FormatName, str] = {
+    "csv": "vidtrack's tables as CSV",
+    "parquet": "vidtrack's tables as Parquet",
+    "c3d": "points over time",
+    "trc": "markers for OpenSim",
+    "mot": "motions of bodies for OpenSim",
+}
+"""What each format is, in a few words."""
+
+DESCRIPTION = "; ".join(f"{name}: {about}" for name, about in ABOUT.items())
+
+OTHER_NAMES = {"opensim": "trc"}
+"""What people also call a format."""
+
+
+def formats(value: Any) -> Any:
+    """One format, or a list of formats, each once; by their other names too."""
+    if isinstance(value, str):
+        value = (value,)
+    if not isinstance(value, (list, tuple)):
+        return value
+    known = (str(v).lower() for v in value)
+    return tuple(dict.fromkeys(OTHER_NAMES.get(name, name) for name in known))
+
+
+Formats = Annotated[tuple[FormatName, ...], BeforeValidator(formats)]
