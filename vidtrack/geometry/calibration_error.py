@@ -22,6 +22,7 @@ from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, straightened
 from vidtrack.geometry.lens_terms import TERMS
 from vidtrack.geometry.projection import perspective_by_f, perspective_jacobian
+from vidtrack.geometry.refracted import POSE, pose_moves, tangent_moves
 from vidtrack.geometry.sights import Sight
 from vidtrack.geometry.symmetric import ELEMENTS
 
@@ -66,7 +67,7 @@ class CalibrationErrors:
         S = np.zeros((6, p.shape[1]))
         if not self.known:
             return S
-        D = [by_parameter(camera, sights[i], p, u.pivot - origin, u.names) for i, camera, u in self.known]
+        D = [by_parameter(camera, sights[i], p, u.pivot - origin, u.names, origin) for i, camera, u in self.known]
         K = self._seen(D)
         H = np.concatenate([_by_tangent(sights[i], gains[i]) for i, _, _ in self.known])
         KH = np.empty_like(H)
@@ -99,10 +100,12 @@ def _by_tangent(s: Sight, gain: Array) -> Array:
     return H
 
 
-def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequence[str]) -> Array:
+def by_parameter(
+    camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequence[str], origin: Array | None = None
+) -> Array:
     """How the tangents u, v at which a camera sees points p (3, n) follow its parameters: (2, k, n).
 
-    p and pivot (3,) are relative to the origin of the sight. Finite, but of no meaning, where the sight is not used.
+    p and pivot (3,) are relative to the origin (3,) of the sight, by default that of the world. Finite, but of no meaning, where the sight is not used.
     """
     u, v = s.uv
     X, Y = s.d
@@ -131,6 +134,8 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
         "Cy": lambda: (-xv * per, xu * per),
         "skew": lambda: (right[0] * Y / camera.dx, right[1] * Y / camera.dx),
     }
+    if camera.through:
+        terms |= _through(camera, s, p, np.array([px, py, pz]), names, np.zeros(3) if origin is None else origin)
     D = np.empty((2, len(names), p.shape[1]))
     for k, name in enumerate(names):
         if name in TERMS:
@@ -141,3 +146,15 @@ def by_parameter(camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequen
         else:
             D[0, k], D[1, k] = terms[name]()
     return D
+
+
+def _through(
+    camera: Camera, s: Sight, p: Array, pivot: Array, names: Sequence[str], origin: Array
+) -> dict[str, Callable[[], tuple[Array, Array]]]:
+    """What differs in `by_parameter` through interfaces: pose and interfaces; pivot (3,) in camera coordinates."""
+    own = [name for name in names if "." in name]
+    by_centre, by_interface = tangent_moves(camera, s.uv, p, origin, own)
+    pose = pose_moves(np.moveaxis(s.uv, 0, -1), np.moveaxis(by_centre, -1, 0) @ camera.R.T, pivot)
+    moves = {name: np.moveaxis(pose[..., k], -1, 0) for k, name in enumerate(POSE)}
+    moves |= {name: by_interface[:, k] for k, name in enumerate(own)}
+    return {name: lambda move=move: tuple(np.where(s.seen, move, 0.0)) for name, move in moves.items()}  # type: ignore[misc]

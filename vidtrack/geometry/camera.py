@@ -3,12 +3,13 @@
 Pixel convention: the centre of the top-left pixel is (0, 0); Xf runs right, Yf runs down.
 World axes are right-handed; camera axes are x right, y down, z forward.
 
-    world p --R, T--> camera c --f--> undistorted Xu, Yu --kappa--> distorted Xd, Yd --Sx, dx, Cx--> frame buffer Xf, Yf
+    world p --interfaces, R, T--> camera c --f--> undistorted Xu, Yu --kappa--> distorted Xd, Yd --Sx, dx, Cx--> frame buffer Xf, Yf
 
 All functions take coordinates on the last axis with any leading axes, never loop over points,
 and answer NaN where the input is NaN or where the model has no answer.
 Equations: thesis 4.3.6-4.3.7 and 4.4.1-4.4.9; Tsai (1987). The lens acts from distorted to
 undistorted, as Tsai wrote it; the richer terms (`geometry.lens_terms`) keep that direction.
+A camera that looks through interfaces (`geometry.refraction`) sees a world point where it appears.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.geometry.interface import Interface, planes_of
 from vidtrack.geometry.lens_terms import COEFFICIENTS, RADIAL, TERMS
 from vidtrack.geometry.projection import (
     Projection,
@@ -26,6 +28,7 @@ from vidtrack.geometry.projection import (
     perspective_from_equidistant,
     perspective_jacobian,
 )
+from vidtrack.geometry.refraction import Rays, apparent, traced
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +45,7 @@ class Camera:
     R, T         rotation (3, 3) and translation (3,), world units: c = R p + T
     image_size   px, (width, height) of the frame buffer
     projection   perspective, or equidistant for wide lenses (see `geometry.projection`)
+    through      the interfaces through which it sees, from the camera on; none: straight lines
     Raises ValueError when R is not a rotation (a mirror included) or f, dx, dy, Sx are not positive.
     """
 
@@ -66,6 +70,7 @@ class Camera:
     q2: float = 0.0
     projection: Projection = "perspective"
     name: str = field(default="")
+    through: tuple[Interface, ...] = ()
 
     def __post_init__(self) -> None:
         R = np.array(self.R, float)
@@ -101,8 +106,14 @@ class Camera:
 
 
 def camera_from_world(camera: Camera, p: ArrayLike) -> Array:
-    """Camera coordinates (..., 3) of world points (..., 3), world units: c = R p + T (4.4.1)."""
-    return np.asarray(p, float) @ camera.R.T + camera.T
+    """Camera coordinates (..., 3) of world points (..., 3), world units: c = R p + T (4.4.1).
+
+    Through interfaces: of where the points appear to the camera (`refraction.apparent`).
+    """
+    p = np.asarray(p, float)
+    if camera.through:
+        p = apparent(camera.through, camera.position, p)
+    return p @ camera.R.T + camera.T
 
 
 def undistorted_from_camera(camera: Camera, c: ArrayLike) -> Array:
@@ -296,13 +307,46 @@ def project(camera: Camera, p: ArrayLike) -> Array:
 
 
 def line_of_sight(camera: Camera, b: ArrayLike) -> tuple[Array, Array]:
-    """The line in the world that a frame buffer position sees: perspective centre (3,) and unit directions (..., 3)."""
+    """The line in the world that a frame buffer position sees: where it starts and unit directions (..., 3).
+
+    It starts at the perspective centre, (3,); through interfaces at the last plane, (..., 3), in the medium behind it.
+    """
+    d = directions(camera, b)
+    if not camera.through:
+        return camera.position, d
+    last = light_path(camera, d)[-1]
+    return tuple(np.ascontiguousarray(each.T).reshape(d.shape) for each in (last.q, last.d))  # type: ignore[return-value]
+
+
+def directions(camera: Camera, b: ArrayLike) -> Array:
+    """Unit directions in the world (..., 3) in which the camera itself sees frame buffer positions (..., 2) px."""
     u = undistorted_from_frame_buffer(camera, b)
     c = np.empty((*u.shape[:-1], 3))
     c[..., :2] = u / camera.f
     c[..., 2] = 1.0
     c /= np.linalg.norm(c, axis=-1, keepdims=True)
-    return camera.position, c @ camera.R
+    return np.asarray(c @ camera.R)
+
+
+def light_path(camera: Camera, d: Array) -> list[Rays]:
+    """The rays (3, n) that leave the camera in directions d (..., 3): in its own medium and behind each plane."""
+    d = np.ascontiguousarray(d.reshape(-1, 3).T)
+    q = np.broadcast_to(camera.position[:, None], d.shape)
+    none = np.empty((0, *d.shape))
+    return traced(planes_of(camera.through, camera.position), Rays(q, d, none, none))
+
+
+def along_path(camera: Camera, b: ArrayLike, distance: ArrayLike) -> Array:
+    """World points (n, 3) that the camera sees at one frame buffer position b (2,), at distances (n,) along the light's
+    path from the camera, world units."""
+    distance = np.asarray(distance, float)
+    path = light_path(camera, directions(camera, b))
+    starts = np.array([rays.q[:, 0] for rays in path])
+    legs = [0.0, *(float(np.linalg.norm(b.q - a.q)) for a, b in zip(path[:-1], path[1:], strict=True))]
+    begins = np.cumsum(legs)
+    part = np.maximum(np.searchsorted(begins, distance, "right") - 1, 0)
+    ahead = np.array([rays.d[:, 0] for rays in path])[part]
+    return np.asarray(starts[part] + (distance - begins[part])[:, None] * ahead)
 
 
 def contains(camera: Camera, b: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:

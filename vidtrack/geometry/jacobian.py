@@ -25,25 +25,39 @@ from vidtrack.geometry.camera import (
     undistorted_from_camera,
     undistorted_jacobian,
 )
+from vidtrack.geometry.interface import parameters_of
 from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
 from vidtrack.geometry.projection import perspective_by_f, perspective_jacobian
+from vidtrack.geometry.refracted import POSE, followed, pose_moves
 
 PARAMETERS = (
-    *("omega_x", "omega_y", "omega_z", "t_x", "t_y", "t_z"),
+    *POSE,
     *("f", "Sx", "Cx", "Cy"),
     *COEFFICIENTS,
 )
 """The order of a camera's parameters in every vector, Jacobian and covariance.
 
-omega rad, about the camera axes; t world units, of the pivot in camera axes; the rest as in `Camera`.
+omega rad, about the camera axes; t world units, of the pivot in camera axes; the rest as in `Camera`. Behind them come
+those of the interfaces through which a camera sees (see `Interface.parameters`).
 """
+
+
+def parameters(camera: Camera) -> tuple[str, ...]:
+    """All parameters of a camera and of its interfaces: the columns of its derivatives."""
+    return PARAMETERS + parameters_of(camera.through) if camera.through else PARAMETERS
+
+
+def columns(camera: Camera, names: Sequence[str]) -> list[int]:
+    """Where named parameters stand in the derivatives; a camera that does not have one raises ValueError."""
+    every = parameters(camera)
+    return [every.index(name) for name in names]
 
 
 class Derivatives(NamedTuple):
     """What `derivatives` returns; the units are px per unit of what varies."""
 
     projected: Array  # (..., 2) px
-    by_parameter: Array  # (..., 2, k), k = len(PARAMETERS)
+    by_parameter: Array  # (..., 2, k), k = len(parameters(camera))
     by_point: Array  # (..., 2, 3)
 
 
@@ -80,7 +94,7 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     by_c[..., 0, 2], by_c[..., 1, 2] = px(-u / z, -v / z)
 
     arm = ((p - np.asarray(pivot, float)) @ camera.R.T)[..., None, :]  # R (p - pivot)
-    J = np.zeros((*p.shape[:-1], 2, len(PARAMETERS)))
+    J = np.zeros((*p.shape[:-1], 2, len(parameters(camera))))
     J[..., 0] = by_c[..., 2] * arm[..., 1] - by_c[..., 1] * arm[..., 2]
     J[..., 1] = by_c[..., 0] * arm[..., 2] - by_c[..., 2] * arm[..., 0]
     J[..., 2] = by_c[..., 1] * arm[..., 0] - by_c[..., 0] * arm[..., 1]
@@ -107,9 +121,16 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     J[..., 0, PARAMETERS.index("skew")] = Y / camera.dx
 
     projected = np.stack([(camera.Sx * X + camera.skew * Y) / camera.dx + camera.Cx, Y / camera.dy + camera.Cy], -1)
+    by_point = by_c @ camera.R
+    if camera.through:
+        by_tangent = by_c[..., :2] * z[..., None, None]
+        light = followed(camera, p, c)
+        by_point = by_tangent @ light.by_point
+        turned = camera.R @ np.asarray(pivot, float) + camera.T
+        J[..., :6] = by_tangent @ pose_moves(c[..., :2] / c[..., 2:], light.by_centre @ camera.R.T, turned)
+        J[..., len(PARAMETERS) :] = by_tangent @ light.by_interface
     lost = ~np.isfinite(projected).all(-1)
     J[lost] = np.nan
-    by_point = by_c @ camera.R
     by_point[lost] = np.nan
     return Derivatives(projected, J, by_point)
 
@@ -121,7 +142,9 @@ def stepped(camera: Camera, pivot: ArrayLike, step: Mapping[str, float]) -> Came
     shift = np.array([step.get(f"t_{a}", 0.0) for a in "xyz"])
     R = rotation_from_vector(omega) @ camera.R
     T = camera.R @ pivot + camera.T + shift - R @ pivot
-    rest = {name: getattr(camera, name) + step[name] for name in PARAMETERS[6:] if name in step}
+    rest: dict[str, object] = {name: getattr(camera, name) + step[name] for name in PARAMETERS[6:] if name in step}
+    if camera.through:
+        rest["through"] = tuple(interface.stepped(step) for interface in camera.through)
     return camera.with_(R=R, T=T, **rest)
 
 

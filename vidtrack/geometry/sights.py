@@ -12,6 +12,9 @@ needs no inverse distortion; the difference from the exact pixel error is of sec
 
 Arrays here hold coordinates first, (3, n), and one block at a time, so that all of it stays in the processor's
 cache. Positions are relative to an origin amid the cameras: nothing is lost far from the world's own.
+
+Through interfaces (`geometry.bent`) the measured pixel has its exact ray in the object's medium; the linear answer is the
+point nearest to the rays, and the refinement is linear about them as it is about the lens.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.geometry.bent import Bent, bent
 from vidtrack.geometry.camera import (
     Camera,
     distorted_from_frame_buffer,
@@ -45,6 +49,7 @@ class Sight(NamedTuple):
     weight: Array  # (2, n) of Xf and Yf, 1/px^2; 0 where the camera is not used
     on: Array  # (n,) 1 where the camera is used, else 0
     seen: Mask  # (n,) whether there is a measurement at all
+    bent: Bent | None = None  # the light's path, where it leads through interfaces
 
     @property
     def used(self) -> Mask:
@@ -68,11 +73,15 @@ def sight(camera: Camera, b: Array, weight: Array, used: Mask, origin: Array) ->
     uv /= camera.f
     px = _px_by_tangent(camera, d)
     d = np.ascontiguousarray(d.T)
+    path = None
+    if camera.through:
+        path = bent(camera, np.where(seen, uv, 0), origin)
+        seen &= path.there
     on = (used & seen).astype(float)
     w = weight.T * on
     if not seen.all():
         uv[:, ~seen] = d[:, ~seen] = px[..., ~seen] = w[:, ~seen] = 0
-    return Sight(camera.R, camera.R @ origin + camera.T, uv, d, px, w, on, seen)
+    return Sight(camera.R, camera.R @ origin + camera.T, uv, d, px, w, on, seen, path)
 
 
 def _px_by_tangent(camera: Camera, d: Array) -> Array:
@@ -94,9 +103,20 @@ def _px_by_tangent(camera: Camera, d: Array) -> Array:
 
 def linear_point(sights: Sequence[Sight]) -> tuple[Array, Array]:
     """Equations 4.3.8 - 4.3.13: the points (3, n) and (A^T A)^-1 (6, n)."""
+    p, Q = _linear_point(sights, None)
+    if any(s.bent and not s.bent.beyond(p) for s in sights):  # points that some camera sees directly
+        p, Q = _linear_point(sights, p)
+    return p, Q
+
+
+def _linear_point(sights: Sequence[Sight], near: Array | None) -> tuple[Array, Array]:
+    """near   (3, n), where the points are roughly: in which medium; None: behind all planes."""
     n = sights[0].uv.shape[1]
     N, h = np.zeros((6, n)), np.zeros((3, n))
     for s in sights:
+        if s.bent:
+            s.bent.add_lines(N, h, s.on, near)
+            continue
         for tangent, row, shift in zip(s.uv, s.R[:2], s.t[:2], strict=True):
             a = row[:, None] - s.R[2][:, None] * tangent
             weighted = a * s.on
@@ -141,6 +161,11 @@ def refined_point(sights: Sequence[Sight], p: Array, steps: int) -> tuple[Array,
 
 def _linearised(s: Sight, p: Array) -> tuple[Rows, tuple[Array, Array], Array]:
     """By-point derivatives of Xf and Yf, each (3, n) px per unit; measured minus projected px; depth (n,)."""
+    if s.bent:
+        (a, b), (du, dv), _ = s.bent.seen(p)
+        (xu, xv), (yu, yv) = s.px
+        depth = s.R[2] @ p + s.t[2]
+        return (xu * a + xv * b, yu * a + yv * b), (-xu * du - xv * dv, -yu * du - yv * dv), depth
     c = s.R @ p
     c += s.t[:, None]
     near = 1 / c[2]
@@ -162,10 +187,13 @@ def refined_gain(s: Sight, rows: Rows, covariance: Array) -> Array:
 
 def linear_gain(s: Sight, p: Array, Q: Array) -> Array:
     """How linear points follow this camera's pixels, (2, 3, n): a tangent's error counts as often as p is deep."""
-    depth = s.R[2] @ p + s.t[2]
-    a, b = (times(Q, (row[:, None] - s.R[2][:, None] * t) * depth) for row, t in zip(s.R[:2], s.uv, strict=True))
     (xu, xv), (yu, yv) = s.px
     det = xu * yv - xv * yu
+    if s.bent:
+        a, b = (times(Q, moved) for moved in s.bent.across(p))
+        return np.where(s.used, np.stack([yv * a - yu * b, xu * b - xv * a]) / det, 0.0)
+    depth = s.R[2] @ p + s.t[2]
+    a, b = (times(Q, (row[:, None] - s.R[2][:, None] * t) * depth) for row, t in zip(s.R[:2], s.uv, strict=True))
     return np.where(s.used, np.stack([yv * a - yu * b, xu * b - xv * a]) / det, 0.0)
 
 
@@ -181,11 +209,15 @@ def carried_noise(sights: Sequence[Sight], gains: Sequence[Array]) -> Array:
 def look_back(s: Sight, p: Array) -> Seen:
     """Where the camera sees the points p (3, n), and how far its line of sight passes from them."""
     x, y, z = s.R @ p + s.t[:, None]
-    u, v = s.uv
-    cross_x, cross_y = x - u * z, y - v * z
-    length2 = 1 + u * u + v * v
-    off2 = (cross_x**2 + cross_y**2 + (v * cross_x - u * cross_y) ** 2) / length2
-    du, dv = -cross_x / z, -cross_y / z
+    if s.bent:
+        _, (du, dv), off = s.bent.seen(p)
+        du, dv, off2 = -du, -dv, np.einsum("in,in->n", off, off)
+    else:
+        u, v = s.uv
+        cross_x, cross_y = x - u * z, y - v * z
+        length2 = 1 + u * u + v * v
+        off2 = (cross_x**2 + cross_y**2 + (v * cross_x - u * cross_y) ** 2) / length2
+        du, dv = -cross_x / z, -cross_y / z
     error = np.empty((2, z.size))
     np.add(s.px[0, 0] * du, s.px[0, 1] * dv, out=error[0])
     np.add(s.px[1, 0] * du, s.px[1, 1] * dv, out=error[1])
