@@ -13,7 +13,7 @@ CAMERAS = tuple(thesis_rig(2))
 
 def pairs(tracks, bias_px=0.0, moments=None, noise=0.1):
     pieces = tuple(as_tracklets(t, noise)[0] for t in tracks)
-    rays = tuple(rays_of(c, p.b) for c, p in zip(CAMERAS, pieces, strict=True))
+    rays = tuple(rays_of(CAMERAS, [p.b for p in pieces]))
     return pairs_of(CAMERAS, pieces, rays, bias_px, np.arange(tracks[0].shape[1]) if moments is None else moments)
 
 
@@ -45,7 +45,7 @@ def test_chi2_is_the_squared_epipolar_distance_over_its_variance():
     tracks[1] = tracks[1] + [0.3, 0.4]
     # all noise in the second picture: there the first-order distance over its sd is chi
     pieces = tuple(as_tracklets(t, sd)[0] for t, sd in zip(tracks, (1e-9, 0.2), strict=True))
-    rays = tuple(rays_of(c, p.b) for c, p in zip(CAMERAS, pieces, strict=True))
+    rays = tuple(rays_of(CAMERAS, [p.b for p in pieces]))
     found = pairs_of(CAMERAS, pieces, rays, 0.0, np.arange(1))
     d = epipolar_distance(*CAMERAS, tracks[0][0], tracks[1][0])[0]
     assert GAIN - found.value[0] == pytest.approx((d / 0.2) ** 2 / 2, rel=1e-6)

@@ -6,9 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.geometry.camera import line_of_sight, project, undistorted_from_frame_buffer
+from tests.geometry.underwater import ABOVE, LEFT, RIGHT, places
+from vidtrack.geometry.camera import along_path, line_of_sight, project, undistorted_from_frame_buffer
 from vidtrack.geometry.epipolar import epipolar_distance, essential
+from vidtrack.geometry.interface import Interface
 from vidtrack.simulate.rig import look_at, thesis_rig
+
+PLAIN = LEFT.with_(through=())
 
 
 def test_side_by_side_cameras_see_a_point_at_one_height():
@@ -75,3 +79,28 @@ def test_a_lost_target_has_no_distance():
 def test_all_pairs_of_tracks_come_in_one_call():
     a, b = thesis_rig(2)
     assert epipolar_distance(a, b, np.full((3, 1, 7, 2), 250.0), np.full((4, 7, 2), 240.0)).shape == (3, 4, 7)
+
+
+def test_through_interfaces_what_two_cameras_see_of_a_point_lies_on_the_curve():
+    p = places(200)[:, :3] - [0, 0, 100]
+    for a, b in ((LEFT, RIGHT), (LEFT, ABOVE), (ABOVE, PLAIN)):
+        there = p[p[:, 2] < 100] if a is not ABOVE else p
+        d = epipolar_distance(a, b, project(a, there), project(b, there))
+        assert np.abs(d).max() < 1e-8
+
+
+def test_through_interfaces_the_distance_is_that_to_the_nearest_point_of_the_curve():
+    p = np.array([50.0, 30, 20])
+    seen = project(RIGHT, p) + [0.4, 1.3]
+    curve = project(RIGHT, along_path(LEFT, project(LEFT, p), np.linspace(1400, 1900, 20001)))
+    nearest = np.linalg.norm(curve - seen, axis=-1).min()
+    assert abs(epipolar_distance(LEFT, RIGHT, project(LEFT, p), seen)) == pytest.approx(nearest, rel=0.01)
+
+
+def test_an_interface_that_bends_nothing_gives_the_distances_of_straight_lines():
+    clear = Interface("clear", np.array([0.0, -500, 0]), np.array([0.0, 1, 0]), (1.0, 1.0))
+    p = places(30)
+    a, b = LEFT.with_(through=()), RIGHT.with_(through=())
+    seen = project(a, p), project(b, p) + 0.7
+    bent = epipolar_distance(a.with_(through=(clear,)), b.with_(through=(clear,)), *seen)
+    np.testing.assert_allclose(bent, epipolar_distance(a, b, *seen), rtol=1e-3)

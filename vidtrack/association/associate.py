@@ -97,7 +97,7 @@ def associate(
     A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
     A stretch that goes on as one of several targets, and nothing shows which, is a trajectory of its own (`part_of`).
     """
-    rays = [rays_of(c, t.b) for c, t in zip(cameras, tracklets, strict=True)]
+    rays = rays_of(cameras, [t.b for t in tracklets])
     moments = np.unique(np.concatenate([t.sample for t in tracklets]))
     most = tolerance_px / 3
     some = moments[:: max(1, moments.size // SOME)]

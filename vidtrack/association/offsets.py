@@ -24,7 +24,8 @@ def shift_worths(
 
     bias_px   what half a sample's motion and the calibration may leave, px, one standard deviation
     """
-    rays = (rays_of(cameras[0], tracklets[0].b), rays_of(cameras[1], tracklets[1].b))
+    first, second = rays_of(cameras, [t.b for t in tracklets])
+    rays = (first, second)
     return np.array([_worth(cameras, tracklets, rays, int(shift), bias_px) for shift in shifts])
 
 

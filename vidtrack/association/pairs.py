@@ -19,13 +19,8 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.association.tracklets import Tracklets
-from vidtrack.geometry.camera import (
-    Camera,
-    distorted_from_frame_buffer,
-    undistorted_from_distorted,
-    undistorted_jacobian,
-)
-from vidtrack.geometry.epipolar import essential
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.epipolar import MEET, about, essential, lines
 
 GAIN = 3.0
 """# ASSUME: nats a moment; a false pair's miss is predicted by its last one to some 20 standard deviations."""
@@ -35,11 +30,14 @@ CHUNK = 16
 
 
 class Rays(NamedTuple):
-    """The rows of one camera's tracklets as tangents, with what a standard deviation of each pixel changes in them."""
+    """The rows of one camera's tracklets as lines of sight, with what one px of each coordinate changes in them.
 
-    u: Array  # (N, 3) Xu/f, Yu/f, 1
-    by_x: Array  # (N, 2) change of (u, v) by one px of Xf
-    by_y: Array  # (N, 2) and of Yf
+    Tangents Xu/f, Yu/f, 1 (k = 2); where some camera looks through interfaces, Pluecker's coordinates (k = 6).
+    """
+
+    u: Array  # (N, 3) or (N, 6)
+    by_x: Array  # (N, k) change by one px of Xf
+    by_y: Array  # (N, k) and of Yf
 
 
 class Pairs(NamedTuple):
@@ -53,14 +51,10 @@ class Pairs(NamedTuple):
     noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain
 
 
-def rays_of(camera: Camera, b: Array) -> Rays:
-    """Tangents of frame-buffer positions b (N, 2) px."""
-    d = distorted_from_frame_buffer(camera, b)
-    u = undistorted_from_distorted(camera, d) / camera.f
-    J = undistorted_jacobian(camera, d) / camera.f
-    by_x = J[..., 0] * (camera.dx / camera.Sx)
-    by_y = J[..., 1] * camera.dy - J[..., 0] * (camera.skew * camera.dy / camera.Sx)
-    return Rays(np.concatenate([u, np.ones((len(u), 1))], -1), by_x, by_y)
+def rays_of(cameras: Sequence[Camera], b: Sequence[Array]) -> list[Rays]:
+    """The lines of sight of each camera's frame-buffer positions b (N, 2) px, written in one way for all of them."""
+    written = about(cameras)
+    return [Rays(*lines(camera, own, written)) for camera, own in zip(cameras, b, strict=True)]
 
 
 def pairs_of(
@@ -76,14 +70,14 @@ def pairs_of(
     bias_px      standard deviation, px, of what the calibration leaves, in each picture
     at_moments   as `by_moment` makes them, where they are at hand
     """
-    E = essential(*cameras)
+    E = essential(*cameras) if rays[0].u.shape[-1] == 3 else MEET
     E = E / max(float(np.linalg.norm(E)), 1e-300)
     A, B = at_moments or [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
     E32 = E.astype(np.float32)
     to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
     to_a = B.u @ E32
-    bound_a = _bound(to_b, A.reach)
-    bound_b = _bound(to_a, B.reach)[..., ::-1]
+    bound_a = _bound(to_b, A.reach, rays[0].by_x.shape[-1])
+    bound_b = _bound(to_a, B.reach, rays[1].by_x.shape[-1])[..., ::-1]
     found = []
     for start in range(0, len(moments), CHUNK):
         part = slice(start, start + CHUNK)
@@ -113,7 +107,7 @@ class AtMoments(NamedTuple):
     """Rows at the moments wanted, up to m at each: arrays (M, m, ..), float32, zeros where there is none."""
 
     row: Ints  # (M, m), -1 for none
-    u: Array  # (M, m, 3)
+    u: Array  # (M, m, 3 or 6)
     reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
 
 
@@ -128,7 +122,7 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     shape = (len(moments), int(counts.max(initial=0)))
     row = np.full(shape, -1, np.intp)
     row[place[rows], slot] = rows
-    u, reach = np.zeros((*shape, 3), np.float32), np.zeros(shape, np.float32)
+    u, reach = np.zeros((*shape, rays.u.shape[-1]), np.float32), np.zeros(shape, np.float32)
     u[place[rows], slot] = rays.u[rows]
     sd = np.sqrt(tracklets.sd[rows] ** 2 + bias_px**2)
     both = (rays.by_x[rows] * sd[:, :1]) ** 2 + (rays.by_y[rows] * sd[:, 1:]) ** 2
@@ -136,10 +130,10 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     return AtMoments(row, u, reach)  # type: ignore[arg-type]
 
 
-def _bound(line: Array, reach: Array) -> Array:
+def _bound(line: Array, reach: Array, k: int) -> Array:
     """(M, m, 2): factors whose products over two views sum to no less than the variance of e, times the gate."""
     gate = np.sqrt(2 * (GAIN + LOSS)) * 1.01  # float32 is not exact
-    return np.stack([(line[..., :2] ** 2).sum(-1) * gate, reach**2 * gate], -1)
+    return np.stack([(line[..., :k] ** 2).sum(-1) * gate, reach**2 * gate], -1)
 
 
 def _sampson(
@@ -157,7 +151,7 @@ def _sampson(
     slope, noise = np.zeros(e.size), np.zeros(e.size)
     for line, ray, own, row in ((line_a, rays[0], tracklets[0], row_a), (line_b, rays[1], tracklets[1], row_b)):
         for axis, by in enumerate((ray.by_x, ray.by_y)):
-            g2 = np.einsum("ni,ni->n", line[:, :2], by[row]) ** 2
+            g2 = np.einsum("ni,ni->n", line[:, : by.shape[-1]], by[row]) ** 2
             slope += g2
             noise += g2 * (own.sd[row, axis] ** 2 + bias_px**2)
     noise = np.maximum(noise, 1e-300)
