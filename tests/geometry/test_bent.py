@@ -22,7 +22,8 @@ def test_points_on_both_sides_are_located_exactly(cameras, refine):
     p = places(400)
     found = locate_points(cameras, seen(cameras, p), sd=0.1, refine=refine)
     assert np.abs(found.point - p).max() < 1e-7
-    assert np.abs(found.error).max() < 1e-8 and found.miss.max() < 1e-7
+    assert np.abs(found.error).max() < 1e-8
+    assert found.miss.max() < 1e-7
 
 
 @pytest.mark.parametrize("cameras", RIGS)
@@ -78,7 +79,8 @@ def test_light_that_is_reflected_is_not_used():
     tangents = np.array([[0.0, 8.0], [0.0, 0.0]])
     diver = LEFT.with_(through=(LEFT.through[0].stepped({"window.index_2": -0.3}),))
     path = bent(diver, tangents, np.zeros(3))
-    assert path.there[0] and np.isfinite(path.path[-1].q).all()
+    assert path.there[0]
+    assert np.isfinite(path.path[-1].q).all()
 
 
 def test_lost_measurements_leave_the_other_cameras_their_fix():

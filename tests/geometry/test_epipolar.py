@@ -7,9 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.geometry.underwater import ABOVE, LEFT, RIGHT, places
-from vidtrack.geometry.camera import along_path, line_of_sight, project, undistorted_from_frame_buffer
+from vidtrack.geometry.camera import line_of_sight, project, undistorted_from_frame_buffer
 from vidtrack.geometry.epipolar import epipolar_distance, essential
 from vidtrack.geometry.interface import Interface
+from vidtrack.geometry.light import along_path
 from vidtrack.simulate.rig import look_at, thesis_rig
 
 PLAIN = LEFT.with_(through=())
@@ -91,7 +92,7 @@ def test_through_interfaces_what_two_cameras_see_of_a_point_lies_on_the_curve():
 
 def test_through_interfaces_the_distance_is_that_to_the_nearest_point_of_the_curve():
     p = np.array([50.0, 30, 20])
-    seen = project(RIGHT, p) + [0.4, 1.3]
+    seen = project(RIGHT, p) + np.array([0.4, 1.3])
     curve = project(RIGHT, along_path(LEFT, project(LEFT, p), np.linspace(1400, 1900, 20001)))
     nearest = np.linalg.norm(curve - seen, axis=-1).min()
     assert abs(epipolar_distance(LEFT, RIGHT, project(LEFT, p), seen)) == pytest.approx(nearest, rel=0.01)

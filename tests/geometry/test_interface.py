@@ -24,7 +24,8 @@ def test_the_sign_of_the_normal_does_not_matter():
     for a, b in zip(planes_of([WINDOW], (0, -1500, 0)), planes_of([other], (0, -1500, 0)), strict=True):
         np.testing.assert_allclose(a.point, b.point)
         np.testing.assert_allclose(a.normal, b.normal)
-        assert a.normal[1] > 0 and a.ratio == b.ratio
+        assert a.normal[1] > 0
+        assert a.ratio == b.ratio
 
 
 def test_a_camera_on_the_other_side_meets_the_same_indices_from_its_own_side():

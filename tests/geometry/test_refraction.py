@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from tests.geometry.underwater import ABOVE, AIR, CAMERAS, GLASS, LEFT, SURFACE, WATER, WEDGE, WINDOW, places
-from vidtrack.geometry.camera import along_path, light_path, line_of_sight, project
+from vidtrack.geometry.camera import line_of_sight, project
 from vidtrack.geometry.interface import Interface, planes_of
-from vidtrack.geometry.refraction import apparent, crossed
+from vidtrack.geometry.refraction import apparent, crossed, paths
 
 WALL = Interface("wall", np.array([0.0, 0, 50]), np.array([0.0, 0, 1]), (AIR, GLASS, WATER), (10.0,))
 
@@ -34,7 +34,7 @@ def test_light_takes_the_quickest_way(camera):
     p = places(4)
     axes = [np.linalg.svd(plane.normal[None])[2][1:] for plane in planes]
     for point in p[crossed(planes, p.T) == len(planes)]:
-        path = [rays.q[:, 0] for rays in light_path(camera, _direction(camera, point))]
+        path = [rays.q[:, 0] for rays in paths(camera.through, camera.position, _direction(camera, point))]
         start = np.concatenate(
             [axis @ (q - plane.point) for axis, q, plane in zip(axes, path[1:], planes, strict=True)]
         )
@@ -64,7 +64,7 @@ def test_a_traced_ray_is_found_again(angle, height, depth, indices):
     wall = Interface("wall", np.zeros(3), np.array([0, 0, 1.0]), indices, (5.0,))
     camera = LEFT.with_(R=np.eye(3), T=np.array([0, 0, height]), through=(wall,))
     d = np.array([[np.sin(angle), 0, np.cos(angle)]])
-    last = light_path(camera, d)[-1]
+    last = paths(camera.through, camera.position, d)[-1]
     if not np.isfinite(last.q + last.d).all():
         return  # total reflection
     p = (last.q + depth / last.d[2] * last.d).T
@@ -104,19 +104,10 @@ def test_total_reflection_and_lost_points_are_nan():
     diver = LEFT.with_(
         R=np.eye(3), T=np.array([0, 0, 10.0]), through=(Interface("s", [0, 0, 0], [0, 0, 1], (1.333, 1.0)),)
     )
-    flat = light_path(diver, np.array([[np.sin(1.0), 0, np.cos(1.0)]]))[-1]
+    flat = paths(diver.through, diver.position, np.array([[np.sin(1.0), 0, np.cos(1.0)]]))[-1]
     assert np.isnan(flat.d).all()
     assert np.isnan(project(ABOVE, [np.nan, 0, 0])).all()
     assert np.isnan(line_of_sight(ABOVE, [np.nan, 0])[0]).all()
-
-
-def test_a_path_is_followed_through_all_media():
-    b = project(LEFT, [50.0, 30, 20])
-    path = along_path(LEFT, b, np.linspace(10, 2500, 40))
-    planes = planes_of(LEFT.through, LEFT.position)
-    assert set(crossed(planes, path.T)) == {0, 1, 2}
-    np.testing.assert_allclose(project(LEFT, path), np.broadcast_to(b, (40, 2)), atol=1e-7)
-    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= 2490 / 39 + 1e-9
 
 
 def test_two_interfaces_in_order_are_one_of_two_layers():

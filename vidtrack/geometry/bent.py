@@ -62,7 +62,7 @@ def bent(camera: Camera, tangents: Array, origin: Array) -> Bent:
     planes = [plane._replace(point=plane.point - origin) for plane in planes_of(camera.through, camera.position)]
     path = traced(planes, pencil(camera, tangents, camera.position - origin))
     last = path[-1]
-    there = np.isfinite(last.q + last.d).all(0)
+    there = np.asarray(np.isfinite(last.q + last.d).all(0))
     if not there.all():
         for rays in path:
             for part, filler in zip(rays, _FILLER, strict=True):

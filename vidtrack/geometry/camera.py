@@ -3,7 +3,7 @@
 Pixel convention: the centre of the top-left pixel is (0, 0); Xf runs right, Yf runs down.
 World axes are right-handed; camera axes are x right, y down, z forward.
 
-    world p --interfaces, R, T--> camera c --f--> undistorted Xu, Yu --kappa--> distorted Xd, Yd --Sx, dx, Cx--> frame buffer Xf, Yf
+    world p --R, T--> camera c --f--> undistorted Xu, Yu --kappa--> distorted Xd, Yd --Sx, dx, Cx--> frame buffer Xf, Yf
 
 All functions take coordinates on the last axis with any leading axes, never loop over points,
 and answer NaN where the input is NaN or where the model has no answer.
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.interface import Interface, planes_of
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.lens_terms import COEFFICIENTS, RADIAL, TERMS
 from vidtrack.geometry.projection import (
     Projection,
@@ -28,7 +28,7 @@ from vidtrack.geometry.projection import (
     perspective_from_equidistant,
     perspective_jacobian,
 )
-from vidtrack.geometry.refraction import Rays, apparent, traced
+from vidtrack.geometry.refraction import apparent, paths
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,7 +314,7 @@ def line_of_sight(camera: Camera, b: ArrayLike) -> tuple[Array, Array]:
     d = directions(camera, b)
     if not camera.through:
         return camera.position, d
-    last = light_path(camera, d)[-1]
+    last = paths(camera.through, camera.position, d)[-1]
     return tuple(np.ascontiguousarray(each.T).reshape(d.shape) for each in (last.q, last.d))  # type: ignore[return-value]
 
 
@@ -326,27 +326,6 @@ def directions(camera: Camera, b: ArrayLike) -> Array:
     c[..., 2] = 1.0
     c /= np.linalg.norm(c, axis=-1, keepdims=True)
     return np.asarray(c @ camera.R)
-
-
-def light_path(camera: Camera, d: Array) -> list[Rays]:
-    """The rays (3, n) that leave the camera in directions d (..., 3): in its own medium and behind each plane."""
-    d = np.ascontiguousarray(d.reshape(-1, 3).T)
-    q = np.broadcast_to(camera.position[:, None], d.shape)
-    none = np.empty((0, *d.shape))
-    return traced(planes_of(camera.through, camera.position), Rays(q, d, none, none))
-
-
-def along_path(camera: Camera, b: ArrayLike, distance: ArrayLike) -> Array:
-    """World points (n, 3) that the camera sees at one frame buffer position b (2,), at distances (n,) along the light's
-    path from the camera, world units."""
-    distance = np.asarray(distance, float)
-    path = light_path(camera, directions(camera, b))
-    starts = np.array([rays.q[:, 0] for rays in path])
-    legs = [0.0, *(float(np.linalg.norm(b.q - a.q)) for a, b in zip(path[:-1], path[1:], strict=True))]
-    begins = np.cumsum(legs)
-    part = np.maximum(np.searchsorted(begins, distance, "right") - 1, 0)
-    ahead = np.array([rays.d[:, 0] for rays in path])[part]
-    return np.asarray(starts[part] + (distance - begins[part])[:, None] * ahead)
 
 
 def contains(camera: Camera, b: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:

@@ -35,7 +35,7 @@ MEET = np.roll(np.eye(6), 3, axis=1)
 
 
 def about(cameras: Sequence[Camera]) -> tuple[Array, float] | None:
-    """Origin (3,) and scale, world units, for lines of sight of these cameras; None where none sees through interfaces."""
+    """Origin (3,) and scale, world units, for lines of sight of these cameras; None where no interface is."""
     if not any(camera.through for camera in cameras):
         return None
     places = np.array([camera.position for camera in cameras])
@@ -78,7 +78,8 @@ def epipolar_distance(a: Camera, b: Camera, seen_by_a: ArrayLike, seen_by_b: Arr
     seen_by_a, seen_by_b   (..., 2)  frame buffer px at the same moment; leading axes broadcast, so that
                            (n, 1, T, 2) and (m, T, 2) give the distances (n, m, T) of all pairs of tracks
     NaN where either is NaN. Noise of s px in every coordinate makes the distance vary by about 1.4 s.
-    Through interfaces: from the curve of what a sees in the object's medium. The sign is that of u_b . E u_a: for cameras side by side (b right of a) positive is below the curve.
+    Through interfaces: from the curve of what a sees in the object's medium. The sign is that of u_b . E u_a:
+    for cameras side by side (b right of a) positive is below the curve.
     """
     written = about((a, b))
     E = essential(a, b) if written is None else MEET

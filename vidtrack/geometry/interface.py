@@ -26,7 +26,8 @@ class Interface:
     normal     (3,) of any length and either sign; kept at length 1
     indices    refractive indices of the media from the camera on: one more than there are planes
     thickness  world units, of each layer between two planes
-    Raises ValueError for a normal of length 0, indices that no medium has, a thickness below 0, or numbers that do not match.
+    Raises ValueError for a normal of length 0, indices that no medium has, a thickness below 0, or numbers that do
+    not match.
     """
 
     name: str

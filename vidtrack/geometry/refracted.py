@@ -40,7 +40,7 @@ def followed(camera: Camera, p: Array, c: Array) -> Followed:
     flat = np.ascontiguousarray(p.reshape(-1, 3).T)
     start = pencil(camera, tangents, centre, centre_moves=True)
     rays = chosen(traced(planes, start, names), crossed(planes, flat))
-    rows, off = miss(rays, flat)
+    rows, _ = miss(rays, flat)
     moves = carried(rays, rows, flat)
     shape = p.shape[:-1]
     by_point = np.moveaxis(rows, -1, 0).reshape(*shape, 2, 3)
@@ -68,7 +68,7 @@ def carried(rays: Rays, rows: Array, p: Array) -> Array:
     """How the tangents follow every change but the first two, (2, m - 2, n), for points p (3, n) on the rays."""
     s = np.einsum("in,in->n", p - rays.q, rays.d)
     moved = rays.dq[2:] + s * rays.dd[2:]
-    return -np.einsum("kin,min->kmn", rows, moved)
+    return np.asarray(-np.einsum("kin,min->kmn", rows, moved))
 
 
 def tangent_moves(

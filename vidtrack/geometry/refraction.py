@@ -1,4 +1,4 @@
-"""Light through plane interfaces: the ray that a camera's direction becomes, and the direction in which a point appears.
+"""Light through plane interfaces: the ray that a camera's direction becomes, and where a point appears.
 
 At a plane with normal n, a ray of unit direction d goes on by Snell's law in vector form, r = n1/n2, a = n . d,
 
@@ -45,7 +45,8 @@ def traced(planes: Sequence[Plane], rays: Rays, names: Sequence[str] = ()) -> li
     names   of interface parameters: the changes that follow those which the rays bring along
     """
     own = np.zeros((len(names), *rays.q.shape))
-    rays = rays._replace(dq=np.concatenate([rays.dq, own]), dd=np.concatenate([rays.dd, own]))
+    if names:
+        rays = rays._replace(dq=np.concatenate([rays.dq, own]), dd=np.concatenate([rays.dd, own]))
     path = [rays]
     for plane in planes:
         rays = _refracted(plane, rays, names)
@@ -83,6 +84,13 @@ def _refracted(plane: Plane, rays: Rays, names: Sequence[str]) -> Rays:
                 dd_on[k] += d_ratio * (d - a * n[:, None])
             dd_on[k] += bend * d_normal[:, None]
     return Rays(q_on, d_on, dq_on, dd_on)
+
+
+def paths(through: Sequence[Interface], centre: Array, d: Array) -> list[Rays]:
+    """The rays (3, n) that leave a camera at centre (3,) in directions d (..., 3): in its medium and behind each plane."""
+    d = np.ascontiguousarray(d.reshape(-1, 3).T)
+    none = np.empty((0, *d.shape))
+    return traced(planes_of(through, centre), Rays(np.broadcast_to(centre[:, None], d.shape), d, none, none))
 
 
 def crossed(planes: Sequence[Plane], p: Array) -> Ints:

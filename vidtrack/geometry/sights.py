@@ -13,8 +13,8 @@ needs no inverse distortion; the difference from the exact pixel error is of sec
 Arrays here hold coordinates first, (3, n), and one block at a time, so that all of it stays in the processor's
 cache. Positions are relative to an origin amid the cameras: nothing is lost far from the world's own.
 
-Through interfaces (`geometry.bent`) the measured pixel has its exact ray in the object's medium; the linear answer is the
-point nearest to the rays, and the refinement is linear about them as it is about the lens.
+Through interfaces (`geometry.bent`) the measured pixel has its exact ray in the object's medium; the linear answer is
+the point nearest to the rays, and the refinement is linear about them as it is about the lens.
 """
 
 from __future__ import annotations
