@@ -9,6 +9,7 @@ from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import camera_record, read_camera, write_camera
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.interface import Interface
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 
@@ -64,3 +65,12 @@ def test_a_file_without_a_camera_is_named(text, tmp_path):
     path.write_text(text)
     with pytest.raises(VidtrackError, match=r"camera\.json"):
         read_camera(path)
+
+
+def test_interfaces_come_back_to_the_last_digit(fit, tmp_path):
+    window = Interface("window", np.array([0, 0, 1.0]) / 3, np.array([0.1, 0, 1]), (1.0, 1.49, 1.333), (0.5,))
+    write_camera(tmp_path / "camera.json", fit.camera.with_(through=(window,)), fit.uncertainty, {})
+    back = read_camera(tmp_path / "camera.json").camera.through[0]
+    np.testing.assert_array_equal(back.point, window.point)
+    np.testing.assert_array_equal(back.normal, window.normal)
+    assert (back.name, back.indices, back.thickness) == ("window", window.indices, window.thickness)

@@ -17,7 +17,7 @@ from vidtrack.calibration.one_camera import Judge, NoCamera, Points, better_part
 from vidtrack.calibration.outliers import ENOUGH, LEAST_REDUNDANCY, SMALLEST_SCALE, Mask, limit_for, trusted
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 
 RICHER = ("equidistant", "tsai2", "tsai3", "fisheye", "prism")
 """Lens models beside the plainest one that a camera may need: the first of each kind that a misfit may be taken for."""
@@ -114,7 +114,7 @@ class JudgingCamera:
     def _measured(self, camera: Camera, kept: Mask, scale: float, length: float) -> CameraFit:
         at = derivatives(camera, self.p, self.p[kept].mean(0))
         free = free_parameters(self.model, tuple(self.fixed))
-        J = at.by_parameter[..., [PARAMETERS.index(name) for name in free]]
+        J = at.by_parameter[..., columns(camera, free)]
         e = np.where(self.seen[:, None], self.view.b - at.projected, np.nan)
         A = np.nan_to_num(J[kept]).reshape(-1, len(free))
         size = np.linalg.norm(A, axis=0)

@@ -17,7 +17,7 @@ from vidtrack.calibration.outliers import ENOUGH, SMALLEST_SCALE, Mask, majority
 from vidtrack.calibration.refine import Fit, Uncertainty, best_of, covariances, free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.geometry.lens_terms import LENS_MODELS, RICHEST
 
 RICH_LENS_POINTS = 30
@@ -213,7 +213,7 @@ class Judge:
             raise NoCamera(_NOTHING_FITS)
         self.camera = fit.camera if fit.converged else None
         at = derivatives(fit.camera, self.points.p, fit.uncertainty.pivot)
-        J = at.by_parameter[..., [PARAMETERS.index(name) for name in self.free]]
+        J = at.by_parameter[..., columns(fit.camera, self.free)]
         return studentised(self.points.b - at.projected, J, fitted)
 
 

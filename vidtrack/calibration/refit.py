@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.refine import inverse_root, refine
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
+from vidtrack.geometry.jacobian import columns, derivatives, stepped
 
 Mask = NDArray[np.bool_]
 
@@ -42,7 +42,7 @@ class CameraRefit:
         self.camera, self.p, self.b, self.free, self.survey, self.prior = camera, p, b, free, survey, prior
         self.seen = np.asarray(np.isfinite(b).all(-1))
         self.pivot = p[self.seen].mean(0) if self.seen.any() else np.zeros(3)
-        self.columns = [PARAMETERS.index(name) for name in free]
+        self.columns = columns(camera, free)
         at = derivatives(camera, p, self.pivot)
         self.seen &= np.isfinite(at.projected).all(-1)
         left = (b - at.projected)[self.seen]

@@ -13,6 +13,7 @@ from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.jacobian import position_covariance
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS
 from vidtrack.geometry.projection import Projection
@@ -55,6 +56,8 @@ def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mappin
         own["projection"] = camera.projection
     own |= {"R": camera.R.tolist(), "T": camera.T.tolist(), "det_R": float(np.linalg.det(camera.R))}
     own["position"] = camera.position.tolist()
+    if camera.through:
+        own["through"] = [_interface_record(interface) for interface in camera.through]
     if uncertainty is not None:
         own |= _uncertainty_record(uncertainty)
         known = uncertainty.names, uncertainty.pivot, uncertainty.covariance
@@ -82,14 +85,16 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
     """The camera at `path` and all that was written with it; VidtrackError where it holds no camera."""
     record = read_json(path)
     try:
+        scalars: dict[str, Any] = {name: float(record[name]) for name in SCALARS}
+        scalars |= {name: float(record.get(name, 0.0)) for name in RICHER}
         camera = Camera(
-            **{name: float(record[name]) for name in SCALARS},
-            **{name: float(record.get(name, 0.0)) for name in RICHER},
+            **scalars,
             R=_array(record, "R", (3, 3)),
             T=_array(record, "T", (3,)),
             image_size=(int(record["image_size"][0]), int(record["image_size"][1])),
             projection=_projection(record),
             name=str(record.get("camera", "")),
+            through=tuple(_interface(own) for own in record.get("through", ())),
         )
         uncertainty = _uncertainty(record.get("uncertainty"))
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
@@ -97,6 +102,22 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
             f"{path}: holds no camera ({str(error)[:120]}). Delete the file and run again, or correct the value."
         ) from None
     return Calibrated(camera, uncertainty, record)
+
+
+def _interface_record(interface: Interface) -> dict[str, Any]:
+    return {
+        "name": interface.name,
+        "point": interface.point.tolist(),
+        "normal": interface.normal.tolist(),
+        "thickness": list(interface.thickness),
+        "indices": list(interface.indices),
+    }
+
+
+def _interface(record: Mapping[str, Any]) -> Interface:
+    indices, thickness = (tuple(float(v) for v in record[key]) for key in ("indices", "thickness"))
+    point, normal = _array(record, "point", (3,)), _array(record, "normal", (3,))
+    return Interface(str(record["name"]), point, normal, indices, thickness)
 
 
 def _array(record: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> Array:

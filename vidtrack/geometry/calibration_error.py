@@ -105,8 +105,8 @@ def by_parameter(
 ) -> Array:
     """How the tangents u, v at which a camera sees points p (3, n) follow its parameters: (2, k, n).
 
-    p and pivot (3,) are relative to the origin (3,) of the sight, by default that of the world. Finite, but of no meaning,
-    where the sight is not used.
+    p and pivot (3,) are relative to the origin (3,) of the sight, by default that of the world. Finite, but of no
+    meaning, where the sight is not used.
     """
     u, v = s.uv
     X, Y = s.d

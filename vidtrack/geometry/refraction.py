@@ -87,7 +87,7 @@ def _refracted(plane: Plane, rays: Rays, names: Sequence[str]) -> Rays:
 
 
 def paths(through: Sequence[Interface], centre: Array, d: Array) -> list[Rays]:
-    """The rays (3, n) that leave a camera at centre (3,) in directions d (..., 3): in its medium and behind each plane."""
+    """The rays (3, n) that leave a camera at centre (3,) in directions d (..., 3): from it and behind each plane."""
     d = np.ascontiguousarray(d.reshape(-1, 3).T)
     none = np.empty((0, *d.shape))
     return traced(planes_of(through, centre), Rays(np.broadcast_to(centre[:, None], d.shape), d, none, none))

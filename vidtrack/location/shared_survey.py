@@ -20,7 +20,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 
 
 class Survey(NamedTuple):
@@ -60,7 +60,7 @@ def joint_covariance(
 def _by_surveyed_point(camera: Camera, uncertainty: CameraUncertainty, survey: Survey) -> Array:
     """F (n, k, 3): how the freed parameters follow each surveyed point."""
     at = derivatives(camera, survey.p, uncertainty.pivot)
-    J = np.nan_to_num(at.by_parameter[..., [PARAMETERS.index(name) for name in uncertainty.names]])
+    J = np.nan_to_num(at.by_parameter[..., columns(camera, uncertainty.names)])
     P = np.nan_to_num(at.by_point)
     sight = survey.sd**2 * np.eye(2) + P @ np.swapaxes(P, -1, -2) * (survey.sigma**2)[:, None, None]
     JW = np.swapaxes(J, -1, -2) @ np.linalg.inv(sight)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.geometry.triangulate import Located, locate_points
 
 MOST = 400
@@ -199,9 +199,9 @@ def _calibration(
     parts, blocks = [np.zeros((*system.e.shape, 0))], [np.zeros((0, 0))]
     for i, (camera, known) in enumerate(zip(cameras, uncertainties, strict=True)):
         if known is not None:
-            which = [PARAMETERS.index(name) for name in known.names]
-            columns = np.nan_to_num(derivatives(camera, p, known.pivot).by_parameter[..., which])
-            parts.append(_through(system, i, columns))
+            which = columns(camera, known.names)
+            moved = np.nan_to_num(derivatives(camera, p, known.pivot).by_parameter[..., which])
+            parts.append(_through(system, i, moved))
             blocks.append(np.asarray(known.covariance, float))
     A = np.concatenate(parts, -1)
     if joint is not None:
@@ -236,8 +236,8 @@ def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Arra
     for i, camera in enumerate(cameras):
         turn = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter[..., :3])
         late = np.nan_to_num(velocity[i])[..., None]
-        for kind, columns in (("turned", turn), ("late", late)):
-            X = _through(system, i, columns).reshape(e.size, -1)
+        for kind, follows in (("turned", turn), ("late", late)):
+            X = _through(system, i, follows).reshape(e.size, -1)
             S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X)
             g = X.T @ e - X.T @ AL @ np.linalg.solve(N, AL.T @ e)
             if kind == "turned":
@@ -248,7 +248,7 @@ def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Arra
             spread = (
                 float(np.sqrt(np.maximum(x @ inverse @ x, 0.0))) / size * max((before - gain) / expected, 1.0) ** 0.5
             )
-            moved = np.einsum("nij,nj->ni", system.G, _whitened(system, i, columns @ x))
+            moved = np.einsum("nij,nj->ni", system.G, _whitened(system, i, follows @ x))
             ratio = float(np.sqrt((moved**2).sum(-1).mean() / system.sigma2.mean()))
             amount, unit = (size, 180 / np.pi) if kind == "turned" else (float(x[0]), 1.0)
             share = min(gain / max(before - expected, gain, 1e-300), 1.0)

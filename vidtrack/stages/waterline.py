@@ -15,7 +15,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.shore.run_up import run_up
 from vidtrack.shore.transect import Transect, along_transect_sd, sampling_map, transect
 from vidtrack.shore.waterline import water_edge
@@ -140,7 +140,7 @@ def _calibration_sd(camera: Camera, line: Transect, uncertainty: CameraUncertain
     """Standard deviation (n,), world units, along the transect, of what the camera's calibration leaves open."""
     if uncertainty is None:
         return np.zeros(len(line.s))
-    which = [PARAMETERS.index(name) for name in uncertainty.names]
+    which = columns(camera, uncertainty.names)
     J = derivatives(camera, line.p, uncertainty.pivot).by_parameter[..., which]
     return along_transect_sd(line, J @ uncertainty.covariance @ np.swapaxes(J, -1, -2))
 
