@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from vidtrack.arranging.inventory import Recording
+from vidtrack.naming import chapter_of
 
 CAMERA = re.compile(
     r"(cam(era)?|kamera|gopro|view|c|k|v)[ _-]?\d+|(cam(era)?|kamera)[ _-]?[a-z]+|left|right|top|bottom|front|back|rear"
@@ -78,13 +79,13 @@ def arranged(recordings: Sequence[Recording], wishes: Wishes = NO_WISHES) -> Arr
     if not recordings:
         return Arrangement([], [], [], [])
     notes: list[str] = []
-    others = [r for r in recordings if _as_laid_out(r) is None]
+    others = [r for r in recordings if as_laid_out(r) is None]
     guess = _guess(others, notes) if others else None
     cameras: dict[str, None] = {}
     takes: dict[tuple[str, str], dict[str, Recording]] = defaultdict(dict)
     left: list[tuple[Recording, str]] = []
-    for recording in sorted(recordings, key=lambda r: _as_laid_out(r) is None):
-        laid = _as_laid_out(recording)
+    for recording in sorted(recordings, key=lambda r: as_laid_out(r) is None):
+        laid = as_laid_out(recording)
         camera, words = laid or (guess(recording) if guess else ("", []))
         camera = _wished(recording, wishes.cameras) or camera
         clip, run = _wished(recording, wishes.clips), _wished(recording, wishes.runs)
@@ -100,13 +101,15 @@ def arranged(recordings: Sequence[Recording], wishes: Wishes = NO_WISHES) -> Arr
     return Arrangement(sorted(cameras), ordered, left, notes)
 
 
-def _as_laid_out(recording: Recording) -> tuple[str, list[str]] | None:
+def as_laid_out(recording: Recording) -> tuple[str, list[str]] | None:
     """The camera and the take of a recording that lies where an experiment folder has it."""
     parts = recording.path.split(os.sep)
     several = len(recording.parts) > 1
-    if parts[0] not in ("calibration", "runs") or len(parts) != (4 if several else 3):
+    if parts[0] not in ("calibration", "runs") or len(parts) not in ((3, 4) if several else (3,)):
         return None
-    camera = parts[2] if several else os.path.splitext(parts[2])[0]
+    camera = parts[2] if len(parts) == 4 else os.path.splitext(parts[2])[0]
+    if several and len(parts) == 3:  # cam1_1.mov, cam1_2.mov
+        camera = re.sub(r"[ _.\-(]{1,3}\d{1,12}\)?$", "", camera)
     return (camera, parts[:2]) if camera == clean(camera) and parts[1] == clean(parts[1]) else None
 
 
@@ -138,8 +141,10 @@ def _parts(recording: Recording) -> list[str]:
     stem = os.path.splitext(name)[0]
     if recording.kind == "pictures":
         stem = re.sub(r"\d+$", "", stem)
-    if recording.kind == "chapters":
-        stem = stem[:2] + stem[4:]
+    if chapter := chapter_of(name):
+        stem = f"G{chapter[0]}"
+    elif recording.kind == "chapters":
+        stem = _without_counter([os.path.splitext(os.path.basename(part))[0] for part in recording.parts]) or stem
     words = [w for w in re.split(r"[ _.\-]+", stem) if w]
     joined: list[str] = []
     for word in words:  # camera_2 is one word, run 1 too
@@ -149,6 +154,20 @@ def _parts(recording: Recording) -> list[str]:
         else:
             joined.append(word)
     return [*(folder.split(os.sep) if folder else []), *joined]
+
+
+def _without_counter(stems: Sequence[str]) -> str:
+    """What the names of a recording's parts have in common, without the number that counts them from 0 or 1 on."""
+    pieces = [re.split(r"(\d+)", stem) for stem in stems]
+    if len({len(own) for own in pieces}) > 1:
+        return ""
+    first = pieces[0]
+    for k in range(len(first) - 2, 0, -2):  # the last number that counts
+        own = [int(piece[k]) for piece in pieces]
+        if own[0] in (0, 1) and own == list(range(own[0], own[0] + len(own))):
+            rest = "".join([*first[:k], *first[k + 1 :]])
+            return re.sub(r"[ _.\-(]*(part|teil|chapter|chap|reel|pt)?[ _.\-()]*$", "", rest, flags=re.IGNORECASE)
+    return ""
 
 
 def _without(parts: Sequence[str], at: int) -> tuple[str, list[str]] | None:

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from vidtrack.arranging.arrangement import Arrangement, Take
+from vidtrack.arranging.arrangement import Arrangement, Take, as_laid_out
 from vidtrack.arranging.inventory import Recording
 from vidtrack.files.atomic import replacing
 from vidtrack.settings.commented import commented_config
@@ -42,6 +42,8 @@ def home(take: Take, camera: str) -> str:
     recording = take.recordings[camera]
     folder = os.path.join("calibration" if take.kind == "calibration" else "runs", take.name, camera)
     if len(recording.parts) > 1:
+        if as_laid_out(recording) == (camera, folder.split(os.sep)[:2]):
+            return recording.path
         return os.path.join(folder, os.path.basename(recording.path))
     return folder + os.path.splitext(recording.path)[1]
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from vidtrack.files.beside import LITTER, is_recording
+from vidtrack.naming import chapter_of, in_order
 
 OUTPUT = frozenset({"results", ".snakemake", "sensitivity"})
 """Folders of an experiment that hold no recordings."""
@@ -18,7 +19,6 @@ PICTURES = frozenset("bmp jpeg jpg jp2 png pgm ppm tif tiff heic heif webp".spli
 SEQUENCE = 5
 """Pictures in one folder that differ by a number alone, at least, to be one recording."""
 
-_GOPRO = re.compile(r"G([HXL])(\d\d)(\d{4})\.mp4", re.IGNORECASE)
 _NUMBERED = re.compile(r"(.*?)(\d+)(\.[^.]+)")
 
 
@@ -67,7 +67,7 @@ def joined(names: Iterable[str], place: str = "") -> list[Recording]:
         if key[0] == "pictures" and len(own) < SEQUENCE:
             found += [_recording(place, [name], "still") for name in own]
         elif key[0] == "chapters" and len(own) > 1:
-            found.append(_recording(place, sorted(own), "chapters"))
+            found.append(_recording(place, in_order(own), "chapters"))
         elif key[0] == "pictures":
             ordered = sorted(own, key=lambda n: (len(n), n))
             found.append(_recording(place, ordered, "pictures"))
@@ -77,8 +77,8 @@ def joined(names: Iterable[str], place: str = "") -> list[Recording]:
 
 
 def _group(name: str) -> tuple[str, ...]:
-    if chapter := _GOPRO.fullmatch(name):
-        return "chapters", chapter[1].lower(), chapter[3]
+    if chapter := chapter_of(name):
+        return "chapters", name[:2].lower().replace("go", "gp"), chapter[0]
     numbered = _NUMBERED.fullmatch(name) if _is_picture(name) else None
     if numbered:
         return "pictures", numbered[1], numbered[3].lower()

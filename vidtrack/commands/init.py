@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +14,7 @@ from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
     from vidtrack.arranging.arrangement import Arrangement
+    from vidtrack.arranging.inventory import Recording
 
 UNITS = ("m", "cm", "mm", "in", "ft")
 
@@ -48,6 +51,8 @@ class _Named(click.ParamType[tuple[str, str]]):
 @click.option("--camera", "cameras", multiple=True, type=_Named(), help="Recordings of one camera: NAME=PATTERN.")
 @click.option("--clip", "clips", multiple=True, type=_Named(), help="Recordings of a calibration clip: NAME=PATTERN.")
 @click.option("--run", "runs", multiple=True, type=_Named(), help="Recordings of a run: NAME=PATTERN.")
+@click.option("--join", "join", multiple=True, metavar="PATTERN", help="Files that are one recording: 'swim_?.mp4'.")
+@click.option("--no-join", is_flag=True, help="Take every file for a recording of its own.")
 @click.option("--dry-run", is_flag=True, help="Show what is proposed, and write nothing.")
 @click.option("--yes", is_flag=True, help="Ask nothing: take what is proposed.")
 def command(
@@ -57,13 +62,16 @@ def command(
     cameras: tuple[tuple[str, str], ...],
     clips: tuple[tuple[str, str], ...],
     runs: tuple[tuple[str, str], ...],
+    join: tuple[str, ...],
+    no_join: bool,
     dry_run: bool,
     yes: bool,
 ) -> int:
     """Look through FOLDER and propose cameras, calibration clips and runs; write config.yaml and points.csv.
 
     Recordings may lie in any arrangement: a folder for each camera or test, or all in one place with camera and test
-    in their names. Nothing is overwritten.
+    in their names. Files that one recording was split into are joined where their time stamps, time code or times of
+    creation run on. Nothing is overwritten.
     """
     from vidtrack.arranging.arrangement import Wishes, arranged
     from vidtrack.arranging.folder import home, write_folder
@@ -71,13 +79,15 @@ def command(
 
     if not os.path.isdir(folder):
         raise VidtrackError(f"{folder}: no such folder. Make it, and put the recordings there.")
-    found = arranged(recordings_in(folder), Wishes(cameras, clips, runs))
+    asks = sys.stdin.isatty() and not yes
+    recordings, notes = with_parts_joined(folder, recordings_in(folder), join, asks, not no_join)
+    found = arranged(recordings, Wishes(cameras, clips, runs))
+    found.notes.extend(notes)
     if not found.cameras:
         raise VidtrackError(f"{folder}: no recording in it or in its folders. Put the videos there, and call again.")
     show(found)
     if dry_run:
         return 0
-    asks = sys.stdin.isatty() and not yes
     if units is None:
         if not asks:
             raise VidtrackError(f"the unit of lengths is not known. Give it: --units {'|'.join(UNITS)}")
@@ -101,6 +111,32 @@ def command(
     for line in still_to_do(folder, found, how or "leave"):
         click.echo(f"to do: {line}")
     return 0
+
+
+def with_parts_joined(
+    folder: str, recordings: list[Recording], join: Sequence[str], asks: bool, look: bool
+) -> tuple[list[Recording], list[str]]:
+    """The recordings with the parts of one as one, and a note for each series; asked about where nothing shows it."""
+    from vidtrack.arranging.continuation import facts_of, joined_where, series_among, wished_together
+
+    notes: list[str] = []
+    if join:
+        recordings = joined_where(recordings, wished_together(recordings, join))
+    chosen = []
+    for series in series_among(recordings, lambda path: facts_of(os.path.join(folder, path))) if look else ():
+        names = ", ".join(recording.path for recording in series.recordings)
+        if series.goes_on:
+            notes.append(f"{names}: taken for one recording, by {series.why}; with --no-join each is one of its own")
+            chosen.append(series.recordings)
+        elif asks and click.confirm(f"{names}: are these parts of one recording?", default=False):
+            chosen.append(series.recordings)
+        elif not asks:
+            pattern = re.sub(r"\d+(?=\D*$)", "*", os.path.splitext(os.path.basename(series.recordings[0].path))[0])
+            notes.append(
+                f"{names}: may be parts of one recording, but nothing in them shows it; each is taken for one of its "
+                f"own. If they belong together: --join '{pattern}{os.path.splitext(series.recordings[0].path)[1]}'"
+            )
+    return joined_where(recordings, chosen), notes
 
 
 def show(found: Arrangement) -> None:
