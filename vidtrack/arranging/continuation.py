@@ -41,7 +41,8 @@ LIMITS = Limits()
 _PART = re.compile(r"(part|teil|chapter|chap|reel|pt)[ _.-]*\d+\)?$", re.IGNORECASE)
 """Names that say that a file is a part of a recording."""
 
-_STAMP = re.compile(r"(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)[ T_.-]{0,2}([0-2]\d)[-_.:h]?([0-5]\d)[-_.:m]?([0-5]\d)(?!\d)")
+_DAY, _CLOCK = r"(20\d\d)[-_.]?([01]\d)[-_.]?([0-3]\d)", r"([0-2]\d)[-_.:h]?([0-5]\d)[-_.:m]?([0-5]\d)(?!\d)"
+_STAMP = re.compile(_DAY + "[ T_.-]{0,2}" + _CLOCK)
 """A date and a time of day in a name."""
 
 
