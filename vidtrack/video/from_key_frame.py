@@ -22,7 +22,7 @@ class Decoder:
         self._path, self._colour = path, colour
         self._container = open_container(path)
         self._stream, _ = picture_stream(self._container, path, number)
-        self._stream.codec_context.thread_count = 0  # somebody waits: all cores
+        self._stream.codec_context.thread_count = 0  # a person waits: all cores
         self._stream.codec_context.thread_type = "AUTO"
         if stamp is not None:
             self._container.seek(stamp, stream=self._stream, backward=True)

@@ -48,7 +48,7 @@ GiveUp = Callable[[], bool]
 
 
 def never() -> bool:
-    """Somebody waits for the picture."""
+    """The picture is wanted until it is there."""
     return False
 
 

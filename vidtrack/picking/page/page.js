@@ -10,8 +10,8 @@ async function ask(path, given) {
     : { method: "POST", headers: { "X-Token": token, "Content-Type": "application/json" }, body: JSON.stringify(given) };
   const answer = await fetch(path, options);
   if (!answer.ok) {
-    const told = await answer.json().catch(() => ({ problem: answer.statusText }));
-    throw Object.assign(new Error(told.problem), { status: answer.status });
+    const said = await answer.json().catch(() => ({ problem: answer.statusText }));
+    throw Object.assign(new Error(said.problem), { status: answer.status });
   }
   return answer.headers.get("Content-Type").startsWith("image/") ? createImageBitmap(await answer.blob()) : answer.json();
 }
