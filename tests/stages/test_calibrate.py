@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera, write_camera
-from vidtrack.files.records import write_png
+from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import rotation_from_vector
@@ -491,6 +491,7 @@ def test_plain_tsai_warns_where_a_wall_of_glass_bends_the_light():
 def test_the_job_writes_what_the_contract_promises(tmp_path):
     write_parquet(tmp_path / "sightings.parquet", sightings(thesis_rig(1)[0]), units="in", provenance={})
     write_png(tmp_path / "picture.png", np.zeros((480, 512), np.uint8))
+    write_json(tmp_path / "labelling.json", {"found": 64}, {})
     outputs = {name: str(tmp_path / name) for name in ("points.parquet", "camera.json", "search.parquet")}
     order = Job(
         settings={
@@ -505,7 +506,11 @@ def test_the_job_writes_what_the_contract_promises(tmp_path):
             "prior": {},
             "sigma": 0.0,
         },
-        inputs={"sightings": str(tmp_path / "sightings.parquet"), "picture": str(tmp_path / "picture.png")},
+        inputs={
+            "sightings": str(tmp_path / "sightings.parquet"),
+            "picture": str(tmp_path / "picture.png"),
+            "labelling": str(tmp_path / "labelling.json"),
+        },
         outputs={name.split(".")[0]: path for name, path in outputs.items()},
         provenance={"vidtrack": "test"},
     )

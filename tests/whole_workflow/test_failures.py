@@ -86,3 +86,27 @@ def test_a_calibration_that_fails_is_told_of_the_runs_that_use_it(laboratory):
     assert said["calibration"]["verdict"] == "failed"
     assert {own["verdict"] for own in said["runs"].values()} <= {"bad", "failed"}
     assert "Traceback" not in answer.stdout + answer.stderr
+
+
+def test_a_camera_whose_points_cannot_be_named_costs_that_camera(laboratory):
+    for after in ("calibration", "calibration_after"):
+        shutil.rmtree(laboratory / "results" / after, ignore_errors=True)
+    picks = next(laboratory.glob("calibration/*/picks.csv"))
+    clip, tags = picks.parent.name, [row.split(",") for row in picks.read_text().splitlines()]
+    where = tags[0].index("camera"), tags[0].index("Xf")
+    for row in tags[1:]:
+        if row[where[0]] == "cam2":
+            row[where[1]] = "99999"
+    picks.write_text("".join(",".join(row) + "\n" for row in tags))
+    answer = snakemake(laboratory)
+    assert answer.returncode == 1
+    said = verdict(laboratory)["calibration"]["cameras"]
+    assert said["cam1"]["verdict"] != "failed"
+    assert (laboratory / "results/calibration/cam1/camera.json").exists()
+    assert said["cam2"]["verdict"] == "failed"
+    texts = [reason["text"] for reason in said["cam2"]["reasons"]]
+    assert f"calibration/{clip}/picks.csv, line" in texts[0]
+    assert "outside the picture" in texts[0]
+    assert len(texts) == len(set(texts))
+    assert "outside the picture" in (laboratory / "results/report.html").read_text()
+    assert "outside the picture" in answer.stdout + answer.stderr

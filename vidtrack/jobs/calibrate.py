@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 from vidtrack.files.camera_json import write_camera
+from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, read_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.stages.calibrate import calibrate
@@ -12,7 +13,11 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Inputs sightings, picture, and where several cameras are calibrated survey; outputs points, camera, search."""
+    """Inputs sightings, labelling, picture, and where several cameras are calibrated survey.
+
+    Outputs points, camera, search.
+    """
+    read_labelling(job.path("labelling"))
     settings = {name: value for name, value in job.settings.items() if name != "units"}
     height, width = read_png(job.path("picture")).shape[:2]
     done = calibrate(

@@ -1,9 +1,14 @@
-"""Job calibration_points: a camera's clips, the survey and the picks in; sightings, a picture and the account out."""
+"""Job calibration_points: a camera's clips, the survey and the picks in; sightings, a picture and the record out.
+
+Where a camera's points cannot be found or named, the job ends well all the same, with no sightings and the reasons in
+its record: the survey is then judged by the other cameras, which are calibrated, and whatever needs this camera fails
+with those reasons (`files.labelling_json`).
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
@@ -11,11 +16,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from vidtrack.errors import VidtrackError
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
-from vidtrack.findings import as_records
+from vidtrack.findings import Finding, as_records
 from vidtrack.progress import Progress
-from vidtrack.stages.calibration_points import Sightings, calibration_points
+from vidtrack.stages.calibration_points import Sightings, calibration_points, no_sightings
 from vidtrack.steadiness.clips import clip_findings, clip_movements
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
@@ -32,6 +38,23 @@ def run(job: Job) -> None:
 
     Input before, optional: the sightings of the clips from before the test, to name those from after it.
     """
+    try:
+        _label(job)
+    except VidtrackError as error:
+        _write_nothing(job, error.problems)
+
+
+def _write_nothing(job: Job, problems: Sequence[str]) -> None:
+    """No sightings, a black pixel for each picture, and why."""
+    units, provenance = job.settings.get("units", ""), job.provenance
+    write_parquet(job.outputs["sightings"], no_sightings(), units=units, provenance=provenance)
+    write_png(job.outputs["picture"], np.zeros((1, 1), np.uint8))
+    write_png(job.outputs["background"], np.zeros((1, 1), np.uint16))
+    findings = [Finding("failed", "calibration_points-failed", problem) for problem in problems]
+    write_json(job.outputs["record"], {"failed": list(problems), "findings": as_records(findings)}, provenance)
+
+
+def _label(job: Job) -> None:
     camera, clips = job.settings["camera"], job.settings["clips"]
     points = read_points(job.path("points"), job.settings.get("units", ""))
     picks = _picks(job)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
+from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
@@ -121,7 +122,7 @@ def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
     sizes   of the calibration's pictures, where the labelling says nothing of them
     """
     names, crops = job.settings["cameras"], job.settings.get("crop") or {}
-    clips = {n: read_json(path).get("pictures") for n, path in zip(names, job.paths("labelling"), strict=False)}
+    clips = {n: read_labelling(path).get("pictures") for n, path in zip(names, job.paths("labelling"), strict=False)}
     runs = {n: read_json(path).get("video") for n, path in zip(names, job.paths("readings"), strict=False)}
     pictures = {}
     for name, run in runs.items():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidtrack.files.camera_json import read_camera
+from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import GREY_LEVEL, read_json, read_png, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import camera_from_world
@@ -48,7 +49,7 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
     background = Background(course, picture, reading["background"]["block"], (video.width, video.height))
     if i >= len(job.paths("labelling")):
         return background._replace(per_px=job.settings.get("scale"))
-    labelling = read_json(job.paths("labelling")[i])
+    labelling = read_labelling(job.paths("labelling")[i])
     sightings = read_parquet(job.paths("sightings")[i])
     part = _shown(labelling, video, (job.settings.get("crop") or {}).get(name), name, where)
     background = background._replace(window=part, calibration=_calibration(job, i, labelling, sightings))

@@ -10,7 +10,8 @@ import numpy as np
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import PROFILE
-from vidtrack.files.records import read_json, write_json
+from vidtrack.files.labelling_json import read_labelling
+from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 from vidtrack.findings import as_records
@@ -32,7 +33,7 @@ def run(job: Job) -> None:
     order = job.settings
     where = f"config.yaml: runs.{order['run']}.waterline"
     calibrated = read_camera(job.path("camera"))
-    known = read_json(job.path("labelling")).get("pictures") if job.paths("labelling") else None
+    known = read_labelling(job.path("labelling")).get("pictures") if job.paths("labelling") else None
     clip = picture_from_record(next(iter(known.values()))) if known else Picture(*calibrated.camera.image_size)
     with open_video(job.path("video"), threads=job.threads, **order.get("recording", {})) as video:
         found = find_time(job.path("video"), video.info, start_timecode=order.get("start_timecode"))

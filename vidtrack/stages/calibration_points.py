@@ -96,6 +96,13 @@ def calibration_points(
     return Sightings(rows.drop(columns="tremble"), composite(shots.values()), means, record, tuple(findings))
 
 
+def no_sightings() -> pd.DataFrame:
+    """The table of a camera of which nothing could be labelled: no rows."""
+    kinds = {"clip": str, "tag": str, "pixels": int, "frames": int, "found": bool, "reason": str}
+    names = ["clip", "tag", "x", "y", "z", "sigma", "Xf", "Yf", "pixels", "frames", "sd_x", "sd_y", "found", "reason"]
+    return pd.DataFrame({name: pd.Series(dtype=kinds.get(name, float)) for name in names})
+
+
 def _shown_tags(
     points: pd.DataFrame, clips: Mapping[str, Any], tags: Mapping[str, Sequence[str]] | None
 ) -> dict[str, list[str]]:

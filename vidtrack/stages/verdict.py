@@ -111,7 +111,7 @@ def _failures(results: Results, camera: str | None) -> list[Finding]:
         finding
         for failure in results.failures
         if failure["rule"] in CALIBRATING and (failure["parts"][-1] if len(failure["parts"]) > 1 else None) == camera
-        for finding in collected(failure)
+        for finding in collected(failure, camera or "")
     ]
 
 

@@ -28,8 +28,12 @@ class Judgement:
 
 
 def judged(findings: Iterable[Finding]) -> Judgement:
-    """The judgement that findings amount to: the word of the worst; good where none is more than a note."""
-    ordered = worst_first(dict.fromkeys(findings))
+    """The judgement that findings amount to: the word of the worst; good where none is more than a note.
+
+    What two jobs say in the same words is said once.
+    """
+    once = {(finding.level, finding.text): finding for finding in reversed(list(findings))}
+    ordered = worst_first(reversed(once.values()))
     reasons = tuple(finding for finding in ordered if finding.level != "note")
     notes = tuple(finding for finding in ordered if finding.level == "note")
     word: Word = reasons[0].level if reasons and reasons[0].level != "note" else "good"

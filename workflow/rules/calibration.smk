@@ -137,6 +137,7 @@ rule calibrate:
             )
         ),
         sightings=results(f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet"),
+        labelling=results(f"{RESULTS}/{{set}}/{{camera}}/labelling.json"),
         picture=results(f"{RESULTS}/{{set}}/{{camera}}/picture.png"),
     output:
         points=f"{RESULTS}/{{set}}/{{camera}}/points.parquet",
@@ -156,7 +157,8 @@ rule calibrate:
         "Calibrating {wildcards.camera}"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack calibrate --account {output.account:q} --log {log:q}"
-        " --input sightings {input.sightings:q} --input picture {input.picture:q} --input survey {input.survey:q}"
+        " --input sightings {input.sightings:q} --input labelling {input.labelling:q}"
+        " --input picture {input.picture:q} --input survey {input.survey:q}"
         " --output points {output.points:q} --output camera {output.camera:q} --output search {output.search:q}"
 
 
