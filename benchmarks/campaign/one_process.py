@@ -112,19 +112,36 @@ class _Jobs:
                 "calibration",
                 camera,
             )
-            if camera in needed:
-                self._do(
-                    "calibrate",
-                    orders.calibrate(settings, camera),
-                    {"sightings": f"{folder}/{camera}/sightings.parquet", "picture": f"{folder}/{camera}/picture.png"},
-                    {
-                        "points": f"{folder}/{camera}/points.parquet",
-                        "camera": f"{folder}/{camera}/{'alone' if bundled else 'camera'}.json",
-                        "search": f"{folder}/{camera}/search.parquet",
-                    },
-                    "calibration",
-                    camera,
-                )
+        judged = f"{folder}/survey.json"
+        if len(needed) > 1:
+            self._do(
+                "survey",
+                orders.survey(settings, needed),
+                {
+                    "sightings": [f"{folder}/{c}/sightings.parquet" for c in needed],
+                    "pictures": [f"{folder}/{c}/picture.png" for c in needed],
+                },
+                {"record": judged},
+                "calibration",
+            )
+        for camera in needed:
+            self._do(
+                "calibrate",
+                orders.calibrate(settings, camera),
+                {
+                    "survey": judged if len(needed) > 1 else [],
+                    "sightings": f"{folder}/{camera}/sightings.parquet",
+                    "labelling": f"{folder}/{camera}/labelling.json",
+                    "picture": f"{folder}/{camera}/picture.png",
+                },
+                {
+                    "points": f"{folder}/{camera}/points.parquet",
+                    "camera": f"{folder}/{camera}/{'alone' if bundled else 'camera'}.json",
+                    "search": f"{folder}/{camera}/search.parquet",
+                },
+                "calibration",
+                camera,
+            )
         if needed:
             self._do(
                 "back_project",

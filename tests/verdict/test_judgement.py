@@ -21,7 +21,8 @@ def test_the_word_is_that_of_the_worst_reason_and_reasons_come_worst_first(found
     levels = [LEVELS.index(reason.level) for reason in judgement.reasons]
     assert levels == sorted(levels, reverse=True)
     assert judgement.verdict == (judgement.reasons[0].level if judgement.reasons else "good")
-    assert set(judgement.reasons) | set(judgement.notes) == set(found)
+    said = {(finding.level, finding.text) for finding in (*judgement.reasons, *judgement.notes)}
+    assert said == {(finding.level, finding.text) for finding in found}
     assert "note" not in {reason.level for reason in judgement.reasons}
 
 
