@@ -33,6 +33,11 @@ def test_two_rows_of_a_target_at_one_moment_are_refused():
         series(pd.concat([table, table.iloc[:1]]))
 
 
+def test_rows_at_moments_that_are_not_wanted_are_refused_and_not_dropped():
+    with pytest.raises(VidtrackError, match=r"at moments that trajectories\.parquet lacks"):
+        series(trajectories(), "target", times(60)[:30])
+
+
 def test_a_table_without_rows_has_no_moments():
     s = series(trajectories(names=()))
     assert s.time.shape == (0,)

@@ -68,7 +68,7 @@ def mot(own):
 
 def test_motions_of_bodies_are_in_metres_and_degrees():
     header, names, values = mot(run())
-    assert (header["nRows"], header["nColumns"], header["inDegrees"]) == ("59", "7", "yes")
+    assert (header["nRows"], header["nColumns"], header["inDegrees"]) == ("54", "7", "yes")
     assert names == ["time", "float_tx", "float_ty", "float_tz", "float_roll", "float_pitch", "float_yaw"]
     own = bodies().dropna(subset="x")
     np.testing.assert_allclose(values[:, 1:4], own[["x", "y", "z"]] * 0.0254, rtol=1e-15)
@@ -82,7 +82,7 @@ def test_a_body_missing_beside_another_is_nan_and_a_moment_without_any_has_no_ro
     )
     own = run(tables={"bodies": table})
     _, _, values = mot(own)
-    assert len(values) == 59
+    assert len(values) == 54
     assert np.isnan(values[8, 1:7]).all()
     assert np.isfinite(values[8, 7:]).all()
     assert write_mot(own).notes == ["1 moments at which no body is located have no row"]

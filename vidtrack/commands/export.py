@@ -79,7 +79,7 @@ def _known(name: str) -> str:
 def _all(settings: Settings, experiment: Experiment, names: list[str], only: tuple[str, ...]) -> Made:
     """Everything in memory before anything is written: what cannot be written leaves nothing half done."""
     from vidtrack.exchange.formats import FORMATS, places, written
-    from vidtrack.exchange.results import layout_of, read_run, result_paths
+    from vidtrack.exchange.results import axes_of, layout_of, read_run, result_paths
     from vidtrack.naming import did_you_mean
 
     for run in only:
@@ -95,10 +95,9 @@ def _all(settings: Settings, experiment: Experiment, names: list[str], only: tup
             if lacking := FORMATS[name].lacking(layout):
                 reasons.append(f"run {run} cannot be written as {name}: {lacking}.")
                 continue
-            own = settings.runs.get(run)
-            axes = own.axes.model_dump() if own and own.axes else None
+            axes = axes_of(settings, run)
             paths = result_paths(experiment.results, FORMATS[name], layout)
-            answer = written(name, read_run(paths, run, settings.units, axes))
+            answer = written(name, read_run(paths, run, settings.units, axes, layout.mode))
             made.append((os.path.join(experiment.results, "runs", run, "export"), places(name, layout), answer))
         if reasons and (only or len(reasons) == len(experiment.runs)):
             raise VidtrackError(*reasons)

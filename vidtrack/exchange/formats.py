@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vidtrack.exchange import c3d, opensim, plain
+from vidtrack.exchange import c3d, matlab, netcdf, openfast, opensim, plain, qtm
 from vidtrack.exchange.measured import Run, Written
 from vidtrack.exchange.plain import EXPORTED
 
@@ -67,10 +67,19 @@ def _tables(ending: str) -> Callable[[Layout], list[str]]:
     return files
 
 
+def _qtm(layout: Layout) -> list[str]:
+    return _named(*(["_6D.tsv"] if layout.bodies else []), "_3D.tsv", "_qtm.mat")(layout)
+
+
 FORMATS: dict[str, Format] = {
     "csv": Format(plain.write_csv, _tables(".csv"), EXPORTED, ()),
     "parquet": Format(plain.write_parquet, _tables(".parquet"), EXPORTED, ()),
     "c3d": Format(c3d.write, _named(".c3d")),
+    "netcdf": Format(netcdf.write, _named(".nc"), EXPORTED, ()),
+    "mat": Format(matlab.write, _named(".mat"), EXPORTED, ()),
+    "qtm": Format(qtm.write, _qtm, ("trajectories", "bodies")),
+    "openfast": Format(openfast.write_openfast, _named(".out"), ("bodies", "motions"), ("space", "bodies")),
+    "wecsim": Format(openfast.write_wecsim, _named("_wecsim.mat"), ("bodies", "motions"), ("space", "bodies")),
     "trc": Format(opensim.write_trc, _named(".trc")),
     "mot": Format(opensim.write_mot, _named(".mot"), ("bodies",), ("space", "bodies")),
 }

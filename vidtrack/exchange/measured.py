@@ -36,7 +36,8 @@ class Run:
     centroids   by camera
     cameras     by name, in the order of their names
     clocks      camera: {offset_s, rate_ppm}, added to its time
-    up          the direction of the world that is up (+z ...), where the config says it
+    waves, up   directions of the world (+x, +z ...), where the config says them
+    is_flat     located in a plane by one camera: there is no z
     provenance  as in every result
     """
 
@@ -48,6 +49,7 @@ class Run:
     clocks: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     waves: str | None = None
     up: str | None = None
+    is_flat: bool = False
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> float:
@@ -88,13 +90,15 @@ def series(table: DataFrame, thing: str = "target", time: Array | None = None) -
     """A table of time_s, <thing> and further columns as arrays.
 
     time   (n,) the moments wanted; default: those of the table
-    VidtrackError where a thing has two rows at one moment.
+    VidtrackError where a thing has two rows at one moment, or rows at others than those wanted.
     """
     exact = table["time_s"].to_numpy(float)
     own = exact.round(TIME_DECIMALS)
     moments, first = np.unique(own, return_index=True)
     given = exact[first] if time is None else np.asarray(time, float)
     moments = given.round(TIME_DECIMALS)
+    if time is not None and not np.isin(own, moments).all():
+        raise VidtrackError(f"a {thing} has rows at moments that trajectories.parquet lacks. Call vidtrack run.")
     whose = table[thing].astype(str).to_numpy()
     names = tuple(dict.fromkeys(whose))
     where = np.searchsorted(moments, own)

@@ -28,9 +28,16 @@ def layout_of(settings: Settings, run: Recorded) -> Layout:
     own = settings.runs.get(run.name)
     if own is None:
         return Layout(run.name, cameras=tuple(run.videos))
-    return Layout(
-        run.name, own.mode, tuple(run.videos), tuple(own.bodies), own.analysis is not None or own.axes is not None
-    )
+    axes = own.axes or (settings.axes and own.bodies)
+    analysed = own.analysis is not None or bool(axes)
+    return Layout(run.name, own.mode, tuple(run.videos), tuple(own.bodies), analysed)
+
+
+def axes_of(settings: Settings, run: str) -> dict[str, str] | None:
+    """{waves, up} of a run, where the config says them."""
+    own = settings.runs.get(run)
+    axes = (own.axes if own else None) or settings.axes
+    return axes.model_dump() if axes else None
 
 
 def result_paths(results: str, form: Format, layout: Layout) -> dict[str, list[str]]:
@@ -49,7 +56,13 @@ def result_paths(results: str, form: Format, layout: Layout) -> dict[str, list[s
     return paths
 
 
-def read_run(paths: Mapping[str, Sequence[str]], name: str, units: str, axes: Mapping[str, str] | None = None) -> Run:
+def read_run(
+    paths: Mapping[str, Sequence[str]],
+    name: str,
+    units: str,
+    axes: Mapping[str, str] | None = None,
+    mode: str = "space",
+) -> Run:
     """A run's results at these paths, as `result_paths` names them.
 
     axes   {waves, up}: directions of the world, where the config says them
@@ -71,6 +84,7 @@ def read_run(paths: Mapping[str, Sequence[str]], name: str, units: str, axes: Ma
         _clocks(locate),
         (axes or {}).get("waves"),
         (axes or {}).get("up"),
+        mode == "plane",
         provenance,
     )
 

@@ -14,11 +14,11 @@ from vidtrack.workflow.job import Job
 def run(job: Job) -> None:
     """inputs: what the format reads, see `exchange.results`. outputs: record, and each file under its own name.
 
-    settings: format, run, units, axes.
+    settings: format, run, mode, units, axes.
     """
     order = job.settings
     paths = {name: job.paths(name) for name in job.inputs}
-    made = written(order["format"], read_run(paths, order["run"], order["units"], order["axes"]))
+    made = written(order["format"], read_run(paths, order["run"], order["units"], order["axes"], order["mode"]))
     places = {os.path.basename(path): path for name, path in job.outputs.items() if name != "record"}
     for name, content in made.files.items():
         with replacing(places[name]) as file:

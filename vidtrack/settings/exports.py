@@ -6,13 +6,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-FormatName = Literal["csv", "parquet", "c3d", "trc", "mot"]
+FormatName = Literal["csv", "parquet", "c3d", "netcdf", "mat", "qtm", "trc", "mot", "openfast", "wecsim"]
 """As `exchange.formats.FORMATS` has them; a test compares the two."""
 
 ABOUT: dict[FormatName, str] = {
     "csv": "vidtrack's tables as CSV",
     "parquet": "vidtrack's tables as Parquet",
     "c3d": "points over time",
+    "netcdf": "NetCDF for xarray, CF and movement",
+    "mat": "a struct for MATLAB",
+    "qtm": "bodies and markers as Qualisys exports them, TSV and MATLAB",
+    "openfast": "motions of bodies as PtfmSurge ... PtfmYaw",
+    "wecsim": "motions of bodies as WEC-Sim's output.bodies",
     "trc": "markers for OpenSim",
     "mot": "motions of bodies for OpenSim",
 }
@@ -20,7 +25,7 @@ ABOUT: dict[FormatName, str] = {
 
 DESCRIPTION = "; ".join(f"{name}: {about}" for name, about in ABOUT.items())
 
-OTHER_NAMES = {"opensim": "trc"}
+OTHER_NAMES = {"matlab": "mat", "nc": "netcdf", "movement": "netcdf", "opensim": "trc", "qualisys": "qtm"}
 """What people also call a format."""
 
 

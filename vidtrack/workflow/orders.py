@@ -211,8 +211,10 @@ def exported(settings: Settings, run: str) -> tuple[str, ...]:
 
 def export(settings: Settings, run: str, format_name: str) -> Order:
     """What a file of another program says beside the numbers."""
-    axes = _own(settings, run).axes
-    return {"units": settings.units, "run": run, "format": format_name, "axes": axes.model_dump() if axes else None}
+    own = _own(settings, run)
+    axes = own.axes or settings.axes
+    order: Order = {"units": settings.units, "run": run, "format": format_name, "mode": own.mode}
+    return order | {"axes": axes.model_dump() if axes else None}
 
 
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
