@@ -20,11 +20,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.adjust import Problem, adjust, minimise
-from vidtrack.calibration.adjustment.measurements import CameraPriors, Sights
-from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns, columns
+from vidtrack.calibration.adjustment.measurements import CameraPriors, InterfacePriors, Sights
+from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns
 from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import Interface, free_of
 
 Mask = NDArray[np.bool_]
 
@@ -40,7 +41,8 @@ class Bundle(NamedTuple):
 
     cameras: tuple[Camera, ...]
     points: Array  # (n, 3) world units, where the points are thought to be
-    free: tuple[tuple[str, ...], ...]  # for each camera, the names of its free parameters, in the order of PARAMETERS
+    free: tuple[tuple[str, ...], ...]  # for each camera, the names of its free parameters, in the order of PARAMETERS,
+    # and behind them those of its interfaces, which cameras share
     pivot: Array  # (3,) about which the cameras' omega turn
     covariance: Array  # (K, K) of all cameras' free parameters, in the order of `free`
     point_covariance: Array  # (n, 3, 3) world units^2
@@ -54,7 +56,8 @@ class Bundle(NamedTuple):
 
     def uncertainty(self, i: int) -> Uncertainty:
         """How well camera i alone is known; its ties to the other cameras are in `covariance`."""
-        place, _ = columns(self.free)[i]
+        start = sum(len(names) for names in self.free[:i])
+        place = slice(start, start + len(self.free[i]))
         return Uncertainty(self.free[i], self.pivot, self.covariance[place, place])
 
 
@@ -80,6 +83,7 @@ def bundle(
     sd        px, standard deviation of the centroids: a number, (m, 1, 1) or whatever spreads to (m, n, 2)
     scale_sd  sd is right but for one factor, which is found from the sights
     priors    for each camera {name: (mean, standard deviation)} of what is known beforehand
+    Interfaces that are not known exactly are refined, one of a name for all cameras; they begin as they are known.
     Raises ValueError for shapes that do not match, fewer measurements than unknowns, or measurements that leave
     a parameter open. `converged` is False where the last step still gained.
     With sigma = inf nothing ties the world down but the other points.
@@ -89,7 +93,9 @@ def bundle(
         raise ValueError(f"p must be (n, 3), b (m, n, 2) and free m names, not {p.shape}, {b.shape}, {len(free)}")
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
     survey = _Survey(p, b, sigma)
-    problem = survey.problem(free, spread, priors or [{} for _ in cameras], scale_sd)
+    cameras = with_common_interfaces(cameras)
+    problem = survey.problem(free, spread, priors or [{} for _ in cameras], scale_sd, cameras)
+    names, place = _with_interfaces(problem.unknowns, cameras)
     found = adjust(problem, State(tuple(cameras), {}, (p,)), max_steps=max_steps)
     factor = found.factors.get("px", 1.0)
     shift = found.state.blocks[0] - p
@@ -98,9 +104,9 @@ def bundle(
     return Bundle(
         cameras=found.state.cameras,
         points=found.state.blocks[0],
-        free=problem.unknowns.free,
+        free=names,
         pivot=problem.unknowns.pivot,
-        covariance=found.covariance,
+        covariance=found.covariance[np.ix_(place, place)],
         point_covariance=found.blocks[0],
         residuals=np.stack(found.residuals[: len(cameras)]),
         sd=spread * factor,
@@ -130,8 +136,38 @@ def cameras_only(
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
-    problem = _Survey(p, b, sigma).problem(free, spread, priors or [{} for _ in cameras], False)
+    cameras = with_common_interfaces(cameras)
+    problem = _Survey(p, b, sigma).problem(free, spread, priors or [{} for _ in cameras], False, cameras)
     return minimise(problem, State(tuple(cameras), {}, (p,)), tolerance=tolerance).cameras
+
+
+def with_common_interfaces(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
+    """The cameras, all interfaces of one name alike: as they are known beforehand, moved by the cameras' mean."""
+    found: dict[str, list[Interface]] = {}
+    for camera in cameras:
+        for interface in camera.through:
+            found.setdefault(interface.name, []).append(interface)
+    common = {}
+    for name, each in found.items():
+        known = each[0].known or each[0]
+        mean = np.mean([interface.deviation(known) for interface in each], 0)
+        common[name] = known.stepped(dict(zip(known.parameters, mean.tolist(), strict=True)))
+    return tuple(
+        camera.with_(through=tuple(common[own.name] for own in camera.through)) if camera.through else camera
+        for camera in cameras
+    )
+
+
+def _with_interfaces(
+    unknowns: Unknowns, cameras: Sequence[Camera]
+) -> tuple[tuple[tuple[str, ...], ...], NDArray[np.intp]]:
+    """Each camera's free parameters, those of its interfaces behind them, and where they stand among the unknowns."""
+    names = [(*own, *free_of(camera.through)) for own, camera in zip(unknowns.free, cameras, strict=True)]
+    place = [
+        np.concatenate([unknowns.of_camera(i)[0], unknowns.of_shared(*free_of(camera.through))])
+        for i, camera in enumerate(cameras)
+    ]
+    return tuple(names), np.concatenate(place) if place else np.zeros(0, np.intp)
 
 
 class _Survey:
@@ -147,8 +183,10 @@ class _Survey:
         self.measured &= ~idle
         self.information[idle] = np.inf
 
-    def problem(self, free: Names, sd: Array, priors: Priors, scale_sd: bool) -> Problem:
+    def problem(self, free: Names, sd: Array, priors: Priors, scale_sd: bool, cameras: Sequence[Camera]) -> Problem:
         """What is minimised. Raises ValueError for a camera with fewer measurements than free parameters."""
+        shared = tuple(dict.fromkeys(name for camera in cameras for name in free_of(camera.through)))
+        free = [[name for name in names if name not in shared] for names in free]
         for i, names in enumerate(free):
             known = 2 * int(self.measured[i].sum()) + sum(name in names for name in priors[i])
             if known < len(names):
@@ -158,7 +196,8 @@ class _Survey:
         sights = [Sights(i, own[:, None], own_sd[:, None]) for i, (own, own_sd) in enumerate(zip(b, sd, strict=True))]
         families = [Family(3, self.p, self.information)]
         groups = {"px": LEAST_SD / float(sd.mean())} if scale_sd else {}
-        return Problem(Unknowns(free, pivot), families, [*sights, CameraPriors(priors)], groups)
+        known = [CameraPriors(priors), *([InterfacePriors()] if shared else [])]
+        return Problem(Unknowns(free, pivot, shared), families, [*sights, *known], groups)
 
     def judged(self, shift: Array, covariance: Array) -> tuple[Array, float]:
         """How far points moved (n, 3) in standard deviations of it, and how many times rougher than sigma they are."""

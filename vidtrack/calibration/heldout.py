@@ -17,6 +17,7 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
+from vidtrack.calibration.initial_fit import appearing
 from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refit import CameraRefit
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
@@ -137,8 +138,9 @@ def refit_closed_form(cameras: Sequence[Camera], p: Array, b: Array) -> Refit:
         for camera, sights in zip(cameras, b, strict=True):
             use = keep & np.isfinite(sights).all(-1)
             given = {"Cx": camera.Cx, "Cy": camera.Cy, "dx": camera.dx, "dy": camera.dy}
-            solution = closed_form(p[use], sights[use], **given, coplanar=flatness(p[use]) < FLAT)
-            fitted.append(camera_from_closed_form(solution, camera.image_size))
+            seen = appearing(camera, p[use])
+            solution = closed_form(seen, sights[use], **given, coplanar=flatness(p[use]) < FLAT)
+            fitted.append(camera_from_closed_form(solution, camera.image_size).with_(through=camera.through))
         return fitted
 
     return refit

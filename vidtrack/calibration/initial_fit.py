@@ -17,15 +17,20 @@ from vidtrack.calibration.dlt import camera_from_dlt, dlt
 from vidtrack.calibration.refine import Fit, best_of, free_parameters, refine
 from vidtrack.calibration.tsai import ClosedForm, camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import Camera, contains, project
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.lens_terms import COEFFICIENTS, EQUIDISTANT, LENS_MODELS
 from vidtrack.geometry.pose import F_STARTS, starting_poses
 from vidtrack.geometry.projection import Projection
+from vidtrack.geometry.refraction import apparent
 
 COARSE = 1e-4
 """Relative fall of the cost, still to be had, at which a start has shown what it leads to."""
 
 
 MOST_COARSE_STEPS = 60
+
+ROUNDS = 4
+"""Times that points are put where they appear to the last camera, before cameras behind interfaces are refined."""
 
 FEW = 9
 """Points below which the closed forms hang on the noise of single points, and perspective poses are starts as well."""
@@ -39,6 +44,7 @@ class Nominal(NamedTuple):
     dx: float  # mm, or px where no sensor is given
     dy: float
     image_size: tuple[int, int]  # px
+    through: tuple[Interface, ...] = ()  # the interfaces through which it sees
 
     @property
     def optics(self) -> dict[str, float]:
@@ -60,6 +66,8 @@ def starts(
     p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False
 ) -> list[Camera]:
     """Cameras to refine from, those that can be had: empty where the axes are mirrored or the points too few."""
+    if nominal.through:
+        return _starts_through(p, b, nominal, fixed, coplanar)
     found: list[Camera] = []
     centres = [nominal]
     if not coplanar:
@@ -80,6 +88,31 @@ def starts(
     if len(p) < FEW:
         found += _poses(p, b, nominal, fixed)
     return [camera.with_(**fixed) for camera in found] if fixed else found
+
+
+def _starts_through(
+    p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None, coplanar: bool
+) -> list[Camera]:
+    """Cameras behind interfaces, from where the points appear to a camera that is known ever better.
+
+    Straight lines put the camera near its place; where points appear depends little on where exactly it is.
+    """
+    plain, seen = nominal._replace(through=()), p
+    found: list[Camera] = []
+    for _ in range(ROUNDS):
+        fits = [camera.with_(through=nominal.through) for camera in starts(seen, b, plain, fixed, coplanar=coplanar)]
+        fits = [camera for camera in fits if np.isfinite(project(camera, p)).all()]
+        if not fits:
+            break
+        found = fits
+        best = min(fits, key=lambda camera: float(np.median(distances(camera, p, b))))
+        seen = apparent(best.through, best.position, p)
+    return found
+
+
+def appearing(camera: Camera, p: Array) -> Array:
+    """Where points (n, 3) appear to a camera; those of a camera that looks through nothing, as they are."""
+    return apparent(camera.through, camera.position, p) if camera.through else p
 
 
 def _poses(p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None) -> list[Camera]:

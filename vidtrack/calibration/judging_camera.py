@@ -17,6 +17,7 @@ from vidtrack.calibration.one_camera import Judge, NoCamera, Points, better_part
 from vidtrack.calibration.outliers import ENOUGH, LEAST_REDUNDANCY, SMALLEST_SCALE, Mask, limit_for, trusted
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.jacobian import columns, derivatives
 
 RICHER = ("equidistant", "tsai2", "tsai3", "fisheye", "prism")
@@ -24,11 +25,13 @@ RICHER = ("equidistant", "tsai2", "tsai3", "fisheye", "prism")
 
 
 class View(NamedTuple):
-    """What one camera sees of n surveyed points: b (n, 2) px, NaN where it does not; sd (n, 2) px where known."""
+    """What one camera sees of n surveyed points: b (n, 2) px, NaN where it does not; sd (n, 2) px where known; through
+    which interfaces."""
 
     b: Array
     image_size: tuple[int, int]
     sd: Array | None = None
+    through: tuple[Interface, ...] = ()
 
 
 class CameraFit(NamedTuple):
@@ -135,4 +138,4 @@ class JudgingCamera:
 
 def nominal_of(view: View) -> Nominal:
     width, height = view.image_size
-    return Nominal((width - 1) / 2, (height - 1) / 2, 1.0, 1.0, view.image_size)
+    return Nominal((width - 1) / 2, (height - 1) / 2, 1.0, 1.0, view.image_size, view.through)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.centre_search import best_centre
 from vidtrack.calibration.gates import FLAT, flatness
-from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, tsai_solution
+from vidtrack.calibration.initial_fit import ROUNDS, Nominal, appearing, distances, fit_camera, tsai_solution
 from vidtrack.calibration.lens_selection import Ladder, climb, points_needed
 from vidtrack.calibration.outliers import ENOUGH, SMALLEST_SCALE, Mask, majority, studentised, trusted
 from vidtrack.calibration.refine import Fit, Uncertainty, best_of, covariances, free_parameters, refine
@@ -252,13 +252,15 @@ def calibrated(points: Points, task: Task) -> Answer:
 def _by_closed_form(points: Points, task: Task) -> Answer:
     """The closed form, at the given centre or the best; its uncertainty is that of a fit with the same freedom."""
     p, b = points.p, points.b
-    nominal, held, edge = task.nominal, task.held, False
+    nominal, held, edge, seen = task.nominal, task.held, False, points.p
     try:
-        if task.refine == "centre":
-            x, y, edge = best_centre(p, b, **nominal.optics, coplanar=points.coplanar, held=held)
-            nominal = nominal._replace(Cx=x, Cy=y)
-        solution = tsai_solution(p, b, nominal, held, coplanar=points.coplanar)
-        camera = camera_from_closed_form(solution, nominal.image_size)
+        for _ in range(ROUNDS if nominal.through else 1):
+            if task.refine == "centre":
+                x, y, edge = best_centre(seen, b, **task.nominal.optics, coplanar=points.coplanar, held=held)
+                nominal = nominal._replace(Cx=x, Cy=y)
+            solution = tsai_solution(seen, b, nominal, held, coplanar=points.coplanar)
+            camera = camera_from_closed_form(solution, nominal.image_size).with_(through=nominal.through)
+            seen = appearing(camera, p)
     except ValueError:
         raise NoCamera(
             f"the closed form makes no camera at Cx {nominal.Cx:g}, Cy {nominal.Cy:g}. "

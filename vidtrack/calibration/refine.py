@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, fold_radius, project
+from vidtrack.geometry.interface import free_of, pulls_of
 from vidtrack.geometry.jacobian import PARAMETERS, Derivatives, derivatives, stepped
+from vidtrack.geometry.jacobian import columns as columns_of
 from vidtrack.geometry.lens_terms import LENS_MODELS
 
 POSE = PARAMETERS[:6]
@@ -87,7 +89,8 @@ def refine(
     camera   where to start
     p        (n, 3)  surveyed points, world units
     b        (n, 2)  measured, px; n finite points (leave lost ones out)
-    free     names out of PARAMETERS; the rest stays as in `camera`
+    free     names out of PARAMETERS; the rest stays as in `camera`. Interfaces that are not known exactly are refined
+             with them, what is known of them as prior; their names may be among these
     sd       px, noise of the positions: a number, (n,) or (n, 2); None: unknown, and taken from the residuals
     survey   world units, tolerance of the points in each coordinate: a number or (n,); None: exact
     priors   name: (mean, sd) for any freed parameter but the attitude's, in its own unit
@@ -98,15 +101,15 @@ def refine(
     Raises ValueError for shapes that do not match, unknown names, or priors on what is not freed.
     """
     p, b = np.asarray(p, float), np.asarray(b, float)
-    _check(p, b, free, priors or {})
-    names = tuple(name for name in PARAMETERS if name in set(free))
+    _check(p, b, [name for name in free if name not in free_of(camera.through)], priors or {})
+    names = (*(name for name in PARAMETERS if name in set(free)), *free_of(camera.through))
     pivot = p.mean(0) if pivot is None else np.asarray(pivot, float)
     problem = _Problem(p, b, names, pivot, dict(priors or {}), max_iterations, tolerance)
     camera = _start_that_sees_all(camera, p)
     fit = _descend(problem, camera, whiteners(camera, p, sd, survey))
     if survey is not None:  # the tolerance was projected through the start; project it through the answer
         fit = _descend(problem, fit.camera, whiteners(fit.camera, p, sd, survey))
-    if sd is None and survey is None and priors and np.isfinite(fit.sigma_px):
+    if sd is None and survey is None and (priors or free_of(camera.through)) and np.isfinite(fit.sigma_px):
         fit = _descend(problem, fit.camera, whiteners(fit.camera, p, max(fit.sigma_px, 1e-9), None))
     return fit
 
@@ -218,14 +221,16 @@ def _stepped(problem: _Problem, camera: Camera, step: Array) -> Camera | None:
 
 def _weighted(problem: _Problem, camera: Camera, at: Derivatives, W: Array) -> tuple[Array, Array]:
     """Weighted residuals (m,) and minus their derivatives by the freed parameters (m, k); priors come last."""
-    columns = [PARAMETERS.index(name) for name in problem.names]
+    columns = columns_of(camera, problem.names)
     r = (W @ (problem.b - at.projected)[..., None]).reshape(-1)
     J = (W @ at.by_parameter[..., columns]).reshape(r.size, len(columns))
-    if not problem.priors:
+    known = {name: (mean - getattr(camera, name), sd) for name, (mean, sd) in problem.priors.items()}
+    known |= pulls_of(camera.through)
+    if not known:
         return r, J
-    pull = np.array([(mean - getattr(camera, name)) / sd for name, (mean, sd) in problem.priors.items()])
+    pull = np.array([off / sd for off, sd in known.values()])
     rows = np.zeros((len(pull), len(columns)))
-    for row, (name, (_, sd)) in zip(rows, problem.priors.items(), strict=True):
+    for row, (name, (_, sd)) in zip(rows, known.items(), strict=True):
         row[problem.names.index(name)] = 1 / sd
     return np.concatenate([r, pull]), np.concatenate([J, rows])
 
@@ -241,7 +246,7 @@ def _finish(
     r, J = _weighted(problem, camera, at, W)
     residuals = problem.b - at.projected
     n, k = len(problem.p), len(problem.names)
-    freedom = max(2 * n + len(problem.priors) - k, 1)
+    freedom = max(2 * n + len(problem.priors) + len(free_of(camera.through)) - k, 1)
     misfit = np.sqrt(_cost(r) / freedom)
     covariance = covariance_of(J) * misfit**2 if np.isfinite(misfit) else np.full((k, k), np.nan)
     if converged and not np.isfinite(covariance).all():

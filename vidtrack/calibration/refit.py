@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.refine import inverse_root, refine
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import pulls_of
 from vidtrack.geometry.jacobian import columns, derivatives, stepped
 
 Mask = NDArray[np.bool_]
@@ -85,6 +86,11 @@ class CameraRefit:
             k = self.free.index(name)
             N[k, k] += 1 / sd**2
             g[k] += (mean - getattr(camera, name)) / sd**2
+        for name, (off, sd) in pulls_of(camera.through).items():
+            if name in self.free:
+                k = self.free.index(name)
+                N[k, k] += 1 / sd**2
+                g[k] += off / sd**2
         scale = 1 / np.sqrt(np.maximum(np.diag(N), 1e-300))
         step = scale * np.linalg.lstsq(N * np.outer(scale, scale), scale * g)[0]
         return step, float(step @ N @ step) if np.isfinite(step).all() else np.inf

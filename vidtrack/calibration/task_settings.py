@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from vidtrack.calibration.initial_fit import Nominal
+from vidtrack.calibration.interfaces import interfaces_from_settings
 from vidtrack.calibration.one_camera import Task
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.errors import VidtrackError
@@ -25,12 +27,19 @@ def task_from_settings(
     fix: Fix,
     prior: Prior | None,
     reject: str = "auto",
+    through: Sequence[Mapping[str, Any]] = (),
+    units: str = "mm",
 ) -> Task:
     """The task that the settings describe. VidtrackError, a line a problem, where they contradict each other."""
     width, height = image_size
     dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
     nominal = Nominal(
-        (width - 1) / 2 if Cx is None else Cx, (height - 1) / 2 if Cy is None else Cy, dx, dy, (width, height)
+        (width - 1) / 2 if Cx is None else Cx,
+        (height - 1) / 2 if Cy is None else Cy,
+        dx,
+        dy,
+        (width, height),
+        interfaces_from_settings(where, through, units),
     )
     priors = {name: (float(mean), float(sd)) for name, (mean, sd) in (prior or {}).items()}
     task = Task(nominal, model, refine, _fixed(where, fix, nominal), priors, reject != "off")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
@@ -111,13 +112,17 @@ def _interface_record(interface: Interface) -> dict[str, Any]:
         "normal": interface.normal.tolist(),
         "thickness": list(interface.thickness),
         "indices": list(interface.indices),
-    }
+        "sigma": dict(zip(interface.parameters, interface.sigma, strict=False)),
+    } | ({"known": _interface_record(interface.known)} if interface.known else {})
 
 
 def _interface(record: Mapping[str, Any]) -> Interface:
     indices, thickness = (tuple(float(v) for v in record[key]) for key in ("indices", "thickness"))
     point, normal = _array(record, "point", (3,)), _array(record, "normal", (3,))
-    return Interface(str(record["name"]), point, normal, indices, thickness)
+    known = _interface(record["known"]) if record.get("known") else None
+    own = Interface(str(record["name"]), point, normal, indices, thickness, known=known)
+    sigma = record.get("sigma")
+    return replace(own, sigma=tuple(float(sigma[name]) for name in own.parameters)) if sigma else own
 
 
 def _array(record: Mapping[str, Any], name: str, shape: tuple[int, ...]) -> Array:

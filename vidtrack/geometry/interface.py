@@ -26,6 +26,8 @@ class Interface:
     normal     (3,) of any length and either sign; kept at length 1
     indices    refractive indices of the media from the camera on: one more than there are planes
     thickness  world units, of each layer between two planes
+    sigma      standard deviation of each of `parameters` as it is known beforehand; 0: held; empty: all are held
+    known      the interface as it is known beforehand, where this one was refined; None: this one
     Raises ValueError for a normal of length 0, indices that no medium has, a thickness below 0, or numbers that do
     not match.
     """
@@ -35,6 +37,8 @@ class Interface:
     normal: Array
     indices: tuple[float, ...]
     thickness: tuple[float, ...] = ()
+    sigma: tuple[float, ...] = ()
+    known: Interface | None = None
 
     def __post_init__(self) -> None:
         point, normal = np.array(self.point, float), np.array(self.normal, float)
@@ -48,6 +52,8 @@ class Interface:
             )
         if not all(0.5 < n < 5 for n in self.indices) or not all(t >= 0 for t in self.thickness):
             raise ValueError(f"interface {self.name}: indices must lie between 0.5 and 5, a thickness at 0 or above")
+        if self.sigma and (len(self.sigma) != len(self.parameters) or not all(s >= 0 for s in self.sigma)):
+            raise ValueError(f"interface {self.name}: sigma needs {len(self.parameters)} numbers of 0 or more")
         for name, value in (("point", point), ("normal", normal / length)):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
@@ -69,6 +75,18 @@ class Interface:
         own += [f"index_{k + 1}" for k in range(len(self.indices) - 1)]
         return tuple(f"{self.name}.{each}" for each in own)
 
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The parameters that are refined: those that are not known exactly."""
+        return tuple(name for name, s in zip(self.parameters, self.sigma, strict=False) if s > 0)
+
+    @property
+    def pull(self) -> dict[str, tuple[float, float]]:
+        """Of each free parameter, how far what is known lies from here, and its standard deviation."""
+        off = -self.deviation(self.known or self)
+        each = zip(self.parameters, off.tolist(), self.sigma, strict=False)
+        return {name: (shift, s) for name, shift, s in each if s > 0}
+
     def stepped(self, step: Mapping[str, float]) -> Interface:
         """The interface after small changes of its parameters; other names are passed over."""
         change = np.array([step.get(name, 0.0) for name in self.parameters])
@@ -81,6 +99,7 @@ class Interface:
             normal=self.normal + change[1:3] @ self.axes,
             thickness=tuple((np.array(self.thickness) + change[3:layers]).tolist()),
             indices=(self.indices[0], *(np.array(self.indices[1:]) + change[layers:]).tolist()),
+            known=self.known or self,
         )
 
     def deviation(self, other: Interface) -> Array:
@@ -132,6 +151,16 @@ def planes_of(through: Sequence[Interface], centre: ArrayLike) -> list[Plane]:
             planes.append(Plane(interface.point + normal * depth, normal, ratio, moves))
             depth += interface.thickness[k] if k < len(interface.thickness) else 0.0
     return planes
+
+
+def free_of(through: Sequence[Interface]) -> tuple[str, ...]:
+    """The parameters of several interfaces that are refined."""
+    return tuple(name for interface in through for name in interface.free)
+
+
+def pulls_of(through: Sequence[Interface]) -> dict[str, tuple[float, float]]:
+    """What is known beforehand of them: see `Interface.pull`."""
+    return {name: pull for interface in through for name, pull in interface.pull.items()}
 
 
 def parameters_of(through: Sequence[Interface]) -> tuple[str, ...]:

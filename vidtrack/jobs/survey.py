@@ -20,6 +20,7 @@ def run(job: Job) -> None:
         sigma=job.settings["sigma"],
         units=job.settings["units"],
         reject=job.settings["reject"],
+        through=job.settings.get("through"),
     )
     for finding in judged.findings:
         sys.stderr.write(f"warning: {finding.text} {finding.cure}\n")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed
+from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed, one_or_more
 
 
 class Clock(Section):
@@ -32,6 +32,9 @@ Fix = Annotated[dict[ParameterName, float | None], BeforeValidator(fixed)]
 Prior = dict[ParameterName, tuple[float, Positive]]
 
 
+Through = Annotated[tuple[str, ...], BeforeValidator(one_or_more)]
+
+
 class CameraCalibration(Section):
     """What is known of one camera; it is added to what `calibration` says of all cameras, and counts before it."""
 
@@ -55,6 +58,11 @@ class Camera(Section):
     )
     rate: Positive | None = Field(None, description=f"{RATE}; default: as the file states")
     stream: Stream | None = Field(None, description=f"{STREAM}; default: the one that the file names its default")
+    through: Through = Field(
+        (),
+        description="the interface through which it sees, or a list of them in the order from the camera on, by their "
+        "names under `interfaces`; points on the camera's side of a plane are seen directly; default: air alone",
+    )
     calibration: CameraCalibration = Field(
         CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
     )

@@ -19,6 +19,7 @@ from vidtrack.settings.calibration import Calibration
 from vidtrack.settings.cameras import Camera
 from vidtrack.settings.detection import Detect, DetectChange
 from vidtrack.settings.exports import DESCRIPTION, Formats
+from vidtrack.settings.interfaces import Interface
 from vidtrack.settings.report import Report
 from vidtrack.settings.runs import Run
 from vidtrack.settings.sections import Name, Section
@@ -32,6 +33,11 @@ class Settings(Section):
     units: Literal["m", "cm", "mm", "in", "ft"] = Field(description="the unit of every world length, in and out")
     cameras: Annotated[dict[Name, Camera], Field(min_length=1)] = Field(
         description="camera: its nominal values; named as its video files are"
+    )
+    interfaces: dict[Name, Interface] = Field(
+        {},
+        description="interface: a window, the water's surface or the wall of a tank through which cameras see (through "
+        "under cameras); one that several cameras name is one and the same for all of them",
     )
     detect: Detect = Field(
         Detect(), description="how targets are distinguished from the background in all clips and runs"
@@ -57,9 +63,27 @@ def settings_from_config(config: Mapping[str, Any], where: str = "config.yaml") 
     A key without a value (`cam1:`) stands for its defaults.
     """
     try:
-        return Settings.model_validate(_filled(config), by_alias=True, by_name=True)
+        settings = Settings.model_validate(_filled(config), by_alias=True, by_name=True)
     except ValidationError as error:
         raise VidtrackError(*_lines(where, error.errors())) from None
+    if unknown := _unknown_interfaces(settings):
+        raise VidtrackError(*(f"{where}: {line}" for line in unknown))
+    return settings
+
+
+def _unknown_interfaces(settings: Settings) -> list[str]:
+    """A line for each interface that a camera names and that is not described, or names twice."""
+    lines = []
+    known = list(settings.interfaces)
+    for camera, own in settings.cameras.items():
+        for name in own.through:
+            if name not in known:
+                near = did_you_mean(name, known)
+                cure = f"did you mean {near!r}?" if near else "describe it under interfaces."
+                lines.append(f"cameras.{camera}.through: no interface {name!r}; {cure}")
+        if len(set(own.through)) < len(own.through):
+            lines.append(f"cameras.{camera}.through: an interface stands there twice. Name each once.")
+    return lines
 
 
 def detect_for(settings: Settings, *changes: DetectChange) -> dict[str, Any]:

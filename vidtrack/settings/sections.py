@@ -54,6 +54,11 @@ def fixed(value: Any) -> Any:
     return value
 
 
+def one_or_more(value: Any) -> Any:
+    """A name, or a list of names."""
+    return (value,) if isinstance(value, str) else names(value) if value is not None else ()
+
+
 RATE = (
     "pictures a second that the camera took, where the file states none (numbered pictures, raw streams) or another "
     "one (slow motion that is stored at 30)"

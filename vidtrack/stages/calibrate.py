@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,8 +13,9 @@ from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
 from vidtrack.calibration.centroid_noise import centroid_sd
-from vidtrack.calibration.diagnosis import left_out, misfit
-from vidtrack.calibration.initial_fit import Nominal
+from vidtrack.calibration.diagnosis import left_out
+from vidtrack.calibration.initial_fit import Nominal, appearing
+from vidtrack.calibration.interface_evidence import interface_findings, unexplained
 from vidtrack.calibration.one_camera import (
     Answer,
     Inliers,
@@ -28,12 +29,11 @@ from vidtrack.calibration.one_camera import (
     with_unexplained_noise,
 )
 from vidtrack.calibration.outliers import ENOUGH, Mixup, limit_for, mixups
-from vidtrack.calibration.refine import Uncertainty, covariances, free_parameters
+from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import derivatives
 from vidtrack.geometry.lens_terms import RICHEST
 
 CENTROID_SD_PX = 0.1
@@ -70,6 +70,7 @@ def calibrate(
     fix: Fix = (),
     prior: Prior | None = None,
     reject: str = "auto",
+    through: Sequence[Mapping[str, Any]] = (),
     sigma: float = 0.0,
     camera: str = "",
     units: str = "in",
@@ -88,6 +89,7 @@ def calibrate(
     fix          names that are held (Sx at 1, Cx and Cy as given, lens terms at 0), or names with values
     prior        name: (mean, standard deviation)
     reject       auto: outliers are left out; off: every point is used
+    through      the interfaces through which it sees, from the camera on, as `interfaces` in config.yaml and their name
     sigma        units, survey tolerance (1 sigma) of points that have none of their own
     left_out     (clip, tag): why it is not used, as all cameras together judged (`stages.survey`)
     search       whether to map the error over Cx, Cy and the sensor's width
@@ -95,7 +97,7 @@ def calibrate(
     Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `findings`.
     """
     where = f"cameras.{camera}" if camera else "calibrate"
-    task = task_from_settings(where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject)
+    task = task_from_settings(where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject, through, units)
     table = sightings.reset_index(drop=True).assign(tag=sightings["tag"].astype(str).to_numpy())
     _check_tags(where, table)
     table = _without(table, left_out or {})
@@ -271,22 +273,9 @@ def _doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str
         plain = gates.plain_lens(fit.sigma_px, noise_with_rich_lens(good, task, camera), answer.model)
         findings.append(plain)
     if plain is None and not task.closed:
-        findings.append(_misfit(stated, answer, units))
+        findings.append(unexplained(stated, answer, units))
+        findings += interface_findings(good, answer, units)
     return [finding for finding in findings if finding]
-
-
-def _misfit(stated: Points, answer: Answer, units: str) -> Finding | None:
-    """Whether the residuals are as large as the stated noise of centroids and survey."""
-    if stated.sd is None:
-        return None
-    C = covariances(answer.camera, stated.p, stated.sd, stated.survey)
-    expected = float(np.sqrt(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2)))
-    centroids = float(np.sqrt(np.median((stated.sd**2).mean(1))))
-    B = derivatives(answer.camera, stated.p, stated.p.mean(0)).by_point
-    px_per_unit = float(np.sqrt(np.nanmedian((B**2).sum((1, 2)) / 2)))
-    sigma = 0.0 if stated.survey is None else float(np.median(stated.survey))
-    survey_px = float(np.sqrt(max(expected**2 - centroids**2, 0.0)))
-    return misfit(answer.fit.sigma_px, expected, survey_px, 1 / px_per_unit, sigma, units)
 
 
 def _searched(good: Points, task: Task, answer: Answer) -> SearchMap:
@@ -295,7 +284,16 @@ def _searched(good: Points, task: Task, answer: Answer) -> SearchMap:
     if not task.closed and max(abs(camera.Cx - Cx), abs(camera.Cy - Cy)) > REACH_PX:
         Cx, Cy = camera.Cx, camera.Cy
     free = () if task.closed else answer.uncertainty.names
-    return search_map(camera, good.p, good.b, Cx=Cx, Cy=Cy, free=free, held=task.held, coplanar=good.coplanar)
+    return search_map(
+        camera.with_(through=()),
+        appearing(camera, good.p),
+        good.b,
+        Cx=Cx,
+        Cy=Cy,
+        free=free,
+        held=task.held,
+        coplanar=good.coplanar,
+    )
 
 
 def _search_table(mapped: SearchMap | None, task: Task) -> pd.DataFrame | None:

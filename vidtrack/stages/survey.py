@@ -11,6 +11,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.centroid_noise import centroid_sd
+from vidtrack.calibration.interfaces import interfaces_from_settings
 from vidtrack.calibration.judging_camera import View
 from vidtrack.calibration.outliers import Mask, Mixup, mixups
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
@@ -40,6 +41,7 @@ def judge_survey(
     sigma: float = 0.0,
     units: str = "",
     reject: str = "auto",
+    through: Mapping[str, Sequence[Mapping[str, Any]]] | None = None,
 ) -> JudgedSurvey:
     """Judge the survey by all cameras together (see `calibration.survey`).
 
@@ -47,6 +49,7 @@ def judge_survey(
     sizes      by camera: px, (width, height) of the picture
     sigma      units, survey tolerance of points that have none of their own
     reject     off: nothing is left out
+    through    by camera: the interfaces through which it sees, as for `calibrate`
     Fewer than two cameras with 12 points each, or lists that contradict each other, are not judged: each camera's own
     calibration says what is wrong then.
     """
@@ -58,8 +61,10 @@ def judge_survey(
     known = np.isfinite(shared.p).all(-1)
     if reject == "off" or not known.all() or not len(shared.p):
         return _nothing()
+    media = {name: interfaces_from_settings(f"cameras.{name}", own, units) for name, own in (through or {}).items()}
     views = [
-        View(shared.b_used[i], sizes[name], _sd(table, shared, i)) for i, (name, table) in enumerate(tables.items())
+        View(shared.b_used[i], sizes[name], _sd(table, shared, i), media.get(name, ()))
+        for i, (name, table) in enumerate(tables.items())
     ]
     groups = _clips(shared)
     found = placed(shared.p, shared.sigma, views, [mask for _, mask in groups])

@@ -69,7 +69,9 @@ def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
 def survey(settings: Settings, cameras: list[str]) -> Order:
     """How all cameras together judge the surveyed points."""
     how = settings.calibration
-    return {"units": settings.units, "cameras": cameras, "sigma": how.sigma, "reject": how.reject}
+    through = {camera: own for camera in cameras if (own := _through(settings, camera))}
+    order: Order = {"units": settings.units, "cameras": cameras, "sigma": how.sigma, "reject": how.reject}
+    return order | ({"through": through} if through else {})
 
 
 def calibrate(settings: Settings, camera: str) -> Order:
@@ -87,7 +89,15 @@ def calibrate(settings: Settings, camera: str) -> Order:
         "prior": _prior(settings, camera),
         "reject": how.reject,
         "sigma": how.sigma,
-    }
+    } | ({"through": through} if (through := _through(settings, camera)) else {})
+
+
+def _through(settings: Settings, camera: str) -> list[Order]:
+    """The interfaces through which a camera sees, from it on."""
+    return [
+        {"name": name, **settings.interfaces[name].model_dump(exclude_none=True)}
+        for name in settings.cameras[camera].through
+    ]
 
 
 def _fix(settings: Settings, camera: str) -> Order:

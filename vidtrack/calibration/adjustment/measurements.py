@@ -16,7 +16,9 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.normal_equations import Equations
 from vidtrack.calibration.adjustment.unknowns import Known, State, Unknowns
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import parameters_of, pulls_of
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns as columns_of
 
 POSE = PARAMETERS[:6]
 
@@ -74,6 +76,10 @@ class Sights:
         at = derivatives(state.cameras[self.camera], p, unknowns.pivot)
         columns, parameters = unknowns.of_camera(self.camera)
         by_shared = [at.by_parameter[..., parameters]]
+        camera = state.cameras[self.camera]
+        if interfaces := [name for name in parameters_of(camera.through) if name in unknowns.shared]:
+            columns = np.concatenate([columns, unknowns.of_shared(*interfaces)])
+            by_shared.append(at.by_parameter[..., columns_of(camera, interfaces)])
         if of is None:
             by_block = spread_over_block(at.by_point)
         else:
@@ -183,6 +189,24 @@ def _of_shared_alone(residual: Sequence[float], weight: Sequence[float], columns
         np.array(columns, int),
         np.eye(k)[None],
     )
+
+
+@dataclass(frozen=True, eq=False)
+class InterfacePriors:
+    """What is known beforehand of the interfaces through which the cameras see (`Interface.pull`), each once."""
+
+    noise: str = ""
+
+    def equations(self, state: State, unknowns: Unknowns) -> Equations:
+        pulls = {name: pull for camera in state.cameras for name, pull in pulls_of(camera.through).items()}
+        known = {name: pull for name, pull in pulls.items() if name in unknowns.shared}
+        k = len(known)
+        return Equations(
+            np.array([off for off, _ in known.values()], float).reshape(1, k),
+            np.array([1 / sd**2 for _, sd in known.values()], float).reshape(1, k),
+            unknowns.of_shared(*known),
+            np.eye(k)[None],
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,7 +85,7 @@ class Unknowns:
 
     free    for each camera the names of its free parameters
     pivot   (3,)  about which the cameras' omega turn
-    shared  names of the shared parameters that are free
+    shared  names of the shared parameters that are free, those of interfaces (`Interface.parameters`) among them
     Raises ValueError for a name that is no parameter of a camera.
     """
 
@@ -109,13 +109,15 @@ class Unknowns:
 
     def stepped(self, state: State, families: Sequence[Family], step: Array, blocks: Sequence[Array]) -> State:
         """The state after a step of all unknowns. Raises ValueError for a camera that cannot be (f <= 0)."""
+        interfaces = {name: float(step[k]) for name, k in self._place.items() if name not in state.shared}
         cameras = tuple(
-            stepped(camera, self.pivot, dict(zip(names, step[place].tolist(), strict=True)))
+            stepped(camera, self.pivot, interfaces | dict(zip(names, step[place].tolist(), strict=True)))
             for camera, names, (place, _) in zip(state.cameras, self.free, self.cameras, strict=True)
         )
         shared = dict(state.shared)
         for name, k in self._place.items():
-            shared[name] += float(step[k])
+            if name in shared:  # the others are parameters of the cameras' interfaces
+                shared[name] += float(step[k])
         moved = [f.moved(values, s) for f, values, s in zip(families, state.blocks, blocks, strict=True)]
         return State(cameras, shared, tuple(moved))
 
