@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.adjust import Problem, adjust, minimise
 from vidtrack.calibration.adjustment.measurements import CameraPriors, InterfacePriors, Sights
 from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns
@@ -158,16 +158,15 @@ def with_common_interfaces(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
     )
 
 
-def _with_interfaces(
-    unknowns: Unknowns, cameras: Sequence[Camera]
-) -> tuple[tuple[tuple[str, ...], ...], NDArray[np.intp]]:
+def _with_interfaces(unknowns: Unknowns, cameras: Sequence[Camera]) -> tuple[tuple[tuple[str, ...], ...], Ints]:
     """Each camera's free parameters, those of its interfaces behind them, and where they stand among the unknowns."""
-    names = [(*own, *free_of(camera.through)) for own, camera in zip(unknowns.free, cameras, strict=True)]
-    place = [
-        np.concatenate([unknowns.of_camera(i)[0], unknowns.of_shared(*free_of(camera.through))])
-        for i, camera in enumerate(cameras)
-    ]
-    return tuple(names), np.concatenate(place) if place else np.zeros(0, np.intp)
+    names: list[tuple[str, ...]] = []
+    place: list[Ints] = []
+    for i, (own, camera) in enumerate(zip(unknowns.free, cameras, strict=True)):
+        interfaces = free_of(camera.through)
+        names.append((*own, *interfaces))
+        place += [unknowns.of_camera(i)[0], unknowns.of_shared(*interfaces)]
+    return tuple(names), np.concatenate(place)
 
 
 class _Survey:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidtrack.calibration.diagnosis import misfit
-from vidtrack.calibration.initial_fit import Nominal, fit_camera, starts
+from vidtrack.calibration.initial_fit import Nominal, distances, fit_camera, starts
 from vidtrack.calibration.one_camera import Answer, Points
 from vidtrack.calibration.refine import Fit, covariances, refine
 from vidtrack.findings import Finding
@@ -38,6 +38,9 @@ class EvidenceSettings:
     nats: float = 20.0
     """Gain of the log likelihood from which it is no chance; 3 to 5 parameters alone give 2 or 3."""
 
+    explained: float = 1.15
+    """Noise left over, times the stated one, below which nothing is missing: of 30 points it varies by 10 %."""
+
     off: float = 4.0
     """Standard deviations of what is known beforehand beyond which an interface is not where the config says."""
 
@@ -54,12 +57,15 @@ SETTINGS = EvidenceSettings()
 WATER = (1.0, 1.333)
 
 
-def interface_findings(points: Points, answer: Answer, units: str) -> list[Finding]:
-    """What the points say against the interfaces that the camera has or has not; text without the camera's name."""
+def interface_findings(stated: Points, points: Points, answer: Answer, units: str) -> list[Finding]:
+    """What the points say against the interfaces that the camera has or has not; text without the camera's name.
+
+    stated   the points with the noise as it was given: where the fit leaves no more, no interface is missing
+    """
     if answer.camera.through:
         found = [_off(interface, units) for interface in answer.camera.through]
         return [each for each in found if each] or _moved(points, answer, units)
-    return _missing(points, answer)
+    return [] if _explained(stated, answer) else _missing(points, answer)
 
 
 def _off(interface: Interface, units: str) -> Finding | None:
@@ -94,8 +100,8 @@ def _moved(points: Points, answer: Answer, units: str) -> list[Finding]:
         off = dict(zip(now.parameters, now.deviation(interface), strict=True))
         moved = ", ".join(f"{_kind(name)} {_amount(name, off[name], units)}" for name in now.free)
         text = (
-            f"interface {interface.name}: the points contradict it: as it is they leave {before.sigma_px:.2g} px, moved "
-            f"({moved}) {after.sigma_px:.2g} px."
+            f"interface {interface.name}: the points contradict it: as it is they leave {before.sigma_px:.2g} px, "
+            f"moved ({moved}) {after.sigma_px:.2g} px."
         )
         found.append(Finding("doubtful", "interface-wrong", text, _CURE))
     return found
@@ -114,12 +120,12 @@ def _missing(points: Points, answer: Answer) -> list[Finding]:
             begin = starts(few.p, few.b, nominal._replace(through=(surface,)))
         except (ValueError, np.linalg.LinAlgError):
             continue
-        for start in begin[:2]:
-            fit = fit_camera(
-                few.p, few.b, nominal, model="tsai2", sd=few.sd, survey=few.survey, near=start, tolerance=1e-5
-            )
-            if fit and (best is None or fit.cost < best.cost):
-                best = fit
+        if not begin:
+            continue
+        near = min(begin, key=lambda start: float(np.median(distances(start, few.p, few.b))))
+        fit = fit_camera(few.p, few.b, nominal, model="tsai2", sd=few.sd, survey=few.survey, near=near, tolerance=1e-4)
+        if fit and (best is None or fit.cost < best.cost):
+            best = fit
     if best is None or not _better(answer.fit, best, few.n):
         return []
     surface = best.camera.through[0]
@@ -185,12 +191,22 @@ def _better(before: Fit, after: Fit, n: int) -> bool:
     return bool(ratio > 1 / SETTINGS.share and 2 * n * np.log(ratio) > SETTINGS.nats)
 
 
+def _expected(stated: Points, answer: Answer) -> float:
+    """The noise of one coordinate, px, that stated noise and survey make."""
+    C = covariances(answer.camera, stated.p, stated.sd, stated.survey)
+    return float(np.sqrt(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2)))
+
+
+def _explained(stated: Points, answer: Answer) -> bool:
+    """Whether the fit leaves no more than the stated noise."""
+    return stated.sd is not None and answer.fit.sigma_px < SETTINGS.explained * _expected(stated, answer)
+
+
 def unexplained(stated: Points, answer: Answer, units: str) -> Finding | None:
     """Whether the residuals are as large as the stated noise of centroids and survey."""
     if stated.sd is None:
         return None
-    C = covariances(answer.camera, stated.p, stated.sd, stated.survey)
-    expected = float(np.sqrt(np.median((C[:, 0, 0] + C[:, 1, 1]) / 2)))
+    expected = _expected(stated, answer)
     centroids = float(np.sqrt(np.median((stated.sd**2).mean(1))))
     B = derivatives(answer.camera, stated.p, stated.p.mean(0)).by_point
     px_per_unit = float(np.sqrt(np.nanmedian((B**2).sum((1, 2)) / 2)))

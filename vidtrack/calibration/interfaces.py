@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def interfaces_from_settings(where: str, through: Sequence[Mapping[str, Any]], u
         except ValueError as error:
             raise VidtrackError(f"{where}: {error}. Correct it under interfaces in config.yaml.") from None
         found.append(with_sigma(interface, sigma, units))
-    for first, second in zip(found[:-1], found[1:], strict=True):
+    for first, second in pairwise(found):
         if abs(first.indices[-1] - second.indices[0]) > 0.01:
             raise VidtrackError(
                 f"{where}: behind interface {first.name} the index is {first.indices[-1]:g}, before {second.name} "

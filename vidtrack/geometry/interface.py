@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -60,14 +61,14 @@ class Interface:
         object.__setattr__(self, "indices", tuple(float(n) for n in self.indices))
         object.__setattr__(self, "thickness", tuple(float(t) for t in self.thickness))
 
-    @property
+    @cached_property
     def axes(self) -> Array:
         """Two unit vectors in the plane, (2, 3), towards which `tilt_1` and `tilt_2` turn the normal."""
         first = np.cross(np.eye(3)[int(np.argmin(np.abs(self.normal)))], self.normal)
         first /= np.linalg.norm(first)
         return np.stack([first, np.cross(self.normal, first)])
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[str, ...]:
         """What may be refined. position: world units along the normal; tilt: rad; thickness: world units; index."""
         own = ["position", "tilt_1", "tilt_2"]
