@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.adjust import Problem, adjust, minimise
-from vidtrack.calibration.adjustment.measurements import CameraPriors, InterfacePriors, Sights
+from vidtrack.calibration.adjustment.measurements import CameraPriors, InterfacePriors, Measurement, Sights
 from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns
 from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refine import Uncertainty
@@ -195,8 +195,10 @@ class _Survey:
         sights = [Sights(i, own[:, None], own_sd[:, None]) for i, (own, own_sd) in enumerate(zip(b, sd, strict=True))]
         families = [Family(3, self.p, self.information)]
         groups = {"px": LEAST_SD / float(sd.mean())} if scale_sd else {}
-        known = [CameraPriors(priors), *([InterfacePriors()] if shared else [])]
-        return Problem(Unknowns(free, pivot, shared), families, [*sights, *known], groups)
+        beforehand: list[Measurement] = [CameraPriors(priors)]
+        if shared:
+            beforehand.append(InterfacePriors())
+        return Problem(Unknowns(free, pivot, shared), families, [*sights, *beforehand], groups)
 
     def judged(self, shift: Array, covariance: Array) -> tuple[Array, float]:
         """How far points moved (n, 3) in standard deviations of it, and how many times rougher than sigma they are."""

@@ -41,6 +41,9 @@ class EvidenceSettings:
     explained: float = 1.15
     """Noise left over, times the stated one, below which nothing is missing: of 30 points it varies by 10 %."""
 
+    usual_px: float = 0.15
+    """ASSUME: noise of centroids, where nothing is stated."""
+
     off: float = 4.0
     """Standard deviations of what is known beforehand beyond which an interface is not where the config says."""
 
@@ -198,8 +201,9 @@ def _expected(stated: Points, answer: Answer) -> float:
 
 
 def _explained(stated: Points, answer: Answer) -> bool:
-    """Whether the fit leaves no more than the stated noise."""
-    return stated.sd is not None and answer.fit.sigma_px < SETTINGS.explained * _expected(stated, answer)
+    """Whether the fit leaves no more than the stated noise, or than centroids have as a rule."""
+    expected = SETTINGS.usual_px if stated.sd is None else _expected(stated, answer)
+    return answer.fit.sigma_px < SETTINGS.explained * expected
 
 
 def unexplained(stated: Points, answer: Answer, units: str) -> Finding | None:

@@ -274,6 +274,7 @@ def _doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str
         findings.append(plain)
     if plain is None and not task.closed:
         findings.append(unexplained(stated, answer, units))
+    if not task.closed:
         findings += interface_findings(stated, good, answer, units)
     return [finding for finding in findings if finding]
 

@@ -1,0 +1,90 @@
+"""Wrong and missing interfaces are found from the points of one camera; right ones are left alone."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.geometry.underwater import SURFACE, WINDOW, looking
+from vidtrack.geometry.camera import project
+from vidtrack.stages.calibrate import calibrate
+
+EXACT = {"position": 0, "tilt": 0, "thickness": 0, "index": 0}
+WET = looking((-500, -1500, 50), WINDOW)
+DRY = WET.with_(through=())
+ABOVE = looking((-600, -700, 1500), SURFACE)
+MIDDLE = SURFACE.stepped({"surface.position": -120.0})
+BOTH = ABOVE.with_(through=(MIDDLE,))
+LINES = np.linspace(-200, 200, 4)
+GRID = np.stack(np.meshgrid(LINES, LINES, np.linspace(-200, 110, 4)), -1).reshape(-1, 3)
+
+
+def found(camera, *through, seed=0):
+    """The findings about interfaces of a calibration on 64 points."""
+    done = calibrated(camera, *through, seed=seed)
+    return [f for f in done.findings if f.code.startswith("interface")]
+
+
+def calibrated(camera, *through, seed=0):
+    b = project(camera, GRID) + np.random.default_rng(seed).normal(0, 0.1, (len(GRID), 2))
+    table = pd.DataFrame({"tag": [str(i) for i in range(len(GRID))], "sd_x": 0.1, "sd_y": 0.1})
+    table[["x", "y", "z"]], table[["Xf", "Yf"]] = GRID, b
+    return calibrate(
+        table, image_size=(640, 480), sensor=(6.4, 4.8), model="tsai", through=through, units="mm", search=False
+    )
+
+
+def config(interface, **changes):
+    own = {"name": interface.name, "point": interface.point, "normal": interface.normal, "indices": interface.indices}
+    thickness = {"thickness": interface.thickness} if interface.thickness else {}
+    return own | thickness | changes
+
+
+def test_a_right_interface_is_left_alone_and_no_point_is_blamed():
+    for camera in (WET, ABOVE):
+        done = calibrated(camera, *(config(i) for i in camera.through))
+        assert not [f for f in done.findings if f.code.startswith("interface")]
+        assert done.points["used"].all()
+        assert done.record["sigma_px"] == pytest.approx(0.1, rel=0.2)
+
+
+def test_a_camera_in_air_asks_for_no_interface():
+    assert not found(DRY)
+
+
+@pytest.mark.parametrize("camera", [WET, ABOVE])
+def test_water_that_the_config_does_not_name_is_found(camera):
+    (missing,) = found(camera)
+    assert missing.code == "interface-missing"
+    assert "through water" in missing.text
+
+
+def test_a_surface_in_a_wrong_place_is_found_though_it_is_said_to_be_exact():
+    # points on both sides of it see where it lies
+    (wrong,) = found(BOTH, config(MIDDLE, point=MIDDLE.point + np.array([0, 0, 20.0]), sigma=EXACT))
+    assert wrong.code == "interface-wrong"
+    assert "position -19" in wrong.text
+
+
+def test_a_surface_that_is_not_level_is_found():
+    (wrong,) = found(ABOVE, config(SURFACE, normal=SURFACE.normal + np.array([0.05, 0, 0]), sigma=EXACT))
+    assert wrong.code == "interface-wrong"
+
+
+def test_a_wrong_index_is_found():
+    (wrong,) = found(WET, config(WINDOW, indices=(1.0, 1.49, 1.0), sigma=EXACT))
+    assert wrong.code == "interface-wrong"
+
+
+def test_an_interface_that_is_refined_away_from_what_is_known_is_found():
+    moved = config(MIDDLE, point=MIDDLE.point + np.array([0, 0, 60.0]), sigma={**EXACT, "position": 3})
+    (wrong,) = found(BOTH, moved)
+    assert "standard deviations" in wrong.text
+
+
+def test_points_on_both_sides_are_all_used_and_refine_the_surface():
+    done = calibrated(BOTH, config(MIDDLE, point=MIDDLE.point + np.array([0, 0, 4.0])))
+    assert done.points["used"].all()
+    sd = dict(zip(done.uncertainty.names, done.uncertainty.standard_errors, strict=True))
+    assert sd["surface.position"] < 1.5  # 5 as it was known
+    off = done.camera.through[0].deviation(MIDDLE)[0]
+    assert abs(off) < 4 * sd["surface.position"]
