@@ -4,7 +4,7 @@ from typing import get_args
 
 import pytest
 
-from tests.exchange.runs import run
+from tests.exchange.runs import camera, run
 from vidtrack.exchange.formats import FORMATS, Layout, places, written
 from vidtrack.settings.exports import OTHER_NAMES, FormatName
 
@@ -24,7 +24,7 @@ def test_files_are_known_by_name_before_anything_is_measured(everything):
 
 @pytest.fixture
 def everything():
-    return run()
+    return run(cameras={name: camera(name) for name in FULL.cameras})
 
 
 def test_several_files_lie_in_a_folder_of_their_own():

@@ -112,13 +112,16 @@ def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
 
     count = sum(len(answer.files) for _, _, answer in made)
     as_file = output is not None and count == 1 and os.path.splitext(output)[1] != "" and not os.path.isdir(output)
+    by_name: dict[str, bytes] = {}
+    clash = any(by_name.setdefault(n, c) != c for _, _, answer in made for n, c in answer.files.items())
     saved = []
     for folder, inner, answer in made:
         lines = list(answer.notes)
         for place in inner:
             path = os.path.join(folder, place) if output is None else output
             if output is not None and not as_file:
-                path = os.path.join(output, os.path.basename(place))
+                run = os.path.basename(os.path.dirname(folder))
+                path = os.path.join(output, *([run] if clash else []), os.path.basename(place))
             with replacing(path) as file:
                 file.write(answer.files[os.path.basename(place)])
             saved.append((path, lines))

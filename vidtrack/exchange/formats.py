@@ -5,7 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from vidtrack.exchange import c3d, matlab, netcdf, openfast, opensim, plain, qtm
+from vidtrack.exchange import (
+    anipose,
+    c3d,
+    colmap,
+    matlab,
+    metashape,
+    netcdf,
+    opencv_yaml,
+    openfast,
+    openptv,
+    opensim,
+    plain,
+    qtm,
+)
 from vidtrack.exchange.measured import Run, Written
 from vidtrack.exchange.plain import EXPORTED
 
@@ -30,14 +43,12 @@ class Format(NamedTuple):
     files    the names of its files, of a layout
     reads    of each run: trajectories, kinematics, bodies, motions (those that there are), centroids, locate, cameras
     wants    what a run must have: space (positions with z), bodies
-    of_run   whether it is written for each run, or once for the calibration
     """
 
     write: Callable[[Run], Written]
     files: Callable[[Layout], list[str]]
     reads: tuple[str, ...] = ("trajectories",)
     wants: tuple[str, ...] = ("space",)
-    of_run: bool = True
 
     def suits(self, layout: Layout) -> bool:
         """Whether a run has what the format needs."""
@@ -58,6 +69,14 @@ def _named(*endings: str) -> Callable[[Layout], list[str]]:
     return lambda layout: [layout.name + ending for ending in endings]
 
 
+def _of_cameras(*endings: str) -> Callable[[Layout], list[str]]:
+    return lambda layout: [camera + ending for camera in layout.cameras for ending in endings]
+
+
+def _always(*names: str) -> Callable[[Layout], list[str]]:
+    return lambda layout: list(names)
+
+
 def _tables(ending: str) -> Callable[[Layout], list[str]]:
     def files(layout: Layout) -> list[str]:
         there = {"bodies": bool(layout.bodies), "motions": layout.analysed}
@@ -71,6 +90,10 @@ def _qtm(layout: Layout) -> list[str]:
     return _named(*(["_6D.tsv"] if layout.bodies else []), "_3D.tsv", "_qtm.mat")(layout)
 
 
+def _lenses(write: Callable[[Run], Written], files: Callable[[Layout], list[str]]) -> Format:
+    return Format(write, files, ("cameras",))
+
+
 FORMATS: dict[str, Format] = {
     "csv": Format(plain.write_csv, _tables(".csv"), EXPORTED, ()),
     "parquet": Format(plain.write_parquet, _tables(".parquet"), EXPORTED, ()),
@@ -82,13 +105,19 @@ FORMATS: dict[str, Format] = {
     "wecsim": Format(openfast.write_wecsim, _named("_wecsim.mat"), ("bodies", "motions"), ("space", "bodies")),
     "trc": Format(opensim.write_trc, _named(".trc")),
     "mot": Format(opensim.write_mot, _named(".mot"), ("bodies",), ("space", "bodies")),
+    "opencv": _lenses(opencv_yaml.write, _of_cameras(".yml")),
+    "anipose": _lenses(anipose.write, _always("calibration.toml")),
+    "openptv": _lenses(openptv.write, _of_cameras(".tif.ori", ".tif.addpar", ".json")),
+    "colmap": _lenses(colmap.write, _always("cameras.txt", "images.txt", "points3D.txt")),
+    "metashape": _lenses(metashape.write, _always("cameras.xml")),
 }
 
 
 def places(name: str, layout: Layout) -> list[str]:
-    """Where a format's files lie inside of the folder `export`: in a folder of their own where there are several."""
+    """Where a format's files lie inside of `export`: in a folder of their own unless it is one, named as the run."""
     files = FORMATS[name].files(layout)
-    return [f"{name}/{file}" for file in files] if len(files) > 1 else files
+    alone = len(files) == 1 and files[0].startswith(layout.name)
+    return files if alone else [f"{name}/{file}" for file in files]
 
 
 def written(name: str, run: Run) -> Written:

@@ -6,7 +6,23 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 
-FormatName = Literal["csv", "parquet", "c3d", "netcdf", "mat", "qtm", "trc", "mot", "openfast", "wecsim"]
+FormatName = Literal[
+    "csv",
+    "parquet",
+    "netcdf",
+    "mat",
+    "c3d",
+    "qtm",
+    "trc",
+    "mot",
+    "openfast",
+    "wecsim",
+    "opencv",
+    "anipose",
+    "openptv",
+    "colmap",
+    "metashape",
+]
 """As `exchange.formats.FORMATS` has them; a test compares the two."""
 
 ABOUT: dict[FormatName, str] = {
@@ -18,6 +34,11 @@ ABOUT: dict[FormatName, str] = {
     "qtm": "bodies and markers as Qualisys exports them, TSV and MATLAB",
     "openfast": "motions of bodies as PtfmSurge ... PtfmYaw",
     "wecsim": "motions of bodies as WEC-Sim's output.bodies",
+    "opencv": "cameras as OpenCV's YAML",
+    "anipose": "cameras as calibration.toml",
+    "openptv": "cameras as .ori and .addpar",
+    "colmap": "cameras as cameras.txt and images.txt",
+    "metashape": "cameras as cameras.xml",
     "trc": "markers for OpenSim",
     "mot": "motions of bodies for OpenSim",
 }

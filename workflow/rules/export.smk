@@ -20,9 +20,8 @@ if any(WANTED.values()):  # what follows loads the writers
                 EXPORTED.setdefault((name, files, read), []).append(run)
 
 
-PATHS = (
-    {}
-)  # a shell command is put together once more when its job runs: by then the loop is over
+# A shell command is put together once more when its job runs: by then the loop is over.
+PATHS = {}
 
 
 def of_run(paths):
