@@ -58,7 +58,7 @@ class Results:
     survey           survey.json; survey_after: that of the clips filmed after the test
     back, back_table   backprojection.json and .parquet; stability: stability.json; verdict: verdict.json
     runs             by name
-    summaries        of runs, `report/run_<run>.json`; calibration_page: whether there is one
+    summaries        of runs, `report/run_<run>.json`; calibration_page, campaign_page: whether there is one
     failures         of jobs that failed: {rule, parts: run and camera, or clip set and camera; findings}
     """
 
@@ -73,4 +73,5 @@ class Results:
     runs: dict[str, RunResults] = field(default_factory=dict)
     summaries: dict[str, Record] = field(default_factory=dict)
     calibration_page: bool = False
+    campaign_page: bool = False
     failures: list[Record] = field(default_factory=list)

@@ -54,6 +54,14 @@ class Columns(NamedTuple):
 
 WORLD = dict.fromkeys(("x", "y", "z", "sigma"), "world")
 PIXELS = dict.fromkeys(("Xf", "Yf", "width", "height"), "px")
+CAMPAIGN = Columns(
+    ("run", "repeat", "notes"),
+    ("H", "T", "heading", "scale"),
+    ("H", "T", "heading", "scale", "repeat", "notes"),
+    ("H", "T", "heading", "scale", "repeat", "notes"),
+    ("run",),
+    units={"H": "world", "T": "s"},
+)
 POINTS = Columns(("tag",), ("x", "y", "z", "sigma"), ("sigma",), ("sigma",), ("tag",), units=WORLD)
 PICKS = Columns(
     ("camera", "tag"), ("Xf", "Yf", "sd"), ("sd",), ("sd",), unique=("camera", "tag"), units={**PIXELS, "sd": "px"}

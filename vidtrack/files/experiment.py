@@ -53,6 +53,7 @@ class Experiment:
     clips: Mapping[str, Clip]
     runs: Mapping[str, Run]
     scenarios: Mapping[str, str]  # name: path, of rigs whose accuracy is to be predicted
+    campaign: str | None = None  # runs.csv: under which conditions each run was made
 
     @property
     def results(self) -> str:
@@ -93,7 +94,9 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         runs[name] = Run(name, _firsts(found), targets, reference, truth, _several(found))
     points = table_in(within(folder, "calibration"), "points.csv", problems)
     scenarios = _scenarios(within(folder, "sensitivity"))
-    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios)
+    listed = within(folder, "runs.csv")
+    campaign = listed if os.path.isfile(listed) else None
+    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios, campaign)
     return experiment, problems
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 from vidtrack.errors import VidtrackError, first_of
 from vidtrack.files.csv_checked import checked_csv
-from vidtrack.files.csv_columns import PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
+from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
 from vidtrack.files.experiment import Experiment, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.naming import did_you_mean, some_of, tags_meant
@@ -44,6 +44,19 @@ def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
     return problems
 
 
+def _check_campaign(settings: Settings, experiment: Experiment) -> list[str]:
+    """runs.csv may list runs that are still to be made, but a name that is nearly that of a run is a mistake."""
+    if not experiment.campaign:
+        return []
+    problems: list[str] = []
+    listed = _checked(experiment.campaign, CAMPAIGN, problems, settings.units, others="ignore").get("run", [])
+    others = [name for name in experiment.runs if name not in listed]
+    for name in listed:
+        if name not in experiment.runs and (near := did_you_mean(str(name), others)):
+            problems.append(f"{experiment.campaign}: no run {name!r} in runs/; did you mean {near!r}?")
+    return problems
+
+
 def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
     problems: list[str] = []
     known: list[str] = []
@@ -59,6 +72,7 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
             picks = _checked(clip.picks, PICKS, problems)
             problems += _foreign(clip.picks, "tag", picks, tags, f"clip {name} shows") if known else []
             problems += _foreign(clip.picks, "camera", picks, settings.cameras, "config.yaml names")
+    problems += _check_campaign(settings, experiment)
     for run in experiment.runs.values():
         if run.targets:
             targets = _checked(run.targets, TARGETS, problems)

@@ -58,6 +58,7 @@ def read_results(paths: Iterable[str]) -> Results:
                 results.summaries[content["run"]] = content
             else:
                 results.calibration_page |= parts[-1] == "calibration.html"
+                results.campaign_page |= parts[-1] == "campaign.html"
         elif parts[-4:-3] == ["runs"] and parts[-2] == "centroids":
             camera = os.path.splitext(parts[-1])[0]
             own = results.runs.setdefault(parts[-3], RunResults())

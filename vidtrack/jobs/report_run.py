@@ -6,14 +6,14 @@ from vidtrack.files.records import write_json
 from vidtrack.files.results_files import read_results
 from vidtrack.report.page_file import write_page
 from vidtrack.report.run_page import run_page
-from vidtrack.report.run_summary import run_summary
+from vidtrack.report.run_summary import run_summary, run_uncertainty
 from vidtrack.results import RunResults
 from vidtrack.stages.verdict import verdict
 from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: results (of the run and of the calibration). outputs: page, summary.
+    """inputs: results (of the run, of the calibration, and the analysis of its repeats). outputs: page, summary.
 
     settings: run, title, units, cameras, and `asked`: what the config asks of the run, as the verdict takes it. The
     run is judged here as in verdict.json, which holds all other runs as well: their changes leave this page alone.
@@ -30,4 +30,6 @@ def run(job: Job) -> None:
         provenance=job.provenance,
     )
     write_page(job.outputs["page"], page)
-    write_json(job.outputs["summary"], run_summary(name, results.runs.get(name, RunResults())), job.provenance)
+    summary = run_summary(name, results.runs.get(name, RunResults()))
+    summary |= {"uncertainty": run_uncertainty(name, results)}
+    write_json(job.outputs["summary"], summary, job.provenance)

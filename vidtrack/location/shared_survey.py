@@ -57,6 +57,28 @@ def joint_covariance(
     return _possible(own, joint)
 
 
+def survey_covariance(
+    cameras: Sequence[Camera], uncertainties: Sequence[CameraUncertainty | None], surveys: Sequence[Survey]
+) -> Array:
+    """The part of `joint_covariance` that the survey's tolerance makes; the rest is of the centroids in the clips.
+
+    No camera's part exceeds its own covariance: it is lessened until it does not.
+    """
+    known = [(c, u, s) for c, u, s in zip(cameras, uncertainties, surveys, strict=True) if u is not None]
+    tags = sorted({tag for _, _, s in known for tag in s.tags})
+    sigmas = {tag: s.sigma[row] for _, _, s in known for row, tag in enumerate(s.tags)}
+    columns = []  # what one standard error of each surveyed point, along each axis, does to all parameters
+    for camera, u, s in known:
+        row_of = {tag: row for row, tag in enumerate(s.tags)}
+        F = _by_surveyed_point(camera, u, s)
+        none = np.zeros((len(u.names), 3))
+        own = np.concatenate([sigmas[t] * F[row_of[t]] if t in row_of else none for t in tags], axis=1)
+        largest = float(np.max(np.diag(own @ own.T) / np.maximum(np.diag(u.covariance), 1e-300), initial=0.0))
+        columns.append(own / np.sqrt(max(1.0, largest)))
+    effect = np.concatenate(columns)
+    return np.asarray(effect @ effect.T)
+
+
 def _by_surveyed_point(camera: Camera, uncertainty: CameraUncertainty, survey: Survey) -> Array:
     """F (n, k, 3): how the freed parameters follow each surveyed point."""
     at = derivatives(camera, survey.p, uncertainty.pivot)

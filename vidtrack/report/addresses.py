@@ -8,6 +8,7 @@ from urllib.parse import quote
 INDEX = "report.html"
 FOLDER = "report"
 CALIBRATION = "calibration.html"
+CAMPAIGN = "campaign.html"
 
 
 def run_file(run: str) -> str:

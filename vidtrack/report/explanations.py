@@ -67,6 +67,30 @@ ABOUT = {
         "above z = 0. Set-up: the mean. S: swash, four standard deviations about it; Sinc and Sig: its parts above and "
         "below 0.05 Hz. R2 %: the height that 2 % of the run-up maxima exceed."
     ),
+    "campaign": (
+        "Each run a line: under which conditions it was made (runs.csv), and what was measured in it, with half of its "
+        "95 % interval. The run's name leads to its page."
+    ),
+    "repeatability": (
+        "Runs under the same conditions with the same analysis are repeats. Standard deviation: of a single run. Type "
+        "A: the standard uncertainty of their mean, the deviation over the root of their number; the interval is by "
+        "Student's t."
+    ),
+    "pooled": (
+        "The mean of the repeats, weighted by what each knows. Where they scatter by more than their own intervals "
+        "explain, that scatter is in the interval."
+    ),
+    "full-scale": (
+        "Lengths times the scale, times and periods times its root, frequencies over its root; damping ratios and "
+        "ratios of lengths stay; degrees a length are divided by the scale."
+    ),
+    "uncertainty": (
+        "Where the uncertainty of one sample comes from (GUM; ITTC 7.5-02-07-02.1), as standard uncertainties: of the "
+        "survey of the calibration points, of the calibration for a given survey, of the centroids in the pictures, of "
+        "the cameras' clocks, of the lever arm from the body's origin to the point, and of repeats (type A), where "
+        "there are some. Combined: the root of the sum of squares. Expanded: twice that, some 95 %. For motions the "
+        "first four are in the shares that positions have along that axis."
+    ),
     "points-not-used": "Points that were seen and left out of this camera's calibration, with the reason.",
     "motions": (
         "The body's six degrees of freedom at this point, in the basin's axes: surge along the waves, heave upward, "

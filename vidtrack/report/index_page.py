@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vidtrack.report import run_sections
-from vidtrack.report.addresses import FOLDER, addresses
+from vidtrack.report.addresses import CAMPAIGN, FOLDER, addresses
 from vidtrack.report.footer import footer
 from vidtrack.report.numbers import number, one_over
 from vidtrack.report.page import Page, Section
@@ -31,6 +31,7 @@ def index_page(results: Results, *, units: str, runs: Sequence[str], title: str,
         sections.append(Section("runs", "Runs", tables=[table]))
     lead, verdict = _lead(results.back, runs, units), verdict_section(results, units)
     nav = [("Calibration", links["calibration"])] if results.calibration_page else []
+    nav += [("Campaign", f"{FOLDER}/{CAMPAIGN}")] if results.campaign_page else []
     return Page(title, lead, verdict, sections, footer(provenance, units), links, nav)
 
 

@@ -80,13 +80,14 @@ class Verdict:
 class Page:
     """One page of the report.
 
+    verdict   None on a page on which nothing is judged
     links   the addresses of sections that another page has, by their keys
     nav     titles and addresses of other pages
     """
 
     title: str
     lead: Sequence[str]
-    verdict: Verdict
+    verdict: Verdict | None
     sections: Sequence[Section]
     footer: Sequence[str] = ()
     links: Mapping[str, str] = field(default_factory=dict)

@@ -14,6 +14,8 @@ from vidtrack.report.drawn import drawn
 from vidtrack.report.footer import footer
 from vidtrack.report.page import Figure, Page
 from vidtrack.report.run_figures import run_figures
+from vidtrack.report.run_summary import run_uncertainty
+from vidtrack.report.uncertainty_sections import uncertainty_tables
 from vidtrack.report.verdict_section import run_verdict
 from vidtrack.results import Results, RunResults
 
@@ -30,7 +32,8 @@ def run_page(
     """
     own = results.runs.get(name, RunResults())
     figures = [*posters(name, own), *drawn(run_figures(name, results, camera_colours(cameras), units))]
-    section = run_sections.run_section(name, own, units, figures)
+    stated = uncertainty_tables(run_uncertainty(name, results), units)
+    section = run_sections.run_section(name, own, units, figures, stated)
     calibration = bool(results.cameras)
     links = addresses([], results.cameras, calibration=calibration)
     nav = [("Overview", f"../{INDEX}")] + ([("Calibration", links["calibration"])] if calibration else [])

@@ -14,8 +14,10 @@ from vidtrack.results import RunResults
 Record = Mapping[str, Any]
 
 
-def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure] = ()) -> Section:
-    """Everything that the page says of one run."""
+def run_section(
+    name: str, own: RunResults, units: str, figures: Sequence[Figure] = (), stated: Sequence[Table] = ()
+) -> Section:
+    """Everything that the page says of one run; stated: its uncertainty."""
     comparison, locate = own.record("comparison"), own.record("locate")
     tables = [
         comparison_table(comparison, units),
@@ -25,6 +27,7 @@ def run_section(name: str, own: RunResults, units: str, figures: Sequence[Figure
         clock_table(locate),
         correspondence_table(locate, units),
         *analysis_tables(own.record("analysis"), units),
+        *stated,
         bodies_table(own.record("bodies"), units),
         smoothing_table(own.record("kinematics"), units),
     ]

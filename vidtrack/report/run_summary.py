@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import hypot
 from typing import Any
 
+from vidtrack.analysis.uncertainty import uncertainty_statement
 from vidtrack.report.numbers import pick
-from vidtrack.results import RunResults
+from vidtrack.results import Results, RunResults
 
 
 def run_summary(name: str, own: RunResults) -> dict[str, Any]:
@@ -34,6 +35,15 @@ def run_summary(name: str, own: RunResults) -> dict[str, Any]:
         "rms": pick(comparison, "after", "rms"),
         "truth_one_over": pick(comparison, "truth", "one_over"),
     }
+
+
+def run_uncertainty(name: str, results: Results) -> dict[str, Any]:
+    """The uncertainty statement of a run; repeats are the other runs whose analysis is among the results."""
+    own = results.runs.get(name, RunResults())
+    analysed = own.record("analysis")
+    each = [other.record("analysis").get("motions") or {} for other in results.runs.values()]
+    budget = pick(own.record("locate"), "uncertainty", "axes")
+    return uncertainty_statement(budget, analysed.get("motions") or {}, analysed.get("axes") or {}, each)
 
 
 def located_samples(own: RunResults) -> tuple[int, int]:

@@ -22,7 +22,7 @@ from vidtrack.settings.exports import DESCRIPTION, Formats
 from vidtrack.settings.interfaces import Interface
 from vidtrack.settings.report import Report
 from vidtrack.settings.runs import Run
-from vidtrack.settings.sections import Name, Section
+from vidtrack.settings.sections import Name, Positive, Section
 
 
 class Settings(Section):
@@ -50,6 +50,11 @@ class Settings(Section):
     calibration: Calibration = Field(Calibration(), description="how the cameras are calibrated")
     axes: Axes | None = Field(
         None, description="the basin's directions for all runs: which way waves travel, and which way is up"
+    )
+    scale: Positive | None = Field(
+        None,
+        description="of the model: 50 for 1 : 50; gives Froude-scaled columns beside what was measured, for runs for "
+        "which runs.csv says none",
     )
     report: Report = Field(Report(), description="what the report holds beyond its pages")
     runs: dict[Name, Run] = Field(

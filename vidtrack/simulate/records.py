@@ -13,7 +13,7 @@ import yaml
 from vidtrack.arrays import Array
 from vidtrack.files.atomic import replacing
 from vidtrack.geometry.camera import project
-from vidtrack.simulate.motion import position
+from vidtrack.simulate.motion import position, swing
 from vidtrack.simulate.scenario import Scenario, n_frames, random_stream
 
 MARK = "scenario.yaml"
@@ -44,6 +44,9 @@ def tables(scenario: Scenario) -> Iterator[Task]:
         if run.reference:
             rows = _reference(scenario, name)
             yield f"runs/{name}/reference.csv", _table(f"time_s,{run.reference.column}", rows, 4)
+        if run.channels:
+            header = ",".join(["time_s", *run.channels.columns])
+            yield f"runs/{name}/channels.csv", _table(header, _channels(scenario, name), 6)
 
 
 def surveyed(scenario: Scenario) -> Array:
@@ -140,6 +143,20 @@ def _reference(scenario: Scenario, run: str) -> list[list[object]]:
     recording = scenario.recording_of(run)
     start = float(scenario.first_code_of(run).clock - scenario.first_frame_of(run) / recording.rate)
     return [[start + when - sensor.lead_s, reading] for when, reading in zip(t, value, strict=True)]
+
+
+def _channels(scenario: Scenario, run: str) -> list[list[object]]:
+    """time_s and the reading of each column, from half a second before the video to half a second after it."""
+    plan, rng = scenario.runs[run], random_stream(scenario, "channels", run)
+    recorder, recording = plan.channels, scenario.recording_of(run)
+    assert recorder is not None
+    t = np.arange(int((plan.duration_s + 1) * recorder.rate)) / recorder.rate - 0.5
+    columns = [
+        np.sum([swing(term, t) for term in terms], axis=0) + recorder.error * rng.standard_normal(t.size)
+        for terms in recorder.columns.values()
+    ]
+    start = float(scenario.first_code_of(run).clock - scenario.first_frame_of(run) / recording.rate)
+    return [[start + when, *readings] for when, *readings in zip(t, *columns, strict=True)]
 
 
 def _table(header: str, rows: list[list[object]], decimals: int) -> Callable[[str], None]:

@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 
 from vidtrack.geometry.camera import Camera
 from vidtrack.simulate.background import Texture
-from vidtrack.simulate.motion import Motion
+from vidtrack.simulate.motion import Motion, Oscillation
 from vidtrack.simulate.picture import Patch, Picture
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vector, plan_from
 from vidtrack.simulate.recording import Clock, Interlace, Shutter
@@ -187,6 +187,16 @@ class Reference(Plan):
     margin_s: NotNegative = Field(0.5, description="s recorded before and after the video")
 
 
+class Instruments(Plan):
+    """A recorder of other instruments, such as wave gauges, by the video's clock: channels.csv."""
+
+    rate: Positive = Field(100.0, description="Hz")
+    error: NotNegative = Field(0.0, description="in each column's unit, sigma of each reading")
+    columns: dict[str, tuple[Oscillation, ...]] = Field(
+        description="column: what it shows, a sum of oscillations; their directions say nothing here"
+    )
+
+
 Turned = tuple[float, float, float, float, float]
 
 
@@ -201,6 +211,7 @@ class Run(Plan):
     first_frame: dict[str, int] = Field({}, description="camera: frames after the start at which its recording begins")
     lost_frames: dict[str, tuple[int, ...]] = Field({}, description="camera: frames that its recording lacks")
     reference: Reference | None = None
+    channels: Instruments | None = None
     boxes: bool = Field(False, description="whether there is a targets.csv with a start box of each target")
     turned: dict[str, tuple[Turned, ...]] = Field(
         {},

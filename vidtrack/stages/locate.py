@@ -17,6 +17,7 @@ from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.associations import association_columns
 from vidtrack.location.believed import rows_kept, without_chance, without_far
+from vidtrack.location.budget import error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.followed import rows_of, view_of
 from vidtrack.location.locate_findings import findings_of
@@ -31,7 +32,7 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
-from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.shared_survey import Survey, joint_covariance, survey_covariance
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.views import (
@@ -145,20 +146,22 @@ def locate(
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
     sd *= noise.factor
     reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
-    joint = _joint(views, points, noise.factor)
+    surveys = _surveys(views, points, noise.factor)
     uncertainties = [v.uncertainty for v in views]
+    rig, slips = [v.camera for v in views], _slips(timed, b, at)
+    joint = joint_covariance(rig, uncertainties, surveys) if surveys else None
     points_of = partial(
         locate_points,
-        [v.camera for v in views],
+        rig,
         b,
         sd=sd,
         uncertainties=uncertainties,
         joint=joint,
-        slips=_slips(timed, b, at),
+        slips=slips,
     )
     located = without_chance(points_of(reject=reject))
     whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
-    misses = sight_misses([v.camera for v in views], uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
+    misses = sight_misses(rig, uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
     located, sudden = with_grown_sigma(located, sd)
@@ -175,6 +178,8 @@ def locate(
     record["samples"]["sudden_misses"] = int(sudden.sum())
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
+    of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
+    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips)}
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
@@ -275,14 +280,12 @@ def _slips(timed: RunClocks, b: Array, at: Array) -> Array | None:
     return np.nan_to_num(velocity * np.nan_to_num(late)[:, None, :, None])
 
 
-def _joint(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, noise: float) -> Array | None:
-    """What the calibrations have in common, where their points and tolerances are known."""
+def _surveys(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, noise: float) -> list[Survey] | None:
+    """The points of each calibration, where they and their tolerances are known of all."""
     if points is None or any(v.uncertainty is None or v.name not in points for v in views):
         return None
     surveys = [_survey(points[v.name], noise) for v in views]
-    if all((s.sigma == 0).all() for s in surveys):
-        return None
-    return joint_covariance([v.camera for v in views], [v.uncertainty for v in views], surveys)
+    return None if all((s.sigma == 0).all() for s in surveys) else surveys
 
 
 def _survey(points: pd.DataFrame, noise: float) -> Survey:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from vidtrack.files.csv_checked import checked_csv
+from vidtrack.files.csv_columns import CAMPAIGN
 from vidtrack.files.experiment import Clip, Experiment, Run, point_tags, reference_columns, tags_of, target_names
 from vidtrack.settings.cameras import Clock
 from vidtrack.settings.config import Settings, detect_for
@@ -278,6 +280,27 @@ def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: s
         "crop": _crop(settings, run, camera),
         "recording": _recording(settings, experiment.runs[run], camera),
     }
+
+
+def campaign_rows(settings: Settings, experiment: Experiment) -> list[Order]:
+    """The runs of the campaign: those of runs.csv with their conditions, and those that it does not list."""
+    listed = checked_csv(experiment.campaign, CAMPAIGN, others="ignore") if experiment.campaign else {}
+    columns = {key: listed[key] for key in ("run", "H", "T", "heading", "scale", "repeat", "notes") if key in listed}
+    rows: list[Order] = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
+    names = {row["run"] for row in rows}
+    rows += [{"run": run} for run in experiment.runs if run not in names]
+    for row in rows:
+        row |= {key: None for key in ("H", "T", "heading", "scale") if row.get(key) != row.get(key)}  # NaN
+        if row.get("scale") is None:
+            row["scale"] = settings.scale
+        asked = _own(settings, row["run"]).analysis
+        row["analysis"] = asked.model_dump() if asked else None
+    return rows
+
+
+def campaign(settings: Settings, experiment: Experiment) -> Order:
+    """Under which conditions each run was made, and what is asked of it."""
+    return _titled(settings) | {"rows": campaign_rows(settings, experiment)}
 
 
 def report(settings: Settings, experiment: Experiment) -> Order:

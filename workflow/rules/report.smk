@@ -4,6 +4,9 @@
 # Where they are asked for: runs/<run>/overlay_<camera>.mp4, each recording with what was found drawn over it.
 
 
+from vidtrack.analysis.repeats import repeats
+
+
 def of_located(w, name):
     """A file of one camera's calibration, where the run is located by it."""
     return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []
@@ -66,11 +69,24 @@ SHOWN_OF = {
     + OF_CALIBRATION
     for run in PAGED
 }
+# Of repeats of a run the analysis, for the type A part of its uncertainty.
+ROWS = orders.campaign_rows(SETTINGS, EXPERIMENT)
+REPEATS = [[run for run in group if run in ANALYSED] for group in repeats(ROWS)]
+for group in REPEATS:
+    for run in group:
+        others = [f"{RESULTS}/runs/{o}/analysis.json" for o in group if o != run]
+        SHOWN_OF[run] = SHOWN_OF.get(run, []) + others
+CAMPAIGN_PAGE = f"{RESULTS}/report/campaign.html"
+CAMPAIGN = bool(EXPERIMENT.campaign) or any(len(group) > 1 for group in REPEATS)
 PAGES = [f"{RESULTS}/report/run_{run}.html" for run in PAGED]
 PAGES += [CALIBRATION_PAGE] if CALIBRATED else []
 REPORTED = [VERDICT, *OF_CALIBRATION]
 REPORTED += [f"{RESULTS}/report/run_{run}.json" for run in PAGED]
 REPORTED += [CALIBRATION_PAGE] if CALIBRATED else []
+if CAMPAIGN:
+    PAGES.append(CAMPAIGN_PAGE)
+    REPORTED.append(CAMPAIGN_PAGE)
+    BOOK.add("campaign", orders.campaign(SETTINGS, EXPERIMENT), [EXPERIMENT.campaign])
 BOOK.add("report", orders.report(SETTINGS, EXPERIMENT) | {"results": listed(REPORTED)})
 for run in PAGED:
     BOOK.add(
@@ -163,6 +179,31 @@ rule overlay_film:
         " --input trajectories {input.trajectories:q} --input record {input.record:q}"
         " --input camera {input.camera:q} --input labelling {input.labelling:q}"
         " --output film {output.film:q} --output poster {output.poster:q}"
+
+
+rule campaign:
+    input:
+        records=results(
+            lambda w: [f"{RESULTS}/runs/{r}/analysis.json" for r in ANALYSED]
+        ),
+    output:
+        record=f"{RESULTS}/campaign.json",
+        page=report(CAMPAIGN_PAGE, category="Experiment"),
+        account=account("campaign"),
+    log:
+        f"{LOGS}/campaign.log",
+    benchmark:
+        f"{BENCHMARKS}/campaign.tsv"
+    resources:
+        mem_mb=800,
+        runtime=10,
+    params:
+        **order("campaign"),
+    message:
+        "Writing the page of the campaign"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack campaign --account {output.account:q} --log {log:q}"
+        " --input records {input.records:q} --output record {output.record:q} --output page {output.page:q}"
 
 
 rule report_calibration:
