@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,9 @@ from vidtrack.analysis.interval import Estimate
 from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum, transfer
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
+
+Systematic = Mapping[str, tuple[Sequence[str], Sequence[float]]]
+"""By series: the series of the same point whose motions mix into it by the calibration, and by which share (sd)."""
 
 LITTLE_COHERENCE = 0.6
 """A transfer function is quoted where the squared coherence is at least so much."""
@@ -38,11 +42,13 @@ def regular_waves(
     *,
     slope: float | None = None,
     behind: float | None = None,
+    systematic: Systematic | None = None,
 ) -> dict[str, Any]:
     """H, T, harmonics and the mean cycle of a regular wave, and each motion's response to its fundamental.
 
     slope    the wave number, rad per unit of length: angles are then also given over the wave's slope
     behind   by how much the point to which phases refer lies behind the gauge, along the waves
+    systematic   what the calibration leaves open of scale and axes, where it is known
     """
     turn = 360 / (2 * np.pi) * (slope or 0.0) * (behind or 0.0)  # degrees of phase from the gauge to that point
     place = f"{behind:g} behind the gauge along the waves" if behind else "at the gauge"
@@ -59,24 +65,27 @@ def regular_waves(
         "phase_means": f"degrees by which the response follows the crest {place}",
         "responses": {},
     }
+    fits: dict[str, Harmonics] = {}
     for name, motion in motions.items():
-        if not np.nanstd(motion.x) > 0:
-            continue
-        try:
-            found = fit_harmonics(motion.t, motion.x, wave.f)
-        except (ValueError, np.linalg.LinAlgError):
-            continue
+        if np.nanstd(motion.x) > 0:
+            with suppress(ValueError, np.linalg.LinAlgError):
+                fits[name] = fit_harmonics(motion.t, motion.x, wave.f)
+    for name, found in fits.items():
+        motion = motions[name]
         # clocks of one instrument err together
         clock_sd = 0.0 if own.offset_sd == motion.offset_sd else float(np.hypot(own.offset_sd, motion.offset_sd))
         each = [response(wave, found, harmonic=h + 1) for h in range(len(found.amplitude))]
+        unsure = [_unsure(name, fits, systematic, h) for h in range(len(each))]
         phases = [
-            _phase(one.phase_deg, turn * (h + 1), 360 * wave.f * (h + 1) * clock_sd) for h, one in enumerate(each)
+            _phase(one.phase_deg, turn * (h + 1), float(np.hypot(360 * wave.f * (h + 1) * clock_sd, unsure[h][1])))
+            for h, one in enumerate(each)
         ]
+        ratio = _widened(each[0].ratio, unsure[0][0] / max(abs(wave.coefficients[0]), 1e-300))
         record["responses"][name] = {
             "unit": motion.unit,
             "mean": fields(found.mean),
-            "harmonics": [fields(a) for a in found.amplitude],
-            "rao": fields(each[0].ratio),
+            "harmonics": [fields(_widened(a, unsure[h][0])) for h, a in enumerate(found.amplitude)],
+            "rao": fields(ratio),
             "phase_deg": fields(phases[0]),
             "phases_deg": [fields(phase) for phase in phases],
             "samples_a_period": found.samples_a_period,
@@ -85,9 +94,30 @@ def regular_waves(
         }
         if slope is not None and motion.unit == "deg":
             by = np.degrees(slope)
-            ratio = each[0].ratio
             record["responses"][name]["rao_slope"] = fields(Estimate(ratio.value / by, ratio.half_width / by))
     return record
+
+
+def _widened(estimate: Estimate, sd: float) -> Estimate:
+    return Estimate(estimate.value, float(np.hypot(estimate.half_width, 1.96 * sd)))
+
+
+def _unsure(name: str, fits: Mapping[str, Harmonics], systematic: Systematic | None, h: int) -> tuple[float, float]:
+    """Standard errors of a harmonic's amplitude, as given, and phase, degrees, that the calibration's gradient makes.
+
+    What another direction of the same point adds in phase changes the amplitude, what it adds out of phase the phase.
+    """
+    if systematic is None or name not in systematic:
+        return 0.0, 0.0
+    names, row = systematic[name]
+    own = fits[name].coefficients[h]
+    size = max(abs(own), 1e-300)
+    # an angle has itself alone, with the gradient as a share of it
+    turned = [fits[other].coefficients[h] / own * size if abs(own) else 0.0 for other in names if other in fits]
+    sds = [sd for other, sd in zip(names, row, strict=True) if other in fits]
+    along = float(np.sqrt(sum((sd * np.real(c)) ** 2 for sd, c in zip(sds, turned, strict=True))))
+    across = float(np.sqrt(sum((sd * np.imag(c)) ** 2 for sd, c in zip(sds, turned, strict=True))))
+    return along, float(min(180.0, np.degrees(across / size)))
 
 
 def _phase(phase: Estimate, turn: float, clock_sd_deg: float) -> Estimate:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vidtrack.analysis.harmonics import FEW_SAMPLES_A_PERIOD, fit_harmonics, fundamental_frequency
-from vidtrack.analysis.responses import Series, irregular_waves, regular_waves
+from vidtrack.analysis.responses import Series, Systematic, irregular_waves, regular_waves
 from vidtrack.analysis.water_waves import wave_number
 from vidtrack.findings import Finding
 
@@ -16,16 +17,23 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 G_M = 9.80665
 REGULAR = 0.9
 """Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""
+TRANSLATIONS, ROTATIONS = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")
 FEW_PERIODS = 5
 """Fewer whole periods make a regular wave's numbers doubtful."""
 
 
 def waves_and_responses(
-    name: str, own: Series, others: Mapping[str, Series], how: Mapping[str, Any], units: str
+    name: str,
+    own: Series,
+    others: Mapping[str, Series],
+    how: Mapping[str, Any],
+    units: str,
+    systematic: Systematic | None = None,
 ) -> tuple[dict[str, Any], list[Finding]]:
     """What is quoted of the wave `own`, regular or irregular, and of each other series' response to it.
 
-    how     kind, period, resolution, start, end, depth, distance; units: the experiment's unit of length
+    how          kind, period, resolution, start, end, depth, distance; units: the experiment's unit of length
+    systematic   what the calibration leaves open of scale and axes, see `mixing`
     """
     how = dict(how) | _common_time(own, list(others.values()), how)
     own = _cut(own, how)
@@ -43,7 +51,8 @@ def waves_and_responses(
     record: dict[str, Any] = {"elevation": name, "kind": "regular" if regular else "irregular"}
     motions = {other: _cut(s, how) for other, s in others.items()}
     if regular:
-        record |= regular_waves(own, f, wave, motions, slope=_slope(how, units, f.value), behind=how.get("distance"))
+        reference = {"slope": _slope(how, units, f.value), "behind": how.get("distance")}
+        record |= regular_waves(own, f, wave, motions, systematic=systematic, **reference)
         each = {name: wave.samples_a_period}
         each |= {other: found["samples_a_period"] for other, found in record["responses"].items()}
         few = min(each, key=lambda other: each[other])
@@ -58,6 +67,27 @@ def waves_and_responses(
         record |= irregular
         findings += found
     return record, findings
+
+
+def mixing(names: Iterable[str], gradient: ArrayLike, basin: ArrayLike | None) -> Systematic:
+    """For each series of targets and bodies, what the calibration's gradient mixes into it.
+
+    gradient   (3, 3) standard deviations, see `location.budget.calibration_gradient`; basin: rows (3, 3), the world
+               directions of surge, sway and heave
+    An angle is unsure by a share of itself: by how differently two directions may be scaled.
+    """
+    G = np.asarray(gradient, float)
+    share = float(np.sqrt(2 * np.mean(G**2)))
+    turned = G if basin is None else np.abs(basin) @ G @ np.abs(basin).T
+    found: dict[str, tuple[Sequence[str], Sequence[float]]] = {}
+    for name in names:
+        group, _, last = name.rpartition(".")
+        for kind, own in (("xyz", G), (TRANSLATIONS, turned)):
+            if group and last in kind:
+                found[name] = [f"{group}.{other}" for other in kind], own[list(kind).index(last)].tolist()
+        if group and last in ROTATIONS:
+            found[name] = [name], [share]
+    return found
 
 
 def _common_time(own: Series, others: Sequence[Series], how: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: trajectories; bodies, channels where there are any; light of each camera and located (locate.json) where
-    the channels' clock is joined by a lamp. outputs: motions, record.
+    """inputs: trajectories; located (locate.json); bodies, channels where there are any; light of each camera where the
+    channels' clock is joined by a lamp. outputs: motions, record.
 
     settings: units, run, cameras, points, axes, decay, waves, channels.
     """
@@ -37,6 +37,7 @@ def run(job: Job) -> None:
         about=order["about"],
         decay=order["decay"],
         waves=order["waves"],
+        gradient=(read_json(job.path("located")).get("uncertainty") or {}).get("gradient"),
         units=order["units"],
         where=f"config.yaml: runs.{order['run']}.analysis",
     )

@@ -13,11 +13,18 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
-from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.geometry.triangulate import locate_points
 
 MOST = 120
 """Moments of each target that the budget is made of, evenly over the run: its parts change slowly."""
+
+SPREAD = 40
+"""Points, about, by which the gradient of the calibration's error is found."""
+
+FLAT = 0.02
+"""Directions in which points spread by less than this share of their largest spread have no gradient of their own."""
 
 PARTS = ("survey", "calibration", "centroid", "clock")
 
@@ -67,6 +74,53 @@ def error_budget(
         for i, axis in enumerate("xyz")
     }
     return {"axes": axes, "samples": int(good.sum())}
+
+
+def calibration_gradient(
+    cameras: Sequence[Camera], points: Array, uncertainties: Sequence[CameraUncertainty | None], joint: Array | None
+) -> Array | None:
+    """How unsure the calibration leaves scale and axes: standard deviations (3, 3) of G in  error = e0 + G (p - mean).
+
+    points   (..., 3) located, world units; G holds along the directions in which they lie apart, and is 0 across
+    A displacement a is then unsure by G a, the same for all samples of a run. None where no calibration is uncertain.
+    """
+    known = [i for i, u in enumerate(uncertainties) if u is not None]
+    p = points.reshape(-1, 3)
+    p = p[np.isfinite(p).all(-1)]
+    p = p[:: max(1, len(p) // SPREAD)]
+    if not known or len(p) < 4:
+        return None
+    J = []
+    for i in known:
+        u = uncertainties[i]
+        assert u is not None
+        which = [PARAMETERS.index(name) for name in u.names]
+        J.append(np.nan_to_num(derivatives(cameras[i], p, u.pivot).by_parameter[..., which]))
+    edges = np.cumsum([0, *(j.shape[-1] for j in J)])
+    covariance = np.zeros((edges[-1], edges[-1])) if joint is None else np.asarray(joint, float)
+    if joint is None:
+        for k, i in enumerate(known):
+            u = uncertainties[i]
+            assert u is not None
+            covariance[edges[k] : edges[k + 1], edges[k] : edges[k + 1]] = u.covariance
+    # parameters that are off by v look like pictures that are off by J v
+    values, vectors = np.linalg.eigh(covariance)
+    b = np.stack([project(camera, p) for camera in cameras])
+    at = locate_points(cameras, b, sd=1.0, most_unsure=np.inf).point
+    apart = at - np.nanmean(at, 0)
+    variance = np.zeros((3, 3))
+    for value, v in zip(values, vectors.T, strict=True):
+        if value <= 0:
+            continue
+        moved = b.copy()
+        for k, i in enumerate(known):
+            moved[i] -= J[k] @ (np.sqrt(value) * v[edges[k] : edges[k + 1]])
+        shift = locate_points(cameras, moved, sd=1.0, most_unsure=np.inf).point - at
+        good = np.isfinite(shift).all(-1) & np.isfinite(apart).all(-1)
+        if good.sum() > 3:
+            G, *_ = np.linalg.lstsq(apart[good], shift[good] - shift[good].mean(0), rcond=FLAT)
+            variance += G.T**2
+    return np.asarray(np.sqrt(variance))
 
 
 def _diagonal(covariance: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,8 +19,8 @@ from vidtrack.analysis.motions import (
     statistics,
     watch_circle,
 )
-from vidtrack.analysis.responses import Series, fields
-from vidtrack.analysis.waves import waves_and_responses
+from vidtrack.analysis.responses import Series, Systematic, fields
+from vidtrack.analysis.waves import mixing, waves_and_responses
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.motion.rigid import rotation_from_quaternion
@@ -60,6 +60,7 @@ def analysis(
     about: str | Sequence[float] = "mean",
     decay: Mapping[str, Any] | None = None,
     waves: Mapping[str, Any] | None = None,
+    gradient: Sequence[Sequence[float]] | None = None,
     units: str = "",
     where: str = "analysis",
 ) -> Analysis:
@@ -77,6 +78,7 @@ def analysis(
                    between which it rests
     decay          series, drop_half_cycles, quadratic, end: see `free_decay`
     waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s; depth, distance
+    gradient       of the calibration's error: `uncertainty.gradient` of locate.json
     A series is named <target>.<x|y|z>, <body>.<surge ... yaw>, <body>@<point>.<surge ... yaw>, or by its channel.
     Raises VidtrackError where a name fits no series, or bodies come without axes.
     """
@@ -98,7 +100,9 @@ def analysis(
         name = waves["elevation"]
         own = _named(series, name, f"{where}.waves.elevation")
         others = {other: s for other, s in series.items() if other != name}
-        record["waves"], found = waves_and_responses(name, own, others, waves, units)
+        record["waves"], found = waves_and_responses(
+            name, own, others, waves, units, _mixing(others, gradient, axes, channels)
+        )
         findings += found
     return Analysis(motions, record, findings)
 
@@ -163,6 +167,19 @@ def _at_rest(t: np.ndarray[Any, Any], found: Motions, about: str | Sequence[floa
             raise ValueError("it is in motion from the first sample on, so no rest is known (about: rest)")
         return rest
     return (t >= float(about[0])) & (t <= float(about[1]))
+
+
+def _mixing(
+    series: Iterable[str],
+    gradient: Sequence[Sequence[float]] | None,
+    axes: Mapping[str, str] | None,
+    channels: pd.DataFrame | None,
+) -> Systematic | None:
+    if gradient is None:
+        return None
+    basin = basin_axes(axes["waves"], axes["up"]) if axes else None
+    others = () if channels is None else channels.columns
+    return mixing([name for name in series if name not in others], gradient, basin)
 
 
 def _joined(

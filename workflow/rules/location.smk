@@ -254,7 +254,7 @@ rule analysis:
             channels_path(SETTINGS, EXPERIMENT.runs[w.run]) or []
         ),
         light=results(lambda w: of_lamp(w.run, "light/{camera}.parquet")),
-        located=results(lambda w: of_lamp(w.run, "locate.json")[:1]),
+        located=results(f"{RESULTS}/runs/{{run}}/locate.json"),
     output:
         record=f"{RESULTS}/runs/{{run}}/analysis.json",
         motions=f"{RESULTS}/runs/{{run}}/motions.parquet",
