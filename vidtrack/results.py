@@ -35,6 +35,7 @@ class RunResults:
     records               by name: locate, clocks, kinematics, bodies, comparison, waterline
     tables                by name: trajectories, kinematics, bodies, comparison, waterline
     timestacks            by transect, of waterline.npz
+    pictures              by camera: the path of the picture with which its recording begins
     posters               by camera: the path of the poster of its overlay film
     """
 
@@ -43,6 +44,7 @@ class RunResults:
     records: dict[str, Record] = field(default_factory=dict)
     tables: dict[str, DataFrame] = field(default_factory=dict)
     timestacks: dict[str, Any] = field(default_factory=dict)
+    pictures: dict[str, str] = field(default_factory=dict)
     posters: dict[str, str] = field(default_factory=dict)
 
     def record(self, name: str) -> Record:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, clock_axis, legend, new_figure
+from vidtrack.figures.style import PALETTE, clock_axis, legend, new_figure, picture_axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +29,29 @@ def tracks(centroids: Mapping[str, DataFrame], colours: Mapping[str, str], title
     axes[0, 0].set_ylabel("Xf (px)", fontsize=8)
     axes[1, 0].set_ylabel("Yf (px)", fontsize=8)
     figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def tracks_over_picture(picture: np.ndarray[Any, Any], table: DataFrame, camera: str) -> Figure:
+    """Where each target was seen, over the picture with which the recording begins; a colour a target.
+
+    picture   (h, w) grey. Where a target was lost, the way to where it was found again is dotted in red.
+    """
+    height, width = picture.shape[:2]
+    figure, ax = new_figure(width=5.2, height=5.2 * height / width + 0.6)
+    ax.imshow(picture, cmap="gray", vmin=0, vmax=max(float(np.percentile(picture, 99.9)), 1.0), interpolation="nearest")
+    picture_axes(ax, width, height)
+    gaps = 0
+    for i, (target, rows) in enumerate(table.groupby("target", sort=False)):
+        b = rows[["Xf", "Yf"]].to_numpy(float)
+        ax.plot(*b.T, color=PALETTE[(i + 4) % len(PALETTE)], lw=0.9, label=str(target))
+        seen = np.flatnonzero(np.isfinite(b[:, 0]))
+        for k in np.flatnonzero(np.diff(seen) > 1):
+            gaps += 1
+            ax.plot(*b[[seen[k], seen[k + 1]]].T, color="#ff4040", lw=1.2, ls=":")
+    lost = f", {gaps} lost stretches dotted red" if gaps else ""
+    legend(ax, fontsize=7, loc="upper right")
+    ax.set_title(f"{camera}: tracks{lost}", fontsize=9)
     return figure
 
 

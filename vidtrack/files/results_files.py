@@ -3,6 +3,7 @@
 calibration/<camera>/<file>, calibration_after/<camera>/<file>    a camera's calibration
 calibration/<file>, calibration_after/<file>                      the whole calibration
 runs/<run>/<file>, runs/<run>/centroids/<camera>.<ext>            a run
+runs/<run>/background/<camera>.png                                the picture with which a recording begins
 verdict.json
 report/run_<run>.json, report/calibration.html                    what the first page of the report links to
 .failures/...                                                     why a job failed
@@ -63,6 +64,8 @@ def read_results(paths: Iterable[str]) -> Results:
             camera = os.path.splitext(parts[-1])[0]
             own = results.runs.setdefault(parts[-3], RunResults())
             (own.readings if kind == ".json" else own.centroids)[camera] = content
+        elif parts[-4:-3] == ["runs"] and parts[-2] == "background":
+            results.runs.setdefault(parts[-3], RunResults()).pictures[os.path.splitext(parts[-1])[0]] = content
         elif parts[-3:-2] == ["runs"]:
             _put_in_run(results.runs.setdefault(parts[-2], RunResults()), parts[-1], content)
         elif parts[-1] in WHOLE_FILES:

@@ -17,13 +17,15 @@ DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 def analysis_tables(record: Record, units: str) -> list[Table]:
     """The tables that there is something in."""
     decay, waves = record.get("decay") or {}, record.get("waves") or {}
+    regular = waves.get("kind") == "regular" and bool(waves.get("responses"))
     tables = [
         clock_of_channels(record.get("channels") or {}),
         *motions_tables(record.get("motions") or {}, units, str(record.get("about") or "mean")),
         decay_table(decay) if decay.get("fn_Hz") else None,
         energy_table(decay) if decay.get("fn_Hz") else None,
         wave_table(waves, units) if waves.get("kind") else None,
-        response_table(waves) if waves.get("kind") == "regular" and waves.get("responses") else None,
+        response_table(waves) if regular else None,
+        harmonics_table(waves) if regular else None,
     ]
     return [table for table in tables if table]
 
@@ -124,15 +126,10 @@ def wave_table(waves: Record, units: str) -> Table:
 
 
 def response_table(waves: Record) -> Table:
-    """Amplitude ratio and phase of every motion, and its harmonics."""
+    """Amplitude ratio and phase of every motion."""
     rows = []
     slope = any("rao_slope" in own for own in waves["responses"].values())
     for name, own in waves["responses"].items():
-        higher = [
-            " at ".join([_estimate(own["harmonics"][h]), f"{_estimate(own['phases_deg'][h])}°"])
-            for h in (1, 2)
-            if h < len(own["harmonics"]) and "phases_deg" in own
-        ]
         rows.append(
             [
                 f"{name} ({own['unit'] or 'its unit'})",
@@ -140,14 +137,26 @@ def response_table(waves: Record) -> Table:
                 _estimate(own["rao"]),
                 *([_estimate(own["rao_slope"]) if "rao_slope" in own else "–"] if slope else []),
                 _estimate(own["phase_deg"]),
-                *(higher or ["–", "–"]),
             ]
         )
     caption = f"Response to the fundamental of {waves['elevation']}; phase: {waves['phase_means']}"
-    header = ["motion", "amplitude", "over the wave's amplitude (RAO)", "phase (deg)", "2nd harmonic", "3rd harmonic"]
+    header = ["motion", "amplitude", "over the wave's amplitude (RAO)", "phase (deg)"]
     if slope:
         header.insert(3, "over the wave's slope (deg/deg)")
     return Table(caption, header, rows, ABOUT["responses"])
+
+
+def harmonics_table(waves: Record) -> Table | None:
+    """The second and third harmonic of every motion."""
+    rows = []
+    for name, own in waves["responses"].items():
+        if len(own.get("phases_deg") or ()) > 2:
+            cells = [_estimate(own[key][h]) for h in (1, 2) for key in ("harmonics", "phases_deg")]
+            rows.append([f"{name} ({own['unit'] or 'its unit'})", *cells])
+    if not rows:
+        return None
+    header = ["motion", "2nd: amplitude", "phase (deg)", "3rd: amplitude", "phase (deg)"]
+    return Table("Higher harmonics of the motions", header, rows, ABOUT["harmonics"])
 
 
 def _crossings(own: Record) -> list[list[str]]:

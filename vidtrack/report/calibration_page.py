@@ -15,6 +15,7 @@ from vidtrack.report.addresses import INDEX
 from vidtrack.report.drawn import Chart, drawn
 from vidtrack.report.footer import footer
 from vidtrack.report.page import Figure, Page, Section
+from vidtrack.report.provenance_section import provenance_section
 from vidtrack.report.space_view import as_json, camera_of, space_view
 from vidtrack.report.verdict_section import calibration_verdict, judged_cameras
 from vidtrack.results import CameraResults, Results
@@ -37,7 +38,10 @@ def calibration_page(results: Results, *, units: str, cameras: Sequence[str], ti
     rig = _rig(results, camera_colours(cameras), units)
     whole = Section("calibration", "Calibration", figures=rig, sections=_calibration(results, units))
     verdict, nav = calibration_verdict(results), [("Overview", f"../{INDEX}")]
-    return Page(f"{title}: calibration", (), verdict, [whole], footer(provenance, units), {}, nav)
+    records = [(name, record) for name, own in results.cameras.items() for record in (own.record, own.labelling)]
+    made = provenance_section([*records, ("", results.survey), ("", results.back)], units)
+    sections = [whole, *([made] if made else [])]
+    return Page(f"{title}: calibration", (), verdict, sections, footer(provenance, units), {}, nav)
 
 
 def _rig(results: Results, colours: Mapping[str, str], units: str) -> list[Figure]:

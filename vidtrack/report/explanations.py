@@ -113,7 +113,16 @@ ABOUT = {
     ),
     "responses": (
         "RAO: the amplitude of a motion over that of the wave. Phase: by how many degrees it follows the wave's crest. "
-        "Higher harmonics: amplitude, and phase after the crest of the fundamental, in degrees of their own period."
+        "The intervals hold noise, the error of the other instruments' clock, and what the calibration leaves open of "
+        "scale and axes."
+    ),
+    "harmonics": (
+        "What a motion has at twice and three times the frequency of the wave: amplitude, and phase after the crest of "
+        "the fundamental, in degrees of its own period."
+    ),
+    "provenance": (
+        "The settings and the files that the numbers on this page were made with, as they stand under `provenance` in "
+        "every file of results/. The checksum of a file is SHA-256: the same file has the same one."
     ),
     "bodies": (
         "A rigid body is fitted to its targets in every sample. Off the rigid body: the distance between where "

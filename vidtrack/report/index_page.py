@@ -10,6 +10,7 @@ from vidtrack.report.addresses import CAMPAIGN, FOLDER, addresses
 from vidtrack.report.footer import footer
 from vidtrack.report.numbers import number, one_over
 from vidtrack.report.page import Page, Section
+from vidtrack.report.provenance_section import provenance_section
 from vidtrack.report.verdict_section import judged_cameras, verdict_section
 from vidtrack.results import Results
 
@@ -30,6 +31,8 @@ def index_page(results: Results, *, units: str, runs: Sequence[str], title: str,
         table = run_sections.runs_table([results.summaries[name] for name in known], units)
         sections.append(Section("runs", "Runs", tables=[table]))
     lead, verdict = _lead(results.back, runs, units), verdict_section(results, units)
+    if made := provenance_section([("", {"provenance": provenance})], units):
+        sections.append(made)
     nav = [("Calibration", links["calibration"])] if results.calibration_page else []
     nav += [("Campaign", f"{FOLDER}/{CAMPAIGN}")] if results.campaign_page else []
     return Page(title, lead, verdict, sections, footer(provenance, units), links, nav)

@@ -54,6 +54,23 @@ def derivatives(table: DataFrame, units: str) -> str:
     return _series(panels, t0, every)
 
 
+def motions(table: DataFrame, units: str) -> str:
+    """Six degrees of freedom of each point of a body; table: rows of motions.parquet."""
+    each = list(table.groupby("point", sort=False))
+    every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
+    panels = [
+        {
+            "label": f"{name} ({units if k < 3 else 'deg'})",
+            "lines": [
+                _line(str(point), PALETTE[i % len(PALETTE)], rows.iloc[::every], t0, name, f"sigma_{name}")
+                for i, (point, rows) in enumerate(each)
+            ],
+        }
+        for k, name in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw"))
+    ]
+    return _series(panels, t0, every)
+
+
 def comparison(table: DataFrame, units: str) -> str:
     """The contact sensor and the video, as recorded and with the lag removed; table: comparison.parquet."""
     every, t0 = _every(len(table)), _first(table)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.figures import analysis, bodies, comparison, space, tracking, trajectories, waterline
+from vidtrack.figures import analysis, bodies, comparison, motions, space, tracking, trajectories, waterline
+from vidtrack.files.records import read_png
 from vidtrack.report import live
 from vidtrack.report.drawn import Chart
 from vidtrack.report.space_view import as_json, space_view
@@ -69,11 +70,32 @@ def _motion(name: str, own: RunResults, units: str) -> Iterator[Chart]:
         )
         table = own.tables["kinematics"]
         yield Chart(caption, trajectories.derivatives(table, units, name), live.derivatives(table, units))
-    if "bodies" in own.tables:
+    if "motions" in own.tables and len(own.tables["motions"]):
+        yield from _motions(own, units)
+    elif "bodies" in own.tables:
         yield Chart(
             "Six degrees of freedom; two standard deviations shaded",
             bodies.six_degrees(own.tables["bodies"], units, name),
         )
+
+
+def _motions(own: RunResults, units: str) -> Iterator[Chart]:
+    """Motions of each body, and the excursions of its named points, or of its origin where no point has a name."""
+    table, record = own.tables["motions"], own.record("analysis").get("motions") or {}
+    for body, rows in table.groupby("body", sort=False):
+        points = list(dict.fromkeys(rows["point"]))
+        named = [point for point in points if point != "origin"] or points
+        shown = rows[rows["point"].isin(named)]
+        caption = "Motions of a body in the basin's axes; two standard deviations shaded"
+        yield Chart(caption, motions.motions(shown, units, str(body)), live.motions(shown, units))
+        for point in named:
+            about = record.get(str(body), {}).get(point)
+            if about and about.get("envelope"):
+                hull = np.asarray(about["envelope"], float)
+                drawing = motions.envelope(
+                    rows[rows["point"] == point], hull, about["watch_circle"], units, f"{body}, {point}"
+                )
+                yield Chart("From above: horizontal excursions, their envelope, and the watch circle", drawing)
 
 
 def _analysed(name: str, own: RunResults) -> Iterator[Chart]:
@@ -100,6 +122,10 @@ def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[
         "Centroids of each target in each camera's picture against time",
         tracking.tracks(own.centroids, colours, name),
     )
+    for camera, path in own.pictures.items():
+        if camera in own.centroids:
+            drawing = tracking.tracks_over_picture(read_png(path), own.centroids[camera], camera)
+            yield Chart("Tracks over the picture with which the recording begins", drawing)
     caption = "Pixel locking: where within a pixel centroids lie; flat is good, and a target at rest makes a peak"
     yield Chart(caption, tracking.pixel_locking(own.readings, colours))
     for camera, record in own.readings.items():

@@ -13,6 +13,7 @@ from vidtrack.report.addresses import INDEX, addresses
 from vidtrack.report.drawn import drawn
 from vidtrack.report.footer import footer
 from vidtrack.report.page import Figure, Page
+from vidtrack.report.provenance_section import provenance_section
 from vidtrack.report.run_figures import run_figures
 from vidtrack.report.run_summary import run_uncertainty
 from vidtrack.report.uncertainty_sections import uncertainty_tables
@@ -38,7 +39,10 @@ def run_page(
     links = addresses([], results.cameras, calibration=calibration)
     nav = [("Overview", f"../{INDEX}")] + ([("Calibration", links["calibration"])] if calibration else [])
     verdict = run_verdict(name, results, units)
-    return Page(f"{title}: {name}", (), verdict, [section], footer(provenance, units), links, nav)
+    records = [*own.readings.items(), *(("", record) for record in own.records.values())]
+    made = provenance_section(records, units)
+    sections = [section, *([made] if made else [])]
+    return Page(f"{title}: {name}", (), verdict, sections, footer(provenance, units), links, nav)
 
 
 def posters(name: str, own: RunResults) -> list[Figure]:

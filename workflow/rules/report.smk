@@ -34,6 +34,8 @@ for run, camera in FILMS:
 SHOWN = [path for path in CENTROIDS if path.endswith(".parquet")]
 SHOWN += [f"{RESULTS}/runs/{run}/kinematics.parquet" for run in LOCATED]
 SHOWN += [f"{RESULTS}/runs/{run}/bodies.parquet" for run in BODIED]
+SHOWN += [f"{RESULTS}/runs/{run}/motions.parquet" for run in ANALYSED if run in BODIED]
+SHOWN += [f"{RESULTS}/runs/{run}/background/{camera}.png" for run, camera in TRACKS]
 SHOWN += [path for path in COMPARISONS if path.endswith(".parquet")]
 SHOWN += [
     f"{RESULTS}/runs/{run}/waterline.{kind}"
