@@ -38,3 +38,13 @@ def test_the_worst_samples_name_their_frame_target_and_flag():
     shown = texts(tracking.worst_moments(moments, "cam1"))
     assert "frame 12\nt1: merged" in shown
     assert "frame 40\nt2: least contrast" in shown
+
+
+def test_tracks_over_the_picture_dot_what_was_lost():
+    rows = pd.DataFrame({"target": "t1", "Xf": np.arange(60.0), "Yf": 5.0})
+    rows.loc[10:14, ["Xf", "Yf"]] = np.nan
+    figure = tracking.tracks_over_picture(np.full((40, 60), 9.0), rows, "cam1")
+    track, gap = figure.axes[0].lines
+    assert np.isnan(track.get_xdata()[12])
+    assert gap.get_xdata().tolist() == [9, 15]
+    assert "cam1: tracks, 1 lost stretches dotted red" in texts(figure)

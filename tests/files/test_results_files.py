@@ -37,7 +37,9 @@ def test_each_file_goes_to_its_place_by_its_path_alone(tmp_path, name):
         root / f"runs/{name}/waterline.npz", {"a": {**stack, "p": np.zeros((3, 3)), "b": np.zeros((3, 2))}}
     )
     overlay = root / f"calibration/overlay_{name}.png"
-    results = read_results([str(root / p) for p in (*records, *tables, f"runs/{name}/waterline.npz", overlay)])
+    pictures = [f"runs/{name}/overlay_{name}.jpg", f"runs/{name}/background/{name}.png", "report/campaign.html"]
+    read = (*records, *tables, f"runs/{name}/waterline.npz", overlay, *pictures)
+    results = read_results([str(root / p) for p in read])
 
     own, run = results.cameras[name], results.runs[name]
     assert own.record["path"] == records[0]
@@ -48,6 +50,9 @@ def test_each_file_goes_to_its_place_by_its_path_alone(tmp_path, name):
     assert run.readings[name]["path"] == records[5]
     assert run.records["locate"]["path"] == records[6]
     assert results.verdict["path"] == records[7]
+    assert run.posters == {name: str(root / pictures[0])}
+    assert run.pictures == {name: str(root / pictures[1])}
+    assert (results.campaign_page, results.calibration_page) == (True, False)
     assert len(own.points) == len(run.centroids[name]) == len(run.tables["trajectories"]) == 1
     assert list(run.timestacks) == ["a"]
     assert own.overlay == str(overlay)

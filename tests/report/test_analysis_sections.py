@@ -22,12 +22,13 @@ def test_waves_and_motions_have_a_table_each():
     bodies, gauge = body_in_waves(np.random.default_rng(1))
     nothing = swinging(np.random.default_rng(2)).iloc[:0]
     done = analysis(nothing, bodies, gauge, axes=AXES, waves={"elevation": "eta"}, units="m")
-    clock, motions, wave, responses = analysis_tables(plain(done.record), "m")
+    clock, motions, wave, responses, harmonics = analysis_tables(plain(done.record), "m")
     assert clock.rows[0] == ["joined by", "offset", ""]
     assert [row[0] for row in motions.rows][2] == "heave (m)"
     value, width = map(float, wave.rows[0][1].split(" ± "))
     assert abs(value - 2) < 2 * width < 1e-3
     assert [row[0] for row in responses.rows][2] == "float.heave (m)"
+    assert [row[0] for row in harmonics.rows] == [row[0] for row in responses.rows]
 
 
 def test_no_analysis_makes_no_table():

@@ -95,3 +95,24 @@ def test_a_sensor_that_leads_shows_now_what_the_video_shows_later(written):
     np.testing.assert_allclose(value, position(motion, t + 0.2)[:, 0], atol=3e-3)  # 0.1 ms of 31 in/s
     assert t[0] < 0
     assert t[-1] > 0.4
+
+
+def test_other_instruments_record_by_the_video_s_clock_from_before_it_to_after_it():
+    lab = {**LAB, "runs": {name: dict(run) for name, run in LAB["runs"].items()}}
+    name = next(iter(lab["runs"]))
+    lab["runs"][name]["channels"] = {"rate": 50, "columns": {"eta": [{"amplitude": 2, "hz": 0.5}]}}
+    scenario = scenario_from(lab)
+    out = dict(tables(scenario))
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory() as folder:
+        out[f"runs/{name}/channels.csv"](f"{folder}/file")
+        found = rows(Path(folder, "file").read_text())
+    t = np.array([float(row["time_s"]) for row in found])
+    first = float(scenario.first_code_of(name).clock) - scenario.first_frame_of(name) / float(
+        scenario.recording_of(name).rate
+    )
+    assert t[0] == pytest.approx(first - 0.5)
+    eta = np.array([float(row["eta"]) for row in found])
+    assert eta == pytest.approx(np.where(t < first, 2.0, 2 * np.cos(np.pi * (t - first))), abs=1e-3)

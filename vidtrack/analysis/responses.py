@@ -125,7 +125,7 @@ def _phase(phase: Estimate, turn: float, clock_sd_deg: float) -> Estimate:
     seen = (phase.value - turn + 180) % 360 - 180
     if not np.isfinite(clock_sd_deg):
         return Estimate(float("nan"), float("nan"))
-    return Estimate(float(seen), float(np.hypot(phase.half_width, 1.96 * clock_sd_deg)))
+    return Estimate(float(seen), min(180.0, float(np.hypot(phase.half_width, 1.96 * clock_sd_deg))))
 
 
 def _cycle(series: Series, f: float) -> dict[str, Any]:

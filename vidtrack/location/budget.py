@@ -103,6 +103,8 @@ def calibration_gradient(
             u = uncertainties[i]
             assert u is not None
             covariance[edges[k] : edges[k + 1], edges[k] : edges[k + 1]] = u.covariance
+    if not np.isfinite(covariance).all():
+        return None
     # parameters that are off by v look like pictures that are off by J v
     values, vectors = np.linalg.eigh(covariance)
     b = np.stack([project(camera, p) for camera in cameras])

@@ -129,7 +129,7 @@ def response_table(waves: Record) -> Table:
     """Amplitude ratio and phase of every motion."""
     rows = []
     slope = any("rao_slope" in own for own in waves["responses"].values())
-    for name, own in waves["responses"].items():
+    for name, own in _bodies_first(waves["responses"]):
         rows.append(
             [
                 f"{name} ({own['unit'] or 'its unit'})",
@@ -149,7 +149,7 @@ def response_table(waves: Record) -> Table:
 def harmonics_table(waves: Record) -> Table | None:
     """The second and third harmonic of every motion."""
     rows = []
-    for name, own in waves["responses"].items():
+    for name, own in _bodies_first(waves["responses"]):
         if len(own.get("phases_deg") or ()) > 2:
             cells = [_estimate(own[key][h]) for h in (1, 2) for key in ("harmonics", "phases_deg")]
             rows.append([f"{name} ({own['unit'] or 'its unit'})", *cells])
@@ -157,6 +157,10 @@ def harmonics_table(waves: Record) -> Table | None:
         return None
     header = ["motion", "2nd: amplitude", "phase (deg)", "3rd: amplitude", "phase (deg)"]
     return Table("Higher harmonics of the motions", header, rows, ABOUT["harmonics"])
+
+
+def _bodies_first(responses: Record) -> list[tuple[str, Record]]:
+    return sorted(responses.items(), key=lambda item: item[0].rsplit(".", 1)[-1] not in DEGREES_OF_FREEDOM)
 
 
 def _crossings(own: Record) -> list[list[str]]:

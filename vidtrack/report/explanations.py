@@ -85,11 +85,10 @@ ABOUT = {
         "ratios of lengths stay; degrees a length are divided by the scale."
     ),
     "uncertainty": (
-        "Where the uncertainty of one sample comes from (GUM; ITTC 7.5-02-07-02.1), as standard uncertainties: of the "
-        "survey of the calibration points, of the calibration for a given survey, of the centroids in the pictures, of "
-        "the cameras' clocks, of the lever arm from the body's origin to the point, and of repeats (type A), where "
-        "there are some. Combined: the root of the sum of squares. Expanded: twice that, some 95 %. For motions the "
-        "first four are in the shares that positions have along that axis."
+        "Where the uncertainty of one sample comes from (GUM; ITTC 7.5-02-07-02.1), as standard uncertainties: survey, "
+        "calibration for a given survey, centroids, the cameras' clocks, the lever arm from the body's origin to the "
+        "point, repeats (type A). Combined: the root of the sum of squares. Expanded: twice that, some 95 %. Motions "
+        "have the first four in the shares of positions along that axis."
     ),
     "points-not-used": "Points that were seen and left out of this camera's calibration, with the reason.",
     "motions": (

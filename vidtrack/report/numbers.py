@@ -32,7 +32,8 @@ def measured(value: Any, sd: Any, digits: int = 4) -> tuple[str, str]:
     rounded = float(f"{sd:.1e}")  # 0.0996 is 0.10, not 0.100
     decimals = 1 - math.floor(math.log10(rounded))
     if decimals <= 6 or (decimals <= 9 and abs(value) >= 0.01):
-        return f"{round(value, decimals):.{max(decimals, 0)}f}", f"{round(sd, decimals):.{max(decimals, 0)}f}"
+        # + 0.0: no minus before zero
+        return f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}", f"{round(sd, decimals):.{max(decimals, 0)}f}"
     power = math.floor(math.log10(max(abs(value), sd)))
     scale, places = 10.0**-power, max(decimals + power, 0)
     first, second = (f"{v * scale:.{places}f}·10{_superscript(power)}" for v in (value, sd))

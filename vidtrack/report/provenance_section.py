@@ -10,7 +10,7 @@ from vidtrack.report.page import Section, Table
 
 Record = Mapping[str, Any]
 
-HIDDEN = ("run", "camera", "units", "title", "cameras")
+HIDDEN = ("run", "runs", "camera", "units", "title", "cameras", "results", "asked")
 """Settings that the page says elsewhere."""
 
 LONGEST = 120
@@ -34,7 +34,7 @@ def provenance_section(records: Iterable[tuple[str, Record | None]], units: str)
         return None
     tables = [
         Table(
-            f"Settings; lengths in {units}",
+            f"Settings; the unit of length is {units}",
             ["step", "setting", "value", "of"],
             [[rule, key, value, _joined(of)] for (rule, key, value), of in settings.items()],
             ABOUT["provenance"],

@@ -105,6 +105,12 @@ if CALIBRATED:
         | {"results": listed([*OF_CALIBRATION, *PICTURED])},
     )
 
+# All pages in one file, to be handed on: where the config asks for it, or the command line.
+ONE_FILE = f"{RESULTS}/report_one_file.html"
+BOOK.add("report_one_file", {"pages": listed([REPORT, *PAGES])})
+if not SETTINGS.report.one_file and not os.path.exists(ONE_FILE):
+    OFFERED.append(("report_one_file",))
+
 
 rule report:
     input:
@@ -181,6 +187,29 @@ rule overlay_film:
         " --input trajectories {input.trajectories:q} --input record {input.record:q}"
         " --input camera {input.camera:q} --input labelling {input.labelling:q}"
         " --output film {output.film:q} --output poster {output.poster:q}"
+
+
+rule report_one_file:
+    input:
+        report=results(REPORT),
+        pages=results(lambda w: PAGES),
+    output:
+        whole=ONE_FILE,
+        account=account("report_one_file"),
+    log:
+        f"{LOGS}/report_one_file.log",
+    benchmark:
+        f"{BENCHMARKS}/report_one_file.tsv"
+    resources:
+        mem_mb=lambda w, input: 400 + 8 * input.size_mb,
+        runtime=10,
+    params:
+        **order("report_one_file"),
+    message:
+        "Writing all pages of the report as one file"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack report_one_file --account {output.account:q} --log {log:q}"
+        " --input report {input.report:q} --input pages {input.pages:q} --output whole {output.whole:q}"
 
 
 rule campaign:
