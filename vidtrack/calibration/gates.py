@@ -40,6 +40,11 @@ def too_few(n: int, refine: str, model: str = "tsai", coplanar: bool = False, kn
     needed = (5 if coplanar else LINEAR_NEEDS) if linear else full_fit_needs(plain, known)
     if n >= needed:
         return None
+    if not linear and n == FEWEST - 1 and known >= points_needed(plain) - 6:
+        return (
+            "3 usable calibration points; placing a camera whose lens is known needs 4, as 3 leave up to four places. "
+            "Add a point."
+        )
     method = f"the {'coplanar' if coplanar else 'noncoplanar'} closed form" if linear else f"the full fit of {plain}"
     freed = points_needed(plain) - known
     of = "" if linear else f" for its {freed} free parameters"

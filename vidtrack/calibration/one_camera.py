@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,13 +12,14 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.centre_search import best_centre
 from vidtrack.calibration.gates import FLAT, flatness
 from vidtrack.calibration.initial_fit import ROUNDS, Nominal, appearing, distances, fit_camera, tsai_solution
+from vidtrack.calibration.known_lens import KnownLens, Place, placed
 from vidtrack.calibration.lens_selection import Ladder, climb, points_needed
 from vidtrack.calibration.outliers import ENOUGH, SMALLEST_SCALE, Mask, majority, studentised, trusted
 from vidtrack.calibration.refine import Fit, Uncertainty, best_of, covariances, free_parameters, refine
 from vidtrack.calibration.tsai import camera_from_closed_form
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import columns, derivatives
-from vidtrack.geometry.lens_terms import LENS_MODELS, RICHEST
+from vidtrack.geometry.lens_terms import LENS_MODELS
 
 RICH_LENS_POINTS = 30
 """Points from which the richest lens is worth a comparison, and outliers are sought with nothing held."""
@@ -74,6 +75,7 @@ class Task(NamedTuple):
     fixed: dict[str, float]
     priors: dict[str, tuple[float, float]]
     reject: bool = True  # whether outliers are sought
+    lens: KnownLens | None = None
 
     @property
     def closed(self) -> bool:
@@ -108,6 +110,8 @@ class Answer(NamedTuple):
     model: str
     ladder: Ladder | None  # where the lens model was chosen
     at_edge: bool  # the centre search ended at the edge of its reach
+    rivals: Sequence[Place] = ()  # of a camera with a known lens: other places that explain the points as well
+    suspect: int = -1  # a point that disagrees, where they are too few to leave it out
 
     @property
     def max_px(self) -> float:
@@ -124,6 +128,8 @@ def inliers(points: Points, task: Task, start: Mask) -> Inliers:
     Raises NoCamera when no camera fits.
     """
     everything = np.ones(points.n, bool)
+    if task.lens is not None:
+        return _inliers_with_lens(points, task.lens, task.reject)
     if points.n < ENOUGH or not task.reject:
         return Inliers(everything, np.nan, None, "", everything)
     fixed = dict(task.fixed) if points.n < RICH_LENS_POINTS else {}
@@ -146,6 +152,15 @@ def inliers(points: Points, task: Task, start: Mask) -> Inliers:
     candidates = [each for each in (plain, found, *others) if each is not None and each.keep.sum() > points.n / 2]
     best = min(candidates or [plain], key=lambda each: each.description_length)
     return best._replace(plain_keep=plain.keep)
+
+
+def _inliers_with_lens(points: Points, lens: KnownLens, reject: bool) -> Inliers:
+    found = placed(lens, points.p, points.b, points.sd, points.survey, reject=reject)
+    if found is None:
+        raise NoCamera(_NOWHERE)
+    many = points.n >= ENOUGH
+    scale = found.fit.sigma_px if many else np.nan
+    return Inliers(found.keep, scale, found.fit.camera if many else None, lens.model, found.keep)
 
 
 def better_part(points: Points, *, seed: int = 0) -> Mask:
@@ -236,8 +251,16 @@ _NOTHING_FITS = (
 )
 
 
+_NOWHERE = (
+    "a camera with this lens sees the points from nowhere. Check that the tags go with the right points, that "
+    "points.csv is right-handed, and that the lens is this camera's."
+)
+
+
 def calibrated(points: Points, task: Task) -> Answer:
     """The camera by the task's method. Raises NoCamera when there is none."""
+    if task.lens is not None:
+        return _with_known_lens(points, task.lens, task.reject)
     answer = _by_closed_form(points, task) if task.closed else _by_refinement(points, task)
     if not np.isfinite(answer.fit.rms_px):
         lost = int((~np.isfinite(answer.fit.residuals).all(-1)).sum())
@@ -247,6 +270,15 @@ def calibrated(points: Points, task: Task) -> Answer:
             f"{cure}, or check what calibration.fix holds."
         )
     return answer
+
+
+def _with_known_lens(points: Points, lens: KnownLens, reject: bool) -> Answer:
+    found = placed(lens, points.p, points.b, points.sd, points.survey, reject=reject)
+    if found is None:
+        raise NoCamera(_NOWHERE)
+    return Answer(
+        found.fit.camera, found.fit.uncertainty, found.fit, lens.model, None, False, found.rivals, found.suspect
+    )
 
 
 def _by_closed_form(points: Points, task: Task) -> Answer:
@@ -275,7 +307,7 @@ def _by_closed_form(points: Points, task: Task) -> Answer:
 def _by_refinement(points: Points, task: Task) -> Answer:
     model = "tsai" if task.model == "auto" else task.model
     few = points.thinned(ENOUGH_TO_JUDGE)
-    start = _fit(few, task, model)
+    start = fit_points(few, task, model)
     if start is None or not np.isfinite(start.cost):
         raise NoCamera(_NOTHING_FITS)
     ladder = None
@@ -293,15 +325,16 @@ def _by_refinement(points: Points, task: Task) -> Answer:
         )
         model, start = ladder.model, ladder.fit  # coarse as yet
     done = points.n == few.n and ladder is None
-    fit = start if done else _fit(points, task, model, start.camera)
+    fit = start if done else fit_points(points, task, model, start.camera)
     assert fit is not None
     if ladder is not None and model != "tsai":  # rung after rung may lead to a worse minimum than one step
-        other = _fit(points, task, model, ladder.rungs[0].fit.camera)
+        other = fit_points(points, task, model, ladder.rungs[0].fit.camera)
         fit = best_of([fit, other]) if other else fit
     return Answer(fit.camera, fit.uncertainty, fit, model, ladder, False)
 
 
-def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> Fit | None:
+def fit_points(points: Points, task: Task, model: str, near: Camera | None = None) -> Fit | None:
+    """The best fit of a lens model to the points by the task's settings, from all starts or from near."""
     free = free_parameters(model, tuple(task.fixed))
     return fit_camera(
         points.p,
@@ -315,11 +348,3 @@ def _fit(points: Points, task: Task, model: str, near: Camera | None = None) -> 
         near=near,
         coplanar=near is None and points.coplanar,
     )
-
-
-def noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
-    """The noise, px, that the richest lens leaves, its parameters counted; NaN where the points are too few."""
-    if points.n < RICH_LENS_POINTS:
-        return float("nan")
-    fit = _fit(points.thinned(ENOUGH_TO_JUDGE), task._replace(priors={}), RICHEST, near)
-    return fit.sigma_px if fit else float("nan")

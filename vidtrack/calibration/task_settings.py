@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.interfaces import interfaces_from_settings
+from vidtrack.calibration.known_lens import KnownLens
 from vidtrack.calibration.one_camera import Task
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.refine import POSE, free_parameters
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST
 
 Prior = Mapping[str, tuple[float, float]]
@@ -29,8 +33,13 @@ def task_from_settings(
     reject: str = "auto",
     through: Sequence[Mapping[str, Any]] = (),
     units: str = "mm",
+    lens: KnownLens | None = None,
 ) -> Task:
     """The task that the settings describe. VidtrackError, a line a problem, where they contradict each other."""
+    if lens is not None:
+        return _with_lens(
+            where, lens, refine, fix, prior or {}, reject, interfaces_from_settings(where, through, units)
+        )
     width, height = image_size
     dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
     nominal = Nominal(
@@ -46,6 +55,31 @@ def task_from_settings(
     if problems := _unfit_settings(task):
         raise VidtrackError(*(f"{where}: {problem}" for problem in problems))
     return task
+
+
+def _with_lens(
+    where: str, lens: KnownLens, refine: str, fix: Fix, prior: Prior, reject: str, through: tuple[Interface, ...]
+) -> Task:
+    """The task of placing a camera whose lens is known; what calibration.fix gives a value has that instead."""
+    problems = []
+    if refine in ("linear", "centre"):
+        problems.append(
+            f"{where}: calibration.lens: the closed form takes no known lens. Set calibration.refine: full."
+        )
+    if prior:
+        problems.append(f"{where}: a prior beside a known lens. Drop calibration.prior or calibration.lens.")
+    if problems:
+        raise VidtrackError(*problems)
+    given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
+    camera = lens.camera.with_(**{name: float(value) for name, value in given.items() if value is not None})
+    camera = camera.with_(through=through)
+    keep = [i for i, name in enumerate(lens.names) if name not in given]
+    covariance = None if lens.covariance is None or not keep else lens.covariance[np.ix_(keep, keep)]
+    lens = lens._replace(camera=camera, names=tuple(lens.names[i] for i in keep), covariance=covariance)
+    nominal = Nominal(camera.Cx, camera.Cy, camera.dx, camera.dy, camera.image_size, through)
+    inner = [name for name in free_parameters(lens.model) if name not in POSE]
+    fixed = {name: float(getattr(camera, name)) for name in inner}
+    return Task(nominal, lens.model, refine, fixed, {}, reject != "off", lens)
 
 
 def _fixed(where: str, fix: Fix, nominal: Nominal) -> dict[str, float]:

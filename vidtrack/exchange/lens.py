@@ -20,6 +20,10 @@ SAME_SHAPE = 0.005
 """Share by which the sides of two pictures may differ in shape and still show the same."""
 
 
+NOTHING = BrownLens(0.0, 0.0, 0.0, 0.0, (0, 0))
+NUMBERS = ("fx", "fy", "cx", "cy", "p1", "p2", "k1", "k2", "k3", "k4")
+
+
 def known_lens(given: Mapping[str, Any], path: str | None, camera: str, image_size: tuple[int, int]) -> KnownLens:
     """The lens that the config's section `lens` describes, for pictures of `image_size` (width, height) px.
 
@@ -30,9 +34,13 @@ def known_lens(given: Mapping[str, Any], path: str | None, camera: str, image_si
     where = path or f"config.yaml: cameras.{camera}.calibration.lens"
     own = _own_camera(path) if path else None
     if own is not None:
+        if any(given.get(name) is not None for name in NUMBERS):
+            raise VidtrackError(f"{where}: numbers beside a camera.json. Drop them in the config.")
         return _used(_resized(own, image_size, where), given, where)
     try:
-        lens, sd = read_lens(path, given.get("camera") or camera) if path else _from_numbers(given, image_size)
+        lens, sd = read_lens(path, given.get("camera") or camera) if path else (NOTHING, {})
+        lens = _with_numbers(lens, given, image_size)
+        sd = sd | dict(given.get("sd") or {})
         lens = _scaled(lens, image_size, where)
         done = camera_from_brown(lens)
         names, covariance = inner_covariance(lens, sd, done.model) if sd else ((), None)
@@ -134,20 +142,17 @@ def _scale(of: tuple[int, int], image_size: tuple[int, int], where: str) -> floa
     return across
 
 
-def _from_numbers(given: Mapping[str, Any], image_size: tuple[int, int]) -> tuple[BrownLens, dict[str, float]]:
-    width, height = (int(side) for side in given.get("image_size") or image_size)
-    fx = float(given["fx"])
-    lens = BrownLens(
-        fx,
-        float(given.get("fy") or fx),
-        (width - 1) / 2 if given.get("cx") is None else float(given["cx"]),
-        (height - 1) / 2 if given.get("cy") is None else float(given["cy"]),
-        (width, height),
-        tuple(
-            float(given.get(name) or 0.0) for name in (("k1", "k2", "k3", "k4") if given.get("fisheye") else OPENCV_K)
-        ),
-        p1=float(given.get("p1") or 0.0),
-        p2=float(given.get("p2") or 0.0),
-        fisheye=bool(given.get("fisheye")),
-    )
-    return lens, dict(given.get("sd") or {})
+def _with_numbers(lens: BrownLens, given: Mapping[str, Any], image_size: tuple[int, int]) -> BrownLens:
+    """The lens, with the numbers that the config gives in place of its own."""
+    numbers = {name: float(given[name]) for name in NUMBERS if given.get(name) is not None}
+    if size := given.get("image_size") or (image_size if lens.image_size == (0, 0) else None):
+        lens = lens._replace(image_size=(int(size[0]), int(size[1])))
+    width, height = lens.image_size
+    if lens.fx == 0:
+        numbers = {"fy": numbers["fx"], "cx": (width - 1) / 2, "cy": (height - 1) / 2} | numbers
+    k = list(lens.k) + [0.0] * (4 - len(lens.k))
+    k = [numbers.pop(f"k{n}", value) for n, value in enumerate(k, 1)]
+    fisheye = lens.fisheye or bool(given.get("fisheye"))
+    if k[3] and not fisheye and not lens.k[3:]:
+        raise ValueError("k4 is a number of a fisheye lens: set fisheye: true")
+    return lens._replace(k=tuple(k), fisheye=fisheye)._replace(**numbers)  # type: ignore[arg-type]

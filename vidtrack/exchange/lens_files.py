@@ -75,7 +75,8 @@ def _yaml(text: str) -> Any:
     class Loader(yaml.SafeLoader):
         """Reads OpenCV's matrices as plain mappings."""
 
-    Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", _mapping)
+    for kind in ("opencv-matrix", "opencv-nd-matrix"):
+        Loader.add_constructor(f"tag:yaml.org,2002:{kind}", _mapping)
     text = re.sub(r"\A%YAML[^\n]*\n", "", text)
     try:
         return yaml.load(text, Loader)

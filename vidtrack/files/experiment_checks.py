@@ -23,6 +23,7 @@ def checked_experiment(settings: Settings) -> Experiment:
     experiment, problems = look_through(settings)
     problems += _check_names(settings, experiment)
     problems += _check_tables(settings, experiment)
+    problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
     if problems:
         raise VidtrackError(*dict.fromkeys(problems))
@@ -55,6 +56,18 @@ def _check_campaign(settings: Settings, experiment: Experiment) -> list[str]:
         if name not in experiment.runs and (near := did_you_mean(str(name), others)):
             problems.append(f"{experiment.campaign}: no run {name!r} in runs/; did you mean {near!r}?")
     return problems
+
+
+def _check_lenses(settings: Settings, experiment: Experiment) -> list[str]:
+    """Files of known lenses that are not there."""
+    places = {"calibration.lens": settings.calibration.lens}
+    places |= {f"cameras.{name}.calibration.lens": own.calibration.lens for name, own in settings.cameras.items()}
+    return [
+        f"config.yaml: {place}: no such file as {within(experiment.folder, lens.file)}. Correct the path (relative to "
+        "the experiment's folder)."
+        for place, lens in places.items()
+        if lens and lens.file and not os.path.isfile(within(experiment.folder, lens.file))
+    ]
 
 
 def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vidtrack.files.camera_json import read_camera
+from vidtrack.files.camera_json import Calibrated, read_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.stages.back_project import back_project
@@ -16,7 +16,7 @@ def run(job: Job) -> None:
         [each.camera for each in calibrated],
         [read_parquet(path) for path in job.paths("points")],
         refine=job.settings["refine"],
-        free=[each.uncertainty.names for each in calibrated if each.uncertainty] or None,
+        free=[_freed(each) for each in calibrated if each.uncertainty] or None,
         prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
         sigma=job.settings["sigma"],
         units=job.settings["units"],
@@ -26,3 +26,9 @@ def run(job: Job) -> None:
         job.outputs["table"], done.table, units=job.settings["units"], provenance=job.provenance, columns=units
     )
     write_json(job.outputs["record"], done.record, job.provenance)
+
+
+def _freed(camera: Calibrated) -> tuple[str, ...]:
+    """The parameters that the points alone decide: not those of a lens that was known beforehand."""
+    known = (camera.record.get("lens") or {}).get("names", ())
+    return tuple(name for name in (camera.uncertainty.names if camera.uncertainty else ()) if name not in known)

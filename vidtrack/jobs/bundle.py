@@ -30,6 +30,7 @@ def run(job: Job) -> None:
         free=[each.uncertainty.names for each in alone if each.uncertainty],
         sigma=job.settings["sigma"],
         prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
+        lenses=[each.record.get("lens") for each in alone],
     )
     for finding in done.records[0]["bundle"]["findings"]:
         sys.stderr.write(f"warning: {finding['text']} {finding['cure']}\n")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 
+from vidtrack.calibration.known_lens import KnownLens
+from vidtrack.exchange.lens import known_lens
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, read_png
@@ -13,18 +15,19 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Inputs sightings, labelling, picture, and where several cameras are calibrated survey.
+    """Inputs sightings, labelling, picture; survey where there are several cameras, lens where it is in a file.
 
     Outputs points, camera, search.
     """
     read_labelling(job.path("labelling"))
-    settings = {name: value for name, value in job.settings.items() if name != "units"}
+    settings = {name: value for name, value in job.settings.items() if name not in ("units", "lens")}
     height, width = read_png(job.path("picture")).shape[:2]
     done = calibrate(
         read_parquet(job.path("sightings")),
         image_size=(width, height),
         units=job.settings["units"],
         left_out=_left_out(job),
+        lens=_lens(job, (width, height)),
         **settings,
     )
     for warning in done.warnings:
@@ -45,3 +48,11 @@ def _left_out(job: Job) -> dict[tuple[str, str], str]:
     paths = job.paths("survey")
     own = read_json(paths[0])["left_out"].get(job.settings["camera"], []) if paths else []
     return {(each["clip"], each["tag"]): each["reason"] for each in own}
+
+
+def _lens(job: Job, image_size: tuple[int, int]) -> KnownLens | None:
+    """The lens that the config names, if any."""
+    if not (given := job.settings.get("lens")):
+        return None
+    paths = job.paths("lens")
+    return known_lens(given, paths[0] if paths else None, job.settings["camera"], image_size)

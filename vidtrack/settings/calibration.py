@@ -8,6 +8,7 @@ from pydantic import Field
 
 from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
 from vidtrack.settings.detection import DetectChange
+from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Name, Positive, Section, Stream, Tags
 
 
@@ -52,3 +53,6 @@ class Calibration(Section):
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
     prior: Prior = Field({}, description="parameter: [mean, standard deviation]")
+    lens: KnownLens | None = Field(
+        None, description="the known lens of every camera that has none of its own: a file, or its numbers"
+    )

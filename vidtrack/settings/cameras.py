@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed, one_or_more
 
 
@@ -41,6 +42,11 @@ class CameraCalibration(Section):
     model: LensModel | None = Field(None, description=f"{LENS}. Null: as under calibration")
     fix: Fix = Field({}, description="parameters of this camera that are not refined, as calibration.fix")
     prior: Prior = Field({}, description="what is known of this camera's parameters, as calibration.prior")
+    lens: KnownLens | None = Field(
+        None,
+        description="the known lens of this camera: a file, or its numbers; 4 surveyed points then place it. Null: as "
+        "under calibration",
+    )
 
 
 class Camera(Section):

@@ -61,6 +61,14 @@ EXAMPLES: dict[str, str] = {
     "colour": "{hue: 0, width: 40}",
     "rate": "240",
     "stream": "1",
+    "lens": "{file: calibration/lens.yml, use: fixed}",
+    "use": "fixed",
+    "fx": "1450.0",
+    "fy": "1450.0",
+    "cx": "639.5",
+    "cy": "359.5",
+    "image_size": "[1280, 720]",
+    "sd": "{fx: 1.5, cx: 2.0}",
     "title": "my experiment",
 }
 """What stands behind a key that has no default, or an empty one, in the comment that shows it."""

@@ -25,16 +25,18 @@ class Lens(Section):
         description="fixed: the lens is held; prior: it is refined too, its covariance as prior; default: prior where "
         "a covariance is known, else fixed",
     )
-    fx: Positive | None = Field(None, description="px, focal length, OpenCV's; instead of a file")
+    fx: Positive | None = Field(
+        None, description="px, focal length, OpenCV's; instead of a file, or in place of what the file says"
+    )
     fy: Positive | None = Field(None, description="px; default: fx")
     cx: float | None = Field(None, description="px, principal point; default: the middle of the picture")
     cy: float | None = Field(None, description="px; default: the middle of the picture")
-    k1: float = Field(0.0, description="radial, no unit, OpenCV's")
-    k2: float = Field(0.0, description="radial, no unit, OpenCV's")
-    k3: float = Field(0.0, description="radial, no unit, OpenCV's")
-    k4: float = Field(0.0, description="radial of a fisheye lens, no unit, OpenCV's fisheye model")
-    p1: float = Field(0.0, description="tangential, no unit, OpenCV's order")
-    p2: float = Field(0.0, description="tangential, no unit, OpenCV's order")
+    k1: float | None = Field(None, description="radial, no unit, OpenCV's; default: 0")
+    k2: float | None = Field(None, description="radial, no unit, OpenCV's; default: 0")
+    k3: float | None = Field(None, description="radial, no unit, OpenCV's; default: 0")
+    k4: float | None = Field(None, description="radial of a fisheye lens, no unit, OpenCV's fisheye model; default: 0")
+    p1: float | None = Field(None, description="tangential, no unit, OpenCV's order; default: 0")
+    p2: float | None = Field(None, description="tangential, no unit, OpenCV's order; default: 0")
     fisheye: bool = Field(False, description="true: OpenCV's fisheye model, k1 to k4")
     image_size: tuple[Positive, Positive] | None = Field(
         None, description="px, width and height of the pictures that the lens was calibrated in; default: the clip's"
@@ -45,7 +47,7 @@ class Lens(Section):
 
     @model_validator(mode="after")
     def _one_source(self) -> Lens:
-        if (self.file is None) == (self.fx is None):
+        if self.file is None and self.fx is None:
             raise ValueError("a lens is known from a file, or from fx and what goes with it: give one of them")
         if self.use == "prior" and self.file is None and not self.sd:
             raise ValueError("a prior needs standard deviations: add sd: {fx: 1.5, cx: 2}, or set use: fixed")

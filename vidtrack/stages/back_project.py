@@ -17,7 +17,7 @@ from vidtrack.calibration.field_of_view import diagonal_field
 from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.measures import measures
 from vidtrack.calibration.normal_equations import Priors, priors_for
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.refine import POSE, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import (
@@ -82,7 +82,8 @@ def back_project(
     out = held_out(shared.p, b, refit, b_all=shared.b)
     table = _table(cameras, points, shared, located, out)
     record = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
-    record |= _record(cameras, shared, located, out, noise)
+    lens_free = any(set(each) - set(POSE) for each in names)
+    record |= _record(cameras, shared, located, out, noise, lens_free)
     return BackProjection(table, record)
 
 
@@ -162,6 +163,7 @@ def _record(
     located: Located | None,
     out: HeldOut,
     noise: Noise,
+    lens_free: bool,
 ) -> dict[str, Any]:
     seen = shared.p[shared.used.any(0)]
     lengths = {"largest_distance": largest_distance(seen), "diagonal_field": diagonal_field(cameras, seen)}
@@ -182,12 +184,12 @@ def _record(
             for i, camera in enumerate(cameras)
         },
     }
-    findings = _findings(record)
+    findings = _findings(record, lens_free)
     warnings = [f"{finding.text}. {finding.cure}" for finding in findings]
     return {**record, "findings": as_records(findings), "warnings": warnings}
 
 
-def _findings(record: Mapping[str, Any]) -> list[Finding]:
+def _findings(record: Mapping[str, Any], lens_free: bool) -> list[Finding]:
     """What the errors say of the lens model, and what would help."""
     found = []
     whole = record["held_out"]["of_all"]
@@ -206,7 +208,7 @@ def _findings(record: Mapping[str, Any]) -> list[Finding]:
             "the residuals are not noise, the lens model is too plain or sigma is too large"
         )
         found.append(Finding("doubtful", "lens-model-too-plain", text, "Try calibration.model: auto."))
-    if held > TOO_RICH * used:
+    if lens_free and held > TOO_RICH * used:
         text = (
             f"calibration: points held out are located {held / used:.1f} times worse than the points that were used: "
             "there are too few points for so rich a lens model"

@@ -11,6 +11,7 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import Bundle, bundle
 from vidtrack.calibration.normal_equations import Priors, priors_for
@@ -43,6 +44,7 @@ def refine_together(
     free: Names | None = None,
     sigma: float = 0.0,
     prior: Priors | Mapping[str, tuple[float, float]] | None = None,
+    lenses: Sequence[Mapping[str, Any] | None] | None = None,
 ) -> Bundled:
     """Refine m cameras and their calibration points together (see `vidtrack.calibration.bundle`).
 
@@ -51,6 +53,7 @@ def refine_together(
     free     for each camera the names of its free parameters; default: those of Tsai's model
     sigma    units, survey tolerance of points that have none of their own
     prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
+    lenses   for each camera what camera.json says of its lens: names, mean and covariance where it is a prior; None
     Raises VidtrackError where no sigma is known, for then there is nothing to gain, or where the sights do not
     settle the parameters.
     """
@@ -63,7 +66,8 @@ def refine_together(
             "Give the survey's tolerance, here or as a column sigma in points.csv, or set calibration.refine: full."
         )
     try:
-        found = bundle(cameras, shared.p, shared.b_used, sigma=shared.sigma, free=names, priors=priors)
+        known = _known_lenses(cameras, lenses or [None] * len(cameras))
+        found = bundle(cameras, shared.p, shared.b_used, sigma=shared.sigma, free=names, priors=priors, lenses=known)
     except ValueError as error:
         raise VidtrackError(f"calibration.refine: bundle: {error}. Or set calibration.refine: full.") from None
     findings = _findings(found, shared)
@@ -71,6 +75,22 @@ def refine_together(
     return Bundled(
         list(found.cameras), [found.uncertainty(i) for i in range(len(cameras))], records, _points(found, shared)
     )
+
+
+def _known_lenses(cameras: Sequence[Camera], lenses: Sequence[Mapping[str, Any] | None]) -> KnownCameras | None:
+    """What is known beforehand of all lenses together; None where no lens has a covariance."""
+    known = [lens if lens and lens["names"] else {"names": [], "mean": {}, "covariance": []} for lens in lenses]
+    names = [tuple(lens["names"]) for lens in known]
+    if not any(names):
+        return None
+    covariance = np.zeros((sum(map(len, names)),) * 2)
+    start = 0
+    for lens in known:
+        k = len(lens["names"])
+        covariance[start : start + k, start : start + k] = np.reshape(np.array(lens["covariance"], float), (k, k))
+        start += k
+    means = [camera.with_(**lens["mean"]) for camera, lens in zip(cameras, known, strict=True)]
+    return KnownCameras(means, names, np.zeros(3), covariance)
 
 
 def _record(found: Bundle, shared: SharedPoints, i: int, findings: Sequence[Finding]) -> dict[str, Any]:

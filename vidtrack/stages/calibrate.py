@@ -13,9 +13,9 @@ from vidtrack.arrays import Array
 from vidtrack.calibration import gates
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
 from vidtrack.calibration.centroid_noise import centroid_sd
-from vidtrack.calibration.diagnosis import left_out
+from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
 from vidtrack.calibration.initial_fit import Nominal, appearing
-from vidtrack.calibration.interface_evidence import interface_findings, unexplained
+from vidtrack.calibration.known_lens import KnownLens
 from vidtrack.calibration.one_camera import (
     Answer,
     Inliers,
@@ -25,16 +25,14 @@ from vidtrack.calibration.one_camera import (
     better_part,
     calibrated,
     inliers,
-    noise_with_rich_lens,
     with_unexplained_noise,
 )
-from vidtrack.calibration.outliers import ENOUGH, Mixup, limit_for, mixups
+from vidtrack.calibration.outliers import Mixup, limit_for, mixups
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.lens_terms import RICHEST
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own noise is not known; only its ratio to the survey's tolerance matters."""
@@ -77,6 +75,7 @@ def calibrate(
     left_out: Mapping[tuple[str, str], str] | None = None,
     search: bool = True,
     seed: int = 0,
+    lens: KnownLens | None = None,
 ) -> Calibration:
     """Calibrate one camera from the points it sees.
 
@@ -94,10 +93,13 @@ def calibrate(
     left_out     (clip, tag): why it is not used, as all cameras together judged (`stages.survey`)
     search       whether to map the error over Cx, Cy and the sensor's width
     seed         of the random samples by which bad points are found
+    lens         where the lens is known: 4 points place the camera
     Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `findings`.
     """
     where = f"cameras.{camera}" if camera else "calibrate"
-    task = task_from_settings(where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject, through, units)
+    task = task_from_settings(
+        where, image_size, Cx, Cy, sensor, model, refine, fix, prior, reject, through, units, lens
+    )
     table = sightings.reset_index(drop=True).assign(tag=sightings["tag"].astype(str).to_numpy())
     _check_tags(where, table)
     table = _without(table, left_out or {})
@@ -111,6 +113,8 @@ def calibrate(
         good = with_unexplained_noise(points.take(found.keep), found)
         _refuse(where, good, task, among=points.n)
         answer = calibrated(good, task)
+        if lens and good.n < gates.LINEAR_NEEDS and mirrored_place(lens, good, answer.fit.sigma_px):
+            raise NoCamera(gates.mirrored(-1))
     except NoCamera as none:
         raise VidtrackError(f"{where}: {none}") from None
     places = project(answer.camera, points.p)
@@ -120,8 +124,9 @@ def calibrate(
     used = _points_table(table, rows, tags, found, points.b - places, mixed)
     mapped = _searched(good, task, answer) if search else None
     findings = [
-        *_outlier_findings(tags, points, found, points.b - places, mixed, answer),
-        *_doubts(stated.take(found.keep), good, task, answer, units),
+        *outlier_findings(tags, points, found, points.b - places, mixed, answer, known_lens=lens is not None),
+        *doubts(stated.take(found.keep), good, task, answer, units),
+        *(lens_findings(lens, answer, good, tags, units) if lens else ()),
     ]
     findings = [finding._replace(text=f"{where}: {finding.text}") for finding in findings]
     record = _record(answer, task, good, table, mapped) | {
@@ -233,54 +238,10 @@ def _off(distance: float, scale: float) -> str:
     return f"{distance:.3g} px off, {distance / scale:.0f} times the noise"
 
 
-def _outlier_findings(
-    tags: list[str], points: Points, found: Inliers, errors: Array, mixed: list[Mixup], answer: Answer
-) -> list[Finding]:
-    pairs = [m for m in mixed if m.mutual and m.point < m.place]
-    findings = [gates.swapped(tags[m.point], tags[m.place]) for m in pairs]
-    rest = ~found.keep
-    rest[[i for m in pairs for i in (m.point, m.place)]] = False
-    far = float(np.nanmax(np.hypot(*errors[rest].T), initial=0.0))
-    clips = [""] * len(tags) if points.clips is None else points.clips.tolist()
-    centre = (answer.camera.Cx, answer.camera.Cy)
-    if finding := left_out(tags, clips, points.p, points.b, rest, centre, far, answer.model):
-        findings.append(finding)
-    if len(tags) < ENOUGH:
-        text = f"{len(tags)} points are too few to find an outlier among."
-        findings.append(Finding("note", "outliers-not-sought", text, f"Use {ENOUGH} or more."))
-    return findings
-
-
-def _doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str) -> list[Finding]:
-    """What the checks find of a camera that can be had; `stated` has the noise as it was given."""
-    camera, fit = answer.camera, answer.fit
-    findings = [
-        gates.nearly_coplanar(good.p),
-        gates.folded(camera),
-        gates.bunched(good.b, task.nominal.image_size),
-        gates.unsure(camera, answer.uncertainty),
-    ]
-    if good.coplanar:
-        text = f"points in one plane: Tsai's coplanar method, with Sx held at {camera.Sx:g}."
-        findings += [Finding("note", "points-coplanar", text), gates.facing(camera, good.p)]
-    if answer.at_edge:
-        findings.append(gates.at_edge(task.nominal.Cx, task.nominal.Cy, REACH_PX))
-    if fit.message:
-        cure = "Add points, or hold parameters with calibration.fix."
-        findings.append(Finding("doubtful", "fit-not-settled", f"{fit.message}.", cure))
-    plain = None
-    if not (task.closed or task.fixed or task.model in ("auto", RICHEST)):
-        plain = gates.plain_lens(fit.sigma_px, noise_with_rich_lens(good, task, camera), answer.model)
-        findings.append(plain)
-    if plain is None and not task.closed:
-        findings.append(unexplained(stated, answer, units))
-    if not task.closed:
-        findings += interface_findings(stated, good, answer, units)
-    return [finding for finding in findings if finding]
-
-
 def _searched(good: Points, task: Task, answer: Answer) -> SearchMap:
-    """The map about the nominal centre, or about the answer where that lies beyond reach."""
+    """The map about the nominal centre, or about the answer where that lies beyond reach; empty for a known lens."""
+    if task.lens is not None:
+        return SearchMap((), *(np.zeros(0) for _ in range(5)))
     camera, Cx, Cy = answer.camera, task.nominal.Cx, task.nominal.Cy
     if not task.closed and max(abs(camera.Cx - Cx), abs(camera.Cy - Cy)) > REACH_PX:
         Cx, Cy = camera.Cx, camera.Cy
@@ -324,8 +285,19 @@ def _settings(
     return given | {"model": task.model, "refine": task.refine, "fix": task.fixed, "prior": priors}
 
 
+def _lens_record(task: Task) -> dict[str, Any]:
+    """Where the lens is from, what was held of it, and what is known of the rest."""
+    if task.lens is None:
+        return {}
+    lens, mean = task.lens, {name: getattr(task.lens.camera, name) for name in task.lens.names}
+    known = {"names": list(lens.names), "mean": mean, "covariance": lens.covariance}
+    source = {"source": lens.source, "largest_px": lens.largest_px, "rms_px": lens.rms_px}
+    return {"lens": {**source, "use": "prior" if lens.names else "fixed", **known}}
+
+
 def _record(answer: Answer, task: Task, good: Points, table: pd.DataFrame, mapped: SearchMap | None) -> dict[str, Any]:
     record: dict[str, Any] = {
+        **_lens_record(task),
         "model": answer.model,
         "refine": task.refine,
         "n_points": good.n,

@@ -9,9 +9,19 @@ from typing import Any
 
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN
-from vidtrack.files.experiment import Clip, Experiment, Run, point_tags, reference_columns, tags_of, target_names
+from vidtrack.files.experiment import (
+    Clip,
+    Experiment,
+    Run,
+    point_tags,
+    reference_columns,
+    tags_of,
+    target_names,
+    within,
+)
 from vidtrack.settings.cameras import Clock
 from vidtrack.settings.config import Settings, detect_for
+from vidtrack.settings.lens import Lens
 from vidtrack.settings.runs import Run as RunSettings
 from vidtrack.timing.clock_methods import methods_of
 
@@ -91,6 +101,7 @@ def calibrate(settings: Settings, camera: str) -> Order:
         "prior": _prior(settings, camera),
         "reject": how.reject,
         "sigma": how.sigma,
+        **({"lens": lens.model_dump()} if (lens := lens_of(settings, camera)) else {}),
     } | ({"through": through} if (through := _through(settings, camera)) else {})
 
 
@@ -100,6 +111,17 @@ def _through(settings: Settings, camera: str) -> list[Order]:
         {"name": name, **settings.interfaces[name].model_dump(exclude_none=True)}
         for name in settings.cameras[camera].through
     ]
+
+
+def lens_of(settings: Settings, camera: str) -> Lens | None:
+    """What the config says of a camera's lens: its own section, else that of all cameras."""
+    return settings.cameras[camera].calibration.lens or settings.calibration.lens
+
+
+def lens_file(settings: Settings, camera: str) -> str | None:
+    """The file of a camera's known lens; None where none is named."""
+    lens = lens_of(settings, camera)
+    return within(settings.experiment, lens.file) if lens and lens.file else None
 
 
 def _fix(settings: Settings, camera: str) -> Order:

@@ -30,7 +30,11 @@ for clip_set, members in SETS.items():
         if clips and camera in NEEDED:
             members.append(camera)
             BOOK.add(
-                "calibrate", orders.calibrate(SETTINGS, camera), [], clip_set, camera
+                "calibrate",
+                orders.calibrate(SETTINGS, camera),
+                [orders.lens_file(SETTINGS, camera)],
+                clip_set,
+                camera,
             )
     if len(members) > 1:
         BOOK.add("survey", orders.survey(SETTINGS, members), [], clip_set)
@@ -139,6 +143,7 @@ rule calibrate:
         sightings=results(f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet"),
         labelling=results(f"{RESULTS}/{{set}}/{{camera}}/labelling.json"),
         picture=results(f"{RESULTS}/{{set}}/{{camera}}/picture.png"),
+        lens=lambda w: ancient(orders.lens_file(SETTINGS, w.camera) or []),
     output:
         points=f"{RESULTS}/{{set}}/{{camera}}/points.parquet",
         camera=f"{RESULTS}/{{set}}/{{camera}}/{'alone' if BUNDLED else 'camera'}.json",
@@ -158,7 +163,7 @@ rule calibrate:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack calibrate --account {output.account:q} --log {log:q}"
         " --input sightings {input.sightings:q} --input labelling {input.labelling:q}"
-        " --input picture {input.picture:q} --input survey {input.survey:q}"
+        " --input picture {input.picture:q} --input survey {input.survey:q} --input lens {input.lens:q}"
         " --output points {output.points:q} --output camera {output.camera:q} --output search {output.search:q}"
 
 
