@@ -30,7 +30,8 @@ class Limits:
     """When places are alike, and what a point must be to be left out."""
 
     most_triples: int = 60  # of points from which places are started
-    refined: int = 8  # starts, at most, that are refined
+    refined: int = 5  # starts, at most, that are refined
+    same_start: float = 0.02  # of the distance to the points: starts nearer than this lead to one place
     same_place: float = 1e-3  # of the distance to the points: two places nearer than this are one
     as_likely: float = 9.0  # by which the sum of squares of another place may be larger: three standard deviations
     few_residuals: int = 20  # below it a small misfit is chance, and the stated noise counts
@@ -81,11 +82,8 @@ def places(lens: Camera, p: Array, b: Array, sd: Array | None, survey: Array | N
     Empty where no place sees all of them.
     """
     found: list[Place] = []
-    starts = sorted(_starts(lens, p, b), key=lambda c: _squares(c, p, b))
-    for camera in starts[: LIMITS.refined]:
-        if not np.isfinite(project(camera, p)).all():
-            continue
-        fit = refine(camera, p, b, free=POSE, sd=sd, survey=survey, max_iterations=60)
+    for camera in _different(_starts(lens, p, b), p, b):
+        fit = refine(camera, p, b, free=POSE, sd=sd, survey=survey, max_iterations=60, tolerance=1e-9)
         if not np.isfinite(fit.cost):
             continue
         W = whiteners(fit.camera, p, sd, survey)
@@ -95,6 +93,19 @@ def places(lens: Camera, p: Array, b: Array, sd: Array | None, survey: Array | N
         apart = float(np.linalg.norm(p.mean(0) - place.fit.camera.position)) * LIMITS.same_place
         if all(np.linalg.norm(place.fit.camera.position - k.fit.camera.position) > apart for k in kept):
             kept.append(place)
+    return kept
+
+
+def _different(starts: list[Camera], p: Array, b: Array) -> list[Camera]:
+    """The best starts that see every point, without those near to a better one: three points at a time give many."""
+    kept: list[Camera] = []
+    apart = LIMITS.same_start * max((float(np.linalg.norm(p.mean(0) - c.position)) for c in starts), default=0.0)
+    for camera in sorted(starts, key=lambda c: _squares(c, p, b)):
+        near = any(np.linalg.norm(camera.position - other.position) < apart for other in kept)
+        if not near and np.isfinite(project(camera, p)).all():
+            kept.append(camera)
+        if len(kept) == LIMITS.refined:
+            break
     return kept
 
 
