@@ -70,6 +70,8 @@ TESTED_UNDER_ANOTHER_NAME = {
         "tests/video/test_recordings_of_pictures.py",
     ),
     "video/own_stamps.py": "tests/video/test_recordings_of_pictures.py",
+    "exchange/lens_files.py": "tests/exchange/test_lens.py",
+    "calibration/doubts.py": "tests/stages/test_calibrate.py",
     "picking/desk.py": "tests/picking/test_server.py",
 }
 """Kinds of recordings are tested as the recordings that they are, the desk of the picking page by its requests."""
