@@ -15,6 +15,7 @@ COMMANDS = {
     "pick": "Pick calibration points, start boxes and thresholds in the browser.",
     "run": "Process everything that is not done yet, and say the verdict.",
     "report": "Open the report.",
+    "import": "Make an experiment of the files of older programs.",
     "export": "Write results in the format of another program: C3D, NetCDF, QTM, ...",
     "unlock": "Remove the lock that a killed run left behind.",
     "plan": "Predict the accuracy of a rig before it is built.",
@@ -25,6 +26,9 @@ COMMANDS = {
     "rule": "Run one rule of the workflow, as Snakemake does.",
 }
 """What there is to do; `vidtrack.commands.<name>` does it."""
+
+MODULES = {"import": "import_files"}
+"""Modules of commands whose names no module can have."""
 
 OLDER = {"sensitivity": "plan"}
 """Names that commands had before."""
@@ -49,7 +53,8 @@ class _Late(click.Group):
         name = OLDER.get(name, name)
         if name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"vidtrack.commands.{name}").command
+        module = MODULES.get(name, name)
+        command: click.Command = importlib.import_module(f"vidtrack.commands.{module}").command
         return command
 
     def resolve_command(

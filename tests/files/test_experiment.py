@@ -3,7 +3,9 @@
 import pytest
 
 from tests.files.folders import problems, settings, spoil
+from vidtrack.files.experiment import look_through
 from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.settings.config import settings_from_config
 
 
 def test_what_lies_in_the_folder_is_found(folder):
@@ -47,3 +49,40 @@ def test_a_table_under_another_name_is_told_and_not_passed_over(folder):
     spoil(folder, "calibration/row1/picks.csv")
     spoil(folder, "calibration/row1/Picks.csv", "camera,tag,Xf,Yf\n")
     assert "Picks.csv: only picks.csv is read" in problems()[0]
+
+
+def test_tracks_stand_in_place_of_a_recording_where_there_is_none(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for path in ("runs/a/cam1.csv", "runs/a/cam2.mov", "runs/a/cam2.csv", "calibration/cam2.toml", "runs/a/notes.csv"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text("x")
+    (tmp_path / "calibration/row1").mkdir()
+    (tmp_path / "calibration/row1/cam1.prn").write_text("x")
+    settings = settings_from_config({"units": "in", "cameras": {"cam1": {}, "cam2": {}}})
+    found, problems = look_through(settings)
+    assert problems == []
+    assert found.runs["a"].videos == {"cam1": "runs/a/cam1.csv", "cam2": "runs/a/cam2.mov"}
+    assert found.runs["a"].tracks == {"cam1"}
+    assert found.clips["row1"].digitised == {"cam1"}
+    assert found.given == {"cam2": "calibration/cam2.toml"}
+
+
+def test_a_file_of_tracks_elsewhere_may_serve_several_cameras(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "xypts.csv").write_text("x")
+    cameras = {"cam1": {}, "cam2": {"camera_file": {"path": "missing.csv"}}}
+    videos = {"cam1": "xypts.csv", "cam2": "xypts.csv"}
+    settings = settings_from_config({"units": "in", "cameras": cameras, "runs": {"a": {"videos": videos}}})
+    found, problems = look_through(settings)
+    assert found.runs["a"].tracks == {"cam1", "cam2"}
+    assert problems == ["config.yaml: cameras.cam2.camera_file.path: no such file as missing.csv. Correct the path."]
+
+
+def test_two_files_of_one_camera_are_a_problem(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs/a").mkdir(parents=True)
+    for name in ("cam1.csv", "cam1.h5"):
+        (tmp_path / "runs/a" / name).write_text("x")
+    problems = look_through(settings_from_config({"units": "in", "cameras": {"cam1": {}}}))[1]
+    assert len(problems) == 1
+    assert "camera cam1 has another file here" in problems[0]

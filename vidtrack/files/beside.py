@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 
 from vidtrack.errors import VidtrackError
 from vidtrack.naming import did_you_mean
@@ -25,11 +26,17 @@ OTHERS = frozenset(
     csv tsv txt md rst log json yaml yml toml ini cfg conf parquet feather npz npy mat h5 hdf5 pkl xls xlsx xlsm ods doc
     docx odt ppt pptx pdf htm html rtf py ipynb m r jl sh bat exe lnk url webloc db zip 7z rar tar gz md5 sha1 sha256
     sfv srt vtt ass ssa sub idx thm lrv lrf xml xmp cih cihx cif chd gpx kml fit nmea gcsv aae moi modd bdm cpi mpl tdt
-    bin inp bup ifo edl fcpxml aep prproj drp scc ttml nfo cue m3u m3u8 pls wav mp3 aac m4a flac ogg wma aif aiff bak
-    old orig tmp temp part partial crdownload download swp svg eps
+    trk prn ori addpar c3d slp bin inp bup ifo edl fcpxml aep prproj drp scc ttml nfo cue m3u m3u8 pls wav mp3 aac
+    m4a flac ogg wma aif aiff bak old orig tmp temp part partial crdownload download swp svg eps
     """.split()  # noqa: SIM905
 )
 """Endings of files beside recordings that are none: notes, tables, sound, and what cameras and systems write."""
+
+TRACKS = ("csv", "txt", "h5", "hdf5", "xml", "trk", "prn", "dat")
+"""Endings of tracks in place of a recording, and of calibration points in place of a clip."""
+
+CAMERA_FILES = ("csv", "txt", "toml", "yaml", "yml", "xml", "ori", "prn")
+"""Endings of a camera that another program calibrated."""
 
 LITTER = re.compile(
     r"\..*|~.*|.*~|thumbs\.db|ehthumbs.*|desktop\.ini|icon\s*|__macosx|\$recycle\.bin|system volume information|@eadir"
@@ -56,6 +63,24 @@ def may_be_recording(name: str) -> bool:
 def is_recording(name: str) -> bool:
     """Whether a file has an ending that recordings have."""
     return os.path.splitext(name)[1].lower().removeprefix(".") in RECORDINGS
+
+
+def named_as(folder: str, names: Iterable[str], endings: Iterable[str], problems: list[str]) -> dict[str, str]:
+    """The file of each name that a folder has with one of these endings; two for one name are a problem."""
+    found: dict[str, str] = {}
+    wanted = set(names)
+    for entry in entries(folder) if os.path.isdir(folder) else ():
+        stem, ending = os.path.splitext(entry)
+        path = os.path.normpath(os.path.join(folder, entry))
+        if stem not in wanted or ending.lower().removeprefix(".") not in endings or os.path.isdir(path):
+            continue
+        if trouble := broken_link(path):
+            problems.append(trouble)
+        elif stem in found:
+            problems.append(f"{path}: camera {stem} has another file here, {found[stem]}. Keep one.")
+        else:
+            found[stem] = path
+    return found
 
 
 def broken_link(path: str) -> str | None:

@@ -8,7 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.beside import STILLS, alike_but_for_case, broken_link, entries, table_in
+from vidtrack.files.beside import (
+    CAMERA_FILES,
+    STILLS,
+    TRACKS,
+    alike_but_for_case,
+    broken_link,
+    entries,
+    named_as,
+    table_in,
+)
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
@@ -24,17 +33,22 @@ class Clip:
     """A folder of calibration/: a recording for each camera, and where someone picked tagged points.
 
     videos      camera: the path of its recording's first file; recordings: all its files, where there are several
+    digitised   the cameras whose file holds points that another program digitised, in place of a recording
     """
 
     name: str
     videos: Mapping[str, str]
     picks: str | None
     recordings: Mapping[str, Recording] = field(default_factory=dict)
+    digitised: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
 class Run:
-    """A folder of runs/: a recording for each camera, as in `Clip`, and the tables beside them (None where absent)."""
+    """A folder of runs/: a recording for each camera, as in `Clip`, and the tables beside them (None where absent).
+
+    tracks   the cameras whose file holds tracks that another program made, in place of a recording
+    """
 
     name: str
     videos: Mapping[str, str]
@@ -42,6 +56,7 @@ class Run:
     reference: str | None
     truth: str | None
     recordings: Mapping[str, Recording] = field(default_factory=dict)
+    tracks: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -54,6 +69,7 @@ class Experiment:
     runs: Mapping[str, Run]
     scenarios: Mapping[str, str]  # name: path, of rigs whose accuracy is to be predicted
     campaign: str | None = None  # runs.csv: under which conditions each run was made
+    given: Mapping[str, str] = field(default_factory=dict)  # camera: path, of those that another program calibrated
 
     @property
     def results(self) -> str:
@@ -83,20 +99,27 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     for name in _folders(within(folder, "calibration"), problems):
         here = within(folder, "calibration", name)
         found = recordings_in(here, list(settings.cameras), problems)
-        clips[name] = Clip(name, _firsts(found), table_in(here, "picks.csv", problems), _several(found))
+        points = named_as(here, set(settings.cameras) - set(found), TRACKS, problems)
+        picks = table_in(here, "picks.csv", problems)
+        videos = dict(sorted({**_firsts(found), **points}.items()))
+        clips[name] = Clip(name, videos, picks, _several(found), frozenset(points))
     runs = {}
     for name in sorted({*_folders(within(folder, "runs"), problems), *_runs_elsewhere(settings)}):
         here = within(folder, "runs", name)
         found = recordings_in(here, list(settings.cameras), problems) if os.path.isdir(here) else {}
         found |= _elsewhere(name, settings, problems)
+        tracks = named_as(here, set(settings.cameras) - set(found), TRACKS, problems)
+        tracks |= {camera: one.path for camera, one in found.items() if _holds_tracks(one)}
         targets, reference, truth = (table_in(here, f"{table}.csv", problems) for table in TABLES)
-        found = dict(sorted(found.items()))
-        runs[name] = Run(name, _firsts(found), targets, reference, truth, _several(found))
-    points = table_in(within(folder, "calibration"), "points.csv", problems)
+        videos = dict(sorted({**_firsts(found), **tracks}.items()))
+        runs[name] = Run(name, videos, targets, reference, truth, _several(found), frozenset(tracks))
+    survey = table_in(within(folder, "calibration"), "points.csv", problems)
     scenarios = _scenarios(within(folder, "sensitivity"))
     listed = within(folder, "runs.csv")
     campaign = listed if os.path.isfile(listed) else None
-    experiment = Experiment(folder, points, {n: c for n, c in clips.items() if c.videos}, runs, scenarios, campaign)
+    clips = {n: c for n, c in clips.items() if c.videos}
+    given = _given(settings, clips, problems)
+    experiment = Experiment(folder, survey, clips, runs, scenarios, campaign, given)
     return experiment, problems
 
 
@@ -128,6 +151,32 @@ def files_of(part: Clip | Run, camera: str) -> str | tuple[str, ...]:
     """The path of a camera's recording, or the paths of all its files where there are several."""
     several = part.recordings.get(camera)
     return several.files if several else part.videos[camera]
+
+
+def _holds_tracks(recording: Recording) -> bool:
+    """Whether what the config names as a recording is a file of tracks, by its ending."""
+    return not recording.others and os.path.splitext(recording.path)[1].lower().removeprefix(".") in TRACKS
+
+
+def _given(settings: Settings, clips: Mapping[str, Clip], problems: list[str]) -> dict[str, str]:
+    """The files of cameras that another program calibrated: those that the config names, and calibration/<camera>.<ext>
+    of cameras that no clip shows.
+    """
+    shown = {camera for clip in clips.values() for camera in clip.videos}
+    place = within(settings.experiment, "calibration")
+    found = named_as(place, set(settings.cameras) - shown, CAMERA_FILES, problems)
+    for camera, own in settings.cameras.items():
+        if own.camera_file is None or own.camera_file.path is None:
+            continue
+        where = f"config.yaml: cameras.{camera}.camera_file.path"
+        path = within(settings.experiment, own.camera_file.path)
+        if camera in shown:
+            problems.append(f"{where}: clips show this camera. Keep one of the two.")
+        elif not os.path.isfile(path):
+            problems.append(f"{where}: no such file as {path}. Correct the path.")
+        else:
+            found[camera] = path
+    return dict(sorted(found.items()))
 
 
 def _firsts(found: Mapping[str, Recording]) -> dict[str, str]:

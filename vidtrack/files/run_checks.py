@@ -32,7 +32,7 @@ class _Case(NamedTuple):
 def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
     """What is wrong with the recordings of the runs and with what the config says of them, a line each."""
     problems = []
-    calibrated = experiment.cameras_in_clips()
+    calibrated = {*experiment.cameras_in_clips(), *experiment.given}
     for name, run in experiment.runs.items():
         own = settings.runs.get(name)
         place = within(experiment.folder, "runs", name)

@@ -56,7 +56,8 @@ def _in_space(job: Job) -> Locations:
         for key in ("targets", "clocks", "tolerance_px", "max_miss", "bodies")
         if key in job.settings
     }
-    points = [read_parquet(path) for path in job.paths("points")]
+    points = {n: read_parquet(path) for n, path in zip(names, job.paths("points"), strict=False)}
+    points = {name: table for name, table in points.items() if len(table)}  # cameras of other programs have none
     codes = {n: code_from_record(read_json(p)) for n, p in zip(names, job.paths("readings"), strict=False)}
     scale = run_scale(codes, f"runs.{job.settings['run']}")
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
@@ -83,7 +84,7 @@ def _in_space(job: Job) -> Locations:
         calibrated,
         pictures=pictures,
         tracklets=followed,
-        points=dict(zip(names, points, strict=True)) if points else None,
+        points=points or None,
         readouts=_readouts(job),
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],

@@ -65,8 +65,18 @@ class Desk:
             return self.state()
 
     def _recordings(self) -> list[tuple[str, str, str, str]]:
-        clips = [("clip", c.name, camera, p) for c in self.experiment.clips.values() for camera, p in c.videos.items()]
-        runs = [("run", r.name, camera, p) for r in self.experiment.runs.values() for camera, p in r.videos.items()]
+        clips = [
+            ("clip", c.name, camera, p)
+            for c in self.experiment.clips.values()
+            for camera, p in c.videos.items()
+            if camera not in c.digitised
+        ]
+        runs = [
+            ("run", r.name, camera, p)
+            for r in self.experiment.runs.values()
+            for camera, p in r.videos.items()
+            if camera not in r.tracks
+        ]
         return clips + runs
 
     def pictures(self, kind: str, name: str, camera: str) -> Pictures:

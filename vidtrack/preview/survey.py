@@ -56,7 +56,10 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
     """
     found = Facts([], [])
     views: dict[str, View] = {}
+    digitised = {camera for clip in experiment.clips.values() for camera in clip.digitised}
     for camera in experiment.cameras_in_clips():
+        if camera in digitised:
+            continue  # there is no picture to look at
         tick(f"calibration of {camera}")
         views[camera] = _calibration(settings, experiment, camera, found)
     work = 0.0
@@ -65,6 +68,8 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
         looks: dict[str, Recording] = {}
         openings: dict[str, Opening] = {}
         for camera in run.videos:
+            if camera in run.tracks:
+                continue
             tick(f"run {name}, {camera}")
             _recording(settings, experiment, run, camera, found, looks, openings)
         _times(name, looks, found)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from vidtrack.settings.imported import CameraFile, Tracks
 from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed, one_or_more
 
@@ -71,6 +72,12 @@ class Camera(Section):
     )
     calibration: CameraCalibration = Field(
         CameraCalibration(), description="model, fix and prior of this camera, beside those of all cameras"
+    )
+    tracks: Tracks | None = Field(
+        None, description="of tracks that another program made: what their files do not say; in all runs and clips"
+    )
+    camera_file: CameraFile | None = Field(
+        None, description="of a camera that another program calibrated: what its file does not say"
     )
     readout_ms: float | None = Field(
         None,

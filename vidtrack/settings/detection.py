@@ -51,6 +51,9 @@ DETECT = {
     "colour": "grey levels are made of colours, for targets as bright as their background; r, g, b: that channel; "
     "[1, -1, 0]: weights of red, green and blue; {hue: 0, width: 90}: how much of that hue there is, grey being 128; "
     "null: brightness",
+    "sd": "px, one standard deviation of positions that another program digitised (tracks and calibration "
+    "points in place "
+    "of recordings); null: estimated from how each track scatters",
     "offset": "stored level, on the scale 0 to 255 of the file's depth, that becomes black; auto: chosen with gain",
 }
 """What each detect key means, for all clips and runs and where one of them differs."""
@@ -74,6 +77,7 @@ class DetectChange(Section):
     gain: Literal["auto"] | Positive | None = _change("gain")
     offset: Literal["auto"] | Level | None = _change("offset")
     colour: Colour | None = _change("colour")
+    sd: Positive | None = _change("sd")
     max_step: Annotated[float, Field(gt=0, le=1)] | None = _change("max_step")
     min_motion: Positive | None = _change("min_motion")
     max_clutter: Annotated[float, Field(gt=0, le=1)] | None = _change("max_clutter")
@@ -94,6 +98,7 @@ class Detect(Section):
     gain: Literal["auto"] | Positive = Field("auto", description=DETECT["gain"])
     offset: Literal["auto"] | Level = Field("auto", description=DETECT["offset"])
     colour: Colour | None = Field(None, description=DETECT["colour"])
+    sd: Positive | None = Field(None, description=DETECT["sd"])
     max_step: Annotated[float, Field(gt=0, le=1)] = Field(0.15, description=DETECT["max_step"])
     min_motion: Positive = Field(1.5, description=DETECT["min_motion"])
     max_clutter: Annotated[float, Field(gt=0, le=1)] = Field(0.25, description=DETECT["max_clutter"])

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 from vidtrack.settings.analysis import Analysis, Axes, Body, Channels, analyses, body
 from vidtrack.settings.detection import DetectChange
 from vidtrack.settings.exports import DESCRIPTION, Formats
+from vidtrack.settings.imported import Tracks
 from vidtrack.settings.sections import RATE, STREAM, Crop, Name, Positive, Section, Stream, Vector, names, paths
 
 
@@ -106,6 +107,10 @@ class Run(DetectChange):
     )
     stream: Stream | dict[str, Stream] | None = Field(
         None, description=f"{STREAM}; of all cameras, or camera: stream; default: as under cameras"
+    )
+    tracks: Tracks | None = Field(
+        None,
+        description="as cameras.<camera>.tracks, for this run: of all its cameras that have tracks; it counts first",
     )
     start_timecode: str | None = Field(None, description="time code of the first frame, where the video carries none")
     tolerance_px: Positive | None = Field(

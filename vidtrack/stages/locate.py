@@ -293,7 +293,8 @@ def _survey(points: pd.DataFrame, noise: float) -> Survey:
     used = points[points["used"].astype(bool)] if "used" in points else points
     used = used.drop_duplicates("tag")
     sigma = used["sigma"].fillna(0.0).to_numpy(float) if "sigma" in used else np.zeros(len(used))
-    sd = np.nanmedian(used[["sd_x", "sd_y"]].to_numpy(float)) if {"sd_x", "sd_y"} <= set(used) else np.nan
+    sds = used[["sd_x", "sd_y"]].to_numpy(float) if {"sd_x", "sd_y"} <= set(used) else np.zeros(0)
+    sd = np.median(sds[np.isfinite(sds)]) if np.isfinite(sds).any() else np.nan
     p = used[["x", "y", "z"]].to_numpy(float)
     return Survey(tuple(used["tag"].astype(str)), p, sigma, float(sd) if np.isfinite(sd) and sd > 0 else noise)
 

@@ -39,7 +39,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
         "detect": _without_colour(detect_for(settings, own, own.detect)),
         "targets": _targets(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
-        "recording": _recording(settings, experiment.runs[run], camera),
+        "recording": recording_of(settings, experiment.runs[run], camera),
     }
 
 
@@ -56,7 +56,7 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
             clip: {
                 "tags": tags_of(settings, clip, tags),
                 "detect": _clip_detect(settings, clip),
-                "recording": _recording(settings, experiment.clips[clip], camera),
+                "recording": recording_of(settings, experiment.clips[clip], camera),
             }
             for clip in clips_of(settings, experiment, camera, after)
         },
@@ -155,7 +155,8 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
 
 def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Which cameras' clocks are sought in the sound and the light of a run, and which cameras give the time."""
-    cameras = list(experiment.runs[run].videos) if _own(settings, run).mode == "space" else []
+    here = experiment.runs[run]
+    cameras = [c for c in here.videos if c not in here.tracks] if _own(settings, run).mode == "space" else []
     methods = dict(zip(cameras, methods_of([settings.cameras[c].clock for c in cameras]), strict=True))
     sought = {c: [w for w in own if w != "motion"] for c, own in methods.items()}
     return {
@@ -163,19 +164,21 @@ def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
         "cameras": cameras,
         "references": [c for c in cameras if not methods[c]],
         "sought": {c: own for c, own in sought.items() if own},
-        "recordings": {c: how for c in cameras if (how := _recording(settings, experiment.runs[run], c))},
+        "recordings": {c: how for c in cameras if (how := recording_of(settings, experiment.runs[run], c))},
     }
 
 
 def steadiness(settings: Settings, experiment: Experiment, run: str) -> Order:
-    """Of which cameras of a run it is seen whether they stood still."""
+    """Of which cameras of a run it is seen whether they stood still: those that were filmed and calibrated by clips."""
     own, here = _own(settings, run), experiment.runs[run]
+    seen = [c for c in here.videos if c not in here.tracks and c not in experiment.given]
+    seen = [c for c in seen if not any(c in clip.digitised for clip in experiment.clips.values())]
     return {
         "units": settings.units,
         "run": run,
         "mode": own.mode,
-        "cameras": list(here.videos),
-        "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
+        "cameras": seen,
+        "crop": {c: crop for c in seen if (crop := _crop(settings, run, c))},
         "clip": own.plane.clip if own.plane else None,
         "scale": own.plane.scale if own.plane else None,
         "follow": settings.calibration.follow,
@@ -276,7 +279,7 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
         "start_timecode": own.start_timecode,
         "clock": _clock(settings, camera),
         "crop": _crop(settings, run, camera),
-        "recording": _recording(settings, experiment.runs[run], camera),
+        "recording": recording_of(settings, experiment.runs[run], camera),
     }
 
 
@@ -300,7 +303,7 @@ def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: s
         "run": run,
         "camera": camera,
         "crop": _crop(settings, run, camera),
-        "recording": _recording(settings, experiment.runs[run], camera),
+        "recording": recording_of(settings, experiment.runs[run], camera),
     }
 
 
@@ -350,12 +353,14 @@ def _own(settings: Settings, run: str) -> RunSettings:
 
 def _targets(settings: Settings, run: Run) -> list[str] | int | str:
     own = _own(settings, run.name).targets
+    if own is None and run.tracks:
+        return "all"  # as many as the files have
     if isinstance(own, int) or own == "all":
         return own
     return target_names(settings, run) if own or run.targets else 1
 
 
-def _recording(settings: Settings, part: Clip | Run, camera: str) -> Order:
+def recording_of(settings: Settings, part: Clip | Run, camera: str) -> Order:
     """How a camera's recording is opened, as `video.reader.open_video` takes it: what differs from its defaults."""
     runs, clips = settings.runs, settings.calibration.clips
     own = runs.get(part.name) if isinstance(part, Run) else clips.get(part.name)
@@ -371,14 +376,19 @@ def _recording(settings: Settings, part: Clip | Run, camera: str) -> Order:
 
 
 def _without_colour(detect: Order) -> Order:
-    """What stages take: levels are made of colours where recordings are opened."""
-    return {key: value for key, value in detect.items() if key != "colour"}
+    """What stages take: levels are made of colours where recordings are opened, and sd is of digitised positions."""
+    return {key: value for key, value in detect.items() if key not in ("colour", "sd")}
 
 
 def _clip_detect(settings: Settings, clip: str) -> Order:
-    own = settings.calibration.clips.get(clip)
-    detect = detect_for(settings, own, own.detect) if own else detect_for(settings)
+    detect = detect_of_clip(settings, clip)
     return {key: detect[key] for key in STILL_KEYS}
+
+
+def detect_of_clip(settings: Settings, clip: str) -> Order:
+    """The detect settings of a clip."""
+    own = settings.calibration.clips.get(clip)
+    return detect_for(settings, own, own.detect) if own else detect_for(settings)
 
 
 def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, float, float] | None:

@@ -6,13 +6,23 @@ BUNDLED = SETTINGS.calibration.refine == "bundle"
 SETS = {"calibration": [], "calibration_after": []}
 # A run in a plane needs what its camera sees of the points, and no calibration, for which they may be too few.
 NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
+# Cameras whose points another program digitised: see importing.smk.
+DIGITISED = sorted({c for clip in EXPERIMENT.clips.values() for c in clip.digitised})
 
 
 for clip_set, members in SETS.items():
     for camera in EXPERIMENT.cameras_in_clips():
         clips = clips_seen(clip_set, camera)
-        if clips:
-            after = clip_set == "calibration_after"
+        after = clip_set == "calibration_after"
+        if clips and camera in DIGITISED:
+            BOOK.add(
+                "import_points",
+                import_orders.import_points(SETTINGS, EXPERIMENT, camera, after),
+                [EXPERIMENT.points, *(clip.videos[camera] for clip in clips)],
+                clip_set,
+                camera,
+            )
+        elif clips:
             BOOK.add(
                 "calibration_points",
                 orders.calibration_points(SETTINGS, EXPERIMENT, camera, after),

@@ -21,7 +21,7 @@ from vidtrack.files.experiment import (
 )
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
-from vidtrack.workflow import orders
+from vidtrack.workflow import import_orders, orders
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.lock import is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
@@ -179,21 +179,30 @@ def of_each(clip_set, name):
     )
 
 
+def filmed(run):
+    """The cameras of a run that have a recording, and not the tracks that another program made of it."""
+    own = EXPERIMENT.runs[run]
+    return [camera for camera in own.videos if camera not in own.tracks]
+
+
+def steady(run):
+    """The cameras of a run whose background shows whether they stood still."""
+    return orders.steadiness(SETTINGS, EXPERIMENT, run)["cameras"]
+
+
 def recordings(run):
-    return list(EXPERIMENT.runs[run].videos.values())
+    return [EXPERIMENT.runs[run].videos[camera] for camera in filmed(run)]
 
 
 def whole_recordings(run):
     """All files of each camera's recording."""
-    return [
-        files_of(EXPERIMENT.runs[run], camera) for camera in EXPERIMENT.runs[run].videos
-    ]
+    return [files_of(EXPERIMENT.runs[run], camera) for camera in filmed(run)]
 
 
-def calibrations(run, name):
+def calibrations(run, name, cameras=lambda run: EXPERIMENT.runs[run].videos):
     """A file of each camera's calibration, where the run is located in space."""
     return (
-        [f"{RESULTS}/calibration/{c}/{name}" for c in EXPERIMENT.runs[run].videos]
+        [f"{RESULTS}/calibration/{c}/{name}" for c in cameras(run)]
         if MODES[run] == "space"
         else []
     )
@@ -206,11 +215,10 @@ def of_plane(run, name):
     return f"{RESULTS}/calibration/{camera}/{name}" if plane and plane.points else []
 
 
-def of_cameras(name):
+def of_cameras(name, cameras=lambda run: EXPERIMENT.runs[run].videos):
     """A file of each camera of a run."""
     return results(
         lambda w: [
-            f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}"
-            for c in EXPERIMENT.runs[w.run].videos
+            f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}" for c in cameras(w.run)
         ]
     )

@@ -9,6 +9,7 @@ MODES = {
     name: SETTINGS.runs[name].mode if name in SETTINGS.runs else "space"
     for name in EXPERIMENT.runs
 }
+STEADY = [run for run in LOCATED if steady(run)]
 BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
 ANALYSED = [
     name
@@ -54,7 +55,8 @@ for run in LOCATED:
         [EXPERIMENT.points] if known else [],
         run,
     )
-    BOOK.add("steadiness", orders.steadiness(SETTINGS, EXPERIMENT, run), [], run)
+    if run in STEADY:
+        BOOK.add("steadiness", orders.steadiness(SETTINGS, EXPERIMENT, run), [], run)
     BOOK.add("kinematics", orders.kinematics(SETTINGS), [], run)
 for run in CLOCKED:
     BOOK.add(
@@ -77,8 +79,8 @@ for run, camera in WATERLINES.items():
 rule clocks:
     input:
         videos=lambda w: ancient(recordings(w.run)),
-        light=of_cameras("light/{camera}.parquet"),
-        readings=of_cameras("centroids/{camera}.json"),
+        light=of_cameras("light/{camera}.parquet", filmed),
+        readings=of_cameras("centroids/{camera}.json", filmed),
     output:
         record=f"{RESULTS}/runs/{{run}}/clocks.json",
         account=account("clocks", "{run}"),
@@ -114,7 +116,7 @@ rule locate:
         steadiness=results(
             lambda w: (
                 f"{RESULTS}/runs/{w.run}/steadiness.parquet"
-                if SETTINGS.calibration.follow
+                if SETTINGS.calibration.follow and w.run in STEADY
                 else []
             )
         ),
@@ -153,21 +155,21 @@ rule locate:
 
 rule steadiness:
     input:
-        backgrounds=of_cameras("background/{camera}.parquet"),
-        pictures=of_cameras("background/{camera}.png"),
-        readings=of_cameras("centroids/{camera}.json"),
-        cameras=results(lambda w: calibrations(w.run, "camera.json")),
-        points=results(lambda w: calibrations(w.run, "points.parquet")),
+        backgrounds=of_cameras("background/{camera}.parquet", steady),
+        pictures=of_cameras("background/{camera}.png", steady),
+        readings=of_cameras("centroids/{camera}.json", steady),
+        cameras=results(lambda w: calibrations(w.run, "camera.json", steady)),
+        points=results(lambda w: calibrations(w.run, "points.parquet", steady)),
         sightings=results(
-            lambda w: calibrations(w.run, "sightings.parquet")
+            lambda w: calibrations(w.run, "sightings.parquet", steady)
             or of_plane(w.run, "sightings.parquet")
         ),
         labelling=results(
-            lambda w: calibrations(w.run, "labelling.json")
+            lambda w: calibrations(w.run, "labelling.json", steady)
             or of_plane(w.run, "labelling.json")
         ),
         calibrated=results(
-            lambda w: calibrations(w.run, "background.png")
+            lambda w: calibrations(w.run, "background.png", steady)
             or of_plane(w.run, "background.png")
         ),
     output:

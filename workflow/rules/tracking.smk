@@ -16,6 +16,8 @@ CENTROIDS = [
     for kind in ("parquet", "json")
 ]
 for run, camera in TRACKS:
+    if camera in EXPERIMENT.runs[run].tracks:
+        continue  # another program has followed them: see importing.smk
     BOOK.add(
         "track",
         orders.track(SETTINGS, EXPERIMENT, run, camera),

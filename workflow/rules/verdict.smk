@@ -31,8 +31,13 @@ JUDGED += [
         "locate.json",
         "trajectories.parquet",
         "kinematics.json",
-        "steadiness.json",
+        *(["steadiness.json"] if run in STEADY else []),
     )
+]
+JUDGED += [
+    f"{RESULTS}/calibration/{camera}/{name}"
+    for camera in GIVEN
+    for name in ("camera.json", "labelling.json")
 ]
 JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/bodies.json" for run in BODIED]

@@ -87,6 +87,14 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     return Scatter(_with_silent(factor, telling | rough, telling), track, light, rough)
 
 
+def rms_error(position: Array, time: Array) -> Array:
+    """The rms error of tracks, px (2, n), as their differences show it: positions (2, k, n) px at times (k,), samples.
+
+    NaN where a track has too few samples in a row.
+    """
+    return _least(position, np.ones(position.shape), time)
+
+
 def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
     """The least of `_over_sd` by all orders."""
     return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))

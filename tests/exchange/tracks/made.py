@@ -1,0 +1,31 @@
+"""Tracks of which every test file is made, in frame-buffer px, and the words of each program's files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SIZE = (640, 480)
+
+
+def positions(k: int = 40, n: int = 2, seed: int = 1):
+    """(k, n, 2) px, smooth and noisy by 0.1 px, with two gaps."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(k)[:, None]
+    x = 320 + 150 * np.cos(0.11 * t + np.arange(n)) + rng.normal(0, 0.1, (k, n))
+    y = 200 + 100 * np.sin(0.07 * t + 2 * np.arange(n)) + rng.normal(0, 0.1, (k, n))
+    b = np.stack([x, y], -1)
+    b[5:8, 0] = np.nan
+    return b
+
+
+def dltdv(b, *, letters="XY", names=None, origin="upper-left", camera="_cam2", other="_cam1", first=(1, 1)) -> str:
+    """An xypts table of two cameras, ours the second: as sprintf('%.6f') prints it."""
+    names = names or [f"pt{i + 1}" for i in range(b.shape[1])]
+    own = b + first
+    if origin == "lower-left":
+        own[..., 1] = SIZE[1] - 1 - b[..., 1] + first[1]
+    head = ",".join(f"{name}{c}_{letter}" for name in names for c in (other, camera) for letter in letters)
+    rows = []
+    for row in own:
+        rows.append(",".join("{:.6f},{:.6f}".format(*pair) for at in row for pair in ((1.0, 2.0), tuple(at))))
+    return "\n".join([head, *rows, ""]).replace("nan", "NaN")

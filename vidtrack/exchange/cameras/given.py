@@ -1,0 +1,128 @@
+"""A camera as another program gives it, and what the user says of its file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding
+from vidtrack.geometry.brown import BrownLens
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.lens_conversion import camera_from_brown
+
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the config says of a camera's file; None where it says nothing.
+
+    name    of the camera in vidtrack; camera: in the file
+    origin, first, size   as of tracks (`tracks.digitised`), for formats in px whose file does not say it
+    sensor  mm (width, height); Cx, Cy px: for formats whose file lacks them
+    units   of the file's lengths, where the file does not say it; world: the unit of the experiment
+    lens    path of an Argus camera profile that belongs to DLT coefficients
+    """
+
+    name: str
+    world: str
+    format: str | None = None
+    camera: str | None = None
+    origin: Literal["upper-left", "lower-left"] | None = None
+    first: tuple[float, float] | None = None
+    size: tuple[int, int] | None = None
+    sensor: tuple[float, float] | None = None
+    Cx: float | None = None
+    Cy: float | None = None
+    units: str | None = None
+    lens: str | None = None
+
+    @property
+    def where(self) -> str:
+        """The place in config.yaml, for messages."""
+        return f"config.yaml: cameras.{self.name}.camera_file"
+
+
+class Given(NamedTuple):
+    """A camera of a file.
+
+    largest_px  by how much vidtrack's lens differs from the file's, at most, in the picture
+    unit        of the file's lengths; None: as the config says, or the experiment's
+    """
+
+    format: str
+    camera: Camera
+    largest_px: float
+    unit: str | None = None
+    findings: tuple[Finding, ...] = ()
+
+
+def of_lens(format: str, lens: BrownLens, R: Array, T: Array, said: Said, unit: str | None = None) -> Given:
+    """A camera from its lens and pose; VidtrackError where either cannot be one."""
+    try:
+        done = camera_from_brown(lens, R=R, T=T, name=said.name)
+    except ValueError as error:
+        raise VidtrackError(
+            f"camera {said.name}: its {format} file holds no camera ({error}). Export it again."
+        ) from None
+    findings = lens_findings(format, said.name, done.largest_px)
+    return Given(format, done.camera, done.largest_px, unit, findings)
+
+
+def lens_findings(format: str, name: str, largest_px: float) -> tuple[Finding, ...]:
+    """What is to be said where a lens is not met exactly."""
+    if largest_px < 0.1:
+        return ()
+    text = f"{name}: vidtrack's lens differs from the {format} file's by up to {largest_px:.2g} px in the picture"
+    cure = "Calibrate with points or boards, or keep to the middle of the picture."
+    return (Finding("doubtful", "lens-converted", text, cure),)
+
+
+def rotation(values: object, path: object) -> Array:
+    """A rotation (3, 3) from a matrix or Rodrigues' vector; VidtrackError where it is none."""
+    R = np.asarray(values, float)
+    if R.size == 3:
+        from scipy.spatial.transform import Rotation
+
+        return np.asarray(Rotation.from_rotvec(R.ravel()).as_matrix())
+    if R.size != 9 or not np.isfinite(R).all():
+        raise VidtrackError(f"{path}: a rotation of {R.size} numbers, not 9 or 3. Export it again.")
+    R = R.reshape(3, 3)
+    if not np.allclose(R @ R.T, np.eye(3), atol=1e-3) or np.linalg.det(R) < 0:
+        raise VidtrackError(f"{path}: its rotation is none: not square to itself, or mirrored. Export it again.")
+    U, _, V = np.linalg.svd(R)  # files round to a few digits
+    return np.asarray(U @ V)
+
+
+def in_world(given: Given, said: Said) -> Camera:
+    """The camera with its lengths in the experiment's unit."""
+    unit = given.unit or said.units or said.world
+    if unit == said.world:
+        return given.camera
+    return given.camera.with_(T=given.camera.T * (METRES[unit] / METRES[said.world]))
+
+
+def needed_size(said: Said, format: str) -> tuple[int, int]:
+    """The size of the picture, which the file does not state."""
+    if said.size is None:
+        raise VidtrackError(
+            f"{said.where}.size: a {format} file does not state the size of the picture. Give size: [width, "
+            "height] in px."
+        )
+    return said.size
+
+
+def chosen(names: list[str], said: Said, path: object) -> int:
+    """Which of a file's cameras is meant: the one that the config names, else the one of the same name, else "
+    "the only one."""
+    wanted = said.camera if said.camera is not None else said.name
+    if wanted in names:
+        return names.index(wanted)
+    if said.camera is None and len(names) == 1:
+        return 0
+    shown = ", ".join(names[:8]) + (" ..." if len(names) > 8 else "")
+    raise VidtrackError(f"{said.where}.camera: {path} has cameras {shown}. Say which of them {said.name} is.")

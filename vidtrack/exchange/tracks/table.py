@@ -1,0 +1,120 @@
+"""Comma-separated tables of other programs: a header, then numbers; quickly, and with the reader of last resort "
+"for the odd."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.errors import VidtrackError
+from vidtrack.exchange.text import MISSING, Path, number, short
+
+
+class Table(NamedTuple):
+    """A table: names of its columns, and its cells as text, rows by columns; line of its first row in the file."""
+
+    header: list[str]
+    text: str
+    separator: str
+    line: int
+
+
+def separator_of(line: str) -> str:
+    """What separates the cells of a header."""
+    return max((",", ";", "\t"), key=line.count) if any(mark in line for mark in ",;\t") else " "
+
+
+def cells_of(line: str, separator: str) -> list[str]:
+    """The cells of one line."""
+    if separator == " ":
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+
+
+def split(text: str, heads: int = 1) -> tuple[list[list[str]], Table]:
+    """The first `heads` lines that hold anything, as cells, and the table below them; blank lines before them "
+    "are left out."""
+    lines = text.split("\n")
+    at = 0
+    rows: list[list[str]] = []
+    separator = ","
+    while at < len(lines) and len(rows) < heads:
+        if lines[at].strip():
+            separator = separator if rows else separator_of(lines[at])
+            rows.append(cells_of(lines[at], separator))
+        at += 1
+    return rows, Table(rows[-1] if rows else [], "\n".join(lines[at:]), separator, at + 1)
+
+
+def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int | None = None) -> Array:
+    """The numbers (rows, len(columns)) of some columns; missing values are NaN.
+
+    width  how many cells a row must have; None: as many as the header
+    VidtrackError, naming the line, for a cell that is no number and for a row that is too short.
+    """
+    import pandas as pd
+
+    width = len(table.header) if width is None else width
+    if not table.text.strip():
+        raise VidtrackError(f"{path}: no rows below the header. Export it again.")
+    try:
+        if table.separator == " " or (table.separator == ";" and "," in table.text):
+            raise ValueError("spaces, or commas that begin decimals")
+        frame = pd.read_csv(
+            io.StringIO(table.text),
+            sep=table.separator,
+            header=None,
+            names=range(width),
+            usecols=list(columns),
+            dtype=float,
+            na_values=sorted({word for word in MISSING if word} | {"NaN", "nan", "NAN"}),
+            skip_blank_lines=True,
+            engine="c",
+            index_col=False,
+        )
+        values = frame[list(columns)].to_numpy(float)
+        if _ragged(table, width):
+            raise ValueError("rows of other lengths")
+        return np.where(np.isfinite(values), values, np.nan)
+    except (ValueError, pd.errors.ParserError):
+        return _one_by_one(path, table, columns, width)
+
+
+def _ragged(table: Table, width: int) -> bool:
+    """Whether the last row breaks off, as that of a file that was not copied whole does."""
+    last = table.text.rstrip().rsplit("\n", 1)[-1]
+    return len(cells_of(last, table.separator)) < width
+
+
+def _one_by_one(path: Path, table: Table, columns: Sequence[int], width: int) -> Array:
+    rows = []
+    for i, line in enumerate(table.text.split("\n")):
+        if not line.strip():
+            continue
+        cells = cells_of(line, table.separator)
+        if len(cells) < width:
+            raise VidtrackError(
+                f"{path}, line {table.line + i}: {len(cells)} cells where the header has {width}. Copy the whole "
+                "file again."
+            )
+        if len(cells) > width and any(cells[width:]):
+            raise VidtrackError(
+                f"{path}, line {table.line + i}: {len(cells)} cells where the header has {width}. Write decimals "
+                "with a "
+                "point, or separate cells by semicolons."
+            )
+        values = [number(cells[k]) for k in columns]
+        if None in values:
+            bad = columns[values.index(None)]
+            raise VidtrackError(
+                f"{path}, line {table.line + i}: {short(cells[bad])} in column {bad + 1} is no number. Correct it."
+            )
+        rows.append(values)
+    if not rows:
+        raise VidtrackError(f"{path}: no rows below the header. Export it again.")
+    return np.array(rows, float)

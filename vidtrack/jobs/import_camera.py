@@ -1,0 +1,81 @@
+"""Job import_camera: a camera that another program calibrated -> camera.json, and tables without points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vidtrack.calibration.refine import Uncertainty
+from vidtrack.exchange.cameras.formats import read_camera
+from vidtrack.exchange.cameras.given import Said, in_world
+from vidtrack.files.camera_json import write_camera
+from vidtrack.files.records import write_json
+from vidtrack.files.tables import write_parquet
+from vidtrack.findings import Finding, as_records
+from vidtrack.workflow.job import Job
+
+
+def run(job: Job) -> None:
+    """input file; settings camera, units and what the config says of the file; outputs camera, points, labelling."""
+    order = job.settings
+    said = _said(order)
+    given = read_camera(job.path("file"), said)
+    camera = in_world(given, said)
+    sigma = order.get("sigma_px")
+    findings = list(given.findings)
+    if sigma is None:
+        text = (
+            f"{said.name}: the {given.format} file does not say how well the camera is known: sigma of positions is NaN"
+        )
+        cure = f"Give cameras.{said.name}.camera_file.sigma_px: px, as the calibration's own residuals show it."
+        findings.append(Finding("doubtful", "camera-sigma-unknown", text, cure))
+    variance = np.nan if sigma is None else float(sigma) ** 2
+    known = Uncertainty(("Cx", "Cy"), np.zeros(3), np.diag([variance, variance]))
+    extra: dict[str, Any] = {
+        "model": "imported",
+        "imported": {
+            "format": given.format,
+            "largest_px": given.largest_px,
+            "unit": given.unit or said.units or said.world,
+        },
+        "units": said.world,
+        "refine": "none",
+        "n_points": 0,
+        "sigma_px": sigma,
+        "settings": order,
+        "findings": as_records(findings),
+        "warnings": [f"{each.text}. {each.cure}" for each in findings if each.level != "note"],
+    }
+    write_camera(job.outputs["camera"], camera, known, extra, job.provenance)
+    write_parquet(job.outputs["points"], _no_points(), units=said.world, provenance=job.provenance)
+    write_json(job.outputs["labelling"], {"pictures": {}, "findings": []}, job.provenance)
+
+
+def _said(order: dict[str, Any]) -> Said:
+    def pair(key: str) -> Any:
+        return None if order.get(key) is None else tuple(order[key])
+
+    return Said(
+        name=order["camera"],
+        world=order["units"],
+        format=order.get("format"),
+        camera=order.get("camera_in_file"),
+        origin=order.get("origin"),
+        first=pair("first_pixel"),
+        size=pair("size"),
+        sensor=pair("sensor"),
+        Cx=order.get("Cx"),
+        Cy=order.get("Cy"),
+        units=order.get("unit_of_file"),
+        lens=order.get("lens"),
+    )
+
+
+def _no_points() -> Any:
+    from pandas import DataFrame
+
+    words = dict.fromkeys(("clip", "tag"), np.zeros(0, object))
+    real = ("x", "y", "z", "sigma", "Xf", "Yf", "sd_x", "sd_y", "pixels", "residual_x", "residual_y")
+    columns = words | dict.fromkeys(real, np.zeros(0)) | {"frames": np.zeros(0, np.int64)}
+    return DataFrame(columns | {"used": np.zeros(0, bool), "found": np.zeros(0, bool), "reason": np.zeros(0, object)})
