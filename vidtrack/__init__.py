@@ -1,1 +1,23 @@
-"""Positions in space, with time and uncertainty, from recorded video."""
+"""Positions in space, with time and uncertainty, from recorded video.
+
+import vidtrack
+lab = vidtrack.load("my-lab")
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import os
+
+    from vidtrack.notebook.experiment import LoadedExperiment
+
+__all__ = ["load"]
+
+
+def load(folder: str | os.PathLike[str]) -> LoadedExperiment:
+    """The results of an experiment: runs as tables and as xarray, cameras that project; see `vidtrack.notebook`."""
+    from vidtrack.notebook.experiment import load as load_experiment
+
+    return load_experiment(folder)

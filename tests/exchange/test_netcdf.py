@@ -9,7 +9,7 @@ import xarray as xr
 
 from tests.exchange.runs import run, times, trajectories
 from vidtrack.exchange.dataset import dataset
-from vidtrack.exchange.netcdf import write
+from vidtrack.exchange.netcdf import write, write_cf
 
 
 def opened(tmp_path, own):
@@ -51,3 +51,13 @@ def test_one_target_and_names_of_any_script_come_back(tmp_path, names):
 def test_uneven_times_are_said():
     t = np.sort(times(60) + np.random.default_rng(0).normal(scale=1e-3, size=60))
     assert "not even in time" in write(run(tables={"trajectories": trajectories(t=t)})).notes[0]
+
+
+def test_the_cf_flavour_has_a_time_that_xarray_decodes(tmp_path):
+    (tmp_path / "a.nc").write_bytes(write_cf(run()).files["pluck_cf.nc"])
+    back = xr.open_dataset(tmp_path / "a.nc")
+    assert back["time"].dtype.kind == "M"
+    seconds = (back["time"].values - np.datetime64("1970-01-01")) / np.timedelta64(1, "ns") * 1e-9
+    np.testing.assert_allclose(seconds, dataset(run())["time"], atol=1e-6)
+    assert back["time"].attrs["standard_name"] == "time"
+    assert "stands for it" in write_cf(run()).notes[0]

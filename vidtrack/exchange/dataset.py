@@ -6,7 +6,8 @@ target is a keypoint and the run is the individual.
 origin, axes    the world's, right-handed, as in points.csv; mode plane has no z, and space is x, y
 units           attribute `units` of each variable, in words that UDUNITS and pint read; the experiment's unit of length
 angles          roll, pitch, yaw: degrees, intrinsic z-y'-x''; quaternion w, x, y, z of the same rotation, body to world
-time            s since midnight, as a number: the day is not known, so there is no date to count from
+time            s since midnight, as a number: the day is not known, so there is no date to count from, and it is a
+                coordinate of CF without a standard name (`exchange.netcdf.write_cf` gives it a date)
 missing         NaN; `flag` says why by flag_values and flag_meanings (CF), and its attribute `texts` has the words as
                 they are in the tables
 confidence      NaN: movement asks for it, and vidtrack has standard deviations (position_sigma) in its place
@@ -51,7 +52,7 @@ def dataset(run: Run) -> Dataset:
     if "kinematics" in run.tables:
         variables |= _kinematics(run, s, space)
     coordinates: dict[str, Any] = {
-        "time": ("time", s.time, _about("time", "s", "seconds since midnight", axis="T")),
+        "time": ("time", s.time, _about("s", "seconds since midnight")),
         "space": list(space),
         "keypoint": list(s.names),
         "individual": [run.name],
@@ -74,19 +75,19 @@ def _positions(run: Run, s: Series, space: Sequence[str]) -> dict[str, Any]:
     meaning = "one standard deviation of position"
     flags, about = _flags(s)
     return {
-        "position": (dims, _by_space(s, space), _about("", run.units, "position of the target in the world")),
-        "position_sigma": (dims, sigma, _about("", run.units, meaning)),
+        "position": (dims, _by_space(s, space), _about(run.units, "position of the target in the world")),
+        "position_sigma": (dims, sigma, _about(run.units, meaning)),
         "confidence": (
             point,
             np.full((len(s.time), len(s.names), 1), np.nan),
-            _about("", "1", "not estimated; see position_sigma"),
+            _about("1", "not estimated; see position_sigma"),
         ),
         "miss": (
             point,
             s.stacked("miss"),
-            _about("", run.units, "rms distance of the lines of sight from the position"),
+            _about(run.units, "rms distance of the lines of sight from the position"),
         ),
-        "n_cameras": (point, s.stacked("n_cameras"), _about("", "1", "cameras that the position rests on"), INTEGER),
+        "n_cameras": (point, s.stacked("n_cameras"), _about("1", "cameras that the position rests on"), INTEGER),
         "flag": (point, flags[..., None], about),
     }
 
@@ -107,7 +108,7 @@ def _kinematics(run: Run, s: Series, space: Sequence[str]) -> dict[str, Any]:
             if all(column in own.columns for column in columns):
                 values = np.moveaxis(own.stacked(*columns), 1, 2)
                 whole = np.where(np.array(order) < 0, np.nan, values[:, :, order])
-                found[name + ending] = (("time", "space", *KEYPOINTS), whole[..., None], _about("", unit, what))
+                found[name + ending] = (("time", "space", *KEYPOINTS), whole[..., None], _about(unit, what))
     return found
 
 
@@ -121,27 +122,27 @@ def _bodies(run: Run, own: Series) -> dict[str, Any]:
     sd = "one standard deviation of"
     origin = "position of the body's origin in the world"
     return {
-        "body_position": (place, by(SPACE), _about("", run.units, origin)),
+        "body_position": (place, by(SPACE), _about(run.units, origin)),
         "body_position_sigma": (
             place,
             by([f"sigma_{a}" for a in SPACE]),
-            _about("", run.units, f"{sd} body_position"),
+            _about(run.units, f"{sd} body_position"),
         ),
         "body_angles": (
             turn,
             by(ANGLES),
-            _about("", "degree", "R = Rz(yaw) Ry(pitch) Rx(roll), body axes to world axes"),
+            _about("degree", "R = Rz(yaw) Ry(pitch) Rx(roll), body axes to world axes"),
         ),
-        "body_angles_sigma": (turn, by([f"sigma_{a}" for a in ANGLES]), _about("", "degree", f"{sd} body_angles")),
+        "body_angles_sigma": (turn, by([f"sigma_{a}" for a in ANGLES]), _about("degree", f"{sd} body_angles")),
         "body_quaternion": (
             ("time", "quaternion_part", "body"),
             by([f"q{a}" for a in "wxyz"]),
-            _about("", "1", "unit quaternion, body axes to world axes"),
+            _about("1", "unit quaternion, body axes to world axes"),
         ),
         "body_rms": (
             ("time", "body"),
             own.stacked("rms")[..., 0],
-            _about("", run.units, "rms distance of targets from the body"),
+            _about(run.units, "rms distance of targets from the body"),
         ),
         "body_flag": (("time", "body"), flags, about),
     }
@@ -157,8 +158,8 @@ def _motions(run: Run, time: Array, coordinates: dict[str, Any]) -> dict[str, An
         unit = "degree" if name in ANGLES else run.units
         values = own.stacked(name)[..., 0], own.stacked(f"sigma_{name}")[..., 0]
         text = f"{name} of the point about its place at rest, in the basin's axes"
-        found[name] = (("time", "point"), values[0], _about("", unit, text))
-        found[f"{name}_sigma"] = (("time", "point"), values[1], _about("", unit, f"one standard deviation of {name}"))
+        found[name] = (("time", "point"), values[0], _about(unit, text))
+        found[f"{name}_sigma"] = (("time", "point"), values[1], _about(unit, f"one standard deviation of {name}"))
     return found
 
 
@@ -178,12 +179,8 @@ def _flags(s: Series) -> tuple[Any, dict[str, Any]]:
     return numbers, about | {"flag_meanings": meanings, "texts": json.dumps(texts, ensure_ascii=False)}
 
 
-def _about(standard_name: str, units: str, long_name: str, **others: str) -> dict[str, Any]:
-    return ({"standard_name": standard_name} if standard_name else {}) | {
-        "units": units,
-        "long_name": long_name,
-        **others,
-    }
+def _about(units: str, long_name: str) -> dict[str, Any]:
+    return {"units": units, "long_name": long_name}
 
 
 def _attributes(run: Run, time: Array) -> dict[str, Any]:
@@ -191,6 +188,7 @@ def _attributes(run: Run, time: Array) -> dict[str, Any]:
         "Conventions": "CF-1.11",
         "title": f"Run {run.name}",
         "source": f"vidtrack {run.version}".strip(),
+        "history": f"written by vidtrack {run.version}".strip(),
         "ds_type": "poses",
         "source_software": "vidtrack",
         "time_unit": "seconds",

@@ -99,6 +99,7 @@ FORMATS: dict[str, Format] = {
     "parquet": Format(plain.write_parquet, _tables(".parquet"), EXPORTED, ()),
     "c3d": Format(c3d.write, _named(".c3d")),
     "netcdf": Format(netcdf.write, _named(".nc"), EXPORTED, ()),
+    "cf": Format(netcdf.write_cf, _named("_cf.nc"), EXPORTED, ()),
     "mat": Format(matlab.write, _named(".mat"), EXPORTED, ()),
     "qtm": Format(qtm.write, _qtm, ("trajectories", "bodies")),
     "openfast": Format(openfast.write_openfast, _named(".out"), ("bodies", "motions"), ("space", "bodies")),

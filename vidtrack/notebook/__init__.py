@@ -1,0 +1,1 @@
+"""Results in Python: what `vidtrack.load` gives."""
