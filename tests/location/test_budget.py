@@ -6,7 +6,7 @@ import pytest
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.budget import calibration_gradient, error_budget
+from vidtrack.location.budget import calibration_gradients, error_budget
 from vidtrack.location.run_pictures import Uncertain
 from vidtrack.location.shared_survey import Survey, joint_covariance, survey_covariance
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -84,7 +84,7 @@ def test_without_a_calibration_s_covariance_the_centroids_are_all_there_is():
 def test_the_gradient_holds_the_displacements_that_wrong_calibrations_make():
     """Errors of the survey are drawn, and the displacement between two places measured with cameras that are off so."""
     _, known, joint, p = budget()
-    G = calibration_gradient(CAMERAS, p, known, joint)
+    G = calibration_gradients(CAMERAS, p, known, joint)
     rng = np.random.default_rng(7)
     a = np.array([[-20.0, 0, 0], [20.0, 0, 0]])
     root = np.linalg.cholesky(joint + 1e-18 * np.diag(np.diag(joint)) + 1e-20 * np.eye(len(joint)))
@@ -100,12 +100,12 @@ def test_the_gradient_holds_the_displacements_that_wrong_calibrations_make():
             at += len(u.names)
         found = locate_points(CAMERAS, np.stack(b), sd=1.0).point
         error.append((found[1] - found[0]) - (a[1] - a[0]))
-    assert np.std(error, axis=0) == pytest.approx(40 * G[:, 0], rel=0.35)
+    assert np.std(error, axis=0) == pytest.approx(40 * np.sqrt((G[:, :, 0] ** 2).sum(0)), rel=0.35)
 
 
 def test_no_calibration_or_too_few_points_have_no_gradient():
     _, known, joint, p = budget()
-    assert calibration_gradient(CAMERAS, p, [None, None], None) is None
-    assert calibration_gradient(CAMERAS, p[0, :2], known, joint) is None
+    assert calibration_gradients(CAMERAS, p, [None, None], None) is None
+    assert calibration_gradients(CAMERAS, p[0, :2], known, joint) is None
     unknown = [Uncertain(u.names, u.pivot, u.covariance * np.nan) for u in known]
-    assert calibration_gradient(CAMERAS, p, unknown, None) is None
+    assert calibration_gradients(CAMERAS, p, unknown, None) is None

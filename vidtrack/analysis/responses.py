@@ -14,8 +14,9 @@ from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum,
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 
-Systematic = Mapping[str, tuple[Sequence[str], Sequence[float]]]
-"""By series: the series of the same point whose motions mix into it by the calibration, and by which share (sd)."""
+Systematic = Mapping[str, tuple[Sequence[str], Array]]
+"""By series: the series of the same point whose motions mix into it by the calibration, and shares (n, that many) of
+each of n independent errors of the calibration."""
 
 LITTLE_COHERENCE = 0.6
 """A transfer function is quoted where the squared coherence is at least so much."""
@@ -109,14 +110,15 @@ def _unsure(name: str, fits: Mapping[str, Harmonics], systematic: Systematic | N
     """
     if systematic is None or name not in systematic:
         return 0.0, 0.0
-    names, row = systematic[name]
+    names, shares = systematic[name]
     own = fits[name].coefficients[h]
-    size = max(abs(own), 1e-300)
-    # an angle has itself alone, with the gradient as a share of it
-    turned = [fits[other].coefficients[h] / own * size if abs(own) else 0.0 for other in names if other in fits]
-    sds = [sd for other, sd in zip(names, row, strict=True) if other in fits]
-    along = float(np.sqrt(sum((sd * np.real(c)) ** 2 for sd, c in zip(sds, turned, strict=True))))
-    across = float(np.sqrt(sum((sd * np.imag(c)) ** 2 for sd, c in zip(sds, turned, strict=True))))
+    size = abs(own)
+    if not size > 0:
+        return 0.0, 180.0
+    # each motion as seen from this one: its part in phase is real
+    turned = np.array([fits[other].coefficients[h] / own * size if other in fits else 0.0 for other in names])
+    mixed = np.asarray(shares) @ turned
+    along, across = (float(np.sqrt(np.sum(part**2))) for part in (mixed.real, mixed.imag))
     return along, float(min(180.0, np.degrees(across / size)))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from vidtrack.analysis.harmonics import FEW_SAMPLES_A_PERIOD, fit_harmonics, fundamental_frequency
 from vidtrack.analysis.responses import Series, Systematic, irregular_waves, regular_waves
 from vidtrack.analysis.water_waves import wave_number
+from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -69,24 +70,24 @@ def waves_and_responses(
     return record, findings
 
 
-def mixing(names: Iterable[str], gradient: ArrayLike, basin: ArrayLike | None) -> Systematic:
-    """For each series of targets and bodies, what the calibration's gradient mixes into it.
+def mixing(names: Iterable[str], gradients: ArrayLike, basin: ArrayLike | None) -> Systematic:
+    """For each series of targets and bodies, what the calibration's error mixes into it.
 
-    gradient   (3, 3) standard deviations, see `location.budget.calibration_gradient`; basin: rows (3, 3), the world
-               directions of surge, sway and heave
+    gradients   (n, 3, 3), see `location.budget.calibration_gradients`; basin: rows (3, 3), the world directions of
+                surge, sway and heave
     An angle is unsure by a share of itself: by how differently two directions may be scaled.
     """
-    G = np.asarray(gradient, float)
-    share = float(np.sqrt(2 * np.mean(G**2)))
-    turned = G if basin is None else np.abs(basin) @ G @ np.abs(basin).T
-    found: dict[str, tuple[Sequence[str], Sequence[float]]] = {}
+    G = np.asarray(gradients, float)
+    share = np.array([[np.sqrt(2 * np.sum(G**2) / 9)]])
+    turned = G if basin is None else np.asarray(basin) @ G @ np.asarray(basin).T
+    found: dict[str, tuple[Sequence[str], Array]] = {}
     for name in names:
         group, _, last = name.rpartition(".")
         for kind, own in (("xyz", G), (TRANSLATIONS, turned)):
             if group and last in kind:
-                found[name] = [f"{group}.{other}" for other in kind], own[list(kind).index(last)].tolist()
+                found[name] = [f"{group}.{other}" for other in kind], own[:, list(kind).index(last)]
         if group and last in ROTATIONS:
-            found[name] = [name], [share]
+            found[name] = [name], share
     return found
 
 

@@ -37,7 +37,7 @@ def run(job: Job) -> None:
         about=order["about"],
         decay=order["decay"],
         waves=order["waves"],
-        gradient=(read_json(job.path("located")).get("uncertainty") or {}).get("gradient"),
+        gradients=(read_json(job.path("located")).get("uncertainty") or {}).get("gradients"),
         units=order["units"],
         where=f"config.yaml: runs.{order['run']}.analysis",
     )

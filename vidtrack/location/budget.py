@@ -26,6 +26,9 @@ SPREAD = 40
 FLAT = 0.02
 """Directions in which points spread by less than this share of their largest spread have no gradient of their own."""
 
+SMALL = 1e-4
+"""Directions of the calibration's error with less than this share of the whole are left out."""
+
 PARTS = ("survey", "calibration", "centroid", "clock")
 
 
@@ -76,13 +79,14 @@ def error_budget(
     return {"axes": axes, "samples": int(good.sum())}
 
 
-def calibration_gradient(
+def calibration_gradients(
     cameras: Sequence[Camera], points: Array, uncertainties: Sequence[CameraUncertainty | None], joint: Array | None
 ) -> Array | None:
-    """How unsure the calibration leaves scale and axes: standard deviations (3, 3) of G in  error = e0 + G (p - mean).
+    """How unsure the calibration leaves scale and axes: matrices G_k (n, 3, 3) in  error = e0 + sum u_k G_k (p - mean).
 
     points   (..., 3) located, world units; G holds along the directions in which they lie apart, and is 0 across
-    A displacement a is then unsure by G a, the same for all samples of a run. None where no calibration is uncertain.
+    The u_k are independent, of variance 1, and the same for all samples of a run: a displacement a is unsure by the
+    root of the sum of squares of G_k a. None where no calibration is uncertain.
     """
     known = [i for i, u in enumerate(uncertainties) if u is not None]
     p = points.reshape(-1, 3)
@@ -110,7 +114,7 @@ def calibration_gradient(
     b = np.stack([project(camera, p) for camera in cameras])
     at = locate_points(cameras, b, sd=1.0, most_unsure=np.inf).point
     apart = at - np.nanmean(at, 0)
-    variance = np.zeros((3, 3))
+    found = []
     for value, v in zip(values, vectors.T, strict=True):
         if value <= 0:
             continue
@@ -121,8 +125,12 @@ def calibration_gradient(
         good = np.isfinite(shift).all(-1) & np.isfinite(apart).all(-1)
         if good.sum() > 3:
             G, *_ = np.linalg.lstsq(apart[good], shift[good] - shift[good].mean(0), rcond=FLAT)
-            variance += G.T**2
-    return np.asarray(np.sqrt(variance))
+            found.append(G.T)
+    if not found:
+        return None
+    each = np.stack(found)
+    size = (each**2).sum((1, 2))
+    return np.asarray(each[size > SMALL * size.sum()])
 
 
 def _diagonal(covariance: Array) -> Array:

@@ -50,7 +50,7 @@ def interval(low: Any, high: Any) -> str:
 
 def share(value: Any, digits: int = 2) -> str:
     """A part of one as a percentage."""
-    return "–" if value is None or not math.isfinite(value) else f"{100 * value:.{digits}g} %"
+    return "–" if value is None or not math.isfinite(value) else f"{number(100.0 * value, digits)} %"
 
 
 def one_over(part: Any) -> str:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from vidtrack.analysis.channel_clock import Joined, by_lamp, by_motion, by_offset
 from vidtrack.analysis.decay import free_decay
@@ -60,7 +61,7 @@ def analysis(
     about: str | Sequence[float] = "mean",
     decay: Mapping[str, Any] | None = None,
     waves: Mapping[str, Any] | None = None,
-    gradient: Sequence[Sequence[float]] | None = None,
+    gradients: ArrayLike | None = None,
     units: str = "",
     where: str = "analysis",
 ) -> Analysis:
@@ -78,7 +79,7 @@ def analysis(
                    between which it rests
     decay          series, drop_half_cycles, quadratic, end: see `free_decay`
     waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s; depth, distance
-    gradient       of the calibration's error: `uncertainty.gradient` of locate.json
+    gradients      of the calibration's error: `uncertainty.gradients` of locate.json
     A series is named <target>.<x|y|z>, <body>.<surge ... yaw>, <body>@<point>.<surge ... yaw>, or by its channel.
     Raises VidtrackError where a name fits no series, or bodies come without axes.
     """
@@ -101,7 +102,7 @@ def analysis(
         own = _named(series, name, f"{where}.waves.elevation")
         others = {other: s for other, s in series.items() if other != name}
         record["waves"], found = waves_and_responses(
-            name, own, others, waves, units, _mixing(others, gradient, axes, channels)
+            name, own, others, waves, units, _mixing(others, gradients, axes, channels)
         )
         findings += found
     return Analysis(motions, record, findings)
@@ -171,15 +172,15 @@ def _at_rest(t: np.ndarray[Any, Any], found: Motions, about: str | Sequence[floa
 
 def _mixing(
     series: Iterable[str],
-    gradient: Sequence[Sequence[float]] | None,
+    gradients: ArrayLike | None,
     axes: Mapping[str, str] | None,
     channels: pd.DataFrame | None,
 ) -> Systematic | None:
-    if gradient is None:
+    if gradients is None:
         return None
     basin = basin_axes(axes["waves"], axes["up"]) if axes else None
     others = () if channels is None else channels.columns
-    return mixing([name for name in series if name not in others], gradient, basin)
+    return mixing([name for name in series if name not in others], gradients, basin)
 
 
 def _joined(

@@ -17,7 +17,7 @@ from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.geometry.window import Window
 from vidtrack.location.associations import association_columns
 from vidtrack.location.believed import rows_kept, without_chance, without_far
-from vidtrack.location.budget import calibration_gradient, error_budget
+from vidtrack.location.budget import calibration_gradients, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.followed import rows_of, view_of
 from vidtrack.location.locate_findings import findings_of
@@ -180,7 +180,7 @@ def locate(
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
     record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips)}
-    record["uncertainty"]["gradient"] = calibration_gradient(rig, located.point, uncertainties, joint)
+    record["uncertainty"]["gradients"] = calibration_gradients(rig, located.point, uncertainties, joint)
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))

@@ -47,7 +47,7 @@
     let output = null;
     if (data.times.length > 1) {
       const label = make("label", bar, {class: "time"}, "time ");
-      const slider = make("input", label, {type: "range", min: 0, max: data.times.length - 1, value: 0});
+      const slider = make("input", label, {type: "range", "aria-label": "time", min: 0, max: data.times.length - 1, value: 0});
       output = make("output", label, {});
       slider.addEventListener("input", () => { view.at = +slider.value; draw(); });
     }
@@ -295,7 +295,7 @@
         body.append(...[...body.rows].sort((a, b) => down ? -compared(a, b) : compared(a, b)));
       });
     });
-    const copy = make("button", table.parentNode, {type: "button", class: "copy"}, "copy");
+    const copy = make("button", table.parentNode, {type: "button", class: "copy", "aria-label": "copy the table " + table.caption.textContent.trim()}, "copy");
     copy.addEventListener("click", async () => {
       const text = [...table.rows].map(row => [...row.cells].map(cell => cell.textContent.trim()).join("\t")).join("\n");
       try {
