@@ -24,7 +24,7 @@ def path():
 
 @pytest.mark.slow
 def test_rao_and_phase_are_inside_their_bands_in_95_of_100_trials():
-    """In each trial the survey is another, and so are the cameras that it gives; the bands know of both, as the noise."""
+    """In each trial the survey is another, and so are the cameras that it gives; the bands hold both, and the noise."""
     _, known, joint, _ = budget()
     root = np.linalg.cholesky(joint + 1e-10 * np.diag(np.diag(joint)))
     p, rng = path(), np.random.default_rng(12)
