@@ -22,7 +22,7 @@ def workflow_file(*parts: str) -> str:
     raise VidtrackError(f"{'/'.join(parts)}: the workflow is not installed with vidtrack. Install it again.")
 
 
-SCENARIOS = {"tutorial": ("data", "tutorial.yaml"), "demo": ("data", "demo.yaml"), "float": ("data", "float.yaml")}
+SCENARIOS = {name: ("data", f"{name}.yaml") for name in ("tutorial", "demo", "float", "tank")}
 """Scenarios of the simulator that come with vidtrack, by name."""
 
 PLANS = {"thesis": ("data", "sensitivity", "thesis.yaml")}
