@@ -1,4 +1,7 @@
-"""The tutorial's commands as they stand in docs/tutorial.md, from an empty folder to the report; picks by a browser."""
+"""The tutorial's commands as they stand in docs/tutorial.md, from an empty folder to the report; picks by a browser.
+
+VIDTRACK_SHOTS=docs/images python -m pytest tests/whole_workflow/test_tutorial.py    makes the tutorial's pictures anew
+"""
 
 import os
 import re
@@ -12,7 +15,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from tests.picking.browser import choose, needs_browser, open_page, pick, wait
+from tests.picking.browser import choose, drag, needs_browser, open_page, pick, wait
+from tests.whole_workflow.pictures_of_steps import SHOTS, films, page_of, shot, terminal
 
 REPO = Path(__file__).parents[2]
 CAMERAS = ("cam1", "cam2", "cam3")
@@ -72,12 +76,31 @@ def pick_by_hand(folder):
                     choose(page, f"clip calib-front/{camera}")
                     for tag, (x, y) in where.iterrows():
                         pick(page, tag, x, y)
+                        if tag == "3" and camera == "cam1":
+                            shot(page, "pick-tag")
                     wait(page, "() => document.querySelector('#named').textContent.includes(' px rms')")
+                    if camera == "cam1":
+                        shot(page, "pick-named")
                 page.click("#save")
                 wait(page, "() => document.querySelector('#plan').textContent.includes(' x calibrate')")
+                if SHOTS:
+                    shot_of_a_box(page)
                 assert troubles == []
         finally:
             server.terminate()
+
+
+def shot_of_a_box(page):
+    """A box about the ball in one camera, and the line on which it lies in another; nothing of it is saved."""
+    for camera in ("cam1", "cam2"):
+        choose(page, f"run pluck/{camera}")
+        ask = "async () => (await ask('/measure', {...place(view()), n: 0, detect: {}, box: [100, 0, 312, 480]})).blobs[0]"
+        ball = page.evaluate(ask)
+        if camera == "cam1":
+            page.fill("#target", "ball")
+            drag(page, (ball["Xf"] - 20, ball["Yf"] - 20), (ball["Xf"] + 20, ball["Yf"] + 20))
+    wait(page, "() => vidtrack.state.curves.length > 0")
+    shot(page, "pick-box")
 
 
 @pytest.mark.slow
@@ -88,6 +111,13 @@ def test_the_tutorials_commands_lead_from_an_empty_folder_to_a_trajectory(tmp_pa
         if "vidtrack check" in block:
             pick_by_hand(tmp_path)
         said[block.split("\n")[0]] = shell(block, tmp_path)
+    if SHOTS:
+        films([tmp_path / f"my-lab/pluck_{camera}.mov" for camera in CAMERAS])
+        for verb in ("init", "check", "run"):
+            command = next(line for line in said if line.startswith(f"vidtrack {verb}"))
+            terminal(verb, command, said[command])
+        page_of("report", tmp_path / "my-lab/results/report.html")
+        page_of("report-run", tmp_path / "my-lab/results/report/run_pluck.html")
     assert "runs: pluck" in said["vidtrack init my-lab --units in --link --yes"]
     assert "sigma to expect" in said["vidtrack check my-lab"]
     assert "refused" not in said["vidtrack check my-lab"]
