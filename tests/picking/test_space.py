@@ -1,5 +1,6 @@
 import numpy as np
 
+from tests.geometry.underwater import LEFT, RIGHT, places
 from tests.preview.conftest import lab, rendered  # noqa: F401
 from vidtrack.geometry.camera import project
 from vidtrack.picking.space import epipolar_curve
@@ -17,8 +18,22 @@ def cameras():
 
 def test_the_curve_runs_through_what_the_other_camera_sees_of_the_same_point():
     a, b = cameras()
-    rng = np.random.default_rng(1)
-    about = rng.uniform(-20, 20, (40, 3))
+    check(a, b, np.random.default_rng(1).uniform(-20, 20, (40, 3)))
+
+
+def test_under_water_the_curve_is_bent_through_what_the_other_camera_sees():
+    check(LEFT, RIGHT, places(40))
+    bent = epipolar_curve(LEFT, RIGHT, seen_by(LEFT, places(40)[0]), places(40))
+    straight = epipolar_curve(LEFT.with_(through=()), RIGHT.with_(through=()), seen_by(LEFT, places(40)[0]), places(40))
+    assert np.abs(np.array(bent[0][40]) - straight[0][40]).max() > 5
+
+
+def seen_by(camera, p):
+    x, y = project(camera, p)
+    return float(x), float(y)
+
+
+def check(a, b, about):
     for p in about[:10]:
         x, y = project(a, p)
         (curve,) = epipolar_curve(a, b, (float(x), float(y)), about)

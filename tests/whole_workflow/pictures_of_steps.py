@@ -19,10 +19,10 @@ STYLE = (
 
 
 def small(name, png):
-    """Keep a picture with 64 colours: a quarter of the bytes."""
+    """Keep a picture with few colours: a quarter of the bytes."""
     from PIL import Image
 
-    picture = Image.open(io.BytesIO(png)).convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    picture = Image.open(io.BytesIO(png)).convert("RGB").quantize(112, dither=Image.Dither.NONE)
     picture.save(os.path.join(SHOTS, f"{name}.png"), optimize=True)
 
 
@@ -53,11 +53,14 @@ def terminal(name, command, said, most=24, width=118):
         small(name, page.screenshot(full_page=True))
 
 
-def page_of(name, path, height=820):
-    """The top of a page of the report."""
-    with blank(1200, height) as page:
+def page_of(name, path, caption=None):
+    """The top of a page of the report, or the part with a caption."""
+    with blank(1150, 620) as page:
         page.goto(path.as_uri())
         page.wait_for_timeout(1500)
+        if caption:
+            page.locator("figure", has_text=caption).first.scroll_into_view_if_needed()
+            page.wait_for_timeout(500)
         small(name, page.screenshot())
 
 

@@ -94,7 +94,8 @@ def shot_of_a_box(page):
     """A box about the ball in one camera, and the line on which it lies in another; nothing of it is saved."""
     for camera in ("cam1", "cam2"):
         choose(page, f"run pluck/{camera}")
-        ask = "async () => (await ask('/measure', {...place(view()), n: 0, detect: {}, box: [100, 0, 312, 480]})).blobs[0]"
+        given = "{...place(view()), n: 0, detect: {}, box: [0, 0, 640, 480]}"
+        ask = f"async () => (await ask('/measure', {given})).blobs[0]"
         ball = page.evaluate(ask)
         if camera == "cam1":
             page.fill("#target", "ball")
@@ -117,12 +118,13 @@ def test_the_tutorials_commands_lead_from_an_empty_folder_to_a_trajectory(tmp_pa
             command = next(line for line in said if line.startswith(f"vidtrack {verb}"))
             terminal(verb, command, said[command])
         page_of("report", tmp_path / "my-lab/results/report.html")
-        page_of("report-run", tmp_path / "my-lab/results/report/run_pluck.html")
+        page_of("report-run", tmp_path / "my-lab/results/report/run_pluck.html", "Position against time")
     assert "runs: pluck" in said["vidtrack init my-lab --units in --link --yes"]
     assert "sigma to expect" in said["vidtrack check my-lab"]
     assert "refused" not in said["vidtrack check my-lab"]
-    assert "run pluck: " in said["vidtrack run my-lab"]
-    assert "failed" not in said["vidtrack run my-lab"]
+    assert "run pluck: good" in said["vidtrack run my-lab"]
+    assert "calibration: good" in said["vidtrack run my-lab"]
+    assert "report: my-lab/results/report.html" in said["vidtrack run my-lab"]
     report = Path(said["vidtrack report my-lab --print"].strip())
     assert report == tmp_path / "my-lab/results/report.html"
     assert "run_pluck.html" in report.read_text()

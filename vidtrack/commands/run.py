@@ -74,7 +74,7 @@ def ending_lines(ended: Ended, folder: str) -> list[str]:
 
     log = os.path.join(folder, LOG)
     done, total = ended.steps
-    said = list(ended.said)
+    said = [_from_here(line, folder) for line in ended.said]
     if ended.stopped:
         kept = f"{done} of {total} jobs were done and are kept" if total else "nothing was done yet"
         said.append(f"stopped: {kept}; what was under way is dropped. vidtrack run goes on from here.")
@@ -85,6 +85,12 @@ def ending_lines(ended: Ended, folder: str) -> list[str]:
     elif not total and not said:
         said.append("nothing to do: everything is up to date")
     return said
+
+
+def _from_here(line: str, folder: str) -> str:
+    """A line of the workflow, which works in `folder`; the path of the report as seen from where the user is."""
+    path = line.removeprefix("report: ")
+    return line if path == line else f"report: {os.path.normpath(os.path.join(folder, path))}"
 
 
 def _verdict_of(folder: str, run: str) -> list[str]:

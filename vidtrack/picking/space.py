@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.camera import Camera, project, undistorted_from_frame_buffer
+from vidtrack.geometry.camera import Camera, line_of_sight, project
 
 STEPS = 160
 """Points of a curve."""
@@ -14,18 +14,17 @@ STEPS = 160
 def epipolar_curve(a: Camera, b: Camera, seen: tuple[float, float], about: Array) -> list[list[list[float]]]:
     """The curve in b's frame buffer of what a sees at `seen` (px), as polylines of points [Xf, Yf] inside the picture.
 
-    about   (n, 3) world points; the line of sight is drawn from a quarter of their nearest depth to four times the
+    about   (n, 3) world points; the line of sight is drawn from a quarter of their nearest distance to four times the
             farthest
-    A curve, not a line: both lenses distort.
+    A curve, not a line: both lenses distort, and water bends what is seen through glass.
     """
-    depths = (about @ a.R.T + a.T)[:, 2]
-    depths = depths[depths > 0]
-    if not len(depths):
+    start, direction = line_of_sight(a, np.asarray(seen, float))
+    along = (about - start) @ direction
+    along = along[along > 0]
+    if not len(along):
         return []
-    u = undistorted_from_frame_buffer(a, np.asarray(seen, float)) / a.f
-    z = np.geomspace(0.25 * depths.min(), 4 * depths.max(), STEPS)
-    c = z[:, None] * np.array([u[0], u[1], 1.0])
-    b_px = project(b, (c - a.T) @ a.R)
+    steps = np.geomspace(0.25 * along.min(), 4 * along.max(), STEPS)
+    b_px = project(b, start + steps[:, None] * direction)
     width, height = b.image_size
     room = 0.1 * width
     inside = (b_px > -room) & (b_px < np.array([width, height]) + room)  # NaN is not

@@ -27,6 +27,14 @@ FRAMES = 60
 CLIP_FRAMES = 8
 """Frames of each calibration clip that are averaged."""
 
+FIELDS = {
+    "progressive": "whole frames",
+    "top": "interlaced, the top field first",
+    "bottom": "interlaced, the bottom field first",
+    "unknown": "whole frames (the file does not say)",
+}
+"""What is said of the fields of a recording."""
+
 JOB_SECONDS = 3.0
 """ASSUME: what a small job takes, mostly its start."""
 
@@ -128,10 +136,11 @@ def _recording(
         look = look_at(path, how, start_timecode=own.start_timecode if own else None)
         looks[camera] = look
         info = look.info
+        time = f"time code ({info.time.source})" if info.time.source else "no time code"
         found.say(
             about,
             f"{info.codec}, {info.width} x {info.height}, {float(info.rate):.5g} a second, {look.frames} frames, "
-            f"{look.seconds:.1f} s, {info.field_order}, time by {info.time.source or 'no time code'}",
+            f"{look.seconds:.1f} s, {FIELDS[info.field_order]}, {time}",
         )
         for problem in look.time.problems:
             found.warn("doubtful", "time-code", f"{about}: {problem}")

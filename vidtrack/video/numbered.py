@@ -11,7 +11,14 @@ from vidtrack.errors import VidtrackError
 from vidtrack.naming import numbered_like
 from vidtrack.timing.frame import Luma
 from vidtrack.video.decoded import DecodedVideo
-from vidtrack.video.picture_stack import StackInfo
+from vidtrack.video.heic_tiles import HeicTiles, is_tiled
+from vidtrack.video.picture_stack import PictureStack, StackInfo
+from vidtrack.video.recording import Video
+
+
+def still(path: str, colour: Any = None) -> Video:
+    """A file of one picture."""
+    return PictureStack(HeicTiles(path, colour), None) if is_tiled(path) else DecodedVideo(path, colour=colour)
 
 
 class NumberedPictures:
@@ -30,7 +37,7 @@ class NumberedPictures:
         if step > 1:
             self.notes.append(f"the pictures' numbers rise by {step}: they are taken for one picture after the other")
         self.numbers = [int(number) for number in np.rint((counts - counts[0]) / max(step, 1))]
-        with DecodedVideo(path, colour=colour) as first:
+        with still(path, colour) as first:
             own = first.info
             next(first.frames())  # what is wrong with all pictures shows now
         self._bits = own.bits
@@ -40,7 +47,7 @@ class NumberedPictures:
 
     def picture(self, place: int) -> tuple[Luma, bool]:
         """As `Stack.picture`."""
-        with DecodedVideo(self._paths[place], colour=self._colour) as one:
+        with still(self._paths[place], self._colour) as one:
             frame = next(one.frames())
             if one.info.bits != self._bits:
                 raise VidtrackError(

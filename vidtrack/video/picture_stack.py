@@ -30,7 +30,7 @@ AHEAD = 8
 
 @dataclass(frozen=True)
 class StackInfo:
-    """What the first picture says of all; rate: pictures a second where the files state it."""
+    """What the first picture says of all; rate: pictures a second where the files state it; still: there is one."""
 
     width: int
     height: int
@@ -40,6 +40,7 @@ class StackInfo:
     rate: Fraction | None = None
     rotation: int = 0
     mirrored: bool = False
+    still: bool = False
 
 
 class Stack(Protocol):
@@ -68,7 +69,7 @@ class PictureStack(Video):
         for note in stack.notes:
             self._log.noted(note)
         own = stack.info
-        if rate is None and own.rate is None:
+        if rate is None and own.rate is None and not own.still:
             self._log.noted(NO_RATE)
         stated = own.rate or ASSUMED_RATE
         rate = rate or stated
@@ -85,6 +86,7 @@ class PictureStack(Video):
             n_frames_hint=len(stack.numbers),
             time=TimeBase(rate, rate),
             pace=stated / rate,
+            is_still=own.still,
         )
 
     def close(self) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.decoded import DecodedVideo
+from vidtrack.video.heic_tiles import HeicTiles, is_tiled
 from vidtrack.video.joined import JoinedVideo
 from vidtrack.video.mraw import MrawPictures
 from vidtrack.video.numbered import NumberedPictures
@@ -71,4 +72,6 @@ def open_video(
         return PictureStack(MrawPictures(path), given)
     if ending in (".tif", ".tiff") and os.path.isfile(path) and page_count(path) > 1:
         return PictureStack(TiffPages(path, colour), given)
+    if is_tiled(path):
+        return PictureStack(HeicTiles(path, colour), given)
     return DecodedVideo(path, threads, given, stream, colour)

@@ -211,7 +211,7 @@ const measure = latest(async (x, y) => {
   else Object.assign(given, { x, y, reach: 3 });
   const found = await ask("/measure", given);
   S.blob = found.blobs[0] || null;
-  $("count").textContent = `${found.all} blobs in the picture`;
+  $("count").textContent = `${found.all} blob${found.all === 1 ? "" : "s"} in the picture`;
   fillMeasure(x, y, found.blobs.length, r);
   draw();
 });
