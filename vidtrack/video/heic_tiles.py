@@ -1,4 +1,4 @@
-"""A still that is stored in tiles (HEIC of telephones, AVIF), put together: each tile is a picture of its own there.
+"""A still that is stored in tiles (HEIC of telephones), put together: each tile is a picture of its own there.
 
 Source: ISO/IEC 23008-12, sections 6.5 (properties), 6.6.2.3 (image grid), 9.3; ISO/IEC 14496-12, section 8.11 (the meta
 box, item locations).
@@ -26,7 +26,7 @@ LARGEST_META = 16_000_000
 """Bytes of the box that describes all items."""
 
 MOST_TILES = 4096
-_CODECS = {"hvc1": ("hevc", "hvcC"), "av01": ("libdav1d", "av1C")}
+_CODECS = {"hvc1": ("hevc", "hvcC")}
 """Kind of a tile: the decoder, and the property that sets it up."""
 
 
