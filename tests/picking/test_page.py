@@ -130,3 +130,72 @@ def test_two_windows_do_no_harm(lab, served):  # noqa: F811
         page.click("#save")
         wait(page, "() => document.querySelector('#status').textContent.includes('changed by another window')")
     assert path.read_text() == kept
+
+
+def test_a_point_that_is_no_ball_is_placed_by_hand_with_its_own_sd_and_the_stages_take_it_so(lab, served):  # noqa: F811
+    path = lab / "calibration/front/picks.csv"
+    before = read_picks(str(path), "cam1")
+    tag = before["tag"].iloc[-1]
+    with open_page(served.address) as (page, troubles):
+        choose(page, "clip front/cam1")
+        wait(page, "() => document.querySelectorAll('#rows tr').length === 6")
+        page.click("#rows tr:last-child")
+        page.keyboard.press("Delete")
+        wait(page, "() => document.querySelectorAll('#rows tr').length === 5")
+        page.check("#hand")
+        page.fill("#sd", "0.4")
+        pick(page, tag, *before[["Xf", "Yf"]].iloc[-1] + [0.3, -0.2])
+        wait(page, "() => document.querySelector('#named').textContent.startsWith('36 of 36 points')")
+        page.click("#save")
+        wait(page, "() => document.querySelector('#status').textContent === 'saved'")
+    assert troubles == []
+    row = read_picks(str(path), "cam1").set_index("tag").loc[tag]
+    assert row["sd"] == 0.4
+    assert row[["Xf", "Yf"]].tolist() == pytest.approx((before[["Xf", "Yf"]].iloc[-1] + [0.3, -0.2]).tolist(), abs=1)
+    answer = served.desk.label("cam1", {"front": read_picks(str(path), "cam1").to_dict("records")})
+    (point,) = [p for p in answer["points"] if p["tag"] == tag and p["clip"] == "front"]
+    assert (point["Xf"], point["Yf"]) == pytest.approx(tuple(row[["Xf", "Yf"]]))  # where it was placed, not a blob
+
+
+def test_a_box_is_resized_by_its_corner_and_moved_and_keys_do_what_the_page_says(lab, served):  # noqa: F811
+    state = "vidtrack.state"
+    with open_page(served.address) as (page, troubles):
+        choose(page, "run pluck/cam2")
+        page.fill("#target", "float")
+        drag(page, (100, 100), (140, 130))
+        box = f"() => {state}.views[{state}.at].rows[0]"
+        wait(page, f"() => !!({box})()")
+        drag(page, (140, 130), (160, 150))
+        assert page.evaluate(box) == pytest.approx(
+            {"target": "float", "Xf": 130, "Yf": 125, "width": 60, "height": 50}, abs=1.5
+        )
+        drag(page, (130, 125), (200, 225))
+        assert page.evaluate(box) == pytest.approx(
+            {"target": "float", "Xf": 200, "Yf": 225, "width": 60, "height": 50}, abs=1.5
+        )
+        page.keyboard.press("Control+z")
+        assert page.evaluate(box)["Xf"] == pytest.approx(130, abs=1.5)
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Shift+ArrowRight")
+        wait(page, f"() => {state}.n === 11")
+        page.keyboard.press("ArrowLeft")
+        wait(page, f"() => {state}.n === 10")
+        scale = page.evaluate(f"() => {state}.scale")
+        page.keyboard.press("+")
+        assert page.evaluate(f"() => {state}.scale") == pytest.approx(1.3 * scale)
+        middle = screen(page, 250, 240)
+        page.mouse.move(*middle)
+        page.mouse.wheel(0, -400)
+        wait(page, f"() => {state}.scale > {3 * scale}")
+        assert screen(page, 250, 240) == pytest.approx(middle, abs=0.5)  # the place under the cursor stays
+        page.mouse.down(button="right")
+        page.mouse.move(middle[0] + 30, middle[1] - 10)
+        page.mouse.up(button="right")
+        assert screen(page, 250, 240) == pytest.approx([middle[0] + 30, middle[1] - 10], abs=0.5)
+        page.keyboard.press("0")
+        assert page.evaluate(f"() => {state}.scale") == pytest.approx(scale)
+        page.keyboard.press("]")
+        assert page.input_value("#threshold") == "130"
+        page.keyboard.press("m")
+        assert page.is_hidden("#mask")
+    assert troubles == []
