@@ -92,6 +92,20 @@ def broken_link(path: str) -> str | None:
     return None
 
 
+MEASURED = ("c3d", "tsv")
+"""Endings of points that another instrument measured, in place of reference.csv and truth.csv."""
+
+
+def measured_in(folder: str, stem: str, problems: list[str]) -> str | None:
+    """The path of a table such as reference.csv, or of a C3D or QTM file of that name, in a folder; None without
+    one."""
+    if not os.path.lexists(os.path.join(folder, f"{stem}.csv")):
+        found = {stem: None} | named_as(folder, [stem], MEASURED, problems)
+        if found[stem]:
+            return found[stem]
+    return table_in(folder, f"{stem}.csv", problems)
+
+
 def table_in(folder: str, name: str, problems: list[str]) -> str | None:
     """The path of a table such as points.csv in a folder, None where there is none.
 

@@ -15,6 +15,7 @@ from vidtrack.files.beside import (
     alike_but_for_case,
     broken_link,
     entries,
+    measured_in,
     named_as,
     table_in,
 )
@@ -23,9 +24,6 @@ from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
 from vidtrack.naming import did_you_mean, tags_meant
 from vidtrack.settings.config import Settings
-
-TABLES = ("targets", "reference", "truth")
-"""Tables in the folder of a run."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,8 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         found |= _elsewhere(name, settings, problems)
         tracks = named_as(here, set(settings.cameras) - set(found), TRACKS, problems)
         tracks |= {camera: one.path for camera, one in found.items() if _holds_tracks(one)}
-        targets, reference, truth = (table_in(here, f"{table}.csv", problems) for table in TABLES)
+        targets = table_in(here, "targets.csv", problems)
+        reference, truth = (measured_in(here, table, problems) for table in ("reference", "truth"))
         videos = dict(sorted({**_firsts(found), **tracks}.items()))
         runs[name] = Run(name, videos, targets, reference, truth, _several(found), frozenset(tracks))
     survey = table_in(within(folder, "calibration"), "points.csv", problems)
@@ -143,8 +142,8 @@ def channels_path(settings: Settings, run: Run) -> str | None:
 
 
 def reference_columns(run: Run) -> list[str]:
-    """The names of the columns of a run's reference.csv."""
-    return read_header(run.reference) if run.reference else []
+    """The names of the columns of a run's reference.csv; none of another instrument's file."""
+    return read_header(run.reference) if run.reference and run.reference.endswith(".csv") else []
 
 
 def files_of(part: Clip | Run, camera: str) -> str | tuple[str, ...]:

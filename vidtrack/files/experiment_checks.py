@@ -90,7 +90,7 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
         if run.targets:
             targets = _checked(run.targets, TARGETS, problems)
             problems += _foreign(run.targets, "camera", targets, settings.cameras, "config.yaml names")
-        if run.truth:
+        if run.truth and run.truth.endswith(".csv"):
             _checked(run.truth, TRUTH, problems, settings.units)
         for path in profiles(settings, run).values():
             if os.path.isfile(path):

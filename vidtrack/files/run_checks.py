@@ -131,6 +131,8 @@ def _check_reference(case: _Case) -> list[str]:
     if not run.reference:
         return [f"{case.place}.reference: there is no reference.csv in the run's folder. Put it there."]
     problems = []
+    if not run.reference.endswith(".csv"):
+        return _check_reference_target(case)
     header = reference_columns(run)
     for key, column in (("time", own.time), ("value", own.value)):
         if not any(_means(cell, column) for cell in header):
@@ -143,10 +145,16 @@ def _check_reference(case: _Case) -> list[str]:
             f"{case.place}.reference.value: column {own.value} of {run.reference} is in {unit}, but units is {units}. "
             f"Convert the column and name it so, or correct units."
         )
-    names = target_names(case.settings, run)
-    if own.target and own.target not in names:
-        problems.append(f"{case.place}.reference.target: no target {own.target!r}; {_hint(own.target, names)}")
-    return problems
+    return problems + _check_reference_target(case)
+
+
+def _check_reference_target(case: _Case) -> list[str]:
+    """Whether the target of the reference is one of the run's; of tracks only their files know the names."""
+    target = case.own.reference.target if case.own.reference else None
+    names = target_names(case.settings, case.run)
+    if not target or target in names or (case.run.tracks and case.own.targets is None):
+        return []
+    return [f"{case.place}.reference.target: no target {target!r}; {_hint(target, names)}"]
 
 
 def _means(cell: str, column: str) -> bool:
@@ -158,6 +166,8 @@ def _means(cell: str, column: str) -> bool:
 def _check_bodies(case: _Case) -> list[str]:
     problems = []
     names = target_names(case.settings, case.run)
+    if case.run.tracks and case.own.targets is None:
+        names = [name for body in case.own.bodies.values() for name in body.targets]  # their files know the names
     for body, parts in case.own.bodies.items():
         place = f"{case.place}.bodies.{body}"
         problems += [f"{place}.{t}: no such target; {_hint(t, names)}" for t in parts.targets if t not in names]

@@ -28,6 +28,16 @@ class Reference(Section):
     )
 
 
+class Truth(Section):
+    """How truth.c3d or truth.tsv, points of another instrument, are read."""
+
+    offset_s: float | None = Field(
+        None,
+        description="s, when its first frame was, as trajectories count time: since midnight of the time code, or since "
+        "the first picture without one; default: the file's own time of day",
+    )
+
+
 class Plane(Section):
     """How one camera's pixels become positions in a plane: a scale, or known points."""
 
@@ -74,6 +84,7 @@ class Run(DetectChange):
     reference: Reference | None = Field(
         None, description="how reference.csv is read; default: time in its first column, x in its second"
     )
+    truth: Truth | None = Field(None, description="how the points of truth.c3d or truth.tsv (QTM) are read")
     plane: Plane | None = Field(None, description="mode plane: how px become positions in the plane")
     bodies: dict[Name, Annotated[Body, BeforeValidator(body)]] = Field(
         {},

@@ -261,7 +261,10 @@ def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
     order |= {"time": None, "value": None, "axis": None, "target": None}
     if here.reference:
         order |= own.reference.model_dump() if own.reference else _guessed_reference(here)
-        order["target"] = order["target"] or target_names(settings, here)[0]
+        named = here.tracks and own.targets is None  # by their files
+        order["target"] = order["target"] or (None if named else target_names(settings, here)[0])
+    if own.truth:
+        order["truth"] = own.truth.model_dump()
     return order
 
 
@@ -405,5 +408,5 @@ def _clock(settings: Settings, camera: str) -> Order | str | None:
 
 def _guessed_reference(run: Run) -> Order:
     """A record that the config does not describe: time in the first column, the value in the second, x."""
-    columns = reference_columns(run)
+    columns = reference_columns(run) or ["time_s", ""]
     return {"time": columns[0], "value": columns[1] if len(columns) > 1 else columns[0], "axis": "x", "target": None}
