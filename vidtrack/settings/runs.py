@@ -33,8 +33,8 @@ class Truth(Section):
 
     offset_s: float | None = Field(
         None,
-        description="s, when its first frame was, as trajectories count time: since midnight of the time code, or since "
-        "the first picture without one; default: the file's own time of day",
+        description="s, when its first frame was, as trajectories count time: since midnight of the time code, or "
+        "since the first picture without one; default: the file's own time of day",
     )
 
 
