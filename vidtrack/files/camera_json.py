@@ -95,7 +95,7 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
             image_size=(int(record["image_size"][0]), int(record["image_size"][1])),
             projection=_projection(record),
             name=str(record.get("camera", "")),
-            through=tuple(_interface(own) for own in record.get("through", ())),
+            through=tuple(interface_from_record(own) for own in record.get("through", ())),
         )
         uncertainty = _uncertainty(record.get("uncertainty"))
     except (KeyError, TypeError, ValueError, IndexError, OverflowError, AttributeError) as error:
@@ -116,10 +116,11 @@ def _interface_record(interface: Interface) -> dict[str, Any]:
     } | ({"known": _interface_record(interface.known)} if interface.known else {})
 
 
-def _interface(record: Mapping[str, Any]) -> Interface:
+def interface_from_record(record: Mapping[str, Any]) -> Interface:
+    """An interface as camera.json holds it under `through`."""
     indices, thickness = (tuple(float(v) for v in record[key]) for key in ("indices", "thickness"))
     point, normal = _array(record, "point", (3,)), _array(record, "normal", (3,))
-    known = _interface(record["known"]) if record.get("known") else None
+    known = interface_from_record(record["known"]) if record.get("known") else None
     own = Interface(str(record["name"]), point, normal, indices, thickness, known=known)
     sigma = record.get("sigma")
     return replace(own, sigma=tuple(float(sigma[name]) for name in own.parameters)) if sigma else own

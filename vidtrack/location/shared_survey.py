@@ -20,6 +20,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import pulls_of
 from vidtrack.geometry.jacobian import columns, derivatives
 
 
@@ -37,7 +38,8 @@ def joint_covariance(
 ) -> Array:
     """Covariance (k, k) of the parameters of all cameras that have an uncertainty, one camera after the other.
 
-    Each camera's own block is its uncertainty's covariance; what lies between is the share of the common survey.
+    Each camera's own block is its uncertainty's covariance; what lies between is the share of the common survey
+    and of interfaces through which two cameras see.
     """
     known = [(c, u, s) for c, u, s in zip(cameras, uncertainties, surveys, strict=True) if u is not None]
     edges = np.cumsum([0, *(len(u.names) for _, u, _ in known)])
@@ -52,6 +54,7 @@ def joint_covariance(
         for tag in common:
             row = known[i][2].tags.index(tag)
             block += known[i][2].sigma[row] ** 2 * follows[i][row] @ follows[j][known[j][2].tags.index(tag)].T
+        block += _by_interfaces(known[i][0], known[i][1], known[j][0], known[j][1])
         joint[edges[i] : edges[i + 1], edges[j] : edges[j + 1]] = block
         joint[edges[j] : edges[j + 1], edges[i] : edges[i + 1]] = block.T
     return _possible(own, joint)
@@ -77,6 +80,33 @@ def survey_covariance(
         columns.append(own / np.sqrt(max(1.0, largest)))
     effect = np.concatenate(columns)
     return np.asarray(effect @ effect.T)
+
+
+def share_an_interface(cameras: Sequence[Camera]) -> bool:
+    """Whether two cameras look through one and the same interface that is not known exactly."""
+    names = [name for camera in cameras for name in {interface.name for interface in camera.through if interface.free}]
+    return len(names) > len(set(names))
+
+
+def _by_interfaces(a: Camera, known_a: CameraUncertainty, b: Camera, known_b: CameraUncertainty) -> Array:
+    """What two cameras' parameters have in common by interfaces through which both see, (k_a, k_b).
+
+    Refined together, the interface is one for both: given it, they are independent. Refined apart, they share only
+    what is known of it beforehand.
+    """
+    pulls = pulls_of(a.through)
+    common = [n for n in known_a.names if n in known_b.names and n in pulls]
+    if not common:
+        return np.zeros((len(known_a.names), len(known_b.names)))
+    of_a, of_b = ([known.names.index(name) for name in common] for known in (known_a, known_b))
+    A, B = (np.asarray(known.covariance, float) for known in (known_a, known_b))
+    one = {i.name: i for i in a.through}
+    together = all(np.array_equal(one[i.name].point, i.point) for i in b.through if i.name in one)
+    if together:
+        information = np.linalg.pinv(A[np.ix_(of_a, of_a)], hermitian=True)
+    else:
+        information = np.diag([1 / pulls[name][1] ** 2 for name in common])
+    return np.asarray(A[:, of_a] @ information @ B[of_b])
 
 
 def _by_surveyed_point(camera: Camera, uncertainty: CameraUncertainty, survey: Survey) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.figures.style import PALETTE, magnification
+from vidtrack.files.camera_json import interface_from_record
 from vidtrack.geometry.camera import Camera, line_of_sight
 from vidtrack.geometry.lens_terms import COEFFICIENTS
 from vidtrack.report.numbers import plain
@@ -54,7 +55,8 @@ def camera_of(record: Mapping[str, Any]) -> Camera:
     terms = {name: record[name] for name in ("Cx", "Cy", "dx", "dy", "Sx", "f", *COEFFICIENTS) if name in record}
     width, height = record["image_size"]
     R, T = (np.asarray(record[name], float) for name in ("R", "T"))
-    return Camera(**terms, R=R, T=T, image_size=(width, height))
+    through = tuple(interface_from_record(own) for own in record.get("through", ()))
+    return Camera(**terms, R=R, T=T, image_size=(width, height), through=through)
 
 
 def _survey(results: Results) -> Array:
@@ -71,7 +73,7 @@ def _rows(p: Array) -> list[list[float | None] | None]:
 
 def _frustum(record: Mapping[str, Any], middle: Array) -> dict[str, Any]:
     """Centre and the corners of the view, a third of the way to the points."""
-    camera = camera_of(record).without_lens()
+    camera = camera_of(record).without_lens().with_(through=())
     (width, height), R = camera.image_size, camera.R
     corners = np.array([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]], float)
     centre = camera.position

@@ -25,6 +25,7 @@ from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vect
 from vidtrack.simulate.recording import Clock, Interlace, Shutter
 from vidtrack.simulate.rig import focal_length_from_field, look_at, points_on_wires, position_from_angles
 from vidtrack.simulate.tape import Tape
+from vidtrack.simulate.through import InterfacePlan, interfaces_of
 from vidtrack.timing.timecode import Timecode, parse
 
 Count = Annotated[int, Field(ge=1)]
@@ -50,6 +51,7 @@ class CameraPlan(Plan):
     p1: float = 0.0
     p2: float = 0.0
     skew: float = 0.0
+    through: tuple[str, ...] = Field((), description="interfaces through which it sees, from the camera on")
     clock: Clock = Clock()
     picture: dict[str, Any] = Field({}, description="whatever differs from the scenario's picture")
 
@@ -228,6 +230,7 @@ class Scenario(Plan):
     seed: Annotated[int, Field(ge=0)] = 1
     units: Literal["m", "cm", "mm", "in", "ft"] = "in"
     cameras: Annotated[dict[str, CameraPlan], Field(min_length=1)]
+    interfaces: dict[str, InterfacePlan] = Field({}, description="windows, tank walls, water surfaces")
     picture: Picture = Picture()
     texture: Texture | None = Field(None, description="a pattern on the wall behind the scene; default: a plain one")
     clutter: tuple[Patch, ...] = ()
@@ -253,8 +256,11 @@ class Scenario(Plan):
             unknown = {*(clip.tags or ()), *(clip.picks or ())} - tags
             if unknown:
                 raise ValueError(f"calibration.clips.{name}: no ball has tag {sorted(unknown)[0]!r}")
-        for name in self.cameras:
+        for name, camera in self.cameras.items():
             self.picture_of(name)
+            if not set(camera.through) <= set(self.interfaces):
+                raise ValueError(f"cameras.{name}.through: no such interface in this scenario")
+            self.camera(name)
         return self
 
     def _cameras_named(self) -> list[tuple[str, list[str]]]:
@@ -267,7 +273,8 @@ class Scenario(Plan):
 
     def camera(self, name: str) -> Camera:
         """The camera of that name."""
-        return camera_from_plan(self.cameras[name], name)
+        plan = self.cameras[name]
+        return camera_from_plan(plan, name).with_(through=interfaces_of(self.interfaces, plan.through))
 
     def picture_of(self, name: str) -> Picture:
         """How that camera makes its pictures."""

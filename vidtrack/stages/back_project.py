@@ -18,6 +18,7 @@ from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, 
 from vidtrack.calibration.measures import measures
 from vidtrack.calibration.normal_equations import Priors, priors_for
 from vidtrack.calibration.refine import POSE, free_parameters
+from vidtrack.calibration.refraction_effect import effect_finding, refraction_effect
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import (
@@ -81,9 +82,13 @@ def back_project(
     refit = _refit(refine, cameras, shared, b, names, priors, noise)
     out = held_out(shared.p, b, refit, b_all=shared.b)
     table = _table(cameras, points, shared, located, out)
-    record = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
+    record: dict[str, Any] = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
     lens_free = any(set(each) - set(POSE) for each in names)
-    record |= _record(cameras, shared, located, out, noise, lens_free)
+    effect = refraction_effect(cameras, shared.p, b, names)
+    more = [effect_finding(effect, units)] if effect else []
+    record |= _record(cameras, shared, located, out, noise, lens_free, more)
+    if effect:
+        record["refraction"] = effect._asdict()
     return BackProjection(table, record)
 
 
@@ -164,6 +169,7 @@ def _record(
     out: HeldOut,
     noise: Noise,
     lens_free: bool,
+    more: Sequence[Finding],
 ) -> dict[str, Any]:
     seen = shared.p[shared.used.any(0)]
     lengths = {"largest_distance": largest_distance(seen), "diagonal_field": diagonal_field(cameras, seen)}
@@ -184,7 +190,7 @@ def _record(
             for i, camera in enumerate(cameras)
         },
     }
-    findings = _findings(record, lens_free)
+    findings = [*_findings(record, lens_free), *more]
     warnings = [f"{finding.text}. {finding.cure}" for finding in findings]
     return {**record, "findings": as_records(findings), "warnings": warnings}
 

@@ -32,7 +32,7 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
-from vidtrack.location.shared_survey import Survey, joint_covariance, survey_covariance
+from vidtrack.location.shared_survey import Survey, joint_covariance, share_an_interface, survey_covariance
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.views import (
@@ -286,7 +286,8 @@ def _surveys(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, n
     if points is None or any(v.uncertainty is None or v.name not in points for v in views):
         return None
     surveys = [_survey(points[v.name], noise) for v in views]
-    return None if all((s.sigma == 0).all() for s in surveys) else surveys
+    exact = all((s.sigma == 0).all() for s in surveys) and not share_an_interface([v.camera for v in views])
+    return None if exact else surveys
 
 
 def _survey(points: pd.DataFrame, noise: float) -> Survey:
