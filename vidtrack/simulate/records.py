@@ -76,9 +76,14 @@ def experiment_config(scenario: Scenario) -> dict[str, object]:
         name: {"tags": ", ".join(clip.tags) if clip.tags else ", ".join(scenario.points()[0])}
         for name, clip in scenario.calibration.clips.items()
     }
+    cameras: dict[str, dict[str, object]] = {}
+    for name, plan in scenario.cameras.items():
+        cameras[name] = {"sensor": list(plan.sensor)} | ({"through": list(plan.through)} if plan.through else {})
+    interfaces = {name: plan.model_dump(mode="json", exclude_unset=True) for name, plan in scenario.interfaces.items()}
     return {
         "units": scenario.units,
-        "cameras": {name: {"sensor": list(plan.sensor)} for name, plan in scenario.cameras.items()},
+        **({"interfaces": interfaces} if interfaces else {}),
+        "cameras": cameras,
         "calibration": {"clips": clips},
         "runs": runs,
     }
@@ -89,6 +94,11 @@ def _cameras_json(scenario: Scenario) -> str:
     for name in scenario.cameras:
         values = asdict(scenario.camera(name))
         values["R"], values["T"] = values["R"].tolist(), values["T"].tolist()
+        if not values.pop("through"):
+            cameras[name] = values
+            continue
+        plans = scenario.cameras[name].through
+        values["through"] = [{"name": own, **scenario.interfaces[own].model_dump(mode="json")} for own in plans]
         cameras[name] = values
     return json.dumps(cameras, indent=1) + "\n"
 
