@@ -2,14 +2,17 @@
 
 import json
 
+import numpy as np
 import pytest
 
-from tests.exchange.runs import bodies, trajectories
+from tests.exchange.runs import bodies, camera, trajectories
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.formats import FORMATS, Layout
 from vidtrack.exchange.results import layout_of, read_run, result_paths
+from vidtrack.files.camera_json import write_camera
 from vidtrack.files.experiment import Run
 from vidtrack.files.tables import write_parquet
+from vidtrack.geometry.camera import project
 from vidtrack.settings.config import settings_from_config
 
 CONFIG = {"units": "m", "cameras": {"cam1": {}, "cam2": {}}}
@@ -47,3 +50,14 @@ def test_tables_clocks_and_provenance_are_read(tmp_path):
 def test_a_result_that_is_not_there_is_named():
     with pytest.raises(VidtrackError, match=r"trajectories.parquet: not there yet. Call vidtrack run first."):
         read_run({"trajectories": ["results/runs/pluck/trajectories.parquet"]}, "pluck", "m")
+
+
+def test_a_camera_is_as_the_pictures_of_the_run_have_it(tmp_path):
+    own = camera()
+    write_camera(tmp_path / "camera.json", own, None, {"units": "m"})
+    part = {"left": 100.0, "top": 40.0, "width": 256.0, "height": 240.0, "columns": 512, "rows": 480}
+    (tmp_path / "locate.json").write_text(json.dumps({"pictures": {"cam1": part}}))
+    paths = {"cameras": [str(tmp_path / "camera.json")], "locate": [str(tmp_path / "locate.json")]}
+    seen = read_run(paths, "pluck", "m").cameras["cam1"]
+    p = np.array([1.0, -2.0, 3.0])
+    np.testing.assert_allclose(project(seen, p), (project(own, p) + 0.5 - [100, 40]) * 2 - 0.5)

@@ -10,8 +10,9 @@ import pandas as pd
 import pytest
 
 from tests.whole_workflow.conftest import CONFIG, configure, planned, snakemake
+from vidtrack.exchange.formats import FORMATS, Layout, places
 
-EXPORT = ("c3d", "csv")
+EXPORT = ("c3d", "dltdv8")
 
 
 def exporting(folder, *formats, **runs):
@@ -30,17 +31,33 @@ def command(folder, *arguments):
     )
 
 
+def reprojected(start, own):
+    """How far, world units, points by DLT from the digitised ones lie from where they were located; the median."""
+    coefs = np.loadtxt(f"{start}dltcoefs.csv", delimiter=",")
+    uv = pd.read_csv(f"{start}undistorted_xypts.csv").to_numpy().reshape(-1, 2, 2)
+    xyz = pd.read_csv(f"{start}xyzpts.csv").to_numpy()
+    assert np.isfinite(xyz).all(-1).sum() > 0.9 * len(own) / 2
+    off = []
+    for row, p in zip(uv, xyz, strict=True):
+        both = list(zip(row, coefs.T, strict=True))
+        A = np.concatenate([np.outer(b, L[8:11]) - L[:8].reshape(2, 4)[:, :3] for b, L in both])
+        y = np.concatenate([L[[3, 7]] - b for b, L in both])
+        if np.isfinite(A).all():
+            off.append(np.linalg.norm(np.linalg.lstsq(A, y)[0] - p))
+    return np.median(off)
+
+
 @pytest.mark.slow
 def test_exports_are_made_by_the_workflow_and_again_only_where_the_run_changed(laboratory):
     exporting(laboratory, *EXPORT)
-    assert planned(laboratory) == {"export_c3d_0": 2, "export_csv_1": 2}
+    assert planned(laboratory) == {"export_c3d_0": 2, "export_dltdv8_1": 2}
     answer = snakemake(laboratory)
     assert answer.returncode == 0, answer.stderr
     folder = laboratory / "results/runs/pluck/export"
     c3d = ezc3d.c3d(str(folder / "pluck.c3d"))
     own = pd.read_parquet(laboratory / "results/runs/pluck/trajectories.parquet")
     np.testing.assert_allclose(c3d["data"]["points"][:3, 0].T, own[["x", "y", "z"]] * 25.4, rtol=1e-6)
-    assert (folder / "csv/pluck_trajectories.csv").is_file()
+    assert reprojected(folder / "dltdv8/pluck_", own) < 0.01
     assert planned(laboratory) == {}
 
     exporting(laboratory, *EXPORT, still={"max_miss": 5.0})
@@ -52,6 +69,17 @@ def test_exports_are_made_by_the_workflow_and_again_only_where_the_run_changed(l
     direct = command(laboratory, "--to", "c3d", "--run", "pluck", "--output", str(laboratory / "own.c3d"))
     assert direct.returncode == 0, direct.stderr
     assert (laboratory / "own.c3d").read_bytes() == (folder / "pluck.c3d").read_bytes()
+
+
+def test_every_format_that_a_run_without_bodies_suits_is_written_by_the_command(processed, tmp_path):
+    layout = Layout("pluck", "space", ("cam1", "cam2"))
+    names = [name for name, form in FORMATS.items() if form.suits(layout)]
+    asked = [word for name in names for word in ("--to", name)]
+    answer = command(processed, *asked, "--run", "pluck", "--output", str(tmp_path / "out"))
+    assert answer.returncode == 0, answer.stderr
+    out = tmp_path / "out/pluck"  # files of two formats have one name: each format has a folder
+    made = {path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file()}
+    assert made == {place for name in names for place in places(name, layout)}
 
 
 @pytest.mark.parametrize(

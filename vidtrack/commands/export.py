@@ -121,7 +121,7 @@ def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
             path = os.path.join(folder, place) if output is None else output
             if output is not None and not as_file:
                 run = os.path.basename(os.path.dirname(folder))
-                path = os.path.join(output, *([run] if clash else []), os.path.basename(place))
+                path = os.path.join(output, *((run, place) if clash else (os.path.basename(place),)))
             with replacing(path) as file:
                 file.write(answer.files[os.path.basename(place)])
             saved.append((path, lines))

@@ -9,6 +9,7 @@ from vidtrack.exchange import (
     anipose,
     c3d,
     colmap,
+    dltdv,
     matlab,
     metashape,
     netcdf,
@@ -21,6 +22,9 @@ from vidtrack.exchange import (
 )
 from vidtrack.exchange.measured import Run, Written
 from vidtrack.exchange.plain import EXPORTED
+
+DIGITISED = ("trajectories", "associations", "centroids", "tracklets", "cameras", "locate")
+"""The results in which it stands where each camera saw each target."""
 
 
 class Layout(NamedTuple):
@@ -41,7 +45,8 @@ class Format(NamedTuple):
 
     write    from a run's results to the files
     files    the names of its files, of a layout
-    reads    of each run: trajectories, kinematics, bodies, motions (those that there are), centroids, locate, cameras
+    reads    of each run: trajectories, kinematics, bodies, motions (those that there are), associations,
+             centroids, tracklets, locate, cameras
     wants    what a run must have: space (positions with z), bodies
     """
 
@@ -91,7 +96,12 @@ def _qtm(layout: Layout) -> list[str]:
 
 
 def _lenses(write: Callable[[Run], Written], files: Callable[[Layout], list[str]]) -> Format:
-    return Format(write, files, ("cameras",))
+    return Format(write, files, ("cameras", "locate"))
+
+
+def _digitised(write: Callable[[Run], Written], joint: str, *more: str) -> Format:
+    names = ("xypts", "undistorted_xypts", "xyzpts", "xyzres", "offsets", "dltcoefs")
+    return Format(write, _named(*(f"{joint}{name}.csv" for name in names), *more), DIGITISED)
 
 
 FORMATS: dict[str, Format] = {
@@ -106,6 +116,9 @@ FORMATS: dict[str, Format] = {
     "wecsim": Format(openfast.write_wecsim, _named("_wecsim.mat"), ("bodies", "motions"), ("space", "bodies")),
     "trc": Format(opensim.write_trc, _named(".trc")),
     "mot": Format(opensim.write_mot, _named(".mot"), ("bodies",), ("space", "bodies")),
+    "dltdv8": _digitised(dltdv.write_dltdv8, "_"),
+    "dltdv7": _digitised(dltdv.write_dltdv7, "_"),
+    "argus": _digitised(dltdv.write_argus, "-", "-camera-profile.txt"),
     "opencv": _lenses(opencv_yaml.write, _of_cameras(".yml")),
     "anipose": _lenses(anipose.write, _always("calibration.toml")),
     "openptv": _lenses(openptv.write, _of_cameras(".tif.ori", ".tif.addpar", ".json")),

@@ -32,9 +32,9 @@ class Run:
     """One run's results; what a format does not need is left empty.
 
     units       the experiment's unit of length: m, cm, mm, in, ft
-    tables      by name: trajectories, kinematics, bodies, motions
-    centroids   by camera
-    cameras     by name, in the order of their names
+    tables      by name: trajectories, kinematics, bodies, motions, associations
+    centroids, tracklets   by camera
+    cameras     by name, as the pictures of the run have them
     clocks      camera: {offset_s, rate_ppm}, added to its time
     waves, up   directions of the world (+x, +z ...), where the config says them
     is_flat     located in a plane by one camera: there is no z
@@ -50,6 +50,7 @@ class Run:
     waves: str | None = None
     up: str | None = None
     is_flat: bool = False
+    tracklets: Mapping[str, DataFrame] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> float:

@@ -13,6 +13,8 @@ from vidtrack.exchange.measured import Run
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.window import Window
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from vidtrack.files.experiment import Run as Recorded
     from vidtrack.settings.config import Settings
 
-TABLES = ("trajectories", "kinematics", "bodies", "motions")
+TABLES = ("trajectories", "kinematics", "bodies", "motions", "associations")
 
 
 def layout_of(settings: Settings, run: Recorded) -> Layout:
@@ -47,8 +49,9 @@ def result_paths(results: str, form: Format, layout: Layout) -> dict[str, list[s
     wanted = [table for table in TABLES if table in form.reads and there.get(table, True)]
     paths = {table: [f"{here}/{table}.parquet"] for table in wanted}
     cameras = layout.cameras if layout.mode == "space" else ()
-    if "centroids" in form.reads:
-        paths["centroids"] = [f"{here}/centroids/{camera}.parquet" for camera in layout.cameras]
+    for part in ("centroids", "tracklets"):
+        if part in form.reads:
+            paths[part] = [f"{here}/{part}/{camera}.parquet" for camera in layout.cameras]
     if "locate" in form.reads:
         paths["locate"] = [f"{here}/locate.json"]
     if "cameras" in form.reads:
@@ -80,13 +83,20 @@ def read_run(
         units,
         tables,
         {_stem(path): read_parquet(path) for path in paths.get("centroids", ())},
-        {own.camera.name: own.camera for own in cameras},
+        {own.camera.name: _shown(own.camera, locate) for own in cameras},
         _clocks(locate),
         (axes or {}).get("waves"),
         (axes or {}).get("up"),
         mode == "plane",
+        {_stem(path): read_parquet(path) for path in paths.get("tracklets", ())},
         provenance,
     )
+
+
+def _shown(camera: Camera, locate: Mapping[str, Any]) -> Camera:
+    """The camera as the pictures of the run have it, where those are a part of the calibration's or of another size."""
+    part = (locate.get("pictures") or {}).get(camera.name)
+    return Window(**part).camera(camera) if part else camera
 
 
 def _clocks(locate: Mapping[str, Any]) -> dict[str, dict[str, float]]:

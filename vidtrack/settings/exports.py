@@ -18,6 +18,9 @@ FormatName = Literal[
     "mot",
     "openfast",
     "wecsim",
+    "dltdv8",
+    "dltdv7",
+    "argus",
     "opencv",
     "anipose",
     "openptv",
@@ -36,6 +39,9 @@ ABOUT: dict[FormatName, str] = {
     "qtm": "bodies and markers as Qualisys exports them, TSV and MATLAB",
     "openfast": "motions of bodies as PtfmSurge ... PtfmYaw",
     "wecsim": "motions of bodies as WEC-Sim's output.bodies",
+    "dltdv8": "digitised points and DLT coefficients, pixels from the upper left",
+    "dltdv7": "the same for DLTdv 5 to 7, pixels from the lower left",
+    "argus": "the same for Argus, and its camera profile",
     "opencv": "cameras as OpenCV's YAML",
     "anipose": "cameras as calibration.toml",
     "openptv": "cameras as .ori and .addpar",
@@ -48,7 +54,14 @@ ABOUT: dict[FormatName, str] = {
 
 DESCRIPTION = "; ".join(f"{name}: {about}" for name, about in ABOUT.items())
 
-OTHER_NAMES = {"matlab": "mat", "nc": "netcdf", "movement": "netcdf", "opensim": "trc", "qualisys": "qtm"}
+OTHER_NAMES = {
+    "matlab": "mat",
+    "nc": "netcdf",
+    "movement": "netcdf",
+    "opensim": "trc",
+    "dltdv": "dltdv8",
+    "qualisys": "qtm",
+}
 """What people also call a format."""
 
 
