@@ -30,7 +30,10 @@ LABELS = {
     "quadratic": "quadratic damping b",
 }
 
+DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
 MOST_CURVES = 8
+"""Motions in one figure."""
 
 
 def campaign_page(record: Record, *, units: str, title: str, provenance: Record) -> Page:
@@ -77,7 +80,7 @@ def response_table(runs: Record, units: str) -> Table | None:
     """The response of each motion in each run of regular waves."""
     rows, keys = [], []
     for name, own in runs.items():
-        for motion, response in own["responses"].items():
+        for motion, response in _of_bodies(own["responses"]).items():
             T = own["measured"].get("T_s") or {}
             slope = response.get("rao_slope")
             cells = [_pm(T), _pm(response["rao"]), _ratio_unit(response["unit"], units)]
@@ -126,7 +129,7 @@ def full_scale_table(runs: Record, units: str) -> Table | None:
         return None
     names = [n for n in LABELS if any(n in own["full_scale"] for own in scaled.values())]
     motions = list(dict.fromkeys(m for own in scaled.values() for m in own["full_scale"].get("responses", {})))
-    motions = [m for m in motions if m.rsplit(".", 1)[-1] in ("surge", "sway", "heave", "roll", "pitch", "yaw")]
+    motions = [m for m in motions if m.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM]
     rows = [
         [
             name,
@@ -153,11 +156,16 @@ def _curves(runs: Record, units: str) -> dict[str, dict[str, list[Record]]]:
     out = {}
     for unit, of_unit in points.items():
         several = {motion: own for motion, own in of_unit.items() if len(own) > 1}
-        bodies = {m: own for m, own in several.items() if m.rsplit(".", 1)[-1] not in ("x", "y", "z")}
-        chosen = bodies or several
+        chosen = _of_bodies(several)
         if chosen:
             out[unit] = dict(list(chosen.items())[:MOST_CURVES])
     return out
+
+
+def _of_bodies(each: dict[str, Any]) -> dict[str, Any]:
+    """The motions of bodies; those of targets where there is no body."""
+    bodies = {name: own for name, own in each.items() if name.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM}
+    return bodies or each
 
 
 def _ratio_unit(unit: str, units: str) -> str:

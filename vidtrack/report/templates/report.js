@@ -28,12 +28,19 @@
     pen.font = "12px system-ui, sans-serif";
     return [pen, width];
   }
-  const redraws = [];
-  const drawAll = () => redraws.forEach(draw => draw());
+  // What is out of sight is drawn when it comes into sight: a page of many series opens at once.
+  const redraws = new Map();
+  const near = canvas => {
+    const box = canvas.getBoundingClientRect();
+    return box.bottom > -innerHeight && box.top < 2 * innerHeight;
+  };
+  const drawAll = () => redraws.forEach((draw, canvas) => { if (near(canvas)) draw(); });
+  const watcher = new IntersectionObserver(seen => seen.forEach(one => { if (one.isIntersecting) redraws.get(one.target)(); }), {rootMargin: "100% 0px"});
+  const drawn = (canvas, draw) => { redraws.set(canvas, draw); watcher.observe(canvas); };
 
   function space(stage, data, title) {
     const help = "Drag or use the arrow keys to turn, wheel or + and - to zoom, shift and drag to move.";
-    const canvas = make("canvas", stage, {role: "img", tabindex: "0", "aria-label": title + ". " + help});
+    const canvas = make("canvas", stage, {role: "img", tabindex: "0", style: "height: 480px", "aria-label": title + ". " + help});
     const bar = make("div", stage, {class: "controls"});
     const view = {turn: -0.9, tilt: 0.42, zoom: 1, x: 0, y: 0, at: 0};
     for (const [name, turn, tilt] of [["turned", -0.9, 0.42], ["from above", 0, Math.PI / 2], ["along y", 0, 0], ["along x", -Math.PI / 2, 0]]) {
@@ -142,7 +149,7 @@
         ArrowDown: () => { view.tilt -= 0.1; }, "+": () => { view.zoom *= 1.2; }, "-": () => { view.zoom /= 1.2; }}[event.key];
       if (act) { event.preventDefault(); act(); draw(); }
     });
-    redraws.push(draw);
+    drawn(canvas, draw);
   }
 
   // All series of a page share the part of time that is shown, and the cursor.
@@ -154,7 +161,7 @@
     const low = () => time.low === null ? ends[0] : time.low, high = () => time.high === null ? ends[1] : time.high;
     const left = 68, right = 12;
     data.panels.forEach((panel, index) => {
-      const canvas = make("canvas", stage, {role: "img", tabindex: "0", "aria-label": title + ": " + panel.label + " against time. " + help});
+      const canvas = make("canvas", stage, {role: "img", tabindex: "0", style: "height: 150px", "aria-label": title + ": " + panel.label + " against time. " + help});
       const reading = make("p", stage, {class: "reading"}, "");
       const last = index === data.panels.length - 1;
       let drag = null;
@@ -254,7 +261,7 @@
           "+": () => zoom(0.7), "-": () => zoom(1 / 0.7), "0": () => { time.low = time.high = null; }}[event.key];
         if (act) { event.preventDefault(); act(); drawAll(); }
       });
-      redraws.push(draw);
+      drawn(canvas, draw);
     });
     make("p", stage, {class: "help"}, help + " The cursor is the same in all series." + (data.every > 1 ? " Every " + data.every + "th sample is shown." : ""));
   }
