@@ -30,7 +30,7 @@ def provenance_section(records: Iterable[tuple[str, Record | None]], units: str)
         files |= {path: checksum for path, checksum in (made.get("inputs") or {}).items() if not _ours(path)}
         program = {"vidtrack": made.get("vidtrack"), "commit": made.get("commit"), **(made.get("libraries") or {})}
         programs |= dict.fromkeys((name, str(version)) for name, version in program.items() if version)
-    if not settings and not files:
+    if not settings and not files and not programs:
         return None
     tables = [
         Table(

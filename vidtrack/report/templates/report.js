@@ -17,6 +17,7 @@
     return two(seconds / 3600) + ":" + two(seconds / 60 % 60) + ":" + (seconds % 60 < 10 ? "0" : "") + (seconds % 60).toFixed(3);
   }
   function fitted(canvas, height) {
+    unseen.delete(canvas);
     const ratio = window.devicePixelRatio || 1, width = canvas.parentNode.clientWidth || 900;
     canvas.width = width * ratio;
     canvas.height = height * ratio;
@@ -34,9 +35,11 @@
     const box = canvas.getBoundingClientRect();
     return box.bottom > -innerHeight && box.top < 2 * innerHeight;
   };
-  const drawAll = () => redraws.forEach((draw, canvas) => { if (near(canvas)) draw(); });
-  const watcher = new IntersectionObserver(seen => seen.forEach(one => { if (one.isIntersecting) redraws.get(one.target)(); }), {rootMargin: "100% 0px"});
-  const drawn = (canvas, draw) => { redraws.set(canvas, draw); watcher.observe(canvas); };
+  const drawAll = () => redraws.forEach((draw, canvas) => { near(canvas) ? draw() : unseen.add(canvas); });
+  const unseen = new Set();
+  const drawn = (canvas, draw) => { redraws.set(canvas, draw); unseen.add(canvas); };
+  const drawSeen = () => unseen.forEach(canvas => { if (near(canvas)) redraws.get(canvas)(); });
+  window.addEventListener("scroll", drawSeen, {passive: true});
 
   function space(stage, data, title) {
     const help = "Drag or use the arrow keys to turn, wheel or + and - to zoom, shift and drag to move.";
