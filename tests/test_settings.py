@@ -172,6 +172,34 @@ def test_the_schema_in_the_workflow_is_the_one_that_the_settings_make():
     )
 
 
+def rows_of_the_page():
+    """(path, example) of every key on the page."""
+    text = (REPO / "docs/configuration.md").read_text()
+    rows = re.findall(r"^\| `([^`]+)` \|.*\| (?:`([^`]*)`)? ?\|$", text, re.MULTILINE)
+    assert len(rows) > 150
+    return [(path.replace("&lt;", "<"), example.replace("\\|", "|")) for path, example in rows]
+
+
+@pytest.mark.parametrize(("path", "example"), rows_of_the_page(), ids=lambda value: value)
+def test_every_key_has_an_example_that_it_may_have(path, example):
+    import yaml
+
+    assert example, path
+    config = yaml.safe_load(example)
+    places = path.split(".")
+    assert list(config) == [places[-1]]
+    for place in reversed(places[:-1]):
+        config = {{"<camera>": "cam1"}.get(place, place.strip("<>")): config}
+    window = {"interfaces": {"window": {"point": [0, 0, 0], "normal": [0, 1, 0], "indices": [1, 1.333]}}}
+    try:
+        settings_from_config({**SMALLEST, **(window if places[-1] == "through" else {}), **config})
+        problems = []
+    except VidtrackError as error:  # other keys that belong to it may be missing
+        problems = error.problems
+    here = ".".join({"<camera>": "cam1"}.get(place, place.strip("<>")) for place in places)
+    assert [line for line in problems if f"{here}:" in line] == []
+
+
 def test_the_page_of_all_keys_is_that_of_the_settings():
     from vidtrack.settings.key_page import key_page
 

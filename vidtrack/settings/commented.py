@@ -61,17 +61,23 @@ EXAMPLES: dict[str, str] = {
     "colour": "{hue: 0, width: 40}",
     "rate": "240",
     "stream": "1",
-    "lens": "{file: calibration/lens.yml, use: fixed}",
+    "calibration.lens": "{file: calibration/lens.yml, use: fixed}",
     "use": "fixed",
     "fx": "1450.0",
     "fy": "1450.0",
     "cx": "639.5",
     "cy": "359.5",
     "image_size": "[1280, 720]",
-    "sd": "{fx: 1.5, cx: 2.0}",
+    "lens.sd": "{fx: 1.5, cx: 2.0}",
     "title": "my experiment",
 }
-"""What stands behind a key that has no default, or an empty one, in the comment that shows it."""
+"""What stands behind a key that has no default, or an empty one, in the comment that shows it, by its path's end."""
+
+
+def by_end(path: str, examples: Mapping[str, str]) -> str | None:
+    """The example whose key is the longest end of a path."""
+    fits = [end for end in examples if path == end or path.endswith(f".{end}")]
+    return examples[max(fits, key=len)] if fits else None
 
 
 def commented_config(values: Mapping[str, Any], head: str = "") -> str:
@@ -81,19 +87,20 @@ def commented_config(values: Mapping[str, Any], head: str = "") -> str:
     comments stand under the first name only.
     """
     lines = [f"# {line}" if line else "#" for line in head.splitlines()]
-    lines += _section(Settings, values, "", "")
+    lines += _section(Settings, values, "", "", "")
     return "\n".join(lines) + "\n"
 
 
-def _section(model: type[BaseModel], values: Mapping[str, Any], indent: str, mark: str) -> Iterator[str]:
-    """The lines of a section. mark   "#" where all of it is a comment"""
+def _section(model: type[BaseModel], values: Mapping[str, Any], path: str, indent: str, mark: str) -> Iterator[str]:
+    """The lines of a section at a path. mark   "#" where all of it is a comment"""
     for name, field in model.model_fields.items():
         if issubclass(model, DetectChange) and name in DetectChange.model_fields and name not in values:
             continue  # they stand under `detect`
-        yield from _key(field.alias or name, field, values, indent, mark)
+        yield from _key(field.alias or name, field, values, path, indent, mark)
 
 
-def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, mark: str) -> Iterator[str]:
+def _key(name: str, field: FieldInfo, values: Mapping[str, Any], path: str, indent: str, mark: str) -> Iterator[str]:
+    here = f"{path}.{name}"
     given = name in values
     mark = mark if given else "#"
     if not indent:
@@ -113,12 +120,12 @@ def _key(name: str, field: FieldInfo, values: Mapping[str, Any], indent: str, ma
             if i:
                 yield from (f"{indent}    {mark}{k}: {flow(v)}" for k, v in own.items())
             else:
-                yield from _section(inner, own or {}, indent + "    ", mark)
+                yield from _section(inner, own or {}, here, indent + "    ", mark)
     elif inner is not None and not many and inner is not DetectChange and _alone(field.annotation):
         yield f"{indent}{mark}{name}:"
-        yield from _section(inner, value or {}, indent + "  ", mark)
+        yield from _section(inner, value or {}, here, indent + "  ", mark)
     else:
-        yield f"{indent}{mark}{name}: {flow(value) if given else _shown(name, field)}"
+        yield f"{indent}{mark}{name}: {flow(value) if given else _shown(here, field)}"
 
 
 def inner_section(field: FieldInfo) -> tuple[type[BaseModel] | None, bool]:
@@ -139,12 +146,12 @@ def _alone(annotation: Any) -> bool:
     return len(parts) < 2 or get_origin(annotation) is Annotated
 
 
-def _shown(name: str, field: FieldInfo) -> str:
+def _shown(path: str, field: FieldInfo) -> str:
     default = field.default
     if isinstance(default, BaseModel):
         default = PydanticUndefined
     if default in (None, PydanticUndefined, "", {}, ()):
-        return EXAMPLES.get(name, "null")
+        return by_end(path, EXAMPLES) or "null"
     return flow(default)
 
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from vidtrack.settings.commented import EXAMPLES, flow, inner_section
+from vidtrack.settings.commented import EXAMPLES, by_end, flow, inner_section
 from vidtrack.settings.config import Settings
 from vidtrack.settings.detection import DetectChange
 
@@ -21,6 +21,69 @@ positions in the picture in px of the frame buffer, times in seconds.
 
 A name in angle brackets stands for one that you give: a camera, a clip, a run.
 """
+
+
+FORMS: dict[str, str] = {
+    "units": "m",
+    "cameras": "{east: {sensor: [8.8, 6.6]}, west: {}}",
+    "runs": "{pluck: {targets: 2}}",
+    "calibration": "{model: auto, clips: {front: {tags: 1-12}}}",
+    "clips": "{front: {tags: 1-12}, rear: {tags: 13-24}}",
+    "export": "[qtm, c3d]",
+    "axes": "{waves: +x, up: +z}",
+    "report": "{}",
+    "<camera>.calibration": "{model: brown, fix: [Sx]}",
+    "tracks": "{format: dltdv8}",
+    "camera_file": "{path: lenses/cam1.toml}",
+    "readout_ms": "16.7",
+    "k1": "-0.31",
+    "k2": "0.12",
+    "k3": "-0.02",
+    "k4": "0.004",
+    "p1": "0.0004",
+    "p2": "-0.0002",
+    "format": "dltdv8",
+    "origin": "upper-left",
+    "first_pixel": "1",
+    "size": "[1280, 720]",
+    "likelihood": "0.6",
+    "path": "lenses/cam1.toml",
+    "camera_file.units": "mm",
+    "sigma_px": "0.3",
+    "camera_file.lens": "lenses/profile.txt",
+    "detect.sd": "0.3",
+    "point": "[0, 0, 0]",
+    "normal": "[0, 1, 0]",
+    "indices": "[1.0, 1.49, 1.333]",
+    "thickness": "0.5",
+    "<interface>.sigma": "{position: 0.1, tilt: 0.5}",
+    "position": "0.1",
+    "tilt": "0.5",
+    "sigma.thickness": "0.02",
+    "index": "0.001",
+    "detect.start": "10:00:55:12",
+    "detect.end": "300",
+    "hue": "0",
+    "reference": "{value: x_in, axis: x}",
+    "plane": "{scale: 0.14}",
+    "analysis": "decay",
+    "decay": "{period: 1.2}",
+    "decay.start": "2.0",
+    "decay.end": "30.0",
+    "waves.start": "20.0",
+    "waves.end": "120.0",
+    "analysis.waves": "{elevation: gauge}",
+    "depth": "2.5",
+    "channels": "{file: channels.csv, columns: {gauge: eta_m}}",
+    "lamp": "lamp_V",
+    "waterline": "{transects: {profile1: {from: [0, 0, 0], to: [10, 0, 1]}}}",
+    "still_water": "0.0",
+    "from": "[0, 0, 0]",
+    "to": "[10, 0, 1]",
+    "step": "0.01",
+    "profile": "beach.csv",
+}
+"""Examples of keys that config.yaml shows without one, by the end of their path; the longest that fits counts."""
 
 
 def key_page() -> str:
@@ -42,7 +105,8 @@ def _section(title: str, model: type[BaseModel], path: str) -> Iterator[str]:
         here = f"{path}{key}" + (f".<{_singular(key)}>" if many else "")
         if inner is not None and inner is not DetectChange:
             below.append((here, inner, f"{here}."))
-        yield f"| `{path}{key}` | {_default(field)} | {_cell(_meaning(field))} | {_example(key, field, inner)} |\n"
+        example = _example(f"{path}{key}", key, field, inner)
+        yield f"| `{path}{key}` | {_default(field)} | {_cell(_meaning(field))} | {example} |\n"
     if issubclass(model, DetectChange) and model is not DetectChange:
         yield f"\nEvery key of `detect` may stand in `{path}detect` or directly in `{path.removesuffix('.')}`.\n"
     for here, inner, deeper in below:
@@ -74,12 +138,15 @@ def _default(field: FieldInfo) -> str:
     return f"`{flow(default)}`"
 
 
-def _example(key: str, field: FieldInfo, inner: type[BaseModel] | None) -> str:
-    if key in EXAMPLES and EXAMPLES[key] != "null":
-        return f"`{key}: {_bars(EXAMPLES[key])}`"
-    if inner is not None or field.default in (None, PydanticUndefined, {}, ()):
-        return ""
-    return f"`{key}: {_bars(flow(field.default))}`"
+def _example(path: str, key: str, field: FieldInfo, inner: type[BaseModel] | None) -> str:
+    plain = inner is None and field.default not in (None, PydanticUndefined, {}, ())
+    text = by_end(path, EXAMPLES) or "null"
+    own = None if plain else by_end(path, FORMS)
+    if own is not None and (text == "null" or key not in FORMS):
+        text = own
+    elif text == "null" and plain:
+        text = flow(field.default)
+    return "" if text == "null" else f"`{key}: {_bars(text)}`"
 
 
 def _cell(text: str) -> str:
