@@ -65,6 +65,7 @@ FORMS: dict[str, str] = {
     "detect.end": "300",
     "hue": "0",
     "reference": "{value: x_in, axis: x}",
+    "<run>.truth": "{offset_s: 36000.0}",
     "plane": "{scale: 0.14}",
     "analysis": "decay",
     "decay": "{period: 1.2}",
