@@ -186,7 +186,7 @@ def test_every_key_has_an_example_that_it_may_have(path, example):
 
     assert example, path
     config = yaml.safe_load(example)
-    places = path.split(".")
+    places = path.replace("<target>", next(iter(config))).split(".")
     assert list(config) == [places[-1]]
     for place in reversed(places[:-1]):
         config = {{"<camera>": "cam1"}.get(place, place.strip("<>")): config}

@@ -69,7 +69,8 @@ FORMS: dict[str, str] = {
     "plane": "{scale: 0.14}",
     "analysis": "decay",
     "decay": "{series: t1.x, drop_half_cycles: 2}",
-    "bodies.<body>.targets": "{a: [0, 0, 0], b: [6, 0, 0], c: [0, 6, 0]}",
+    "<target>": "a: [6, 0, 0]",
+    "<body>.points": "{CoG: [2, 2, 0]}",
     "channels.clock": "{lamp: lamp_V}",
     "decay.start": "2.0",
     "decay.end": "30.0",
@@ -102,8 +103,8 @@ def _section(title: str, model: type[BaseModel], path: str) -> Iterator[str]:
         key = field.alias or name
         if issubclass(model, DetectChange) and name in DetectChange.model_fields and model is not DetectChange:
             continue  # they stand under `detect`
-        if path.endswith(">.") and key == "named":
-            key = "points"
+        if path.endswith("<body>."):  # whose targets stand in it by their names, beside `points`
+            key = {"named": "points", "targets": "<target>"}[key]
         inner, many = inner_section(field)
         here = f"{path}{key}" + (f".<{_singular(key)}>" if many else "")
         if inner is not None and inner is not DetectChange:
@@ -149,7 +150,9 @@ def _example(path: str, key: str, field: FieldInfo, inner: type[BaseModel] | Non
         text = own
     elif text == "null" and plain:
         text = flow(field.default)
-    return "" if text == "null" else f"`{key}: {_bars(text)}`"
+    if text == "null":
+        return ""
+    return f"`{_bars(text)}`" if key == "<target>" else f"`{key}: {_bars(text)}`"
 
 
 def _cell(text: str) -> str:
