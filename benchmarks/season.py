@@ -1,0 +1,200 @@
+"""A season: many runs of two cameras, planned, changed and added to.
+
+    PYTHONPATH=. python benchmarks/season.py plan --runs 100 300 1000
+    PYTHONPATH=. python benchmarks/season.py change --runs 100 [--house ANOTHER/CHECKOUT]
+
+plan      how long `snakemake -n` takes where nothing is to do. Results and accounts are pretended: planning reads
+          nothing of a result but its checksum.
+change    one run of a minute is rendered and tracked, and stands under other names as every run of the season; all that
+          follows tracking is computed. Then one camera's Cx is fixed elsewhere, and a run is added: how long until
+          everything is consistent again, and which rules the time went to.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from vidtrack.simulate.laboratory import set_up
+from vidtrack.simulate.scenario import scenario_from
+from vidtrack.workflow.provenance import Account, Order, write_account
+
+HOUSE = Path(__file__).resolve().parent.parent
+
+
+class Planned(NamedTuple):
+    """A job as Snakemake would call it."""
+
+    rule: str
+    order: Order
+    account: str
+    inputs: list[str]
+    outputs: list[str]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("plan", "change"))
+    parser.add_argument("--runs", type=int, nargs="+", default=[100])
+    parser.add_argument("--seconds", type=float, default=60.0, help="length of a run, for `change`")
+    parser.add_argument("--house", type=Path, default=HOUSE, help="the checkout whose workflow is measured")
+    asked = parser.parse_args()
+    room = Path(tempfile.mkdtemp(prefix="season-"))
+    try:
+        for runs in asked.runs:
+            folder = room / f"season{runs}"
+            if asked.what == "plan":
+                _plan(folder, runs, asked.house)
+            else:
+                _change(folder, runs, asked.seconds, asked.house)
+            shutil.rmtree(folder)
+    finally:
+        shutil.rmtree(room, ignore_errors=True)
+
+
+def _plan(folder: Path, runs: int, house: Path) -> None:
+    _film(folder, 0.3)
+    _multiply(folder, runs)
+    jobs = list(_planned(folder, house))
+    for job in jobs:
+        _pretend(folder, job, lambda path: path.write_bytes(b"pretended"))
+    took = []
+    for _ in range(3):
+        begun, used = time.monotonic(), os.times()
+        said = _snakemake(folder, house, "-n")
+        took.append((_processor_time(used), time.monotonic() - begun))
+        if "Nothing to be done" not in said:
+            raise SystemExit(f"{said}\nsomething was to be done")
+    processor, wall = min(took)
+    print(f"{runs} runs, {len(jobs)} jobs: planned in {wall:.1f} s ({processor:.1f} s of processor time)", flush=True)
+
+
+def _change(folder: Path, runs: int, seconds: float, house: Path) -> None:
+    _film(folder, seconds)
+    _run(folder, house, "one run")
+    seed = folder / "results/runs/pluck"
+    _multiply(folder, runs)
+    for job in _planned(folder, house):
+        if job.rule == "track":
+            name = Path(job.account).parent.name
+            _pretend(folder, job, lambda path, name=name: shutil.copy(_of_seed(path, seed, name), path))
+    _run(folder, house, f"the other {runs - 1} runs, tracked already")
+    config = yaml.safe_load((folder / "config.yaml").read_text())
+    config["cameras"]["cam1"]["calibration"] = {"fix": {"Cx": 262.5}}
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    _run(folder, house, "Cx of one camera fixed")
+    shutil.copytree(folder / "runs/pluck", folder / "runs/one-more", copy_function=os.link)
+    _run(folder, house, "one more run")
+    _run(folder, house, "nothing to do")
+
+
+def _of_seed(path: Path, seed: Path, name: str) -> Path:
+    """The file of the first run that stands for one of run `name`."""
+    return seed / path.relative_to(seed.parent / name)
+
+
+def _film(folder: Path, seconds: float) -> None:
+    scene = yaml.safe_load((HOUSE / ".test/small.yaml").read_text())
+    scene["runs"]["pluck"]["duration_s"] = seconds
+    del scene["runs"]["pluck"]["reference"]
+    set_up(scenario_from(scene, "scenario"), str(folder), threads=2)
+
+
+def _multiply(folder: Path, runs: int) -> None:
+    """The first run under other names; its recordings are links, of which each is read as a file of its own."""
+    for k in range(1, runs):
+        shutil.copytree(folder / "runs/pluck", folder / f"runs/test{k:04d}", copy_function=os.link)
+
+
+def _command(folder: Path, house: Path, *more: str) -> list[str]:
+    command = [sys.executable, "-m", "snakemake", "-s", f"{house}/Snakefile", "--profile", f"{house}/profiles/default"]
+    return [*command, "--directory", str(folder), "--cores", "2", *more]
+
+
+def _snakemake(folder: Path, house: Path, *more: str) -> str:
+    environment = os.environ | {"PYTHONPATH": str(house), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(_command(folder, house, *more), env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(done.stdout + done.stderr)
+    return done.stdout + done.stderr
+
+
+def _processor_time(before: os.times_result) -> float:
+    after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system
+
+
+def _run(folder: Path, house: Path, what: str) -> None:
+    """Process what is to be done; say how long it took and what was done."""
+    begun, used = time.monotonic(), os.times()
+    said = _snakemake(folder, house)
+    wall, processor = time.monotonic() - begun, _processor_time(used)
+    jobs = Counter(re.findall(r"^ *(?:local)?rule (\w+):", said, re.MULTILINE)) or Counter(_counted(said))
+    load = os.getloadavg()[0]
+    done = ", ".join(f"{n} {rule}" for rule, n in sorted(jobs.items()) if rule != "all")
+    print(
+        f"{what}: {wall:.1f} s, {processor:.1f} s of processor time (load {load:.1f}): {done or 'nothing'}", flush=True
+    )
+
+
+def _counted(said: str) -> dict[str, int]:
+    """Jobs by rule, of Snakemake's own table."""
+    return {
+        rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", said, re.MULTILINE) if rule not in ("all", "total")
+    }
+
+
+def _planned(folder: Path, house: Path) -> Iterator[Planned]:
+    """The jobs that Snakemake would run, in its order."""
+    said = _snakemake(folder, house, "-n", "-p")
+    for command in re.findall(r"^Shell command: (.*?)(?=^\[|^$|\Z)", said, re.MULTILINE | re.DOTALL):
+        words = shlex.split(command)
+        if "vidtrack" not in words:  # rule `all` does nothing
+            continue
+        at = words.index("vidtrack")
+        order, rule = Order(*words[2:5]), words[at + 1]
+        inputs, outputs, account, option = [], [], "", ""
+        for word in words[at + 2 :]:
+            if word.startswith("--"):
+                option, name = word, ""
+            elif option == "--account":
+                account = word
+            elif option in ("--input", "--output") and not name:
+                name = word
+            elif option in ("--input", "--output"):
+                (inputs if option == "--input" else outputs).append(word)
+        yield Planned(rule, order, account, inputs, outputs)
+
+
+def _pretend(folder: Path, job: Planned, make: Callable[[Path], object]) -> None:
+    """Make a job's outputs, and the account that it would have written."""
+    for name in job.outputs:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        make(path)
+    results = [name for name in job.inputs if name.startswith("results/")]
+    used = {name: _checksum(folder / name) for name in results}
+    made = {name: _checksum(folder / name) for name in job.outputs}
+    write_account(str(folder / job.account), Account(job.order, used, made))
+
+
+def _checksum(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else hashlib.sha256(b"pretended").hexdigest()
+
+
+if __name__ == "__main__":
+    main()
