@@ -72,6 +72,8 @@ def _plan(folder: Path, runs: int, house: Path) -> None:
     jobs = list(_planned(folder, house))
     for job in jobs:
         _pretend(folder, job, lambda path: path.write_bytes(b"pretended"))
+    # checksums and parsed code are remembered from a call that did something
+    _snakemake(folder, house, "--touch")
     took = []
     for _ in range(3):
         begun, used = time.monotonic(), os.times()
