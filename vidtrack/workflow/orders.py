@@ -288,16 +288,7 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
 
 def verdict(settings: Settings, experiment: Experiment) -> Order:
     """What the config asks of each run, so that what is missing is seen to be missing."""
-    return {
-        "runs": {
-            name: {
-                "mode": _own(settings, name).mode,
-                "cameras": list(run.videos),
-                "targets": _targets(settings, run) if _own(settings, name).mode != "waterline" else None,
-            }
-            for name, run in experiment.runs.items()
-        },
-    }
+    return {"runs": {name: _asked(settings, run) for name, run in experiment.runs.items()}}
 
 
 def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
@@ -343,7 +334,19 @@ def report_calibration(settings: Settings) -> Order:
 
 def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
     """What the page of a run says of itself, and what is asked of the run."""
-    return report_calibration(settings) | {"run": run, "asked": verdict(settings, experiment)["runs"][run]}
+    return report_calibration(settings) | {"run": run, "asked": _asked(settings, experiment.runs[run])}
+
+
+def _asked(settings: Settings, run: Run) -> Order:
+    own = _own(settings, run.name)
+    return {
+        "mode": own.mode,
+        "cameras": list(run.videos),
+        "targets": _targets(settings, run) if own.mode != "waterline" else None,
+    }
+
+
+_NOTHING_SAID = RunSettings()
 
 
 def _titled(settings: Settings) -> Order:
@@ -351,7 +354,7 @@ def _titled(settings: Settings) -> Order:
 
 
 def _own(settings: Settings, run: str) -> RunSettings:
-    return settings.runs.get(run, RunSettings())
+    return settings.runs.get(run, _NOTHING_SAID)
 
 
 def _targets(settings: Settings, run: Run) -> list[str] | int | str:

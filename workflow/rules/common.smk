@@ -100,6 +100,16 @@ def listed(paths):
     return hashlib.sha256(names.encode()).hexdigest()[:16]
 
 
+def by_run(paths):
+    """Run: its results among `paths`, in their order; those of no run are left out."""
+    found = {}
+    for path in paths:
+        part, run, *_ = os.path.relpath(path, RESULTS).split(os.sep) + [""]
+        if part == "runs":
+            found.setdefault(run, []).append(path)
+    return found
+
+
 def of_the_run(paths):
     """Those of the one run that is wanted (`vidtrack run --run`); all of them where none is named."""
     only = os.environ.get("VIDTRACK_RUN")

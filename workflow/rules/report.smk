@@ -53,11 +53,8 @@ PICTURED = [
     )
 ]
 PICTURED.append(f"{RESULTS}/calibration/backprojection.parquet")
-PAGED = [
-    run
-    for run in EXPERIMENT.runs
-    if any(path.startswith(f"{RESULTS}/runs/{run}/") for path in JUDGED)
-]
+JUDGED_OF = by_run(JUDGED)
+PAGED = [run for run in EXPERIMENT.runs if run in JUDGED_OF]
 REPORT = f"{RESULTS}/report.html"
 CALIBRATION_PAGE = f"{RESULTS}/report/calibration.html"
 
@@ -66,10 +63,9 @@ SHOWN += [f"{FILMS[key]}.jpg" for key in FILMED]
 
 
 # What the page of each run is made of.
+ALSO_SHOWN = by_run(SHOWN)
 SHOWN_OF = {
-    run: [p for p in (*JUDGED, *SHOWN) if p.startswith(f"{RESULTS}/runs/{run}/")]
-    + OF_CALIBRATION
-    for run in PAGED
+    run: [*JUDGED_OF[run], *ALSO_SHOWN.get(run, []), *OF_CALIBRATION] for run in PAGED
 }
 # Of repeats of a run the analysis, for the type A part of its uncertainty.
 ROWS = orders.campaign_rows(SETTINGS, EXPERIMENT)
