@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from vidtrack.files.atomic import PARTIAL, remove_partial, replacing
+from vidtrack.files.atomic import PARTIAL, remove_all_partial, remove_partial, replacing
 
 
 def test_a_file_that_fails_half_way_leaves_the_old_one_and_nothing_else(tmp_path):
@@ -70,3 +70,14 @@ def test_a_writer_that_is_interrupted_leaves_nothing(tmp_path):
     with pytest.raises(KeyboardInterrupt), replacing(tmp_path / "out"):
         raise KeyboardInterrupt
     assert os.listdir(tmp_path) == []
+
+
+def test_all_that_killed_writers_left_in_a_folder_is_removed_and_nothing_else(tmp_path):
+    (tmp_path / "runs/a").mkdir(parents=True)
+    left = [tmp_path / ".report.html.ab_12.partial", tmp_path / "runs/a/.out.parquet.x.y.partial"]
+    kept = [tmp_path / "runs/a/cam1.partial", tmp_path / ".hidden", tmp_path / "runs/a/out.parquet"]
+    for path in (*left, *kept):
+        path.write_text("x")
+    remove_all_partial(str(tmp_path))
+    assert [path.exists() for path in (*left, *kept)] == [False] * 2 + [True] * 3
+    remove_all_partial(str(tmp_path / "nowhere"))

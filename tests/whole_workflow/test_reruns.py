@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 
 import pyarrow.parquet as pq
 import pytest
@@ -319,3 +320,21 @@ def test_what_lived_on_when_snakemake_was_killed_runs_again_and_all_that_rests_o
     jobs = planned(laboratory)
     assert jobs["calibrate"] == 1
     assert {"track", "locate", "back_project", "verdict", "report"} <= set(jobs)
+
+
+def test_after_a_snakemake_that_was_killed_a_plain_call_finishes(laboratory):
+    (laboratory / "results/report/run_pluck.html").unlink()
+    holder = laboratory / ".snakemake/locks/holder.json"
+    command = [sys.executable, "-m", "snakemake", "-s", str(REPO / "Snakefile"), "--directory", str(laboratory)]
+    with subprocess.Popen([*command, "--cores", "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as killed:
+        until = time.monotonic() + 60
+        while not holder.exists():
+            assert killed.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        killed.kill()
+    again = snakemake(laboratory)
+    assert again.returncode == 0, again.stderr
+    assert f"vidtrack: removed the lock of a snakemake that was killed (process {killed.pid})" in again.stderr
+    assert (laboratory / "results/report/run_pluck.html").exists()
+    assert not list(laboratory.rglob(".*.partial"))

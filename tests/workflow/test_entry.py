@@ -1,6 +1,7 @@
 """From an error in a job to one line, a log and an exit code; from a job that ends well to its account."""
 
 import errno
+import hashlib
 import io
 import json
 import os
@@ -126,6 +127,47 @@ def test_a_log_that_cannot_be_written_hides_no_problem(call, tmp_path, capsys):
     first, second = capsys.readouterr().err.splitlines()
     assert first == "vidtrack: one."
     assert "cannot be written" in second
+
+
+def test_a_log_that_would_overwrite_another_file_leaves_it_and_hides_no_problem(call, tmp_path, capsys):
+    (tmp_path / "points.csv").write_text("tag,x,y,z")
+    assert call(writing, log="points.csv") == 0
+    assert call(raising(VidtrackError("no ball. Light it.")), log="points.csv") == 1
+    assert (tmp_path / "points.csv").read_text() == "tag,x,y,z"
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "vidtrack: no ball. Light it."
+    assert said[1] == "vidtrack: points.csv: cannot be written (a file that is no log is there)."
+
+
+def raw_file(tmp_path, content):
+    (tmp_path / "runs/pluck").mkdir(parents=True, exist_ok=True)
+    path = tmp_path / "runs/pluck/raw.csv"
+    path.with_suffix(".new").write_bytes(content)
+    os.replace(path.with_suffix(".new"), path)
+    return hashlib.sha256(content).hexdigest()
+
+
+def test_a_recording_that_is_replaced_while_it_is_read_fails_its_job_even_if_it_is_put_back(call, tmp_path, capsys):
+    ordered = ORDER._replace(files=json.dumps({"runs/pluck/raw.csv": raw_file(tmp_path, b"one")}))
+
+    def meanwhile(job):
+        raw_file(tmp_path, b"two")
+        writing(job)
+        raw_file(tmp_path, b"one")
+
+    assert call(meanwhile, order=ordered) == 1
+    assert capsys.readouterr().err == "vidtrack: runs/pluck/raw.csv: changed while it was read. Run again.\n"
+    assert not (tmp_path / "results/.provenance/pretended/pluck.json").exists()
+    assert call(writing, order=ordered) == 0
+
+
+def test_a_recording_that_is_not_the_one_that_was_ordered_is_not_read(call, tmp_path, capsys):
+    ordered = ORDER._replace(files=json.dumps({"runs/pluck/raw.csv": raw_file(tmp_path, b"one")}))
+    raw_file(tmp_path, b"two")
+    jobs = []
+    assert call(jobs.append, order=ordered) == 1
+    assert not jobs
+    assert "runs/pluck/raw.csv: is another file than when this run was planned" in capsys.readouterr().err
 
 
 def test_a_device_as_a_log_stays(call, tmp_path):

@@ -98,6 +98,16 @@ def test_a_spoilt_store_is_made_anew(tmp_path, monkeypatch, content):
     assert len(Fingerprints("store.json").of("vidtrack.errors")) == 16
 
 
+def test_a_store_in_which_a_letter_was_changed_is_not_believed(tmp_path):
+    path, store = tmp_path / "v", tmp_path / "store.json"
+    path.write_bytes(b"x")
+    first = Checksums(str(store))
+    value = first.of(str(path))
+    first.save()
+    store.write_text(store.read_text().replace(value, value[::-1]))
+    assert Checksums(str(store)).of(str(path)) == value
+
+
 def test_a_file_beside_the_modules_counts_for_those_who_use_their_room(package):
     (package / "jobs/templates").mkdir()
     (package / "jobs/templates/page.html").write_text("<p>")

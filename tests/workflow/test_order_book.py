@@ -1,5 +1,6 @@
 """Orders by content, and which results are of just that order, whatever their dates and wherever the folder lies."""
 
+import json
 import os
 import shutil
 
@@ -94,9 +95,17 @@ def test_an_altered_lost_or_damaged_file_leaves_its_job_to_do(folder):
     assert done(book()) == ["locate"]
     (folder / "results/comparison.json").unlink()
     assert done(book()) == ["locate"]
-    for content in ("{", "[]", '{"settings": 3, "files": 1, "code": "", "used": 7, "made": []}', "\x00"):
+    for content in ("{", "[]", '{"settings": 3, "files": 1, "code": "", "used": 7, "made": []}', "\x00", "[" * 100_000):
         (folder / "results/.provenance/locate/pluck.json").write_text(content)
         assert done(book()) == []
+
+
+def test_an_account_with_a_name_that_no_file_can_have_leaves_its_job_to_do(folder):
+    ended(book())
+    path = folder / "results/.provenance/locate/pluck.json"
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"made": {**record["made"], "results/a\0b": "x"}}))
+    assert "locate" not in done(book())
 
 
 def test_results_made_of_earlier_ones_are_not_done(folder):

@@ -30,9 +30,12 @@ def command(folder: str) -> None:
 
 def free_lock(folder: str, yes: bool) -> None:
     """Remove a stale lock after asking, or at once with `yes`; VidtrackError where the folder stays locked."""
-    from vidtrack.workflow.lock import at_work, is_locked, remove_lock
+    from vidtrack.workflow.lock import at_work, free_of_killed, is_locked, remove_lock
 
     if not is_locked(folder):
+        return
+    if killed := free_of_killed(folder):
+        click.echo(f"removed the lock of a run that was killed (process {killed})", err=True)
         return
     if holder := at_work(folder):
         raise VidtrackError(f"{folder}: a snakemake works here (process {holder}). Wait for its end, or stop it.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import IO
 
 PARTIAL = ".partial"
@@ -43,6 +43,15 @@ def remove_partial(path: str | os.PathLike[str]) -> None:
             chance = name[len(prefix) : -len(PARTIAL)]  # as tempfile draws it: it has no dots
             if name.startswith(prefix) and name.endswith(PARTIAL) and "." not in chance:
                 os.unlink(os.path.join(folder, name))
+
+
+def remove_all_partial(folder: str) -> None:
+    """Remove what killed writers left anywhere in a folder. Only while no one writes there."""
+    for here, _, names in os.walk(folder):
+        for name in names:
+            if name.startswith(".") and name.endswith(PARTIAL):
+                with suppress(OSError):
+                    os.unlink(os.path.join(here, name))
 
 
 def _prefix(path: str) -> str:

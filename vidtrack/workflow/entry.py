@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import hashlib
 import importlib
 import json
@@ -17,7 +18,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import remove_partial
 from vidtrack.progress import announce, announce_end
 from vidtrack.workflow.failure import remove_failure, write_failure
-from vidtrack.workflow.fingerprint import PACKAGE
+from vidtrack.workflow.fingerprint import PACKAGE, REMEMBERED, Checksums, state_of
 from vidtrack.workflow.job import Job
 from vidtrack.workflow.provenance import (
     Account,
@@ -34,6 +35,10 @@ from vidtrack.workflow.provenance import (
 OPTIONS = ("--settings", "--input", "--output", "--account", "--log", "--threads", "--help", "-h")
 
 
+SAID = b"vidtrack: "
+"""How each log begins."""
+
+
 def main(argv: Sequence[str]) -> int:
     """Run one job; 0 when its outputs stand, 1 when it failed and said why, 130 when someone pressed Ctrl-C."""
     # a path may begin with a dash
@@ -43,7 +48,10 @@ def main(argv: Sequence[str]) -> int:
         _clear(arguments)
         order = _order(arguments.settings)
         job, used = _job(arguments, order)
+        raw = _raw(arguments, order)
         importlib.import_module(f"vidtrack.jobs.{arguments.rule}").run(job)
+        if changed := [path for path, state in raw.items() if state_of(path) != state]:
+            raise VidtrackError(*(f"{path}: changed while it was read. Run again." for path in changed))
         if arguments.account:
             experiment = experiment_of(arguments.account)
             made = _checksums(experiment, job.outputs.values())
@@ -93,13 +101,24 @@ def _name(arguments: argparse.Namespace) -> str:
 
 def _clear(arguments: argparse.Namespace) -> None:
     """Remove what an earlier try of this job left: its log, its failure, its unfinished outputs."""
-    if arguments.log and os.path.isfile(arguments.log):  # never a device
+    if arguments.log and _is_log(arguments.log):
         with suppress(OSError):  # what cannot be removed cannot be written: said when there is something to write
             os.unlink(arguments.log)
     if arguments.account:
         remove_failure(arguments.account)
     for path in [*(path for _, path in arguments.output), *filter(None, [arguments.account])]:
         remove_partial(path)
+
+
+def _is_log(path: str) -> bool:
+    """Whether a file is what an earlier try wrote: never a device, nor a file of other content."""
+    if not os.path.isfile(path):
+        return False
+    try:
+        with open(path, "rb") as file:
+            return file.read(len(SAID)) in (b"", SAID)
+    except OSError:
+        return True
 
 
 def _order(settings: str | None) -> Order:
@@ -138,6 +157,26 @@ def _job(arguments: argparse.Namespace, order: Order) -> tuple[Job, dict[str, st
     return Job(settings, inputs, dict(arguments.output), provenance, arguments.threads), used
 
 
+def _raw(arguments: argparse.Namespace, order: Order) -> dict[str, list[int]]:
+    """The files that people made, each with the state that it is in; VidtrackError where one is not what was ordered.
+
+    A file that is replaced after the order was written, and put back before the next call, would else leave the results
+    of what it was meanwhile.
+    """
+    if not arguments.account:
+        return {}
+    experiment, files = experiment_of(arguments.account), json.loads(order.files)
+    results = os.path.join(experiment, "results")
+    paths = [path for _, *some in arguments.input for path in some if not _inside(path, results)]
+    states = {path: state_of(path) for path in paths if os.path.isfile(path)}
+    checksums = Checksums(REMEMBERED)
+    for path in states:
+        name = os.path.relpath(path, experiment)
+        if name in files and checksums.of(path) != files[name]:
+            raise VidtrackError(f"{path}: is another file than when this run was planned. Run again.")
+    return states
+
+
 def _inside(path: str, folder: str) -> bool:
     return not os.path.relpath(path, folder).startswith(os.pardir)
 
@@ -157,6 +196,8 @@ def _failed(arguments: argparse.Namespace, problems: Sequence[str], details: str
     sys.stderr.write("".join(lines) + ("" if arguments.log else details))
     with _said():
         if arguments.log:
+            if os.path.isfile(arguments.log) and not _is_log(arguments.log):
+                raise OSError(errno.EEXIST, "a file that is no log is there", arguments.log)
             os.makedirs(os.path.dirname(arguments.log) or ".", exist_ok=True)
             with open(arguments.log, "w", encoding="utf-8") as file:
                 file.write("".join(lines) + details)

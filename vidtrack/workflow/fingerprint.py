@@ -21,6 +21,10 @@ LIBRARIES = {"av": "av", "cv2": "opencv-python-headless", "numpy": "numpy", "sci
 """Libraries whose version may move a number: the name that is imported, and the package that brings it."""
 
 
+REMEMBERED = os.path.join(".snakemake", "vidtrack", "checksums.json")
+"""Where checksums are remembered, from the folder in which Snakemake works."""
+
+
 class Fingerprints:
     """What modules do, as hashes; what is known of a source file holds until the file changes.
 
@@ -46,8 +50,7 @@ class Fingerprints:
     def save(self) -> None:
         """Remember what was computed."""
         if self.store and self._changed:
-            with replacing(self.store) as file:
-                file.write(json.dumps(self._known, sort_keys=True, indent=0).encode())
+            _remember(self.store, self._known)
 
     def _reached(self, modules: tuple[str, ...]) -> tuple[dict[str, str], set[str]]:
         """Name: hash of every module and data file that is reached, and the libraries that they import."""
@@ -95,16 +98,24 @@ def _digest(path: str) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def _remember(store: str, known: dict[str, list[Any]]) -> None:
+    """Write entries with their own checksum, so that a damaged store is known for one."""
+    text = json.dumps(known, sort_keys=True, indent=0)
+    with replacing(store) as file:
+        file.write(f"{hashlib.sha256(text.encode()).hexdigest()}\n{text}".encode())
+
+
 def _remembered(store: str | None, length: int) -> dict[str, Any]:
-    """The store's entries; none where it cannot be read or holds anything else than lists of that length."""
+    """The store's entries; none where it cannot be read, or is not as it was written."""
     try:
         with open(store or "", encoding="utf-8") as file:
-            known = json.load(file)
+            checksum, _, text = file.read().partition("\n")
+        if checksum != hashlib.sha256(text.encode()).hexdigest():
+            return {}
+        known = json.loads(text)
     except (OSError, ValueError):
         return {}
-    if not isinstance(known, dict):
-        return {}
-    return {name: entry for name, entry in known.items() if isinstance(entry, list) and len(entry) == length}
+    return {name: entry for name, entry in known.items() if len(entry) == length}
 
 
 def _parsed(source: str) -> tuple[str, list[str], list[str]]:
@@ -164,9 +175,7 @@ class Checksums:
     def __init__(self, store: str) -> None:
         self.store = store
         self._changed = False
-        self._known: dict[str, list[Any]] = {
-            path: entry for path, entry in _remembered(store, 2).items() if isinstance(entry[1], str)
-        }
+        self._known: dict[str, list[Any]] = _remembered(store, 2)
 
     def knows(self, path: str) -> bool:
         """Whether the file's checksum is remembered for the state that the file is in."""
@@ -185,5 +194,4 @@ class Checksums:
     def save(self) -> None:
         """Remember what was computed."""
         if self._changed:
-            with replacing(self.store) as file:
-                file.write(json.dumps(self._known, sort_keys=True, indent=0).encode())
+            _remember(self.store, self._known)

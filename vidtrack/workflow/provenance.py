@@ -77,7 +77,7 @@ def read_account(path: str) -> Account | None:
             record = json.load(file)
         order = Order(*(str(record[name]) for name in Order._fields))
         return Account(order, dict(record["used"]), dict(record["made"]))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
 
 

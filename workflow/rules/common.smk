@@ -23,7 +23,8 @@ from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
 from vidtrack.workflow import import_orders, orders
 from vidtrack.workflow.environment import set_environment
-from vidtrack.workflow.lock import is_locked, why_locked
+from vidtrack.workflow.fingerprint import REMEMBERED
+from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
 
 set_environment(HOUSE)
@@ -55,7 +56,7 @@ EXPERIMENT = (
 RESULTS = EXPERIMENT.results
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/.benchmarks"
-BOOK = OrderBook(EXPERIMENT.folder, cache=".snakemake/vidtrack")
+BOOK = OrderBook(EXPERIMENT.folder, cache=os.path.dirname(REMEMBERED))
 
 
 def order(rule, *names, parts=()):
@@ -142,7 +143,13 @@ def before_planning():
     # Dates count for nothing: a recording from a camera whose clock is ahead is newer than all that is made of it.
     workflow.dag.check_output_mtime = accept_dates
     if not workflow.dryrun and is_locked(os.getcwd()):
-        atexit.register(say_why_locked, os.getcwd())
+        if killed := free_of_killed(os.getcwd()):
+            print(
+                f"vidtrack: removed the lock of a snakemake that was killed (process {killed})",
+                file=sys.stderr,
+            )
+        else:
+            atexit.register(say_why_locked, os.getcwd())
     # Where Snakemake was killed and the job lived on, the account is good, and yet the job runs again: so do its readers.
     keys = {workflow.persistence._get_key(IOFile(path)): path for path in BOOK.settled}
     unfinished = {

@@ -2,9 +2,11 @@
 import atexit
 import subprocess
 
+from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.conclusion import failures, write_without
+from vidtrack.workflow.lock import note_holder
 from vidtrack.workflow.small_jobs import JobServer
 
 # Of each job that is wanted; what is made on request alone is not.
@@ -20,6 +22,12 @@ def serve_small_jobs():
         atexit.register(JobServer().end)
 
 
+def clean_up():
+    """Remove what killed writers left unfinished: no job is at work now."""
+    for folder in (RESULTS, ".snakemake/vidtrack"):
+        remove_all_partial(folder)
+
+
 def say_verdict_last():
     """Print what verdict.json says after all that Snakemake says: a line for the calibration and each run, worst first."""
     if os.path.exists(VERDICT):
@@ -29,6 +37,7 @@ def say_verdict_last():
 
 onstart:
     atexit.unregister(say_why_locked)
+    note_holder(os.getcwd())
     BOOK.save()
     serve_small_jobs()
 
@@ -37,6 +46,7 @@ onsuccess:
     if TO_RENDER:
         again = [sys.executable, "-m", "snakemake", *sys.argv[1:]]
         sys.exit(subprocess.run(again).returncode)
+    clean_up()
     BOOK.look_again()
     BOOK.save()
     if VERDICT in BOOK.settled:
@@ -44,6 +54,7 @@ onsuccess:
 
 
 onerror:
+    clean_up()
     failed = {
         job.output.account: job.rule.name
         for job in workflow.scheduler.failed
