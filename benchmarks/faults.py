@@ -1,11 +1,15 @@
 """What a killed, stopped or hindered run leaves: it is called again, and every result must be there, byte for byte.
 
     PYTHONPATH=. python benchmarks/faults.py [--trials 40] [--seed 1] [--fault kill-stage]
+    PYTHONPATH=. python benchmarks/faults.py --stages 20 [--seed 1]
 
 A small experiment is processed once, undisturbed. Then, trial by trial in a fresh copy, one fault hits the run at a
-random moment; what was said is kept; the lock, where one is left, is removed by `vidtrack unlock`; the run is called
-again. A trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a
-half-written file. The table says for each fault how often, how many were lost, and how many lines the user read.
+random moment; what was said is kept; the run is called again, plainly: a lock that is left is not removed by hand. A
+trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a half-written file. The table says for each fault how often, how many were lost, and how many lines the user read.
+
+With `--stages N`, the job of each stage is killed N times at random moments of its own length, without Snakemake: what
+it leaves must be whole or absent, its account must not stand without its results, and the same call again must make the
+bytes of an undisturbed run and leave no unfinished file.
 """
 
 from __future__ import annotations
@@ -23,6 +27,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,14 +35,14 @@ import numpy as np
 import yaml
 
 from benchmarks.campaign.scenes import random_scene
+from benchmarks.season import Planned, planned
 from vidtrack.simulate.laboratory import set_up
 from vidtrack.simulate.scenario import scenario_from
+from vidtrack.workflow.small_jobs import JobServer
 
 HOUSE = Path(__file__).resolve().parent.parent
 PLAIN = (".parquet", ".json", ".csv", ".html", ".svg", ".png")
 """Endings of results; logs, benchmarks and Snakemake's own records are not results."""
-
-UNLOCK = "import sys; from vidtrack.command import main; sys.argv[1:1] = ['unlock']; sys.exit(main())"
 
 
 class Said(NamedTuple):
@@ -51,6 +56,7 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--fault", choices=list(FAULTS), action="append")
+    parser.add_argument("--stages", type=int, metavar="N", help="kill each stage N times, and nothing else")
     asked = parser.parse_args()
     rng = random.Random(asked.seed)
     room = Path(tempfile.mkdtemp(prefix="faults-"))
@@ -64,6 +70,8 @@ def main() -> None:
             raise SystemExit("\n".join(before.lines))
         wanted = _digests(calm)
         print(f"undisturbed: {before.seconds:.0f} s, {len(wanted)} results", flush=True)
+        if asked.stages:
+            sys.exit(_kill_stages(calm, asked.stages, rng))
         faults = asked.fault or list(FAULTS)
         count: Counter[str] = Counter()
         lost: Counter[str] = Counter()
@@ -144,18 +152,6 @@ def _trial(
     moment = rng.uniform(0.2, 0.95) * seconds
     said = _run(folder, lambda running, where: FAULTS[fault](running, where, moment, rng))
     problems = []
-    subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "import sys; from vidtrack.command import main; sys.exit(main())",
-            "unlock",
-            str(folder),
-        ],
-        env=os.environ | {"PYTHONPATH": str(HOUSE)},
-        capture_output=True,
-        check=False,
-    )
     again = _run(folder)
     if again.code:
         problems.append(f"the second call ended with {again.code}: {' | '.join(again.lines[:3])}")
@@ -178,6 +174,71 @@ def _digests(folder: Path) -> dict[str, str]:
         if path.is_file() and path.suffix in PLAIN and not aside:
             found[str(name)] = hashlib.sha256(path.read_bytes()).hexdigest()
     return found
+
+
+def _kill_stages(folder: Path, times: int, rng: random.Random) -> int:
+    """Kill each stage, of which all inputs are there; a line a stage. 1 where anything was lost."""
+    server = JobServer()
+    lost = 0
+    print(f"{'stage':40}{'killed':>8}{'ended before':>14}{'lost':>6}", flush=True)
+    try:
+        for job in planned(folder, HOUSE, "--forceall"):
+            whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
+            begun = time.monotonic()
+            if _stage(folder, job).wait():
+                raise SystemExit(f"{job.account}: fails undisturbed")
+            length = time.monotonic() - begun
+            killed, found = 0, []
+            for _ in range(times):
+                for name in whole:
+                    (folder / name).unlink()
+                running = _stage(folder, job)
+                time.sleep(rng.uniform(0.0, length))
+                killed += running.poll() is None
+                running.kill()
+                running.wait()
+                found += _after_a_kill(folder, job, whole)
+            print(f"{Path(job.account).relative_to('results/.provenance')!s:40}{killed:8d}{times - killed:14d}", end="")
+            print(f"{len(found):6d}", *found[:2], flush=True)
+            lost += len(found)
+    finally:
+        server.end()
+    return 1 if lost else 0
+
+
+def _stage(folder: Path, job: Planned) -> subprocess.Popen[bytes]:
+    running = subprocess.Popen(
+        [sys.executable, "-m", "vidtrack", *job.arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(HOUSE), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    assert running.stdin is not None
+    with suppress(BrokenPipeError), running.stdin as order:
+        order.write("\n".join(job.order).encode())
+    return running
+
+
+def _after_a_kill(folder: Path, job: Planned, whole: dict[str, bytes]) -> list[str]:
+    """What a killed stage spoilt, and what it leaves after a second call."""
+    problems = [
+        f"{name} is not whole"
+        for name, data in whole.items()
+        if (folder / name).exists() and not _is(folder / name, data)
+    ]
+    if (folder / job.account).exists() and not all((folder / name).exists() for name in whole):
+        problems.append("an account without its results")
+    if code := _stage(folder, job).wait():
+        problems.append(f"the second call ended with {code}")
+    problems += [f"{name}: other bytes" for name, data in whole.items() if not _is(folder / name, data)]
+    problems += [f"left {path.name}" for path in (folder / "results").rglob("*.partial")]
+    return problems
+
+
+def _is(path: Path, data: bytes) -> bool:
+    return path.exists() and path.read_bytes() == data
 
 
 def _signal_all(number: int) -> Callable[..., None]:
@@ -265,6 +326,71 @@ def _read_only_results(running: subprocess.Popen[str], folder: Path, moment: flo
     aside.rename(place)
 
 
+def _clock_jumps(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """Every file's date becomes another one, up to a year off, before or after."""
+    time.sleep(moment)
+    for path in folder.rglob("*"):
+        with suppress(OSError):
+            when = time.time() + rng.uniform(-3e7, 3e7)
+            os.utime(path, (when, when), follow_symlinks=False)
+
+
+def _recording_replaced(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """A recording becomes another one while it is worked on, and is put back before the second call."""
+    time.sleep(moment)
+    path, other = rng.sample(sorted((folder / "runs").rglob("cam*.*")), 2)
+    before = folder / "before"
+    path.rename(before)
+    shutil.copy(other, path)
+    running.wait()
+    before.rename(path)
+
+
+def _read_only(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """The results become a file system that cannot be written, until the run has ended. Needs root."""
+    time.sleep(moment)
+    results = folder / "results"
+    results.mkdir(exist_ok=True)
+    subprocess.run(["mount", "--bind", results, results], check=True)
+    try:
+        subprocess.run(["mount", "-o", "remount,bind,ro", results], check=True)
+        running.wait()
+        _end_of_session(running.pid)
+    finally:
+        subprocess.run(["umount", "--lazy", results], check=True)
+
+
+def _disk_full(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """The results become a file system of a few hundred kB, which fills; their like is there before. Needs root."""
+    time.sleep(moment)
+    results = folder / "results"
+    aside = folder / "aside"
+    results.mkdir(exist_ok=True)
+    shutil.copytree(results, aside, ignore_dangling_symlinks=True)
+    size = sum(path.stat().st_size for path in aside.rglob("*") if path.is_file()) + rng.randrange(300_000)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "none", results], check=True)
+    try:
+        with suppress(shutil.Error):
+            shutil.copytree(aside, results, dirs_exist_ok=True)
+        running.wait()
+        _end_of_session(running.pid)
+    finally:
+        subprocess.run(["umount", "--lazy", results], check=True)
+        shutil.rmtree(aside)
+
+
+def _moved(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
+    """All is killed; the folder is copied without Snakemake's records, as to another computer, and takes its place."""
+    time.sleep(moment)
+    if running.poll() is None:
+        os.killpg(running.pid, signal.SIGKILL)
+    running.wait()
+    copy = folder.with_name("copy")
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns(".snakemake"))
+    shutil.rmtree(folder)
+    copy.rename(folder)
+
+
 FAULTS: dict[str, Callable[..., None]] = {
     "kill-snakemake": _kill_snakemake,
     "kill-stage": _kill_stage,
@@ -275,6 +401,11 @@ FAULTS: dict[str, Callable[..., None]] = {
     "config-edited": _tweak_and_back,
     "files-too-large": _full_disk,
     "folder-in-the-way": _read_only_results,
+    "read-only": _read_only,
+    "disk-full": _disk_full,
+    "clock-jumps": _clock_jumps,
+    "recording-replaced": _recording_replaced,
+    "killed-and-copied": _moved,
 }
 
 if __name__ == "__main__":

@@ -42,6 +42,7 @@ class Planned(NamedTuple):
     rule: str
     order: Order
     account: str
+    arguments: list[str]
     inputs: list[str]
     outputs: list[str]
 
@@ -69,7 +70,7 @@ def main() -> None:
 def _plan(folder: Path, runs: int, house: Path) -> None:
     _film(folder, 0.3)
     _multiply(folder, runs)
-    jobs = list(_planned(folder, house))
+    jobs = list(planned(folder, house))
     for job in jobs:
         _pretend(folder, job, lambda path: path.write_bytes(b"pretended"))
     # checksums and parsed code are remembered from a call that did something
@@ -90,7 +91,7 @@ def _change(folder: Path, runs: int, seconds: float, house: Path) -> None:
     _run(folder, house, "one run")
     seed = folder / "results/runs/pluck"
     _multiply(folder, runs)
-    for job in _planned(folder, house):
+    for job in planned(folder, house):
         if job.rule == "track":
             name = Path(job.account).parent.name
             _pretend(folder, job, lambda path, name=name: shutil.copy(_of_seed(path, seed, name), path))
@@ -122,14 +123,16 @@ def _multiply(folder: Path, runs: int) -> None:
         shutil.copytree(folder / "runs/pluck", folder / f"runs/test{k:04d}", copy_function=os.link)
 
 
-def _command(folder: Path, house: Path, *more: str) -> list[str]:
+def snakemake_command(folder: Path, house: Path, *more: str) -> list[str]:
     command = [sys.executable, "-m", "snakemake", "-s", f"{house}/Snakefile", "--profile", f"{house}/profiles/default"]
     return [*command, "--directory", str(folder), "--cores", "2", *more]
 
 
 def _snakemake(folder: Path, house: Path, *more: str) -> str:
     environment = os.environ | {"PYTHONPATH": str(house), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run(_command(folder, house, *more), env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        snakemake_command(folder, house, *more), env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
     return done.stdout + done.stderr
@@ -160,9 +163,9 @@ def _counted(said: str) -> dict[str, int]:
     }
 
 
-def _planned(folder: Path, house: Path) -> Iterator[Planned]:
+def planned(folder: Path, house: Path, *more: str) -> Iterator[Planned]:
     """The jobs that Snakemake would run, in its order."""
-    said = _snakemake(folder, house, "-n", "-p")
+    said = _snakemake(folder, house, "-n", "-p", *more)
     for command in re.findall(r"^Shell command: (.*?)(?=^\[|^$|\Z)", said, re.MULTILINE | re.DOTALL):
         words = shlex.split(command)
         if "vidtrack" not in words:  # rule `all` does nothing
@@ -179,7 +182,7 @@ def _planned(folder: Path, house: Path) -> Iterator[Planned]:
                 name = word
             elif option in ("--input", "--output"):
                 (inputs if option == "--input" else outputs).append(word)
-        yield Planned(rule, order, account, inputs, outputs)
+        yield Planned(rule, order, account, words[at + 1 :], inputs, outputs)
 
 
 def _pretend(folder: Path, job: Planned, make: Callable[[Path], object]) -> None:
