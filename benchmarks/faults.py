@@ -5,7 +5,8 @@
 
 A small experiment is processed once, undisturbed. Then, trial by trial in a fresh copy, one fault hits the run at a
 random moment; what was said is kept; the run is called again, plainly: a lock that is left is not removed by hand. A
-trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a half-written file. The table says for each fault how often, how many were lost, and how many lines the user read.
+trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a half-written file.
+The table says for each fault how often, how many were lost, and how many lines the user read.
 
 With `--stages N`, the job of each stage is killed N times at random moments of its own length, without Snakemake: what
 it leaves must be whole or absent, its account must not stand without its results, and the same call again must make the
