@@ -1,6 +1,7 @@
 """`export` in config.yaml and `vidtrack export`, on the laboratory that is processed once."""
 
 import copy
+import shutil
 import subprocess
 import sys
 
@@ -96,6 +97,20 @@ def test_what_cannot_be_exported_is_one_line(processed, arguments, said):
     assert answer.returncode == 1
     assert said in answer.stderr
     assert len(answer.stderr.splitlines()) <= 2
+
+
+def test_several_runs_do_not_go_into_one_file(processed, tmp_path):
+    answer = command(processed, "--to", "c3d", "--output", str(tmp_path / "all.c3d"))
+    assert answer.returncode == 1
+    assert "2 files do not fit in one" in answer.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_results_are_enough_where_the_recordings_are_gone(laboratory):
+    shutil.rmtree(laboratory / "runs")
+    answer = command(laboratory, "--to", "netcdf", "--run", "still")
+    assert answer.returncode == 0, answer.stderr
+    assert (laboratory / "results/runs/still/export/still.nc").is_file()
 
 
 def test_results_that_are_not_there_are_named(laboratory):

@@ -11,8 +11,8 @@ from vidtrack.commands.folder import FOLDER, inside, settings_here
 from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
+    from vidtrack.exchange.formats import Layout
     from vidtrack.exchange.measured import Written
-    from vidtrack.files.experiment import Experiment
     from vidtrack.settings.config import Settings
 
 _EXAMPLES = """
@@ -48,16 +48,17 @@ def command(folder: str, formats: tuple[str, ...], only: tuple[str, ...], output
     names = list(dict.fromkeys(_known(name) for name in formats))
     output = os.path.abspath(output) if output else None
     with inside(folder):
-        from vidtrack.files.experiment_checks import checked_experiment
-
         settings = settings_here()
-        made = _all(settings, checked_experiment(settings), names, only)
+        made = _all(settings, names, only)
         for path, lines in _save(made, output):
             click.echo(os.path.relpath(path) if output is None else path)
             for line in lines:
                 click.echo(f"vidtrack: {line}", err=True)
     return 0
 
+
+ENDINGS = (".csv", ".parquet", ".nc", ".mat", ".c3d", ".tsv", ".trc", ".mot", ".out", ".yml", ".toml", ".xml", ".txt")
+"""By which a path is meant to be a file."""
 
 Made = list[tuple[str, list[str], "Written"]]
 """For each thing written: where beside the results it lies by default, its files' places there, what was written."""
@@ -76,34 +77,54 @@ def _known(name: str) -> str:
     return known
 
 
-def _all(settings: Settings, experiment: Experiment, names: list[str], only: tuple[str, ...]) -> Made:
+def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> Made:
     """Everything in memory before anything is written: what cannot be written leaves nothing half done."""
     from vidtrack.exchange.formats import FORMATS, places, written
-    from vidtrack.exchange.results import axes_of, layout_of, read_run, result_paths
+    from vidtrack.exchange.results import axes_of, read_run, result_paths
+    from vidtrack.files.experiment import within
     from vidtrack.naming import did_you_mean
 
+    results = within(settings.experiment, "results")
+    runs = _layouts(settings, results)
     for run in only:
-        if run not in experiment.runs:
-            near = did_you_mean(run, experiment.runs)
-            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(experiment.runs) or 'none'}."
+        if run not in runs:
+            near = did_you_mean(run, runs)
+            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(runs) or 'none'}."
             raise VidtrackError(f"--run {run}: no such run; {hint}")
     made: Made = []
     for name in names:
         reasons = []
-        for run in only or experiment.runs:
-            layout = layout_of(settings, experiment.runs[run])
+        for run in only or runs:
+            layout = runs[run]
             if lacking := FORMATS[name].lacking(layout):
                 reasons.append(f"run {run} cannot be written as {name}: {lacking}.")
                 continue
             axes = axes_of(settings, run)
-            paths = result_paths(experiment.results, FORMATS[name], layout)
+            paths = result_paths(results, FORMATS[name], layout)
             answer = written(name, read_run(paths, run, settings.units, axes, layout.mode))
-            made.append((os.path.join(experiment.results, "runs", run, "export"), places(name, layout), answer))
-        if reasons and (only or len(reasons) == len(experiment.runs)):
+            made.append((os.path.join(results, "runs", run, "export"), places(name, layout), answer))
+        if reasons and (only or len(reasons) == len(runs)):
             raise VidtrackError(*reasons)
     if not made:
         raise VidtrackError("runs/: there is no run. Put recordings into runs/<run>/ first.")
     return made
+
+
+def _layouts(settings: Settings, results: str) -> dict[str, Layout]:
+    """Every run by its name: those that were recorded, and those of which there are results alone."""
+    from vidtrack.exchange.results import layout_of
+    from vidtrack.files.experiment import Run, look_through
+
+    recorded = look_through(settings)[0].runs
+    found = {name: layout_of(settings, run) for name, run in recorded.items()}
+    here = os.path.join(results, "runs")
+    for name in sorted(os.listdir(here)) if os.path.isdir(here) else []:
+        if name not in found:
+            tracked = os.path.join(here, name, "centroids")
+            files = sorted(os.listdir(tracked)) if os.path.isdir(tracked) else []
+            cameras = [file.removesuffix(".parquet") for file in files if file.endswith(".parquet")]
+            found[name] = layout_of(settings, Run(name, dict.fromkeys(cameras, ""), None, None, None))
+    return found
 
 
 def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
@@ -112,6 +133,13 @@ def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
 
     count = sum(len(answer.files) for _, _, answer in made)
     as_file = output is not None and count == 1 and os.path.splitext(output)[1] != "" and not os.path.isdir(output)
+    if (
+        output is not None
+        and count > 1
+        and os.path.splitext(output)[1].lower() in ENDINGS
+        and not os.path.isdir(output)
+    ):
+        raise VidtrackError(f"--output {output}: {count} files do not fit in one. Name a folder, or one run by --run.")
     by_name: dict[str, bytes] = {}
     clash = any(by_name.setdefault(n, c) != c for _, _, answer in made for n, c in answer.files.items())
     saved = []

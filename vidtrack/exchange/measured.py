@@ -120,7 +120,7 @@ def series(table: DataFrame, thing: str = "target", time: Array | None = None) -
             whole = np.full(present.shape, np.nan)
             whole[where[known], column[known]] = values[known].astype(float)
         else:
-            text = np.array(["" if isinstance(v, float) else str(v) for v in values], object)
+            text = np.array(["" if v is None or isinstance(v, float) else str(v) for v in values], object)
             whole = np.full(present.shape, "", object)
             whole[where[known], column[known]] = text[known]
         columns[str(name)] = whole
