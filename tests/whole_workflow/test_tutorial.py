@@ -1,6 +1,7 @@
 """The tutorial's commands as they stand in docs/tutorial.md, from an empty folder to the report; picks by a browser.
 
 VIDTRACK_SHOTS=docs/images python -m pytest tests/whole_workflow/test_tutorial.py    makes the tutorial's pictures anew
+VIDTRACK_BIN=ENVIRONMENT/bin ...    with the vidtrack of another environment, such as one of a wheel
 """
 
 import os
@@ -28,15 +29,20 @@ def commands():
     return re.findall(r"^```sh\n(.*?)^```", (REPO / "docs/tutorial.md").read_text(), re.MULTILINE | re.DOTALL)
 
 
+INSTALLED = os.environ.get("VIDTRACK_BIN")
+"""The folder of an installed `vidtrack`: the tutorial as a newcomer has it, without anything of this repository."""
+
+
 def environment(folder):
-    """`vidtrack` on the PATH, and nothing else of this project; the project's data where the tutorial has it."""
+    """`vidtrack` on the PATH, and nothing else of this project."""
+    if INSTALLED:
+        kept = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        return {**kept, "PATH": f"{INSTALLED}{os.pathsep}/usr/bin{os.pathsep}/bin", "OMP_NUM_THREADS": "1"}
     binaries = folder / "bin"
     binaries.mkdir(exist_ok=True)
     script = f'#!/bin/sh\nexec {sys.executable} -m vidtrack.command "$@"\n'
     (binaries / "vidtrack").write_text(script)
     (binaries / "vidtrack").chmod(0o755)
-    if not (folder / "data").exists():
-        shutil.copytree(REPO / "data", folder / "data", ignore=shutil.ignore_patterns("demo", "results"))
     path = f"{binaries}{os.pathsep}{os.environ['PATH']}"
     return {**os.environ, "PATH": path, "PYTHONPATH": str(REPO), "OMP_NUM_THREADS": "1"}
 
@@ -57,8 +63,9 @@ def picks_of(folder):
 
 def pick_by_hand(folder):
     """Step 4, as the tutorial says it."""
-    command = [sys.executable, "-m", "vidtrack.command", "pick", "my-lab", "--no-browser"]
-    with subprocess.Popen(command, cwd=folder, env=environment(folder), stdout=subprocess.PIPE, text=True) as server:
+    own = environment(folder)
+    command = [shutil.which("vidtrack", path=own["PATH"]), "pick", "my-lab", "--no-browser"]
+    with subprocess.Popen(command, cwd=folder, env=own, stdout=subprocess.PIPE, text=True) as server:
         try:
             address = server.stdout.readline().removeprefix("the page: ").strip()
             with open_page(address) as (page, troubles):
