@@ -79,3 +79,24 @@ def test_every_page_of_the_documentation_is_reached_from_the_first():
             reached.add(page)
             todo += re.findall(r"\]\(([\w-]+\.md)[)#]", (REPO / "docs" / page).read_text())
     assert reached == {path.name for path in (REPO / "docs").glob("*.md")}
+
+
+def captions():
+    """How the captions of the report's figures begin, in the modules that draw them."""
+    found = set()
+    for path in (REPO / "vidtrack/report").glob("*_page.py"):
+        found |= set(re.findall(r'caption = \(?\s*f?"([^":;,({]+)', path.read_text()))
+    source = (REPO / "vidtrack/report/run_figures.py").read_text()
+    found |= set(re.findall(r'(?:caption = \(?|Chart\()\s*f?"([^":;,({]+)', source))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("caption", captions())
+def test_the_page_on_the_report_says_how_to_read_each_figure(caption):
+    rows = re.findall(r"^\| (.*?) \|", (REPO / "docs/report.md").read_text(), re.MULTILINE)
+    assert any(caption.strip().lower() in row.lower() for row in rows), caption
+
+
+def test_the_captions_are_found():
+    assert len(captions()) > 12
+    assert "Position against time" in captions()

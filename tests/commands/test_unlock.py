@@ -41,3 +41,17 @@ def test_without_being_asked_a_lock_is_removed_only_with_yes(locked, monkeypatch
         free_lock(str(locked), yes=False)
     free_lock(str(locked), yes=True)
     assert not (locked / ".snakemake/locks").exists()
+
+
+@pytest.mark.parametrize(("answer", "removed"), [("y\n", True), ("\n", True), ("n\n", False)])
+def test_on_a_terminal_it_is_asked_whether_a_stale_lock_may_go(locked, monkeypatch, capsys, answer, removed):
+    stdin = io.StringIO(answer)
+    stdin.isatty = lambda: True
+    monkeypatch.setattr("sys.stdin", stdin)
+    if removed:
+        free_lock(str(locked), yes=False)
+    else:
+        with pytest.raises(VidtrackError, match="vidtrack run --yes"):
+            free_lock(str(locked), yes=False)
+    assert "no process of this computer works there" in capsys.readouterr().out
+    assert (locked / ".snakemake/locks").exists() != removed
