@@ -14,7 +14,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.geometry.triangulate import locate_points
 
 MOST = 120
@@ -98,7 +98,7 @@ def calibration_gradients(
     for i in known:
         u = uncertainties[i]
         assert u is not None
-        which = [PARAMETERS.index(name) for name in u.names]
+        which = columns(cameras[i], u.names)
         J.append(np.nan_to_num(derivatives(cameras[i], p, u.pivot).by_parameter[..., which]))
     edges = np.cumsum([0, *(j.shape[-1] for j in J)])
     covariance = np.zeros((edges[-1], edges[-1])) if joint is None else np.asarray(joint, float)
