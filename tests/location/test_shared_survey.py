@@ -1,12 +1,14 @@
 """A point surveyed wrongly moves all cameras alike."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.shared_survey import Survey, joint_covariance, joint_of
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")
@@ -65,3 +67,22 @@ def test_what_the_survey_shares_makes_the_located_points_error_larger():
     with_survey, independent = np.mean(squares, 0)
     assert 0.6 < with_survey < 1.4  # 25 trials of three correlated coordinates
     assert independent > 1.4 * with_survey
+
+
+class _Read(NamedTuple):
+    """A camera with the record of its camera.json."""
+
+    record: dict
+
+
+def test_a_covariance_that_one_calibration_recorded_of_all_cameras_is_taken_in_the_runs_order():
+    whole = np.diag([1.0, 2, 3, 4]) + 0.1
+    joint = {"cameras": ["a", "b"], "names": [["f", "Cx"], ["f", "Cx"]], "covariance": whole.tolist()}
+    read = [_Read({"camera": name, "joint": joint}) for name in ("b", "a")]
+    known = [Uncertainty(("f", "Cx"), np.zeros(3), whole[k : k + 2, k : k + 2]) for k in (2, 0)]
+    found = joint_of(read, [], known, None)
+    np.testing.assert_allclose(found, whole[np.ix_([2, 3, 0, 1], [2, 3, 0, 1])])
+    # pictures of another size have other parameters, and cameras of two calibrations nothing in common
+    other = known[0]._replace(covariance=4 * known[0].covariance)
+    assert joint_of(read, [], [other, known[1]], None) is None
+    assert joint_of([read[0], _Read({"camera": "a"})], [], known, None) is None

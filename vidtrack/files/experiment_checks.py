@@ -32,6 +32,13 @@ def checked_experiment(settings: Settings) -> Experiment:
 
 def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
     clips, runs, problems = experiment.clips, experiment.runs, []
+    waved = settings.calibration.wand
+    for name in waved.clips if waved else ():
+        if name not in clips:
+            near = did_you_mean(name, clips)
+            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(clips) or 'none'}."
+            key = "wand.clip" if name == waved.clip else "wand.axes.drop"  # type: ignore[union-attr]
+            problems.append(f"config.yaml: calibration.{key}: no folder {name} in calibration/; {hint}")
     for name in [*settings.calibration.clips, *settings.calibration.after]:
         if name not in clips:
             near = did_you_mean(name, clips)
@@ -75,10 +82,18 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
     known: list[str] = []
     if experiment.points:
         known = [str(tag) for tag in _checked(experiment.points, POINTS, problems, settings.units).get("tag", [])]
-    elif experiment.clips:
+    elif set(experiment.clips) - set(_waved(settings)):
         where = within(experiment.folder, "calibration", "points.csv")
         problems.append(f"{where}: no such file. Write tag,x,y,z: the surveyed position of every calibration point.")
     for name, clip in experiment.clips.items():
+        if name in _waved(settings):
+            if clip.picks:
+                picks = _checked(clip.picks, PICKS, problems)
+                problems += _foreign(clip.picks, "camera", picks, settings.cameras, "config.yaml names")
+                problems += _unpicked(settings, clip.picks, picks)
+            elif name == _waved(settings)[0]:
+                problems += _unpicked(settings, within(experiment.folder, "calibration", name, "picks.csv"), {})
+            continue
         tags = tags_of(settings, name, known)
         problems += _check_tags(settings, name, tags, known, experiment.points)
         if clip.picks:
@@ -96,6 +111,28 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
             if os.path.isfile(path):
                 _checked(path, PROFILE, problems, settings.units, others="ignore")
     return problems
+
+
+def _waved(settings: Settings) -> tuple[str, ...]:
+    """The clips that show a wand or a dropped ball: they need no points.csv, and their picks may name any point."""
+    return settings.calibration.wand.clips if settings.calibration.wand else ()
+
+
+def _unpicked(settings: Settings, path: str, picks: Mapping[str, list[str]]) -> list[str]:
+    """Points that the wand's axes name and that are not picked in two cameras."""
+    wand = settings.calibration.wand
+    if wand is None or wand.axes is None or isinstance(wand.axes, str):
+        return []
+    own = wand.axes
+    named = [own.origin, *(own.x or ()), *(own.y or ()), *(own.up or ()), *(own.level or ())]
+    pairs = set(zip(picks.get("tag", ()), picks.get("camera", ()), strict=True))
+    counts = Counter(tag for tag, _ in pairs)
+    return [
+        f"{path}: tag {tag}, which calibration.wand.axes names, is picked in {counts[tag]} cameras; it needs two. "
+        "Write camera,tag,Xf,Yf for it."
+        for tag in dict.fromkeys(tag for tag in named if tag is not None)
+        if counts[tag] < 2
+    ]
 
 
 def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str], points: str | None) -> list[str]:

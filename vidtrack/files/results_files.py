@@ -36,6 +36,7 @@ CAMERA_FILES = {
     "picture.png": "picture",
 }
 WHOLE_FILES = {
+    "wand.json": "wand",
     "survey.json": "survey",
     "backprojection.json": "back",
     "backprojection.parquet": "back_table",

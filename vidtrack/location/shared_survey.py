@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -107,6 +107,46 @@ def _by_interfaces(a: Camera, known_a: CameraUncertainty, b: Camera, known_b: Ca
     else:
         information = np.diag([1 / pulls[name][1] ** 2 for name in common])
     return np.asarray(A[:, of_a] @ information @ B[of_b])
+
+
+def joint_of(
+    calibrated: Sequence[Any],
+    cameras: Sequence[Camera],
+    uncertainties: Sequence[CameraUncertainty | None],
+    surveys: Sequence[Survey] | None,
+) -> Array | None:
+    """What the cameras' calibrations have in common: as recorded, else by their surveys, else None."""
+    joint = recorded_joint(calibrated, uncertainties)
+    return joint_covariance(cameras, uncertainties, surveys) if joint is None and surveys else joint
+
+
+def recorded_joint(calibrated: Sequence[Any], uncertainties: Sequence[CameraUncertainty | None]) -> Array | None:
+    """Covariance (k, k) of the parameters of cameras that one calibration knows together; None where none does.
+
+    calibrated     cameras with the record of their camera.json, whose `joint` names the cameras, their parameters and
+                   the covariance of all of them
+    uncertainties  of the same cameras as the run sees them: where they differ, the run's pictures are others
+    """
+    records = [getattr(own, "record", {}).get("joint") for own in calibrated]
+    first = records[0] if records else None
+    if first is None or any(r != first for r in records):
+        return None
+    names = [getattr(own, "record", {}).get("camera") for own in calibrated]
+    edges = dict(zip(first["cameras"], np.cumsum([0, *map(len, first["names"])]).tolist(), strict=False))
+    if any(name not in edges or u is None for name, u in zip(names, uncertainties, strict=True)):
+        return None
+    columns: list[int] = []
+    for name, u in zip(names, uncertainties, strict=True):
+        columns += range(edges[name], edges[name] + len(u.names))  # type: ignore[union-attr]
+    whole: Array = np.array(first["covariance"], float)
+    joint: Array = whole[np.ix_(columns, columns)]
+    start = 0
+    for u in uncertainties:
+        own = np.asarray(u.covariance, float)  # type: ignore[union-attr]
+        if not np.allclose(joint[start : start + len(own), start : start + len(own)], own, rtol=1e-6):
+            return None
+        start += len(own)
+    return joint
 
 
 def _by_surveyed_point(camera: Camera, uncertainty: CameraUncertainty, survey: Survey) -> Array:

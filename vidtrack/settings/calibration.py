@@ -10,6 +10,7 @@ from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
 from vidtrack.settings.detection import DetectChange
 from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Name, Positive, Section, Stream, Tags
+from vidtrack.settings.wand import Wand
 
 
 class Clip(DetectChange):
@@ -44,6 +45,9 @@ class Calibration(Section):
     )
     clips: dict[Name, Clip] = Field(
         {}, description="clip: what it shows; every folder in calibration/ is a clip, whether or not it is named here"
+    )
+    wand: Wand | None = Field(
+        None, description="a wand of two or three balls, waved before the cameras, calibrates those that film it"
     )
     follow: bool = Field(
         False,

@@ -69,6 +69,17 @@ EXAMPLES: dict[str, str] = {
     "cy": "359.5",
     "image_size": "[1280, 720]",
     "lens.sd": "{fx: 1.5, cx: 2.0}",
+    "calibration.wand": "{lengths: {A-B: 20.0}, sigma: 0.01, axes: {origin: bob, up: [bob, hook], x: [left, right]}}",
+    "wand.lengths": "{A-B: 20.0}",
+    "wand.clip": "wand",
+    "wand.sigma": "0.01",
+    "wand.axes": "camera",
+    "wand.axes.origin": "bob",
+    "wand.axes.x": "[left, right]",
+    "wand.axes.y": "[near, far]",
+    "wand.axes.up": "[bob, hook]",
+    "wand.axes.level": "[w1, w2, w3]",
+    "wand.axes.drop": "fall",
     "title": "my experiment",
 }
 """What stands behind a key that has no default, or an empty one, in the comment that shows it, by its path's end."""

@@ -39,8 +39,11 @@ def clips(scenario: Scenario) -> Iterator[Task]:
 
 def recordings(scenario: Scenario) -> Iterator[Task]:
     """Every camera's recording of every run."""
-    for run_name, run in scenario.runs.items():
-        recording = scenario.recording_of(run_name)
+    for folder, run_name, run in [
+        *(("runs", name, run) for name, run in scenario.runs.items()),
+        *(("calibration", name, clip) for name, clip in scenario.waved.items()),
+    ]:
+        recording = run.recording or scenario.recording
         for name in run.cameras or scenario.cameras:
             picture = scenario.picture_of(name)
             hidden = {h.target: [] for h in run.hidden}  # type: dict[str, list[tuple[float, float]]]
@@ -52,9 +55,9 @@ def recordings(scenario: Scenario) -> Iterator[Task]:
                 for t, target in {**run.targets, **run.others}.items()
             ]
             first = run.first_frame.get(name, 0)
-            start = scenario.start_of(run_name) + first
+            start = parse(run.start, recording.rate, recording.drop_frame) + first
             count = n_frames(run, recording)
-            path = f"runs/{run_name}/{name}.{recording.tape.container}"
+            path = f"{folder}/{run_name}/{name}.{recording.tape.container}"
             lost = run.lost_frames.get(name, ())
             camera, turns = scenario.camera(name), run.turned.get(name, ())
             yield (

@@ -37,6 +37,8 @@ def tables(scenario: Scenario) -> Iterator[Task]:
     for name, clip in scenario.calibration.clips.items():
         if clip.picks:
             yield f"calibration/{name}/picks.csv", _table("camera,tag,Xf,Yf", _picks(scenario, name), 0)
+    if scenario.calibration.marks and scenario.waved:
+        yield f"calibration/{next(iter(scenario.waved))}/picks.csv", _table("camera,tag,Xf,Yf", _marked(scenario), 2)
     for name, run in scenario.runs.items():
         yield f"runs/{name}/truth.csv", _table("time_s,target,x,y,z", _truth(scenario, name), 9)
         if run.boxes:
@@ -80,11 +82,16 @@ def experiment_config(scenario: Scenario) -> dict[str, object]:
     for name, plan in scenario.cameras.items():
         cameras[name] = {"sensor": list(plan.sensor)} | ({"through": list(plan.through)} if plan.through else {})
     interfaces = {name: plan.model_dump(mode="json", exclude_unset=True) for name, plan in scenario.interfaces.items()}
+    calibration: dict[str, object] = {} if scenario.waved and not clips else {"clips": clips}
+    for name, wand in scenario.waved.items():
+        if wand.lengths:
+            calibration["wand"] = {"clip": name, "lengths": dict(wand.lengths)}
+            calibration["wand"] |= {"axes": wand.axes} if wand.axes else {}  # type: ignore[operator]
     return {
         "units": scenario.units,
         **({"interfaces": interfaces} if interfaces else {}),
         "cameras": cameras,
-        "calibration": {"clips": clips},
+        "calibration": calibration,
         "runs": runs,
     }
 
@@ -111,6 +118,17 @@ def _picks(scenario: Scenario, clip: str) -> list[list[object]]:
         for tag in scenario.calibration.clips[clip].picks or ():
             hand = scenario.calibration.picking * rng.standard_normal(2)
             rows.append([name, tag, *(project(scenario.camera(name), places[tags.index(tag)]) + hand)])
+    return rows
+
+
+def _marked(scenario: Scenario) -> list[list[object]]:
+    """Picks, by hand, of points that are not surveyed."""
+    rng = random_stream(scenario, "marks")
+    rows: list[list[object]] = []
+    for name in scenario.cameras:
+        for tag, place in scenario.calibration.marks.items():
+            hand = scenario.calibration.picking * rng.standard_normal(2)
+            rows.append([name, tag, *(project(scenario.camera(name), np.array(place)) + hand)])
     return rows
 
 

@@ -156,6 +156,9 @@ class Calibration(Plan):
     picking: NotNegative = Field(2.0, description="px, sigma of a pick by hand")
     start: str = Field("09:00:00:00", description="time code of the first clip; the others follow, a minute apart")
     clips: dict[str, Clip] = Field({})
+    marks: dict[str, Vector] = Field(
+        {}, description="tag: [x, y, z] of points that are picked in the first clip of `waved`, and not surveyed"
+    )
 
 
 class Target(Plan):
@@ -224,6 +227,13 @@ class Run(Plan):
     cameras: tuple[str, ...] | None = Field(None, description="those that film this run; default: all")
 
 
+class Waved(Run):
+    """A clip of calibration/ in which balls move: a waved wand, a ball that is dropped."""
+
+    lengths: dict[str, Positive] = Field({}, description="what the config says of a wand: distances of its balls")
+    axes: Any = Field(None, description="what the config says of the world's axes")
+
+
 class Scenario(Plan):
     """A whole laboratory."""
 
@@ -237,6 +247,7 @@ class Scenario(Plan):
     recording: Recording = Recording()
     calibration: Calibration = Calibration()
     runs: dict[str, Run] = Field({})
+    waved: dict[str, Waved] = Field({}, description="clip: a wand that is waved, filmed into calibration/")
 
     @model_validator(mode="after")
     def _names_agree(self) -> Self:

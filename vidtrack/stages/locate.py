@@ -32,7 +32,7 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
-from vidtrack.location.shared_survey import Survey, joint_covariance, share_an_interface, survey_covariance
+from vidtrack.location.shared_survey import Survey, joint_of, share_an_interface, survey_covariance
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.views import (
@@ -149,7 +149,7 @@ def locate(
     surveys = _surveys(views, points, noise.factor)
     uncertainties = [v.uncertainty for v in views]
     rig, slips = [v.camera for v in views], _slips(timed, b, at)
-    joint = joint_covariance(rig, uncertainties, surveys) if surveys else None
+    joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
     points_of = partial(
         locate_points,
         rig,

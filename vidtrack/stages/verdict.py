@@ -40,6 +40,8 @@ CALIBRATING = (
     "back_project",
     "overlay",
     "stability",
+    "track_wand",
+    "wand",
 )
 """Rules whose failure is the calibration's; that of any other is a run's."""
 
@@ -62,7 +64,7 @@ def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str
     whole = _of_whole(results)
     judgements = {name: judged(_of_run(name, results, asked, cameras, whole)) for name, asked in runs.items()}
     calibration = None
-    if cameras:
+    if cameras or whole:
         together = judged([*whole, *(f for own in cameras.values() for f in (*own.reasons, *own.notes))])
         calibration = together.as_record() | {"cameras": {name: own.as_record() for name, own in cameras.items()}}
     words = [own.verdict for own in judgements.values()] + ([calibration["verdict"]] if calibration else [])
@@ -82,8 +84,10 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
 
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
-    found = collected(results.survey) + added(
-        collected(results.back, "calibration"), whole_findings(results.back or {})
+    found = (
+        collected(results.survey)
+        + collected(results.wand)
+        + added(collected(results.back, "calibration"), whole_findings(results.back or {}))
     )
     doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}
     if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere

@@ -19,7 +19,7 @@ from vidtrack.files.atomic import remove_partial
 from vidtrack.progress import announce, announce_end
 from vidtrack.workflow.failure import remove_failure, write_failure
 from vidtrack.workflow.fingerprint import PACKAGE, REMEMBERED, Checksums, state_of
-from vidtrack.workflow.job import Job
+from vidtrack.workflow.job import Job, module_of
 from vidtrack.workflow.provenance import (
     Account,
     Order,
@@ -49,7 +49,7 @@ def main(argv: Sequence[str]) -> int:
         order = _order(arguments.settings)
         job, used = _job(arguments, order)
         raw = _raw(arguments, order)
-        importlib.import_module(f"vidtrack.jobs.{arguments.rule}").run(job)
+        importlib.import_module(module_of(arguments.rule)).run(job)
         if changed := [path for path, state in raw.items() if state_of(path) != state]:
             raise VidtrackError(*(f"{path}: changed while it was read. Run again." for path in changed))
         if arguments.account:

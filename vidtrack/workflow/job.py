@@ -36,3 +36,12 @@ class Job:
         """All paths of input `name`, in the rule's order; empty where it has none."""
         value = self.inputs.get(name, [])
         return [value] if isinstance(value, str) else list(value)
+
+
+SHARED = {"track_wand": "track"}
+"""Rules that are done by another rule's job: what differs is what they are given."""
+
+
+def module_of(rule: str) -> str:
+    """The module that does a rule's job."""
+    return f"vidtrack.jobs.{SHARED.get(rule, rule)}"

@@ -18,6 +18,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.beside import may_be_recording
 from vidtrack.files.experiment import within
 from vidtrack.workflow.fingerprint import LIBRARIES, Checksums, Fingerprints
+from vidtrack.workflow.job import module_of
 from vidtrack.workflow.provenance import (
     FOLDER,
     Account,
@@ -137,7 +138,7 @@ class OrderBook:
 
     def _code_of(self, rule: str) -> str:
         if rule not in self._rules:
-            modules = f"vidtrack.jobs.{rule}", "vidtrack.workflow.entry"
+            modules = module_of(rule), "vidtrack.workflow.entry"
             used = {name: LIBRARIES[name] for name in self._code.libraries(*modules)}
             self._rules[rule] = canonical({"code": self._code.of(*modules), "libraries": versions(used)})
         return self._rules[rule]

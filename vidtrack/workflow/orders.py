@@ -24,6 +24,7 @@ from vidtrack.settings.config import Settings, detect_for
 from vidtrack.settings.lens import Lens
 from vidtrack.settings.runs import Run as RunSettings
 from vidtrack.timing.clock_methods import methods_of
+from vidtrack.workflow.waved import wand_cameras, wand_clips
 
 Order = dict[str, Any]
 STILL_KEYS = ("polarity", "threshold", "centroid", "min_pixels", "start", "end", "gain", "offset")
@@ -36,7 +37,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
     return {
         "run": run,
         "camera": camera,
-        "detect": _without_colour(detect_for(settings, own, own.detect)),
+        "detect": without_colour(detect_for(settings, own, own.detect)),
         "targets": _targets(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
         "recording": recording_of(settings, experiment.runs[run], camera),
@@ -65,8 +66,8 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
 
 def clips_of(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> list[str]:
     """A camera's clips from before the test, or those from after it, in the order of their names."""
-    late = settings.calibration.after
-    return [n for n, c in experiment.clips.items() if camera in c.videos and (n in late) == after]
+    late, waved = settings.calibration.after, wand_clips(settings)
+    return [n for n, c in experiment.clips.items() if camera in c.videos and n not in waved and (n in late) == after]
 
 
 def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
@@ -75,7 +76,12 @@ def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
     for name, run in experiment.runs.items():
         for camera in run.videos:
             modes.setdefault(camera, set()).add(_own(settings, name).mode)
-    return [camera for camera in experiment.cameras_in_clips() if modes.get(camera) != {"plane"}]
+    waved = wand_cameras(settings, experiment)
+    return [
+        camera
+        for camera in experiment.cameras_in_clips()
+        if modes.get(camera) != {"plane"} and camera not in waved and clips_of(settings, experiment, camera)
+    ]
 
 
 def survey(settings: Settings, cameras: list[str]) -> Order:
@@ -97,8 +103,8 @@ def calibrate(settings: Settings, camera: str) -> Order:
         "sensor": own.sensor,
         "model": own.calibration.model or how.model,
         "refine": how.refine,
-        "fix": _fix(settings, camera),
-        "prior": _prior(settings, camera),
+        "fix": fix_of(settings, camera),
+        "prior": prior_of(settings, camera),
         "reject": how.reject,
         "sigma": how.sigma,
         **({"lens": lens.model_dump()} if (lens := lens_of(settings, camera)) else {}),
@@ -124,12 +130,12 @@ def lens_file(settings: Settings, camera: str) -> str | None:
     return within(settings.experiment, lens.file) if lens and lens.file else None
 
 
-def _fix(settings: Settings, camera: str) -> Order:
+def fix_of(settings: Settings, camera: str) -> Order:
     both = (settings.calibration.fix, settings.cameras[camera].calibration.fix)
     return {str(name): value for fix in both for name, value in fix.items()}
 
 
-def _prior(settings: Settings, camera: str) -> Order:
+def prior_of(settings: Settings, camera: str) -> Order:
     here = settings.cameras[camera].calibration
     return {name: p for name, p in {**settings.calibration.prior, **here.prior}.items() if name not in here.fix}
 
@@ -137,7 +143,7 @@ def _prior(settings: Settings, camera: str) -> Order:
 def bundle(settings: Settings, cameras: list[str]) -> Order:
     """How all cameras are refined together."""
     how = settings.calibration
-    prior = {camera: _prior(settings, camera) for camera in cameras}
+    prior = {camera: prior_of(settings, camera) for camera in cameras}
     return {"units": settings.units, "cameras": cameras, "prior": prior, "sigma": how.sigma}
 
 
@@ -148,7 +154,7 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
         "units": settings.units,
         "cameras": cameras,
         "refine": how.refine,
-        "prior": {camera: _prior(settings, camera) for camera in cameras},
+        "prior": {camera: prior_of(settings, camera) for camera in cameras},
         "sigma": how.sigma,
     }
 
@@ -195,7 +201,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "mode": own.mode,
         "cameras": list(here.videos),
         "targets": _targets(settings, here),
-        "clocks": {c: _clock(settings, c) for c in here.videos},
+        "clocks": {c: clock_of(settings, c) for c in here.videos},
         "readout_ms": {c: ms for c in here.videos if (ms := settings.cameras[c].readout_ms) is not None},
         "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
         "tolerance_px": own.tolerance_px,
@@ -278,9 +284,9 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
         "camera": camera,
         "still": own.waterline.still_water,
         "transects": {n: t.model_dump(by_alias=True) for n, t in own.waterline.transects.items()},
-        "detect": _without_colour(detect_for(settings, own, own.detect)),
+        "detect": without_colour(detect_for(settings, own, own.detect)),
         "start_timecode": own.start_timecode,
-        "clock": _clock(settings, camera),
+        "clock": clock_of(settings, camera),
         "crop": _crop(settings, run, camera),
         "recording": recording_of(settings, experiment.runs[run], camera),
     }
@@ -381,7 +387,7 @@ def recording_of(settings: Settings, part: Clip | Run, camera: str) -> Order:
     return {key: value for key, value in how.items() if value}
 
 
-def _without_colour(detect: Order) -> Order:
+def without_colour(detect: Order) -> Order:
     """What stages take: levels are made of colours where recordings are opened, and sd is of digitised positions."""
     return {key: value for key, value in detect.items() if key not in ("colour", "sd")}
 
@@ -404,7 +410,7 @@ def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, floa
     return here or settings.cameras[camera].crop
 
 
-def _clock(settings: Settings, camera: str) -> Order | str | None:
+def clock_of(settings: Settings, camera: str) -> Order | str | None:
     clock = settings.cameras[camera].clock
     return clock.model_dump() if isinstance(clock, Clock) else clock
 

@@ -22,7 +22,7 @@ def workflow_file(*parts: str) -> str:
     raise VidtrackError(f"{'/'.join(parts)}: the workflow is not installed with vidtrack. Install it again.")
 
 
-SCENARIOS = {name: ("data", f"{name}.yaml") for name in ("tutorial", "demo", "float", "tank")}
+SCENARIOS = {name: ("data", f"{name}.yaml") for name in ("tutorial", "demo", "float", "tank", "wand")}
 """Scenarios of the simulator that come with vidtrack, by name."""
 
 PLANS = {"thesis": ("data", "sensitivity", "thesis.yaml")}

@@ -51,10 +51,36 @@ for clip_set, members in SETS.items():
     if BUNDLED and members:
         BOOK.add("bundle", orders.bundle(SETTINGS, members), [], clip_set)
 CALIBRATED, CALIBRATED_AFTER = SETS.values()
+# Cameras that film a wand are calibrated by it, whether or not they see surveyed points too.
+WAVED = waved.wand_cameras(SETTINGS, EXPERIMENT)
+WAND_FILES = {
+    "camera": "camera.json",
+    "points": "points.parquet",
+    "labelling": "labelling.json",
+    "sightings": "sightings.parquet",
+    "background": "background.png",
+}
+WANDS = {clip: EXPERIMENT.clips[clip] for clip in waved.wand_clips(SETTINGS)}
+WAND = wand_orders.wand(SETTINGS, EXPERIMENT) if WAVED else {}
+for clip, own in WANDS.items():
+    for camera in own.videos:
+        BOOK.add(
+            "track_wand",
+            wand_orders.track_wand(SETTINGS, EXPERIMENT, clip, camera),
+            [files_of(own, camera)],
+            clip,
+            camera,
+        )
+if WAVED:
+    picks = WANDS[WAND["clip"]].picks
+    BOOK.add("wand", WAND, [picks] if picks else [], "calibration")
 CALIBRATION = [
     f"{RESULTS}/calibration/{camera}/{name}"
     for camera in CALIBRATED
     for name in ("points.parquet", "camera.json")
+]
+CALIBRATION += [
+    f"{RESULTS}/calibration/{name}" for name in ("wand.json", "wand.parquet") if WAVED
 ]
 if CALIBRATED:
     BOOK.add("back_project", orders.back_project(SETTINGS, CALIBRATED))
@@ -297,3 +323,102 @@ rule stability:
         " --input before {input.before:q} --input after {input.after:q}"
         " --input before_points {input.before_points:q} --input after_points {input.after_points:q}"
         " --output record {output.record:q}"
+
+
+rule track_wand:
+    input:
+        video=lambda w: ancient(WANDS[w.clip].videos[w.camera]),
+    output:
+        centroids=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}.parquet",
+        record=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}.json",
+        tracklets=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}_tracklets.parquet",
+        light=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}_light.parquet",
+        background=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}_background.parquet",
+        picture=f"{RESULTS}/calibration/tracks/{{clip}}/{{camera}}_background.png",
+        account=account("track_wand", "{clip}", "{camera}"),
+    log:
+        f"{LOGS}/track_wand/{{clip}}/{{camera}}.log",
+    benchmark:
+        f"{BENCHMARKS}/track_wand/{{clip}}/{{camera}}.tsv"
+    threads: max(1, (workflow.cores or 1) // max(1, len(WAVED)))
+    resources:
+        mem_mb=600,
+        runtime=lambda w, input: 10 + input.size_mb // 20,
+    params:
+        **order("track_wand", "clip", "camera"),
+    message:
+        "Following the balls of {wildcards.clip} in {wildcards.camera}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack track_wand --account {output.account:q}"
+        " --threads {threads} --log {log:q} --input video {input.video:q}"
+        " --output centroids {output.centroids:q} --output tracklets {output.tracklets:q}"
+        " --output record {output.record:q} --output light {output.light:q}"
+        " --output background {output.background:q} --output picture {output.picture:q}"
+
+
+def of_wand(name, *, drop=False):
+    """A file of each camera's track of the wand, or of the ball that is dropped."""
+
+    def paths(w):
+        if not WAVED:
+            return []
+        clip = list(WANDS)[1] if drop and WAND["drop_cameras"] else WAND["clip"]
+        cameras = WAND["drop_cameras"] if drop else WAVED
+        return [
+            f"{RESULTS}/calibration/tracks/{clip}/{name.format(camera=c)}"
+            for c in cameras
+        ]
+
+    return results(paths)
+
+
+rule wand:
+    input:
+        tracks=of_wand("{camera}_tracklets.parquet"),
+        readings=of_wand("{camera}.json"),
+        backgrounds=of_wand("{camera}_background.png"),
+        drop=of_wand("{camera}.parquet", drop=True),
+        drop_readings=of_wand("{camera}.json", drop=True),
+        sightings=results(
+            lambda w: [
+                f"{RESULTS}/calibration/{c}/sightings.parquet"
+                for c in WAND["surveyed"]
+            ]
+        ),
+        picks=lambda w: ancient(
+            [p for p in [WANDS[WAND["clip"]].picks] if p] if WAVED else []
+        ),
+    output:
+        **{
+            f"{name}_{i}": f"{RESULTS}/calibration/{camera}/{file}"
+            for i, camera in enumerate(WAVED)
+            for name, file in WAND_FILES.items()
+            if name in ("camera", "points") or camera in WAND["bare"]
+        },
+        record=f"{RESULTS}/calibration/wand.json",
+        table=f"{RESULTS}/calibration/wand.parquet",
+        account=account("wand", "calibration"),
+    log:
+        f"{LOGS}/wand/calibration.log",
+    benchmark:
+        f"{BENCHMARKS}/wand/calibration.tsv"
+    resources:
+        mem_mb=600,
+        runtime=20,
+    params:
+        **order("wand", parts=("calibration",)),
+    message:
+        "Calibrating the cameras by the wand"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack wand --account {output.account:q} --log {log:q}"
+        " --input tracks {input.tracks:q} --input readings {input.readings:q}"
+        " --input backgrounds {input.backgrounds:q}"
+        " --input drop {input.drop:q} --input drop_readings {input.drop_readings:q}"
+        " --input sightings {input.sightings:q} --input picks {input.picks:q}"
+        " --output record {output.record:q} --output table {output.table:q}"
+        + "".join(
+            f" --output {name}_{i} {{output.{name}_{i}:q}}"
+            for i, camera in enumerate(WAVED)
+            for name in WAND_FILES
+            if name in ("camera", "points") or camera in WAND["bare"]
+        )

@@ -25,7 +25,7 @@ rule compare:
         trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
         field=results(
             lambda w: (
-                f"{RESULTS}/calibration/backprojection.json"
+                f"{RESULTS}/calibration/{'backprojection' if CALIBRATED else 'wand'}.json"
                 if MODES[w.run] == "space"
                 else []
             )

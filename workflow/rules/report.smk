@@ -52,7 +52,8 @@ PICTURED = [
         f"overlay_{camera}.png",
     )
 ]
-PICTURED.append(f"{RESULTS}/calibration/backprojection.parquet")
+if CALIBRATED:
+    PICTURED.append(f"{RESULTS}/calibration/backprojection.parquet")
 JUDGED_OF = by_run(JUDGED)
 PAGED = [run for run in EXPERIMENT.runs if run in JUDGED_OF]
 REPORT = f"{RESULTS}/report.html"
@@ -77,10 +78,10 @@ for group in REPEATS:
 CAMPAIGN_PAGE = f"{RESULTS}/report/campaign.html"
 CAMPAIGN = bool(EXPERIMENT.campaign) or any(len(group) > 1 for group in REPEATS)
 PAGES = [f"{RESULTS}/report/run_{run}.html" for run in PAGED]
-PAGES += [CALIBRATION_PAGE] if CALIBRATED else []
+PAGES += [CALIBRATION_PAGE] if CALIBRATED or WAVED else []
 REPORTED = [VERDICT, *OF_CALIBRATION]
 REPORTED += [f"{RESULTS}/report/run_{run}.json" for run in PAGED]
-REPORTED += [CALIBRATION_PAGE] if CALIBRATED else []
+REPORTED += [CALIBRATION_PAGE] if CALIBRATED or WAVED else []
 if CAMPAIGN:
     PAGES.append(CAMPAIGN_PAGE)
     REPORTED.append(CAMPAIGN_PAGE)
@@ -94,7 +95,7 @@ for run in PAGED:
         [],
         run,
     )
-if CALIBRATED:
+if CALIBRATED or WAVED:
     BOOK.add(
         "report_calibration",
         orders.report_calibration(SETTINGS)

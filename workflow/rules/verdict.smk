@@ -11,8 +11,15 @@ JUDGED = [
 JUDGED += [
     f"{RESULTS}/calibration/{camera}/labelling.json"
     for camera in EXPERIMENT.cameras_in_clips()
-    if camera not in NEEDED
+    if camera not in NEEDED and clips_seen("calibration", camera)
 ]
+JUDGED += [
+    f"{RESULTS}/calibration/{camera}/{name}"
+    for camera in WAVED
+    for name in ("camera.json", "labelling.json", "points.parquet")
+]
+JUDGED += [f"{RESULTS}/calibration/wand.json"] if WAVED else []
+JUDGED = list(dict.fromkeys(JUDGED))
 JUDGED += [
     f"{RESULTS}/{clip_set}/survey.json"
     for clip_set, members in SETS.items()
