@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
+from vidtrack.labelling.background_texture import texture_sd
 from vidtrack.labelling.still import FrameLike, Still, average, sample
 from vidtrack.tracking.detection.blobs import Blobs, find_blobs
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
-from vidtrack.tracking.detection.threshold import noise_sd
+from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, noise_sd
 
 SCATTER_FRAMES = 24
 """Frames from whose centroids the scatter of a ball's position is estimated."""
@@ -20,6 +21,8 @@ SMALLEST_SD = 0.002
 """px; frames that a codec copies do not scatter at all, which does not make them exact."""
 SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
 """What of the detect settings finds blobs."""
+MANY, SPARE = 2, 10
+"""Blobs a ball, and blobs beside, that reflections and litter explain; more are a background with a pattern."""
 
 
 class Shot(NamedTuple):
@@ -42,13 +45,18 @@ class Shot(NamedTuple):
     stretch: tuple[float, float] = (1.0, 0.0)
 
 
-def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None = None) -> Shot:
+def take(
+    frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None = None, balls: int | None = None
+) -> Shot:
     """Average frames of a static scene and measure every blob on the mean.
 
     detect  polarity, threshold, min_pixels, centroid, as `find_blobs` takes them; gain, offset as `stretch` does;
             other keys are passed over
     bits    significant bits of 16-bit luma
-    The sd is the tremble over the root of the number of frames; for a lone frame, what noise and contrast make of it.
+    balls   how many a clip may show: where far more blobs stand out, an automatic threshold is raised to the level of
+            so many of the brightest, for a background with a pattern is full of blobs
+    The sd is the tremble over the root of the number of frames; for a lone frame, what noise and contrast make of it;
+    and what a pattern of the background adds.
     Raises ValueError where no frame is good or sizes differ.
     """
     taken = sample(frames)
@@ -66,13 +74,29 @@ def take(frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | Non
         lumas, bits = np.stack([table.over(luma) for luma in lumas]), LEVELS.bits
     # a lone frame keeps its whole levels, by which its noise is known
     alone = still.frames == 1
-    blobs = find_blobs(lumas[0] if alone else still.mean, bits=bits, noise=noise if alone else None, **settings)
+    picture, noise_of = (lumas[0], noise) if alone else (still.mean, None)
+    blobs = find_blobs(picture, bits=bits, noise=noise_of, **settings)
+    if balls and settings.get("threshold", "auto") == "auto" and len(blobs.Xf) > MANY * balls + SPARE:
+        raised = {**settings, "threshold": _level_of_brightest(still.mean, blobs, balls, settings)}
+        fewer = find_blobs(picture, bits=bits, noise=noise_of, **raised)
+        if balls / 2 <= len(fewer.Xf) <= MANY * balls + SPARE:
+            blobs, settings = fewer, raised
     at = np.stack([blobs.Xf, blobs.Yf], -1)
     tremble = _tremble(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
     stated = np.stack([blobs.sd_x, blobs.sd_y], -1)
     sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), stated)
+    sd = np.hypot(sd, texture_sd(still, blobs, noise or noise_sd(lumas[0], scale=float(scale))))
     shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
     return shot._replace(stretch=(table.gain, table.offset)) if table else shot
+
+
+def _level_of_brightest(mean: Picture, blobs: Blobs, balls: int, settings: Mapping[str, Any]) -> float:
+    """The grey level between the background and the `balls` brightest blobs, by the share of `automatic`."""
+    sign = -1.0 if settings.get("polarity") == "dark" else 1.0
+    boxes = zip(blobs.left, blobs.top, blobs.width, blobs.height, strict=True)
+    peaks = np.array([(sign * mean[top : top + h, left : left + w]).max() for left, top, w, h in boxes])
+    base = sign * background_level(mean)
+    return float(sign * (base + THRESHOLD.share * (np.median(np.sort(peaks)[-balls:]) - base)))
 
 
 PLACED_ROOM = 2.0

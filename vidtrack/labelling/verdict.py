@@ -131,8 +131,9 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
 
 def _nothing_fits(case: Case, best: Labels | None) -> str:
     where = f"calibration: camera {case.camera}"
-    if best is not None and best.matched >= LEAST_SHARE * best.expected:
-        return "; ".join(odd_picks(case, best)) + ". Correct these picks."
+    odd = odd_picks(case, best) if best is not None and best.matched >= LEAST_SHARE * best.expected else []
+    if odd:
+        return "; ".join(odd) + ". Correct these picks."
     counts = ", ".join(
         f"{len(view.blobs)} blobs for {len(view.points)} tags in {clip}"
         for clip, view in zip(case.clips, case.views, strict=True)

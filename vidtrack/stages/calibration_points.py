@@ -73,7 +73,10 @@ def calibration_points(
     Raises VidtrackError, a line a problem: picks that cannot be right, clips without balls, names in doubt.
     """
     shown = _shown_tags(points, clips, tags)
-    shots = {clip: _shot(clip, f, (detect or {}).get(clip, {}), (bits or {}).get(clip)) for clip, f in clips.items()}
+    shots = {
+        clip: _shot(clip, frames, (detect or {}).get(clip, {}), (bits or {}).get(clip), len(shown[clip]))
+        for clip, frames in clips.items()
+    }
     size = _size(shots, camera)
     seeds = NO_PICKS if picks is None else picks.assign(sd=picks.get("sd", np.nan))
     placed = seeds[seeds["sd"].notna()]
@@ -119,9 +122,9 @@ def _shown_tags(
     return shown
 
 
-def _shot(clip: str, frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None) -> Shot:
+def _shot(clip: str, frames: Iterable[FrameLike], detect: Mapping[str, Any], bits: int | None, balls: int) -> Shot:
     try:
-        return take(frames, detect, bits)
+        return take(frames, detect, bits, balls)
     except ValueError as error:
         raise VidtrackError(f"calibration/{clip}: {error}. Record the clip again or leave it out.") from None
 
