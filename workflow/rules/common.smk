@@ -2,6 +2,7 @@
 import atexit
 import hashlib
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -194,6 +195,11 @@ def of_each(clip_set, name):
     return results(
         lambda w: [f"{RESULTS}/{clip_set}/{camera}/{name}" for camera in SETS[clip_set]]
     )
+
+
+def one_of(names):
+    """What a wildcard may be that is one of these names."""
+    return "|".join(re.escape(name) for name in sorted(set(names)))
 
 
 def filmed(run):

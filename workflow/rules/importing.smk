@@ -3,15 +3,6 @@
 # Makes: what the rules track, calibration_points and calibrate make of recordings. Where there is no such file, there is
 # no rule.
 from itertools import groupby
-from re import escape
-
-from vidtrack.workflow import import_orders
-
-
-def one_of(names):
-    """The wildcards that are one of these names."""
-    return "|".join(escape(name) for name in sorted(set(names)))
-
 
 # Wildcards cannot say which camera of which run: a rule for all runs whose tracks are of the same cameras.
 IMPORTED = sorted(

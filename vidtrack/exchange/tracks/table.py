@@ -39,16 +39,17 @@ def cells_of(line: str, separator: str) -> list[str]:
 def split(text: str, heads: int = 1) -> tuple[list[list[str]], Table]:
     """The first `heads` lines that hold anything, as cells, and the table below them; blank lines before them "
     "are left out."""
-    lines = text.split("\n")
-    at = 0
+    at, line = 0, 1
     rows: list[list[str]] = []
     separator = ","
-    while at < len(lines) and len(rows) < heads:
-        if lines[at].strip():
-            separator = separator if rows else separator_of(lines[at])
-            rows.append(cells_of(lines[at], separator))
-        at += 1
-    return rows, Table(rows[-1] if rows else [], "\n".join(lines[at:]), separator, at + 1)
+    while at < len(text) and len(rows) < heads:
+        end = text.find("\n", at)
+        head = text[at:] if end < 0 else text[at:end]
+        if head.strip():
+            separator = separator if rows else separator_of(head)
+            rows.append(cells_of(head, separator))
+        at, line = (len(text) if end < 0 else end + 1), line + 1
+    return rows, Table(rows[-1] if rows else [], text[at:], separator, line)
 
 
 def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int | None = None) -> Array:
@@ -60,13 +61,13 @@ def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int |
     import pandas as pd
 
     width = len(table.header) if width is None else width
-    if not table.text.strip():
+    if not table.text or table.text.isspace():
         raise VidtrackError(f"{path}: no rows below the header. Export it again.")
     try:
         if table.separator == " " or (table.separator == ";" and "," in table.text):
             raise ValueError("spaces, or commas that begin decimals")
         frame = pd.read_csv(
-            io.StringIO(table.text),
+            io.BytesIO(table.text.encode()),
             sep=table.separator,
             header=None,
             names=range(width),
@@ -87,7 +88,7 @@ def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int |
 
 def _ragged(table: Table, width: int) -> bool:
     """Whether the last row breaks off, as that of a file that was not copied whole does."""
-    last = table.text.rstrip().rsplit("\n", 1)[-1]
+    last = table.text[-200_000:].rstrip().rsplit("\n", 1)[-1]
     return len(cells_of(last, table.separator)) < width
 
 
