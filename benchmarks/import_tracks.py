@@ -1,6 +1,6 @@
 """How long 100,000 frames of 20 points take to be read, beside pandas, which only parses their numbers.
 
-    PYTHONPATH=. python benchmarks/import_tracks.py
+PYTHONPATH=. python benchmarks/import_tracks.py
 """
 
 from __future__ import annotations
