@@ -35,7 +35,7 @@ ROWS = [
     {"run": "w4", "H": 0.1, "T": 1.6, "scale": 25.0, "analysis": "w"},
     {"run": "d1", "analysis": "d"},
     {"run": "d2", "analysis": "d"},
-    {"run": "later", "H": 0.2, "T": 1.2},
+    {"run": "later", "H": 0.2, "T": 1.2, "scale": 25.0},
 ]
 RECORDS = {
     "w1": waves(1.2, 0.9, 179.0),
@@ -88,3 +88,4 @@ def test_full_size_follows_froude_where_a_scale_is_set():
     assert whole["T_s"] == pytest.approx(6.0)
     assert whole["responses"] == pytest.approx({"b.heave": 0.9, "b.pitch": 20 / 25})
     assert found["d1"]["full_scale"] == {}
+    assert found["later"]["full_scale"] == {"H": 5.0, "T": 6.0, "responses": {}}

@@ -18,3 +18,13 @@ def test_what_is_not_stated_is_the_same_as_a_blank():
     assert repeats([{"run": "a"}, {"run": "b", "H": float("nan"), "scale": None}]) == [["a", "b"]]
     assert stated(float("nan")) is None
     assert stated("3") == 3.0
+
+
+def test_runs_of_unknown_conditions_repeat_each_other_only_as_decays_of_one_named_motion():
+    unknown = {"listed": False, "H": None, "T": None}
+    waves = [row(name, **unknown) for name in "ab"]
+    assert repeats(waves) == [["a"], ["b"]]
+    decay = {"decay": {"series": "float.heave"}, "waves": None}
+    assert repeats([row(name, **unknown | {"analysis": decay}) for name in "ab"]) == [["a", "b"]]
+    unnamed = {"decay": {"series": None}, "waves": None}
+    assert repeats([row(name, **unknown | {"analysis": unnamed}) for name in "ab"]) == [["a"], ["b"]]

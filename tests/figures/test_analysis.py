@@ -22,8 +22,9 @@ def test_a_regular_wave_shows_its_mean_cycle():
     bodies, gauge = body_in_waves(np.random.default_rng(1))
     nothing = swinging(np.random.default_rng(2)).iloc[:0]
     record = plain(analysis(nothing, bodies, gauge, axes=AXES, waves={"elevation": "eta"}).record)["waves"]
-    line = mean_cycle(record, "regular").axes[0].lines[0].get_ydata()
-    assert abs(np.max(line) - 1.5) < 0.02
+    wave, heave = mean_cycle(record, ["float.heave"], "regular").axes
+    assert abs(np.max(wave.lines[0].get_ydata()) - 1.5) < 0.02
+    assert abs(np.max(heave.lines[0].get_ydata()) - 2.0) < 0.02
 
 
 def test_a_transfer_function_shows_only_what_is_coherent():

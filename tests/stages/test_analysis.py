@@ -184,3 +184,12 @@ def test_the_gauge_is_cut_to_the_time_of_the_motions():
     done = analysis(nothing, bodies, pd.concat([before, gauge]), axes=AXES, waves={"elevation": "eta"}, units="m")
     assert done.record["waves"]["H"]["value"] == pytest.approx(3.0, abs=0.01)
     assert done.record["waves"]["periods"] in (19, 20)
+
+
+def test_a_target_that_floats_is_a_wave_gauge():
+    rng = np.random.default_rng(7)
+    t = np.arange(0, 40, 1 / RATE)
+    buoy = trajectory({"z": 0.5 * np.cos(np.pi * t), "x": 0.4 * np.sin(np.pi * t)}, t, rng, target="buoy", noise=0.002)
+    waves = analysis(buoy, waves={"elevation": "buoy"}, axes=AXES, units="m").record["waves"]
+    assert waves["elevation"] == "buoy.z"
+    assert waves["H"]["value"] == pytest.approx(1.0, abs=0.002)

@@ -59,11 +59,9 @@ def _one(own: Record, record: Record | None) -> dict[str, Any]:
     found: dict[str, Any] = {key: stated(own.get(key)) for key in CONDITIONS}
     found |= {key: str(own.get(key) or "") for key in ("repeat", "notes")}
     found |= {"analysed": record is not None, "measured": {}, "responses": {}, "full_scale": {}}
-    if record is None:
-        return found
-    quantities = _quantities(record)
+    quantities = _quantities(record) if record else {}
     found["measured"] = {name: value for name, (value, _) in quantities.items()}
-    waves: Record = record.get("waves") or {}
+    waves: Record = (record or {}).get("waves") or {}
     if waves.get("kind") == "regular":
         found["responses"] = {
             name: {key: response[key] for key in ("unit", "rao", "phase_deg", "rao_slope") if key in response}

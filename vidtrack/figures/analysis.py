@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,15 +71,17 @@ def transfer_functions(waves: Mapping[str, Any], names: list[str], title: str) -
     return figure
 
 
-def mean_cycle(waves: Mapping[str, Any], title: str) -> Figure:
-    """The mean cycle of a regular wave, one standard deviation over the cycles shaded."""
-    figure, ax = new_figure(height=2.4)
-    phase, mean, sd = (
-        np.array([np.nan if v is None else v for v in waves["cycle"][key]], float) for key in ("phase", "mean", "sd")
-    )
-    ax.plot(phase, mean, color=PALETTE[0], lw=1.0)
-    ax.fill_between(phase, mean - sd, mean + sd, color=PALETTE[0], alpha=0.25, lw=0)
-    ax.set_xlabel("phase (periods)", fontsize=8)
-    ax.set_ylabel(waves["elevation"], fontsize=8)
+def mean_cycle(waves: Mapping[str, Any], names: Sequence[str], title: str) -> Figure:
+    """The mean cycle of a regular wave and of motions, one standard deviation over the cycles shaded."""
+    each = [(waves["elevation"], waves["cycle"]), *((name, waves["responses"][name]["cycle"]) for name in names)]
+    figure, axes = new_figure(len(each), 1, height=1.5, sharex=True, squeeze=False)
+    for i, (ax, (name, cycle)) in enumerate(zip(axes[:, 0], each, strict=True)):
+        phase, mean, sd = (
+            np.array([np.nan if v is None else v for v in cycle[key]], float) for key in ("phase", "mean", "sd")
+        )
+        ax.plot(phase, mean, color=PALETTE[i % len(PALETTE)], lw=1.0)
+        ax.fill_between(phase, mean - sd, mean + sd, color=PALETTE[i % len(PALETTE)], alpha=0.25, lw=0)
+        ax.set_ylabel(name, fontsize=8)
+    axes[-1, 0].set_xlabel("phase (periods)", fontsize=8)
     figure.suptitle(title, fontsize=10)
     return figure

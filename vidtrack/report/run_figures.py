@@ -18,6 +18,10 @@ from vidtrack.results import Results, RunResults
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+MOST_CYCLES = 6
+"""Motions whose mean cycle is shown."""
+
 
 def run_figures(name: str, results: Results, colours: Mapping[str, str], units: str) -> Iterator[Chart]:
     """The figures of one run, each after its caption. colours: of each camera, for the whole page."""
@@ -104,9 +108,11 @@ def _analysed(name: str, own: RunResults) -> Iterator[Chart]:
         caption = "Free decay: the equation of motion over the data, what is left, and the decrement of half cycles"
         yield Chart(caption, analysis.free_decay(decay, name))
     if waves.get("cycle"):
+        cycles = [other for other, own in (waves.get("responses") or {}).items() if own.get("cycle")]
+        moved = [other for other in cycles if other.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM and "@" not in other]
         yield Chart(
-            "The mean cycle of the wave; one standard deviation over the cycles shaded",
-            analysis.mean_cycle(waves, name),
+            "The mean cycle of the wave and of motions; one standard deviation over the cycles shaded",
+            analysis.mean_cycle(waves, (moved or cycles)[:MOST_CYCLES], name),
         )
     found = [other for other, own in (waves.get("responses") or {}).items() if "coherence" in own]
     if found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from vidtrack.settings.sections import Name, Positive, Section, Vector
 
@@ -39,7 +39,9 @@ class Decay(Section):
 class WaveAnalysis(Section):
     """Waves and the response of every motion to them."""
 
-    elevation: str = Field(description="the wave: a channel, or a series such as buoy.z")
+    elevation: str = Field(
+        description="the wave: a channel, a series such as buoy.z, or a target that floats: its motion upward"
+    )
     kind: Literal["auto", "regular", "irregular"] = Field(
         "auto",
         description="regular: harmonics over whole periods; irregular: spectra and transfer functions; auto: regular "
@@ -75,6 +77,11 @@ class Analysis(Section):
     waves: WaveAnalysis | None = Field(None, description="waves and the response to them")
 
 
+def columns(value: Any) -> Any:
+    """A list of columns means channels of the same names."""
+    return {str(name): str(name) for name in value} if isinstance(value, (list, tuple)) else value
+
+
 class ChannelClock(Section):
     """How the clock of another instrument is joined to the video's; one of lamp and motion."""
 
@@ -105,8 +112,8 @@ class Channels(Section):
         "time_s", description="column of times, s; null: the file's own (TDMS), or samples at `rate` from 0 on"
     )
     rate: Positive | None = Field(None, description="Hz, samples a second of a file without times")
-    columns: Annotated[dict[Name, str], Field(min_length=1)] = Field(
-        description="channel: the column, variable or TDMS channel of the file that holds it"
+    columns: Annotated[dict[Name, str], Field(min_length=1), BeforeValidator(columns)] = Field(
+        description="channel: the column, variable or TDMS channel of the file that holds it; a list: of these names"
     )
     offset_s: float = Field(0.0, description="s, added to the file's times to give the video's, or nearly so")
     clock: ChannelClock | None = Field(

@@ -98,7 +98,7 @@ def analysis(
         record["decay"], found = _decay(series, decay, where)
         findings += found
     if waves is not None:
-        name = waves["elevation"]
+        name = _elevation(series, str(waves["elevation"]), axes)
         own = _named(series, name, f"{where}.waves.elevation")
         others = {other: s for other, s in series.items() if other != name}
         record["waves"], found = waves_and_responses(
@@ -168,6 +168,12 @@ def _at_rest(t: np.ndarray[Any, Any], found: Motions, about: str | Sequence[floa
             raise ValueError("it is in motion from the first sample on, so no rest is known (about: rest)")
         return rest
     return (t >= float(about[0])) & (t <= float(about[1]))
+
+
+def _elevation(series: Mapping[str, Series], name: str, axes: Mapping[str, str] | None) -> str:
+    """A target that floats is a wave gauge: its name alone means its motion upward."""
+    up = f"{name}.{axes['up'][1] if axes else 'z'}"
+    return up if name not in series and up in series else name
 
 
 def _mixing(

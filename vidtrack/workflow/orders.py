@@ -313,7 +313,8 @@ def campaign_rows(settings: Settings, experiment: Experiment) -> list[Order]:
     columns = {key: listed[key] for key in ("run", "H", "T", "heading", "scale", "repeat", "notes") if key in listed}
     rows: list[Order] = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
     names = {row["run"] for row in rows}
-    rows += [{"run": run} for run in experiment.runs if run not in names]
+    rows = [row | {"listed": True} for row in rows]
+    rows += [{"run": run, "listed": False} for run in experiment.runs if run not in names]
     for row in rows:
         row |= {key: None for key in ("H", "T", "heading", "scale") if row.get(key) != row.get(key)}  # NaN
         if row.get("scale") is None:
