@@ -205,3 +205,12 @@ def test_the_page_of_all_keys_is_that_of_the_settings():
 
     shown = (REPO / "docs/configuration.md").read_text()
     assert shown == key_page(), "python -m vidtrack.settings page > docs/configuration.md"
+
+
+def test_a_plain_list_of_channels_names_columns_alike():
+    values = {
+        "units": "m",
+        "cameras": {"a": {}},
+        "runs": {"r": {"channels": {"file": "x.csv", "columns": ["eta", "load"]}}},
+    }
+    assert settings_from_config(values).runs["r"].channels.columns == {"eta": "eta", "load": "load"}

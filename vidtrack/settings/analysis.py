@@ -77,7 +77,7 @@ class Analysis(Section):
     waves: WaveAnalysis | None = Field(None, description="waves and the response to them")
 
 
-def columns(value: Any) -> Any:
+def named_alike(value: Any) -> Any:
     """A list of columns means channels of the same names."""
     return {str(name): str(name) for name in value} if isinstance(value, (list, tuple)) else value
 
@@ -112,7 +112,7 @@ class Channels(Section):
         "time_s", description="column of times, s; null: the file's own (TDMS), or samples at `rate` from 0 on"
     )
     rate: Positive | None = Field(None, description="Hz, samples a second of a file without times")
-    columns: Annotated[dict[Name, str], Field(min_length=1), BeforeValidator(columns)] = Field(
+    columns: Annotated[dict[Name, str], Field(min_length=1), BeforeValidator(named_alike)] = Field(
         description="channel: the column, variable or TDMS channel of the file that holds it; a list: of these names"
     )
     offset_s: float = Field(0.0, description="s, added to the file's times to give the video's, or nearly so")
