@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from tests.association.swarm import as_tracklets, seen, swarm
+from tests.geometry.underwater import SURFACE, looking
 from vidtrack.association.pairs import GAIN, LOSS, bias_of, pairs_of, rays_of
+from vidtrack.association.tracklets import tracklets_of
+from vidtrack.geometry.camera import project
 from vidtrack.geometry.epipolar import epipolar_distance
 from vidtrack.simulate.rig import thesis_rig
 
@@ -75,3 +78,22 @@ def test_tracklets_without_a_common_moment_are_no_pair():
     tracks[0][:, :75], tracks[1][:, 75:] = np.nan, np.nan
     assert not pairs(tracks).a.size
     assert bias_of([pairs(tracks)], 0.02, 0.7) == 0.7
+
+
+def test_targets_above_and_in_the_water_both_find_their_images():
+    # two cameras above a surface; one target in the water, one in the air, far from each other
+    cameras = tuple(looking(place, SURFACE) for place in ((-600.0, -700, 1500), (700.0, -500, 1500)))
+    t = np.arange(40)
+    paths = [np.stack([x + 60 * np.sin(t / 9), 40 * np.cos(t / 7), z + 0 * t], -1) for x, z in ((-100, 0), (120, 200))]
+    pieces = tuple(
+        tracklets_of(
+            np.repeat([0, 1], 40), np.tile(t, 2), np.concatenate([project(c, p) for p in paths]), np.full((80, 2), 0.1)
+        )
+        for c in cameras
+    )
+    rays = tuple(rays_of(cameras, [p.b for p in pieces]))
+    found = pairs_of(cameras, pieces, rays, 0.05, t)
+    value = dict(zip(zip(found.a.tolist(), found.b.tolist(), strict=True), found.value, strict=True))
+    for own in (0, 1):
+        assert value[own, own] > 0.9 * 40 * GAIN
+        assert max((v for pair, v in value.items() if pair != (own, own) and own in pair), default=0) < value[own, own]

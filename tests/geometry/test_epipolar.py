@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.geometry.underwater import ABOVE, LEFT, RIGHT, places
+from tests.geometry.underwater import ABOVE, LEFT, RIGHT, SURFACE, looking, places
 from vidtrack.geometry.camera import line_of_sight, project, undistorted_from_frame_buffer
 from vidtrack.geometry.epipolar import epipolar_distance, essential
 from vidtrack.geometry.interface import Interface
@@ -105,3 +105,10 @@ def test_an_interface_that_bends_nothing_gives_the_distances_of_straight_lines()
     seen = project(a, p), project(b, p) + 0.7
     bent = epipolar_distance(a.with_(through=(clear,)), b.with_(through=(clear,)), *seen)
     np.testing.assert_allclose(bent, epipolar_distance(a, b, *seen), rtol=1e-3)
+
+
+def test_above_and_in_the_water_a_point_lies_on_its_curve():
+    other = looking((-600, -700, 1500), SURFACE)
+    for z in (-150.0, 20.0, 200.0):
+        p = np.array([40.0, -30, z])
+        assert abs(epipolar_distance(ABOVE, other, project(ABOVE, p), project(other, p))) < 1e-8

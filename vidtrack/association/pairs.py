@@ -20,7 +20,7 @@ import numpy as np
 from vidtrack.arrays import Array, Ints
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.epipolar import MEET, about, essential, lines
+from vidtrack.geometry.epipolar import MEET, about, above_surface, essential, lines
 
 GAIN = 3.0
 """# ASSUME: nats a moment; a false pair's miss is predicted by its last one to some 20 standard deviations."""
@@ -38,6 +38,7 @@ class Rays(NamedTuple):
     u: Array  # (N, 3) or (N, 6)
     by_x: Array  # (N, k) change by one px of Xf
     by_y: Array  # (N, k) and of Yf
+    above: Rays | None = None  # where a camera looks at the water's surface: the same for what is above it
 
 
 class Pairs(NamedTuple):
@@ -54,7 +55,11 @@ class Pairs(NamedTuple):
 def rays_of(cameras: Sequence[Camera], b: Sequence[Array]) -> list[Rays]:
     """The lines of sight of each camera's frame-buffer positions b (N, 2) px, written in one way for all of them."""
     written = about(cameras)
-    return [Rays(*lines(camera, own, written)) for camera, own in zip(cameras, b, strict=True)]
+    rays = [Rays(*lines(camera, own, written)) for camera, own in zip(cameras, b, strict=True)]
+    if dry := above_surface(cameras):
+        above = [Rays(*lines(camera, own, written)) for camera, own in zip(dry, b, strict=True)]
+        rays = [each._replace(above=own) for each, own in zip(rays, above, strict=True)]
+    return rays
 
 
 def pairs_of(
@@ -70,6 +75,48 @@ def pairs_of(
     bias_px      standard deviation, px, of what the calibration leaves, in each picture
     at_moments   as `by_moment` makes them, where they are at hand
     """
+    if rays[0].above and rays[1].above:
+        wet = rays[0]._replace(above=None), rays[1]._replace(above=None)
+        each = (_fitting(cameras, tracklets, own, bias_px, moments) for own in (wet, (rays[0].above, rays[1].above)))
+        found = _nearer(*each)
+    else:
+        found = _fitting(cameras, tracklets, rays, bias_px, moments, at_moments)
+    return _summed(tracklets, found, bias_px, moments)
+
+
+class _Fitting(NamedTuple):
+    """Rows of two cameras at one moment that fit, as of `_sampson`."""
+
+    row_a: Ints
+    row_b: Ints
+    chi2: Array
+    slope: Array
+    noise: Array
+
+    def rows(self, keep: Ints) -> _Fitting:
+        """Some of them."""
+        row_a, row_b, chi2, slope, noise = self
+        return _Fitting(row_a[keep], row_b[keep], chi2[keep], slope[keep], noise[keep])
+
+
+def _nearer(one: _Fitting, other: _Fitting) -> _Fitting:
+    """Of pairs of rows that fit in two media, the better fit."""
+    both = _Fitting(*(np.concatenate(parts) for parts in zip(one, other, strict=True)))
+    order = np.lexsort((both.chi2, both.row_b, both.row_a))
+    a, b = both.row_a[order], both.row_b[order]
+    first = np.ones(a.size, bool)
+    first[1:] = (a[1:] != a[:-1]) | (b[1:] != b[:-1])
+    return both.rows(order[first])
+
+
+def _fitting(
+    cameras: tuple[Camera, Camera],
+    tracklets: tuple[Tracklets, Tracklets],
+    rays: tuple[Rays, Rays],
+    bias_px: float,
+    moments: Ints,
+    at_moments: tuple[AtMoments, AtMoments] | None = None,
+) -> _Fitting:
     E = essential(*cameras) if rays[0].u.shape[-1] == 3 else MEET
     E = E / max(float(np.linalg.norm(E)), 1e-300)
     A, B = at_moments or [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
@@ -91,8 +138,12 @@ def pairs_of(
     row_a, row_b = row_a[real], row_b[real]
     chi2, slope, noise = _sampson(E, tracklets, rays, row_a, row_b, bias_px)
     fits = chi2 < 2 * (GAIN + LOSS)
-    row_a, row_b = row_a[fits], row_b[fits]
-    chi2, slope, noise = chi2[fits], slope[fits], noise[fits]
+    return _Fitting(row_a[fits], row_b[fits], chi2[fits], slope[fits], noise[fits])
+
+
+def _summed(tracklets: tuple[Tracklets, Tracklets], found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
+    """The pairs of tracklets to which pairs of rows belong."""
+    row_a, row_b, chi2, slope, noise = found
     code = tracklets[0].owner[row_a].astype(np.int64) * max(tracklets[1].n, 1) + tracklets[1].owner[row_b]
     code, pair, n_fit = np.unique(code, return_inverse=True, return_counts=True)
     a, b = np.divmod(code, max(tracklets[1].n, 1))

@@ -78,10 +78,30 @@ def epipolar_distance(a: Camera, b: Camera, seen_by_a: ArrayLike, seen_by_b: Arr
     seen_by_a, seen_by_b   (..., 2)  frame buffer px at the same moment; leading axes broadcast, so that
                            (n, 1, T, 2) and (m, T, 2) give the distances (n, m, T) of all pairs of tracks
     NaN where either is NaN. Noise of s px in every coordinate makes the distance vary by about 1.4 s.
-    Through interfaces: from the curve of what a sees in the object's medium. The sign is that of u_b . E u_a:
+    Through interfaces: from the curve of what a sees in the object's medium; at a bare surface from the nearer of the
+    curves in both media. The sign is that of u_b . E u_a:
     for cameras side by side (b right of a) positive is below the curve.
     """
-    written = about((a, b))
+    distance = _distance(a, b, seen_by_a, seen_by_b, about((a, b)))
+    if above := above_surface((a, b)):
+        dry = _distance(above[0], above[1], seen_by_a, seen_by_b, None)
+        distance = np.where(np.abs(dry) < np.abs(distance), dry, distance)
+    return distance
+
+
+def above_surface(cameras: Sequence[Camera]) -> tuple[Camera, ...] | None:
+    """The cameras as they see what lies on their own side of a bare surface; None where none looks at one.
+
+    Targets may be above water and in it, but not between a camera and its window.
+    """
+    if not any(not interface.thickness for camera in cameras for interface in camera.through):
+        return None
+    return tuple(camera.with_(through=()) for camera in cameras)
+
+
+def _distance(
+    a: Camera, b: Camera, seen_by_a: ArrayLike, seen_by_b: ArrayLike, written: tuple[Array, float] | None
+) -> Array:
     E = essential(a, b) if written is None else MEET
     seen = _tangents(a, seen_by_a) if written is None else lines(a, seen_by_a, written)[0]
     line = seen @ E.T
