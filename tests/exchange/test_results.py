@@ -8,7 +8,7 @@ import pytest
 from tests.exchange.runs import bodies, camera, trajectories
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.formats import FORMATS, Layout
-from vidtrack.exchange.results import layout_of, read_run, result_paths
+from vidtrack.exchange.results import layout_of, read_run, result_paths, unsuited
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.experiment import Run
 from vidtrack.files.tables import write_parquet
@@ -61,3 +61,20 @@ def test_a_camera_is_as_the_pictures_of_the_run_have_it(tmp_path):
     seen = read_run(paths, "pluck", "m").cameras["cam1"]
     p = np.array([1.0, -2.0, 3.0])
     np.testing.assert_allclose(project(seen, p), (project(own, p) + 0.5 - [100, 40]) * 2 - 0.5)
+
+
+def test_what_no_run_can_give_is_known_before_anything_runs():
+    flat = {"pluck": {"mode": "plane", "plane": {"scale": 0.1}}}
+    other = Run("still", {"cam1": "cam1.mov", "cam2": "cam2.mov"}, None, None, None)
+    config = {**CONFIG, "export": ["c3d", "mot"], "runs": flat}
+    (only,) = unsuited(settings_from_config(config), [RECORDED, other])
+    assert "no run can be written as mot" in only
+    alone = unsuited(settings_from_config(config), [RECORDED])
+    assert [line.split(";")[0] for line in alone] == [
+        "config.yaml: export: no run can be written as c3d",
+        "config.yaml: export: no run can be written as mot",
+    ]
+    own = {**CONFIG, "runs": {"pluck": {"export": ["csv", "qtm", "mot"]}}}
+    assert unsuited(settings_from_config(own), [RECORDED]) == [
+        "config.yaml: runs.pluck.export: it cannot be written as mot: the config names no bodies for it. Leave it out."
+    ]

@@ -99,6 +99,15 @@ def test_what_cannot_be_exported_is_one_line(processed, arguments, said):
     assert len(answer.stderr.splitlines()) <= 2
 
 
+def test_a_format_that_no_run_can_give_is_refused_in_one_line(laboratory):
+    exporting(laboratory, "mot")
+    answer = snakemake(laboratory, "-n")
+    assert answer.returncode == 1
+    assert (
+        "vidtrack: config.yaml: export: no run can be written as mot; run pluck: the config names no" in answer.stderr
+    )
+
+
 def test_several_runs_do_not_go_into_one_file(processed, tmp_path):
     answer = command(processed, "--to", "c3d", "--output", str(tmp_path / "all.c3d"))
     assert answer.returncode == 1

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import click
 
 from vidtrack.commands.folder import FOLDER, inside, settings_here
 from vidtrack.errors import VidtrackError
+
+if TYPE_CHECKING:
+    from vidtrack.files.experiment import Experiment
+    from vidtrack.settings.config import Settings
 
 
 @click.command("check")
@@ -29,6 +34,7 @@ def command(folder: str) -> int:
         settings = settings_here()
         try:
             experiment = checked_experiment(settings)
+            _check_exports(settings, experiment)
         except VidtrackError as error:
             for problem in error.problems:
                 click.echo(f"refused: {problem}")
@@ -46,3 +52,12 @@ def command(folder: str) -> int:
     if refused:
         click.echo(f"{refused} things would be refused.")
     return 1 if refused else 0
+
+
+def _check_exports(settings: Settings, experiment: Experiment) -> None:
+    """Refuse what `export` asks for and no run can give, as the workflow does."""
+    if settings.export or any(run.export for run in settings.runs.values()):
+        from vidtrack.exchange.results import unsuited
+
+        if problems := unsuited(settings, experiment.runs.values()):
+            raise VidtrackError(*problems)

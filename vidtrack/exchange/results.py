@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.formats import Format, Layout
+from vidtrack.exchange.formats import FORMATS, Format, Layout
 from vidtrack.exchange.measured import Run
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json
@@ -33,6 +33,25 @@ def layout_of(settings: Settings, run: Recorded) -> Layout:
     axes = own.axes or (settings.axes and own.bodies)
     analysed = own.analysis is not None or bool(axes)
     return Layout(run.name, own.mode, tuple(run.videos), tuple(own.bodies), analysed)
+
+
+def unsuited(settings: Settings, runs: Iterable[Recorded]) -> list[str]:
+    """What config.yaml asks for and no run can give, a line each: of `export` for all runs, or of a run's own."""
+    layouts = [layout_of(settings, run) for run in runs]
+    problems = []
+    for name in settings.export:
+        taking = [layout for layout in layouts if (own := settings.runs.get(layout.name)) is None or own.export is None]
+        reasons = {layout.name: FORMATS[name].lacking(layout) for layout in taking}
+        if reasons and all(reasons.values()):
+            run, why = next(iter(reasons.items()))
+            problems.append(f"config.yaml: export: no run can be written as {name}; run {run}: {why}. Leave it out.")
+    for layout in layouts:
+        own = settings.runs.get(layout.name)
+        for name in (own.export or ()) if own else ():
+            if why := FORMATS[name].lacking(layout):
+                where = f"config.yaml: runs.{layout.name}.export"
+                problems.append(f"{where}: it cannot be written as {name}: {why}. Leave it out.")
+    return problems
 
 
 def axes_of(settings: Settings, run: str) -> dict[str, str] | None:

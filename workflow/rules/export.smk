@@ -5,10 +5,14 @@ import re
 EXPORTS = []
 WANTED = {run: orders.exported(SETTINGS, run) for run in LOCATED}
 EXPORTED = {}  # format, files, results that it reads: the runs
-if any(WANTED.values()):  # what follows loads the writers
+if any(
+    orders.exported(SETTINGS, run) for run in EXPERIMENT.runs
+):  # it loads the writers
     from vidtrack.exchange.formats import FORMATS, places
-    from vidtrack.exchange.results import layout_of, result_paths
+    from vidtrack.exchange.results import layout_of, result_paths, unsuited
 
+    if problems := unsuited(SETTINGS, EXPERIMENT.runs.values()):
+        sys.exit("\n".join(f"vidtrack: {problem}" for problem in problems))
     for run, names in WANTED.items():
         own = layout_of(SETTINGS, EXPERIMENT.runs[run])
         for name in names:
