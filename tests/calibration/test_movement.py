@@ -6,6 +6,7 @@ import pytest
 from vidtrack.calibration.movement import movement
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 
@@ -85,3 +86,15 @@ def test_too_few_points_are_refused():
     camera, p = thesis_rig()[0], thesis_points()[1]
     with pytest.raises(ValueError, match="3 points"):
         movement(camera, (p, project(camera, p)), (p[:3], project(camera, p[:3])))
+
+
+def test_a_camera_behind_a_window_that_sags_is_found_too():
+    window = Interface(
+        "w", np.array([0, 0, 30.0]), np.array([0, 0.2, 1]), (1, 1.49, 1.333), (1.0,), (1, 0.1, 0.1, 0, 0, 0)
+    )
+    camera = thesis_rig(1)[0].with_(through=(window,))
+    rng = np.random.default_rng(0)
+    found = movement(camera, _sights(camera, rng), _sights(_turned(camera, [0.2, 0, 0]), rng), sd=0.1)
+    assert found.turn.shape == (3,)
+    assert abs(abs(found.turn[0]) - 0.2) < 5 * found.turn_sd[0]
+    assert found.probability < 1e-6

@@ -57,6 +57,7 @@ def movement(
     Raises ValueError for fewer than 4 points in a set or a pose that does not converge.
     """
     pivot = before[0].mean(0)
+    camera = camera.with_(through=tuple(interface.held for interface in camera.through))
     fits = []
     for (p, b), tolerance in zip((before, after), survey or (None, None), strict=True):
         if len(p) < 4:

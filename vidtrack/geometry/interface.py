@@ -82,6 +82,11 @@ class Interface:
         return tuple(name for name, s in zip(self.parameters, self.sigma, strict=False) if s > 0)
 
     @property
+    def held(self) -> Interface:
+        """The same interface, taken for exact: a fit does not move it."""
+        return replace(self, sigma=())
+
+    @property
     def pull(self) -> dict[str, tuple[float, float]]:
         """Of each free parameter, how far what is known lies from here, and its standard deviation."""
         off = -self.deviation(self.known or self)
