@@ -214,3 +214,36 @@ def test_a_plain_list_of_channels_names_columns_alike():
         "runs": {"r": {"channels": {"file": "x.csv", "columns": ["eta", "load"]}}},
     }
     assert settings_from_config(values).runs["r"].channels.columns == {"eta": "eta", "load": "load"}
+
+
+WINDOW = {"point": [0, 0, 0], "normal": [0, 1, 0], "thickness": 0.5, "indices": [1.0, 1.49, 1.333]}
+
+
+def test_a_camera_looks_through_one_interface_or_several_in_order():
+    surface = {"point": [0, 0, 10], "normal": [0, 0, 1], "indices": [1.333, 1.0]}
+    settings = settings_from_config(
+        {
+            **SMALLEST,
+            "interfaces": {"window": WINDOW, "surface": surface},
+            "cameras": {"cam1": {"through": "window"}, "cam2": {"through": ["window", "surface"]}, "cam3": {}},
+        }
+    )
+    assert [c.through for c in settings.cameras.values()] == [("window",), ("window", "surface"), ()]
+    assert settings.interfaces["window"].sigma.position is None
+
+
+@pytest.mark.parametrize(
+    ("interfaces", "through", "says"),
+    [
+        ({"window": WINDOW}, "windw", "cameras.cam1.through: no interface 'windw'; did you mean 'window'?"),
+        ({}, "window", "describe it under interfaces"),
+        ({"window": WINDOW}, ["window", "window"], "stands there twice"),
+        ({"window": {**WINDOW, "thickness": None}}, "window", "two more indices than layers"),
+        ({"window": {**WINDOW, "normal": [0, 0, 0]}}, "window", "the normal has no length"),
+        ({"window": {**WINDOW, "indices": [1, 149, 1.3]}}, "window", "between 0.5 and 5"),
+        ({"window": {**WINDOW, "index": 1}}, "window", "no such setting"),
+    ],
+)
+def test_interfaces_that_cannot_be_are_refused_in_a_line(interfaces, through, says):
+    lines = refusals(interfaces=interfaces, cameras={"cam1": {"through": through}})
+    assert any(says in line for line in lines), lines
