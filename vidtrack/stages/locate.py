@@ -20,6 +20,7 @@ from vidtrack.location.believed import rows_kept, without_chance, without_far
 from vidtrack.location.budget import calibration_gradients, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.followed import rows_of, view_of
+from vidtrack.location.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -136,7 +137,7 @@ def locate(
     )
     times = [clock.corrected(view.t) for view, clock in zip(views, timed.clocks, strict=True)]
     _check_overlap(views, times, where)
-
+    findings += cameras_apart(views, times)
     at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
@@ -184,6 +185,7 @@ def locate(
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
+        findings[:0] = late_cameras(views, seen, match, located, at, reach)
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     return Locations(table, record, pd.DataFrame(association_columns(views, match)))
 
