@@ -28,7 +28,8 @@ def test_a_file_of_tracks_becomes_what_a_recording_becomes(tmp_path):
     record = read_json(own.outputs["record"])
     assert record["imported"]["format"] == "dltdv8"
     assert record["video"] is None
-    assert record["time"]["source"] == "none"
+    assert record["time"]["source"] == "rows"
+    assert record["imported"]["together"]
     assert len(read_parquet(own.outputs["light"])) == 40
     assert len(read_parquet(own.outputs["background"])) == 0
 

@@ -44,7 +44,12 @@ def run(job: Job) -> None:
     record = {
         "run": order["run"],
         "camera": order["camera"],
-        "imported": {"format": tracks.format, "names": list(tracks.names), "notes": list(tracks.notes)},
+        "imported": {
+            "format": tracks.format,
+            "names": list(tracks.names),
+            "notes": list(tracks.notes),
+            "together": tracks.together,
+        },
         "video": {"width": size[0], "height": size[1], "rate": float(clock.rate), "sample_aspect": "1"}
         if size
         else None,
@@ -99,7 +104,7 @@ def _clock(tracks: Digitised, order: dict[str, Any], where: str) -> TimeBase:
             return time_base(rate, parse(order["start_timecode"], code_rate_of(rate)), source="config")
         except ValueError as error:
             raise VidtrackError(f"config.yaml: {where}.start_timecode: {error}.") from None
-    return time_base(rate)
+    return time_base(rate) if not tracks.together else replace(time_base(rate), source="rows")
 
 
 def _video(size: tuple[int, int] | None, clock: TimeBase) -> dict[str, Any] | None:

@@ -58,7 +58,8 @@ def _in_space(job: Job) -> Locations:
     }
     points = {n: read_parquet(path) for n, path in zip(names, job.paths("points"), strict=False)}
     points = {name: table for name, table in points.items() if len(table)}  # cameras of other programs have none
-    codes = {n: code_from_record(read_json(p)) for n, p in zip(names, job.paths("readings"), strict=False)}
+    readings = {n: read_json(p) for n, p in zip(names, job.paths("readings"), strict=False)}
+    codes = {n: code_from_record(own) for n, own in readings.items()}
     scale = run_scale(codes, f"runs.{job.settings['run']}")
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
     followed = {name: read_parquet(path) for name, path in zip(names, job.paths("tracklets"), strict=False)}
@@ -69,6 +70,7 @@ def _in_space(job: Job) -> Locations:
     calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
     unset = bool(codes) and all(code is None for code in codes.values()) and len(tables) > 1
+    unset = unset and not all((own.get("imported") or {}).get("together") for own in readings.values())
     options["clocks"] = {  # without any time code nothing says that the recordings began at one moment
         name: own if own is not None else "motion" if unset else {} for name, own in options["clocks"].items()
     }

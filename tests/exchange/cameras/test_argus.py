@@ -25,6 +25,8 @@ def test_a_library_of_lenses_has_names_of_shooting_modes(tmp_path):
         + LINE.format("2.7K 60fps").replace(" ", ",").replace("2.7K,", "2.7K ")
     )
     assert [each.name for each in read_profiles(path)] == ["2.7K 60fps"]
+    path.write_text(path.read_text().replace("k3\n", "k3,End\n").replace("0.003\n", "0.003,0\n"))
+    assert [each.name for each in read_profiles(path)] == ["2.7K 60fps"]
     assert not looks_like_profiles(path)
 
 

@@ -26,6 +26,7 @@ def test_dltdv_8_counts_from_the_upper_left_corner_from_one(tmp_path):
     np.testing.assert_allclose(found, b, atol=6e-7)
     assert tracks.names == ("pt1", "pt2")
     assert tracks.named
+    assert tracks.together
 
 
 def test_dltdv_5_to_7_count_from_the_lower_left_corner_and_the_config_says_so(tmp_path):

@@ -33,6 +33,8 @@ def read_profiles(path: Path) -> list[Profile]:
         cells = [cell.strip() for cell in line.split(",")] if "," in line else line.split()
         if not any(cells):
             continue
+        if len(cells) == 13 and cells[12] in ("", "0", "End"):
+            cells = cells[:12]  # as Argus' libraries end their lines
         values = [number(cell) for cell in cells[1:]]
         if any(v is None or v != v for v in values):
             if values.count(None) > 2:

@@ -30,6 +30,7 @@ class Digitised:
     size        (width, height) px of the picture, where the file says it
     time_s      (k,) s, where the file has times; code (k,) labels of time code, 30 a second of NTSC
     rate        pictures a second, where the file says it
+    together    whether a row is one moment of all cameras: their frames need no clock
     notes       what the reader left out or changed, a sentence each
     """
 
@@ -44,6 +45,7 @@ class Digitised:
     time_s: Array | None = None
     code: tuple[str, ...] | None = None
     rate: float | None = None
+    together: bool = False
     notes: tuple[str, ...] = ()
 
 

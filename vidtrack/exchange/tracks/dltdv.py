@@ -70,6 +70,7 @@ def read(path: Path, table: Table, said: Convention, where: str) -> Digitised:
         True,
         origin,
         first,
+        together=True,
         notes=notes,
     )
 
