@@ -63,3 +63,18 @@ def test_a_camera_whose_movement_is_not_known_says_so():
     rows = stability_section({"cameras": {"a": moved, "b": {"moved": None}}}, "in").tables[0].rows
     assert rows[0] == ["a", "yes", "0.5", "0.01", "–", "–", "3.2"]
     assert rows[1][1] == "not known"
+
+
+def test_interfaces_are_shown_with_how_far_the_points_move_them():
+    known = {"name": "window", "point": [0, 0, 0], "normal": [0, 1, 0], "thickness": [0.5], "indices": [1, 1.49, 1.333]}
+    sigma = {f"window.{k}": v for k, v in (("position", 0.2), ("tilt_1", 0.01), ("tilt_2", 0.01))}
+    sigma |= {"window.thickness_1": 0, "window.index_1": 0, "window.index_2": 0}
+    moved = {**known, "point": [0, 0.1, 0], "sigma": sigma, "known": {**known, "sigma": sigma}}
+    errors = {"window.position": 0.05, "window.tilt_1": 0.002, "window.tilt_2": 0.002}
+    camera = {**CAMERA, "through": [moved], "standard_errors": errors}
+    tables = camera_section(camera, [], {}, "in").tables
+    rows = {row[1]: row[2:] for row in tables[1].rows}
+    assert rows["position"] == ["0.100", "0.050", "0.2", "in"]
+    assert rows["tilt 1"][1:] == ["0.11", "0.57", "deg"]
+    assert rows["index 2"][2:] == ["held", ""]
+    assert not any("window" in row[0] for row in tables[0].rows)

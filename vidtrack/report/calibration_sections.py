@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import degrees
 from typing import Any
 
+from vidtrack.files.camera_json import interface_from_record
 from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, one_over, pick, share
@@ -56,6 +58,8 @@ def camera_section(
             f"{number(within['Cy'][1])} px: so flat is the minimum on the map."
         )
     tables = [_parameter_table(camera, units)]
+    if camera.get("through"):
+        tables.append(_interface_table(camera, units))
     if rejected := [p for p in points if not p["used"]]:
         rows = [[str(p["tag"]), number(p["Xf"], 5), number(p["Yf"], 5), str(p["reason"])] for p in rejected]
         tables.append(
@@ -156,9 +160,31 @@ def _parameter_table(camera: Record, units: str) -> Table:
         [f"position {axis}", *measured(value, sd, 6), units]
         for axis, value, sd in zip(AXES, camera["position"], known, strict=True)
     ]
-    rows += [[name, "–", number(value, 2), unit.get(name, "")] for name, value in errors.items() if name not in camera]
+    rest = {name: value for name, value in errors.items() if name not in camera and "." not in name}
+    rows += [[name, "–", number(value, 2), unit.get(name, "")] for name, value in rest.items()]
     header = ["parameter", "value", "± 1 sd", "unit"]
     return Table("Parameters and standard deviations", header, rows, ABOUT["parameters"])
+
+
+def _interface_table(camera: Record, units: str) -> Table:
+    """The interfaces through which the camera sees: where the points put them, and by how much that is elsewhere."""
+    errors: Record = camera.get("standard_errors") or {}
+    rows = []
+    for record in camera["through"]:
+        own = interface_from_record(record)
+        known = own.known or own
+        moved = dict(zip(own.parameters, own.deviation(known).tolist(), strict=True))
+        for name, beforehand in zip(own.parameters, own.sigma or [0.0] * len(own.parameters), strict=True):
+            kind = name.removeprefix(f"{own.name}.")
+            turn = kind.startswith("tilt")
+            by = degrees(1) if turn else 1.0
+            sd = errors.get(name)
+            cells = measured(by * moved[name], None if sd is None else by * sd, 3)
+            length = "" if kind.startswith("index") else units
+            prior = number(by * beforehand, 2) if beforehand else "held"
+            rows.append([own.name, kind.replace("_", " "), *cells, prior, "deg" if turn else length])
+    header = ["interface", "parameter", "moved by", "± 1 sd", "± 1 sd beforehand", "unit"]
+    return Table("Interfaces through which it sees", header, rows, ABOUT["interfaces"])
 
 
 def _floor_line(back: Record, units: str) -> str:

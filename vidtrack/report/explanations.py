@@ -31,6 +31,9 @@ ABOUT = {
         "normalised: that distance over the rounding error of a pixel at the point, so that 1 is as good as whole "
         "pixels allow."
     ),
+    "interfaces": "Windows, walls and water surfaces between the camera and its points. By how much the points move "
+    "each of their parameters from what the config says, how well it is known now, and how well it was known before: "
+    "where both are alike, the points say nothing of it.",
     "parameters": (
         "Tsai's camera. Cx, Cy: where the optical axis meets the picture. f: focal length. Sx: scale of the "
         "columns. kappa and the further terms: the lens distortion. Position: of the camera's centre in the "
