@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 MOST = 10
@@ -9,6 +10,13 @@ MOST = 10
 
 LINES = 60
 """Problems of all kinds that are shown."""
+
+
+LONGEST = 2000
+"""Characters of a problem that are shown: its beginning and its end, where the cure stands."""
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\u202a-\u202e\u2066-\u2069]")
+"""What breaks a line, moves the cursor of a terminal, or cannot be written at all."""
 
 
 class VidtrackError(Exception):
@@ -19,6 +27,7 @@ class VidtrackError(Exception):
     """
 
     def __init__(self, *problems: str) -> None:
+        problems = tuple(_one_line(problem) for problem in problems)
         super().__init__(*problems)
         self.problems: tuple[str, ...] = problems
         if len(problems) > LINES:
@@ -26,6 +35,13 @@ class VidtrackError(Exception):
 
     def __str__(self) -> str:
         return "\n".join(self.problems)
+
+
+def _one_line(problem: str) -> str:
+    """A problem as a line, whatever names and values of files stand in it."""
+    if len(problem) > LONGEST:
+        problem = f"{problem[: LONGEST - 400]} ... {problem[-400:]}"
+    return _CONTROL.sub(lambda found: repr(found[0])[1:-1], problem)
 
 
 def first_of(problems: Sequence[str], where: object, most: int = MOST) -> list[str]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Sequence
 
+LONGEST = 100
+"""Characters of a name that may be a known one, mistyped."""
+
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     """The known name nearest to a mistyped one, or None where nothing is near. `treshold` finds `threshold`."""
@@ -14,6 +17,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     for candidate in known:
         if candidate.lower() == name.lower():
             return candidate
+    if len(name) > LONGEST:
+        return None
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return near[0] if near else None
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
 
-from vidtrack.errors import VidtrackError
+from vidtrack.errors import LINES, VidtrackError
 from vidtrack.naming import did_you_mean
 from vidtrack.settings.analysis import Axes
 from vidtrack.settings.calibration import Calibration
@@ -70,7 +70,9 @@ def settings_from_config(config: Mapping[str, Any], where: str = "config.yaml") 
     try:
         settings = Settings.model_validate(_filled(config), by_alias=True, by_name=True)
     except ValidationError as error:
-        raise VidtrackError(*_lines(where, error.errors())) from None
+        errors = error.errors()
+        more = [f"{where}: and {len(errors) - LINES + 1} more problems."] if len(errors) > LINES else []
+        raise VidtrackError(*_lines(where, errors[: LINES - 1] if more else errors), *more) from None
     if unknown := _unknown_interfaces(settings):
         raise VidtrackError(*(f"{where}: {line}" for line in unknown))
     return settings
