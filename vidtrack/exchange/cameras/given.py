@@ -13,8 +13,7 @@ from vidtrack.findings import Finding
 from vidtrack.geometry.brown import BrownLens
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_conversion import camera_from_brown
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+from vidtrack.lengths import METRES
 
 
 @dataclass(frozen=True)

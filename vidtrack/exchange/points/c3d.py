@@ -16,8 +16,9 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.points.measured import METRES, Measured
+from vidtrack.exchange.points.measured import Measured
 from vidtrack.exchange.text import Path, bytes_of, number
+from vidtrack.lengths import METRES
 
 BLOCK = 512
 INTEL, DEC, MIPS = 84, 85, 86

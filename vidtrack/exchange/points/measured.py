@@ -9,12 +9,10 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.lengths import METRES
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-"""Units of length by the names that files and configs have."""
 
 
 @dataclass(frozen=True)
