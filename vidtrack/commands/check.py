@@ -38,7 +38,7 @@ def command(folder: str) -> int:
         except VidtrackError as error:
             for problem in error.problems:
                 click.echo(f"refused: {problem}")
-            click.echo(f"{len(error.problems)} things would be refused.")
+            click.echo(_refusals(len(error.problems)))
             return 1
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         with console.status("looking") as status:
@@ -50,7 +50,7 @@ def command(folder: str) -> int:
         click.echo(f"{words[finding.level]}: {sentence(finding.text)} {sentence(finding.cure)}".rstrip())
     refused = sum(finding.level == "failed" for finding in found.findings)
     if refused:
-        click.echo(f"{refused} things would be refused.")
+        click.echo(_refusals(refused))
     return 1 if refused else 0
 
 
@@ -61,3 +61,7 @@ def _check_exports(settings: Settings, experiment: Experiment) -> None:
 
         if problems := unsuited(settings, experiment.runs.values()):
             raise VidtrackError(*problems)
+
+
+def _refusals(n: int) -> str:
+    return "1 thing would be refused." if n == 1 else f"{n} things would be refused."
