@@ -1,7 +1,7 @@
 """Cameras whose tracks are those of located targets, but at another time.
 
 Where two cameras or more agree upon a target, a third whose clock is wrong shows the same path sooner or later: no
-other camera then shows "the same target". The path tells how much. A clock that is off by an hour leaves no moment in
+other camera then shows "the same target". The path shows how much. A clock that is off by an hour leaves no moment in
 common.
 """
 
