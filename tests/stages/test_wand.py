@@ -99,6 +99,20 @@ def test_a_dropped_ball_gives_up_and_shows_a_wrong_length():
         assert down @ (scene.cameras[0].R @ [0, 0, -1.0]) > np.cos(np.radians(1.5))
 
 
+def test_the_drop_has_clocks_of_its_own_where_clocks_are_unknown():
+    scene = waved(66, n=300, late=[0.0, 0.321])
+    t = np.arange(40) / 30
+    drop = {}
+    for i, (c, late) in enumerate(zip(scene.cameras, (0.0, -0.15), strict=True)):  # another start than the wand's
+        fall = 20 - 9.81 / 0.0254 / 2 * np.clip(t + late - 0.3, 0, 0.35) ** 2
+        b = project(c, np.stack([0 * t, 0 * t + 3, fall], -1)) + scene.rng.normal(0, 0.1, (40, 2))
+        drop[f"cam{i + 1}"] = pd.DataFrame({"time_s": t, "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
+    done = calibrated(scene, axes=None, drop=drop, late=["cam2"])
+    assert codes(done) == set()
+    gravity = done.record["axes"]["gravity"]
+    assert gravity["value"] * 0.0254 == pytest.approx(9.81, abs=max(5 * gravity["sd"] * 0.0254, 0.05))
+
+
 def test_a_wand_that_bends_is_named():
     assert "wand-loose" in codes(calibrated(waved(67, n=300, m=4, bend=0.02)))
 

@@ -15,7 +15,8 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.adjust import Adjusted
 from vidtrack.calibration.adjustment.unknowns import columns
 from vidtrack.calibration.refine import Uncertainty
-from vidtrack.calibration.wand.axes import Fall, falling
+from vidtrack.calibration.wand.axes import Fall
+from vidtrack.calibration.wand.drop import dropped
 from vidtrack.calibration.wand.ends import jointly, ordered, orders, stretches
 from vidtrack.calibration.wand.judged import Judged, judge
 from vidtrack.calibration.wand.measured import Wand
@@ -27,12 +28,8 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.lens_terms import EQUIDISTANT
-from vidtrack.geometry.triangulate import locate_points
-from vidtrack.timing.resample import resample
 
 Rows = Mapping[str, Any]
-FALL_SD = 0.2
-"""px, of the centroid of a ball that falls: exposure smears it."""
 CLEAR = ("", "recovered")
 """Flags of samples that show a whole ball."""
 STILL_SAMPLES, STILL_PX = 25, 2.0
@@ -108,7 +105,7 @@ def calibrate_by_wand(
             "turning it, every ball in at least two pictures, and see that detect finds the balls and nothing else."
         ) from None
     where = "calibration.wand.axes"
-    fall = _fall(done, names, drop)
+    fall = _fall(done, names, drop, timed)
     surveyed, picked = _surveyed(points, names), _picked(picks, names)
     try:
         at = placed(done, wand, surveyed=surveyed, picked=picked, axes=axes, fall=fall)
@@ -200,22 +197,17 @@ def _named(text: str, names: Sequence[str]) -> str:
     return text
 
 
-def _fall(done: Refined, names: Sequence[str], drop: Mapping[str, pd.DataFrame] | None) -> Fall | None:
+def _fall(done: Refined, names: Sequence[str], drop: Mapping[str, pd.DataFrame] | None, timed: Timed) -> Fall | None:
     """The fall of a dropped ball, seen by the cameras in their own axes."""
     if not drop:
         return None
-    tables = {name: table[table["flag"].fillna("").isin(CLEAR)] for name, table in drop.items()}
-    at = np.unique(np.concatenate([t["time_s"].to_numpy(float) for t in tables.values()]))
-    b = np.full((len(names), len(at), 2), np.nan)
-    for i, name in enumerate(names):
-        if name in tables and len(tables[name]) > 3:
-            table = tables[name].drop_duplicates("time_s").sort_values("time_s")
-            t = table["time_s"].to_numpy(float) + done.clocks[i]
-            b[i] = resample(t, table[["Xf", "Yf"]].to_numpy(float), at).values
-    located = locate_points(done.cameras, b, sd=FALL_SD)
-    sigma = np.sqrt(np.einsum("naa->na", located.covariance))
+    tracks: dict[int, tuple[Array, Array]] = {}
+    for name, own in drop.items():
+        clear = own[own["flag"].fillna("").isin(CLEAR) & own["Xf"].notna()]
+        clear = clear.drop_duplicates("time_s").sort_values("time_s")
+        tracks[names.index(name)] = clear["time_s"].to_numpy(float), clear[["Xf", "Yf"]].to_numpy(float)
     try:
-        return falling(at, located.point, sigma)
+        return dropped(done, timed, tracks)
     except ValueError as error:
         raise VidtrackError(f"calibration.wand.axes.drop: {error}. Film the drop again, or leave drop out.") from None
 
