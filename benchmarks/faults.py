@@ -39,7 +39,7 @@ from benchmarks.campaign.scenes import random_scene
 from benchmarks.season import Planned, planned
 from vidtrack.simulate.laboratory import set_up
 from vidtrack.simulate.scenario import scenario_from
-from vidtrack.workflow.small_jobs import JobServer
+from vidtrack.workflow.small_jobs import LARGE, JobServer
 
 HOUSE = Path(__file__).resolve().parent.parent
 PLAIN = (".parquet", ".json", ".csv", ".html", ".svg", ".png")
@@ -183,7 +183,7 @@ def _kill_stages(folder: Path, times: int, rng: random.Random) -> int:
     lost = 0
     print(f"{'stage':40}{'killed':>8}{'ended before':>14}{'lost':>6}", flush=True)
     try:
-        for job in planned(folder, HOUSE, "--forceall"):
+        for job in sorted(planned(folder, HOUSE, "--forceall"), key=lambda job: job.rule in LARGE):
             whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
             begun = time.monotonic()
             if _stage(folder, job).wait():
