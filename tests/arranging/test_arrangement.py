@@ -48,6 +48,14 @@ def test_cameras_clips_and_runs_are_found_in_what_people_name_their_files(paths,
     assert not found.left
 
 
+@pytest.mark.parametrize("card", ["PRIVATE/AVCHD/BDMV/STREAM", "DCIM/100GOPRO", "DCIM/100MEDIA", "PRIVATE/M4ROOT/CLIP"])
+def test_folders_of_a_cameras_card_say_nothing(card):
+    names = ["00001.MTS", "00002.MTS"]
+    found = arranged(recordings(*(f"{camera}/{card}/{name}" for camera in ("left", "right") for name in names)))
+    assert found.cameras == ["left", "right"]
+    assert [take.name for take in found.of("run")] == ["00001", "00002"]
+
+
 def test_names_without_anything_in_common_are_paired_by_order_and_that_is_said():
     found = arranged(recordings("GoPro1/GX42.MP4", "GoPro1/GX43.MP4", "GoPro2/GX100.MP4", "GoPro2/GX101.MP4"))
     assert found.of("run")[1].recordings["GoPro2"].path == "GoPro2/GX101.MP4"

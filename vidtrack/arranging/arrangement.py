@@ -29,8 +29,13 @@ CALIBRATION = re.compile(
 )
 """Words that name a calibration clip."""
 
-GENERIC = frozenset("videos video recordings recording media runs run tests test dcim footage clips clip data".split())  # noqa: SIM905
+GENERIC = frozenset("videos video recordings recording media runs run tests test footage clips clip data".split())  # noqa: SIM905
 """Words of folders that say nothing of what was filmed."""
+
+CARD = re.compile(
+    r"dcim|private|avchd|bdmv|stream|m4root|mp_root|xdroot|contents|\d{3}(gopro|media|canon|msdcf|_pana|nikon|olymp)"
+)
+"""Folders that cameras make on their cards, in small letters."""
 
 MOST_CAMERAS = 16
 """More are no cameras but takes."""
@@ -153,7 +158,8 @@ def _parts(recording: Recording) -> list[str]:
             joined[-1] += word
         else:
             joined.append(word)
-    return [*(folder.split(os.sep) if folder else []), *joined]
+    folders = [part for part in folder.split(os.sep) if folder and not CARD.fullmatch(part.casefold())]
+    return [*folders, *joined]
 
 
 def _without_counter(stems: Sequence[str]) -> str:
