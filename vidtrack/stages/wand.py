@@ -110,7 +110,8 @@ def calibrate_by_wand(
     try:
         at = placed(done, wand, surveyed=surveyed, picked=picked, axes=axes, fall=fall)
     except ValueError as error:
-        raise VidtrackError(f"{where}: {error}. Add or correct them, or set {where}: camera.") from None
+        cure = "Name four surveyed balls in picks.csv, or pick points in the wand's clip and name them in axes"
+        raise VidtrackError(f"{where}: {error}. {cure}, or set {where}: camera.") from None
     return _calibrated(done, at, names, wand, units, timed)
 
 
