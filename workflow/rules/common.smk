@@ -245,3 +245,14 @@ def of_cameras(name, cameras=lambda run: EXPERIMENT.runs[run].videos):
             f"{RESULTS}/runs/{w.run}/{name.format(camera=c)}" for c in cameras(w.run)
         ]
     )
+
+
+def of_lamp(run, name):
+    """A file of each camera of a run, where a lamp joins the clock of other instruments to theirs."""
+    cameras = EXPERIMENT.runs[run].videos if orders.lamp_of(SETTINGS, run) else []
+    return [f"{RESULTS}/runs/{run}/{name.format(camera=c)}" for c in cameras]
+
+
+def of_located(w, name):
+    """A file of one camera's calibration, where the run is located by it."""
+    return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []

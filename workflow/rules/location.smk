@@ -18,12 +18,6 @@ ANALYSED = [
 ]
 
 
-def of_lamp(run, name):
-    """A file of each camera of a run, where a lamp joins the clock of other instruments to theirs."""
-    cameras = EXPERIMENT.runs[run].videos if orders.lamp_of(SETTINGS, run) else []
-    return [f"{RESULTS}/runs/{run}/{name.format(camera=c)}" for c in cameras]
-
-
 CLOCKED = [run for run in LOCATED if orders.clocks(SETTINGS, EXPERIMENT, run)["sought"]]
 WATERLINES = {
     name: run.waterline.camera or next(iter(EXPERIMENT.runs[name].videos))

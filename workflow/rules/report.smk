@@ -6,12 +6,6 @@
 
 from vidtrack.analysis.repeats import repeats
 
-
-def of_located(w, name):
-    """A file of one camera's calibration, where the run is located by it."""
-    return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []
-
-
 FILMS = {
     (run, camera): f"{RESULTS}/runs/{run}/overlay_{camera}" for run, camera in TRACKS
 }
