@@ -71,6 +71,7 @@ TESTED_UNDER_ANOTHER_NAME = {
     ),
     "video/own_stamps.py": "tests/video/test_recordings_of_pictures.py",
     "exchange/lens_files.py": "tests/exchange/test_lens.py",
+    "stages/board_corners.py": "tests/stages/test_boards.py",
     "calibration/doubts.py": "tests/stages/test_calibrate.py",
     "picking/desk.py": "tests/picking/test_server.py",
 }

@@ -23,6 +23,7 @@ from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
 from vidtrack.naming import did_you_mean, tags_meant
+from vidtrack.settings.board import Board, board_from_yaml
 from vidtrack.settings.config import Settings
 
 
@@ -39,6 +40,7 @@ class Clip:
     picks: str | None
     recordings: Mapping[str, Recording] = field(default_factory=dict)
     digitised: frozenset[str] = frozenset()
+    board: str | None = None  # the path of its board.yaml, where the clip shows a board
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,8 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         points = named_as(here, set(settings.cameras) - set(found), TRACKS, problems)
         picks = table_in(here, "picks.csv", problems)
         videos = dict(sorted({**_firsts(found), **points}.items()))
-        clips[name] = Clip(name, videos, picks, _several(found), frozenset(points))
+        board = next((within(here, f) for f in ("board.yaml", "board.yml") if os.path.isfile(within(here, f))), None)
+        clips[name] = Clip(name, videos, picks, _several(found), frozenset(points), board)
     runs = {}
     for name in sorted({*_folders(within(folder, "runs"), problems), *_runs_elsewhere(settings)}):
         here = within(folder, "runs", name)
@@ -126,6 +129,19 @@ def tags_of(settings: Settings, clip: str, known: Sequence[str]) -> list[str]:
     """The tags that a clip shows: those that the config names (see `naming.tags_meant`), or all in points.csv."""
     named = settings.calibration.clips[clip].tags if clip in settings.calibration.clips else None
     return tags_meant(named, known)[0] if named is not None else list(known)
+
+
+def board_of(settings: Settings, experiment: Experiment, clip: str) -> Board | None:
+    """The board that a clip shows: by its board.yaml, or by the config; None where it shows none."""
+    here = experiment.clips[clip]
+    if here.board:
+        return board_from_yaml(here.board)
+    board, wand = settings.calibration.board, settings.calibration.wand
+    if board is None or (wand and clip in wand.clips):
+        return None
+    if board.clips is not None:
+        return board if clip in board.clips else None
+    return board if not experiment.points or clip.lower().startswith("board") else None
 
 
 def point_tags(experiment: Experiment) -> list[str]:

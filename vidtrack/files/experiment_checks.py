@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from vidtrack.errors import VidtrackError, first_of
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
-from vidtrack.files.experiment import Experiment, look_through, profiles, tags_of, within
+from vidtrack.files.experiment import Experiment, board_of, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.naming import did_you_mean, some_of, tags_meant
 from vidtrack.settings.config import Settings
@@ -82,10 +82,15 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
     known: list[str] = []
     if experiment.points:
         known = [str(tag) for tag in _checked(experiment.points, POINTS, problems, settings.units).get("tag", [])]
-    elif set(experiment.clips) - set(_waved(settings)):
+    elif any(board_of(settings, experiment, n) is None for n in set(experiment.clips) - set(_waved(settings))):
         where = within(experiment.folder, "calibration", "points.csv")
-        problems.append(f"{where}: no such file. Write tag,x,y,z: the surveyed position of every calibration point.")
+        problems.append(
+            f"{where}: no such file. Write tag,x,y,z: the surveyed position of every calibration point; or describe "
+            "the board that the clips show under calibration.board."
+        )
     for name, clip in experiment.clips.items():
+        if board_of(settings, experiment, name) is not None:
+            continue
         if name in _waved(settings):
             if clip.picks:
                 picks = _checked(clip.picks, PICKS, problems)

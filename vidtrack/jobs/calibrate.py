@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import sys
 
+from pandas import DataFrame
+
 from vidtrack.calibration.known_lens import KnownLens
 from vidtrack.exchange.lens import known_lens
-from vidtrack.files.camera_json import write_camera
+from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, read_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.stages.calibrate import calibrate
 from vidtrack.workflow.job import Job
+
+FRESH = ("standard_errors", "correlations", "uncertainty", "provenance", "position", "position_sd")
+"""Keys of a camera.json that are written anew."""
 
 
 def run(job: Job) -> None:
@@ -19,7 +24,9 @@ def run(job: Job) -> None:
 
     Outputs points, camera, search.
     """
-    read_labelling(job.path("labelling"))
+    if read_labelling(job.path("labelling")).get("placed_by") == "board":
+        _placed_by_board(job)
+        return
     settings = {name: value for name, value in job.settings.items() if name not in ("units", "lens")}
     height, width = read_png(job.path("picture")).shape[:2]
     done = calibrate(
@@ -48,6 +55,17 @@ def _left_out(job: Job) -> dict[tuple[str, str], str]:
     paths = job.paths("survey")
     own = read_json(paths[0])["left_out"].get(job.settings["camera"], []) if paths else []
     return {(each["clip"], each["tag"]): each["reason"] for each in own}
+
+
+def _placed_by_board(job: Job) -> None:
+    """The camera as the board's views placed it: its corners are no surveyed points, and nothing is fitted again."""
+    found = read_camera(job.paths("lens")[0])
+    record = {key: value for key, value in found.record.items() if key not in FRESH}
+    units, provenance = job.settings["units"], job.provenance
+    write_parquet(job.outputs["points"], read_parquet(job.path("sightings")), units=units, provenance=provenance)
+    nothing = DataFrame({name: [] for name in ("varied", "Cx", "Cy", "sensor_width", "rms_px")})
+    write_parquet(job.outputs["search"], nothing, units=units, provenance=provenance)
+    write_camera(job.outputs["camera"], found.camera, found.uncertainty, record, provenance)
 
 
 def _lens(job: Job, image_size: tuple[int, int]) -> KnownLens | None:

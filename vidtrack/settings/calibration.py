@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vidtrack.settings.board import Board
 from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
 from vidtrack.settings.detection import DetectChange
 from vidtrack.settings.lens import KnownLens
@@ -57,6 +58,11 @@ class Calibration(Section):
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
     prior: Prior = Field({}, description="parameter: [mean, standard deviation]")
+    board: Board | None = Field(
+        None,
+        description="the board that clips show, where their folders have no board.yaml with the same keys: it gives "
+        "the lens of each camera, and the cameras' places to each other",
+    )
     lens: KnownLens | None = Field(
         None, description="the known lens of every camera that has none of its own: a file, or its numbers"
     )

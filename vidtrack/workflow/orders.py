@@ -13,6 +13,7 @@ from vidtrack.files.experiment import (
     Clip,
     Experiment,
     Run,
+    board_of,
     point_tags,
     reference_columns,
     tags_of,
@@ -67,7 +68,8 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
 def clips_of(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> list[str]:
     """A camera's clips from before the test, or those from after it, in the order of their names."""
     late, waved = settings.calibration.after, wand_clips(settings)
-    return [n for n, c in experiment.clips.items() if camera in c.videos and n not in waved and (n in late) == after]
+    here = [n for n, c in experiment.clips.items() if camera in c.videos and n not in waved and (n in late) == after]
+    return [name for name in here if board_of(settings, experiment, name) is None]
 
 
 def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
@@ -80,8 +82,16 @@ def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
     return [
         camera
         for camera in experiment.cameras_in_clips()
-        if modes.get(camera) != {"plane"} and camera not in waved and clips_of(settings, experiment, camera)
+        if modes.get(camera) != {"plane"}
+        and camera not in waved
+        and (clips_of(settings, experiment, camera) or _boarded(settings, experiment, camera))
     ]
+
+
+def _boarded(settings: Settings, experiment: Experiment, camera: str) -> bool:
+    """Whether a clip shows a board to the camera."""
+    here = [name for name, clip in experiment.clips.items() if camera in clip.videos]
+    return any(board_of(settings, experiment, name) for name in here)
 
 
 def survey(settings: Settings, cameras: list[str]) -> Order:
@@ -92,8 +102,9 @@ def survey(settings: Settings, cameras: list[str]) -> Order:
     return order | ({"through": through} if through else {})
 
 
-def calibrate(settings: Settings, camera: str) -> Order:
-    """How one camera is calibrated."""
+def calibrate(settings: Settings, camera: str, board: bool = False) -> Order:
+    """How one camera is calibrated; board: its lens is that of a board, where the config names no other."""
+    by_board = {"lens": {"use": "prior"}} if board else {}
     own, how = settings.cameras[camera], settings.calibration
     return {
         "units": settings.units,
@@ -107,7 +118,7 @@ def calibrate(settings: Settings, camera: str) -> Order:
         "prior": prior_of(settings, camera),
         "reject": how.reject,
         "sigma": how.sigma,
-        **({"lens": lens.model_dump()} if (lens := lens_of(settings, camera)) else {}),
+        **({"lens": lens.model_dump()} if (lens := lens_of(settings, camera)) else by_board),
     } | ({"through": through} if (through := _through(settings, camera)) else {})
 
 

@@ -10,6 +10,11 @@ NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
 DIGITISED = sorted({c for clip in EXPERIMENT.clips.values() for c in clip.digitised})
 
 
+def surveyed(clip_set):
+    """The cameras that surveyed points calibrate: not those that a board places."""
+    return [camera for camera in SETS[clip_set] if camera not in PLACED_BY_BOARD]
+
+
 for clip_set, members in SETS.items():
     for camera in EXPERIMENT.cameras_in_clips():
         clips = clips_seen(clip_set, camera)
@@ -37,17 +42,18 @@ for clip_set, members in SETS.items():
                 clip_set,
                 camera,
             )
-        if clips and camera in NEEDED:
+        by_its_board = clip_set == "calibration" and camera in PLACED_BY_BOARD
+        if (clips or by_its_board) and camera in NEEDED:
             members.append(camera)
             BOOK.add(
                 "calibrate",
-                orders.calibrate(SETTINGS, camera),
+                orders.calibrate(SETTINGS, camera, camera in BOARDED),
                 [orders.lens_file(SETTINGS, camera)],
                 clip_set,
                 camera,
             )
-    if len(members) > 1:
-        BOOK.add("survey", orders.survey(SETTINGS, members), [], clip_set)
+    if len(surveyed(clip_set)) > 1:
+        BOOK.add("survey", orders.survey(SETTINGS, surveyed(clip_set)), [], clip_set)
     if BUNDLED and members:
         BOOK.add("bundle", orders.bundle(SETTINGS, members), [], clip_set)
 CALIBRATED, CALIBRATED_AFTER = SETS.values()
@@ -97,6 +103,14 @@ if CALIBRATED_AFTER:
     CALIBRATION.append(f"{RESULTS}/calibration_after/stability.json")
 
 
+def camera_by_board(camera):
+    """Whether the lens of a camera is that of a board: the config names no other."""
+    return camera in BOARDED and orders.lens_of(SETTINGS, camera) is None
+
+
+by_board = results(f"{RESULTS}/boards/{{camera}}/lens.json")
+
+
 rule calibration_points:
     input:
         points=ancient(EXPERIMENT.points or []),
@@ -144,10 +158,12 @@ rule calibration_points:
 rule survey:
     input:
         sightings=results(
-            lambda w: [f"{RESULTS}/{w.set}/{c}/sightings.parquet" for c in SETS[w.set]]
+            lambda w: [
+                f"{RESULTS}/{w.set}/{c}/sightings.parquet" for c in surveyed(w.set)
+            ]
         ),
         pictures=results(
-            lambda w: [f"{RESULTS}/{w.set}/{c}/picture.png" for c in SETS[w.set]]
+            lambda w: [f"{RESULTS}/{w.set}/{c}/picture.png" for c in surveyed(w.set)]
         ),
     output:
         record=f"{RESULTS}/{{set}}/survey.json",
@@ -173,13 +189,19 @@ rule calibrate:
         # one camera cannot distinguish a misplaced point from a mistaken one
         survey=results(
             lambda w: (
-                f"{RESULTS}/{w.set}/survey.json" if len(SETS[w.set]) > 1 else []
+                f"{RESULTS}/{w.set}/survey.json"
+                if len(surveyed(w.set)) > 1 and w.camera in surveyed(w.set)
+                else []
             )
         ),
         sightings=results(f"{RESULTS}/{{set}}/{{camera}}/sightings.parquet"),
         labelling=results(f"{RESULTS}/{{set}}/{{camera}}/labelling.json"),
         picture=results(f"{RESULTS}/{{set}}/{{camera}}/picture.png"),
-        lens=lambda w: ancient(orders.lens_file(SETTINGS, w.camera) or []),
+        lens=lambda w: (
+            by_board(w)
+            if camera_by_board(w.camera)
+            else ancient(orders.lens_file(SETTINGS, w.camera) or [])
+        ),
     output:
         points=f"{RESULTS}/{{set}}/{{camera}}/points.parquet",
         camera=f"{RESULTS}/{{set}}/{{camera}}/{'alone' if BUNDLED else 'camera'}.json",

@@ -22,7 +22,7 @@ from vidtrack.files.experiment import (
 )
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
-from vidtrack.workflow import import_orders, orders, wand_orders, waved
+from vidtrack.workflow import boarded, import_orders, orders, wand_orders, waved
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked

@@ -22,8 +22,8 @@ JUDGED += [f"{RESULTS}/calibration/wand.json"] if WAVED else []
 JUDGED = list(dict.fromkeys(JUDGED))
 JUDGED += [
     f"{RESULTS}/{clip_set}/survey.json"
-    for clip_set, members in SETS.items()
-    if len(members) > 1
+    for clip_set in SETS
+    if len(surveyed(clip_set)) > 1
 ]
 if CALIBRATED:
     JUDGED.append(f"{RESULTS}/calibration/backprojection.json")

@@ -1,0 +1,124 @@
+"""Boards as the stages give them: views, lenses, places, and what is said of a board that is not as described."""
+
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.calibration.test_board_fit import BOARD, SIZE, cameras, views
+from tests.simulate.test_board_picture import shown
+from vidtrack.calibration.board import Board
+from vidtrack.errors import VidtrackError
+from vidtrack.stages.board_corners import board_corners
+from vidtrack.stages.boards import boards
+from vidtrack.timing.frame import Frame
+
+
+def tables(b, sd=0.1):
+    """The corners of `views`, a table a camera."""
+    found = {}
+    for i, own in enumerate(b):
+        k, j = np.nonzero(np.isfinite(own).all(-1))
+        columns = {"clip": "board", "frame": k, "corner": j, "Xf": own[k, j, 0], "Yf": own[k, j, 1], "sd": sd}
+        found[f"cam{i + 1}"] = pd.DataFrame(columns)
+    return found
+
+
+def placed(b, board=BOARD, **how):
+    found = tables(b)
+    return boards(found, dict.fromkeys(found, SIZE), board, units="mm", model="tsai", **how)
+
+
+def codes(found):
+    return {finding.code for finding in found.findings}
+
+
+def test_two_cameras_get_lens_and_place_in_the_world_that_is_named():
+    found = placed(views(1, 16, m=2), world="board/3")
+    truth = [camera.position for camera in cameras(2)]
+    apart = np.linalg.norm(found.cameras["cam1"].position - found.cameras["cam2"].position)
+    assert apart == pytest.approx(np.linalg.norm(truth[0] - truth[1]), rel=1e-3)
+    assert found.record["world"] == "board/3"
+    assert found.record["together"]
+    world = found.sightings["cam1"][found.sightings["cam1"]["tag"].str.startswith("3-")]
+    assert np.abs(world["z"]).max() < 0.1
+    assert codes(found) == {"board-views"}
+
+
+def test_a_world_that_no_camera_saw_is_one_line():
+    with pytest.raises(VidtrackError, match=r"board/99.*board/0"):
+        placed(views(1, 6), world="board/99")
+
+
+def test_clips_that_were_not_filmed_together_are_named_and_each_lens_stands():
+    b = views(1, 16, m=2)
+    b[1] = np.roll(b[1], 3, axis=0)
+    found = placed(b)
+    assert "boards-not-simultaneous" in codes(found)
+    assert found.cameras["cam2"].f == pytest.approx(1400, rel=5e-3)
+
+
+def test_parallel_views_are_refused_with_the_camera():
+    with pytest.raises(VidtrackError, match=r"cameras\.cam1: .*parallel"):
+        placed(views(0, 8, tilt=0.0))
+
+
+def test_a_board_that_is_bent_or_scaled_unevenly_is_doubtful():
+    assert "board-bent" in codes(placed(views(2, 25, bend=8.0)))
+    assert "board-bent" not in codes(placed(views(2, 25)))
+
+
+def test_corners_far_from_any_lens_are_doubtful():
+    b = views(2, 12)
+    assert "board-rough" in codes(placed(b + np.random.default_rng(0).normal(0, 1.5, b.shape)))
+
+
+def test_blurred_views_are_left_out_and_counted():
+    found = tables(views(1, 14))["cam1"]
+    found.loc[found["frame"] == 4, "sd"] = 1.5
+    done = boards({"cam1": found}, {"cam1": SIZE}, BOARD, model="tsai")
+    assert done.record["left_out"]["cam1"]["blurred"] == 1
+    assert "board/4" not in done.record["views"]
+
+
+def test_a_board_kept_in_a_corner_is_doubtful():
+    b = views(1, 20)
+    b[(b[..., 0] > 700) | (b[..., 1] > 420)] = np.nan
+    assert {"board-in-a-corner", "board-views-poor"} & codes(placed(b))
+
+
+def frames(*pictures):
+    return [Frame(i, Fraction(i, 30), picture, False, None) for i, picture in enumerate(pictures)]
+
+
+def test_every_nth_picture_is_looked_at_and_counted():
+    picture, _ = shown("charuco")
+    found = board_corners(
+        {"board": frames(*[picture] * 5)},
+        {"board": Board("charuco", 7, 5, 30.0)},
+        camera="c",
+        bits={"board": 8},
+        every=2,
+    )
+    assert sorted(set(found.table["frame"])) == [0, 2, 4]
+    assert found.record["clips"]["board"] == {"pictures": 3, "with_board": 3, "every": 2}
+    assert found.background.shape == picture.shape
+
+
+def test_a_clip_without_the_board_is_refused_with_the_likeliest_reason():
+    picture, _ = shown("charuco")
+    mirrored = np.ascontiguousarray(picture[:, ::-1])
+    with pytest.raises(VidtrackError, match=r"calibration/board: camera c shows no charuco.*mirrored"):
+        board_corners(
+            {"board": frames(mirrored)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
+        )
+
+
+def test_deep_pictures_are_read_as_their_bits_say():
+    picture, _ = shown("charuco")
+    deep = (picture.astype(np.uint16) << 4).astype(np.uint16)
+    found = board_corners(
+        {"board": frames(deep)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 12}, every=1
+    )
+    assert len(found.table) > 15

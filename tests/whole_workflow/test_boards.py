@@ -1,0 +1,80 @@
+"""An experiment that has a board and nothing surveyed, from the recordings to a trajectory (docs/boards.md)."""
+
+import json
+
+import cv2
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from tests.discs import picture
+from tests.whole_workflow.conftest import snakemake
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.simulate.board_picture import board_picture, drawing
+
+SIZE = (480, 360)
+SQUARE = 30.0
+BOARD = {"type": "charuco", "columns": 8, "rows": 6, "square": SQUARE, "world": "board/0"}
+PATH = np.stack([120 + 60 * np.sin(np.arange(5) / 3), np.full(5, 90.0), 30.0 + 5 * np.arange(5)], -1)
+"""Where the ball is, in the world that the board of the first view makes."""
+
+
+def cameras():
+    turns = [cv2.Rodrigues(np.array([0.0, 0.4 * i, 0.0]))[0] for i in range(2)]
+    places = [np.array([-400.0 * i, 0.0, 80.0 * i]) for i in range(2)]
+    return {
+        f"cam{i + 1}": Camera(238.3 + i, 181.2, 1, 1, 1.0, 520.0, -0.05 / 520**2, R, T, SIZE)
+        for i, (R, T) in enumerate(zip(turns, places, strict=True))
+    }
+
+
+def save(path, image):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(path), image)
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory):
+    """Nine views of the board by two cameras, and five pictures of a ball; no points.csv."""
+    folder, rng = tmp_path_factory.mktemp("boards"), np.random.default_rng(3)
+    bitmap, middle = drawing("charuco", 8, 6), np.array([120.0, 90.0, 0.0])
+    for k in range(9):
+        R = cv2.Rodrigues(rng.normal(0, 0.35, 3) if k else np.zeros(3))[0] @ np.diag([1.0, -1.0, -1.0])
+        centre = rng.uniform([-40, -80, 560], [240, 80, 850]) if k else np.array([100.0, 0.0, 700.0])
+        T = centre - R @ middle
+        world = (R, T) if k == 0 else world  # noqa: F821
+        for name, camera in cameras().items():
+            save(folder / f"calibration/board/{name}/{k:03d}.png", board_picture(camera, R, T, bitmap, SQUARE, rng=rng))
+    for k, p in enumerate(PATH):
+        for name, camera in cameras().items():
+            at = project(camera, world[0] @ p + world[1])
+            save(folder / f"runs/swing/{name}/{k:03d}.png", picture(SIZE[::-1], [(*at, 6)], noise=2, rng=rng))
+    (folder / "calibration/board/board.yaml").write_text(yaml.safe_dump(BOARD))
+    config = {"units": "mm", "cameras": {name: {"rate": 30} for name in cameras()}}
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    answer = snakemake(folder)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    return folder
+
+
+def test_the_ball_is_where_it_was_in_the_board_s_world(laboratory):
+    """Within 0.6 mm at 0.7 m: nine small pictures give f to about a thousandth."""
+    found = pd.read_parquet(laboratory / "results/runs/swing/trajectories.parquet")[["x", "y", "z"]].to_numpy()
+    assert np.abs(found - PATH).max() < 0.6
+
+
+def test_each_camera_has_its_lens_its_place_and_how_well_they_are_known(laboratory):
+    for name, camera in cameras().items():
+        record = json.loads((laboratory / f"results/calibration/{name}/camera.json").read_text())
+        assert record["f"] == pytest.approx(camera.f, rel=5e-3)
+        assert record["Cx"] == pytest.approx(camera.Cx, abs=3)
+        assert record["standard_errors"]["f"] > 0
+        assert record["board"]["views"] == 9
+
+
+def test_the_calibration_is_good_and_the_report_is_there(laboratory):
+    verdict = json.loads((laboratory / "results/verdict.json").read_text())
+    assert verdict["calibration"]["verdict"] in ("good", "doubtful")
+    assert "board-views" in {note["code"] for note in verdict["calibration"]["notes"]}
+    assert (laboratory / "results/report/calibration.html").stat().st_size > 10_000

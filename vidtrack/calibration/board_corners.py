@@ -1,0 +1,177 @@
+"""The corners of a board in a picture, to a fraction of a pixel, each with an sd from the picture itself.
+
+OpenCV's detectors find and name them (Garrido-Jurado et al. 2014; Duda and Frese 2018 for checkerboards). The sd is
+that of the least-squares corner (Foerstner and Guelch 1987): the noise of the grey levels over the gradients about it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.calibration.board import Board
+
+LEAST_CORNERS = 6
+"""Corners from which a view says something of the lens: six unknowns are its own pose."""
+WINDOW = 5
+"""px on each side of a corner whose gradients are counted."""
+LEAST_SD = 0.01
+
+
+class Seen(NamedTuple):
+    """What one picture shows of a board: n corners."""
+
+    ids: NDArray[np.intp]  # (n,) rows of Board.corners
+    b: Array  # (n, 2) px
+    sd: Array  # (n,) px
+
+
+def board_seen(board: Board, picture: NDArray[np.uint8]) -> Seen | None:
+    """The corners of a board in a picture (rows, columns); None where fewer than 6 are found."""
+    found = {"charuco": _charuco, "checkerboard": _checkerboard, "circles": _circles, "apriltag": _tags}[board.type](
+        board, picture
+    )
+    if found is None or len(found[0]) < LEAST_CORNERS:
+        return None
+    ids, b = found
+    return Seen(ids, b, corner_sd(picture, b))
+
+
+def _dictionary(board: Board) -> Any:
+    import cv2
+
+    return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, board.tags))
+
+
+def _parameters() -> Any:
+    import cv2
+
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    return parameters
+
+
+def _charuco(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
+    import cv2
+
+    drawn = cv2.aruco.CharucoBoard((board.columns, board.rows), 1.0, board.tag_side / board.square, _dictionary(board))
+    detector = cv2.aruco.CharucoDetector(drawn, cv2.aruco.CharucoParameters(), _parameters())
+    corners, ids, _, _ = detector.detectBoard(picture)
+    if ids is None or corners is None:
+        return None
+    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2))
+    return np.asarray(ids, np.intp).ravel(), b
+
+
+def _polished(picture: NDArray[np.uint8], b: Array) -> Array:
+    """Corners (n, 2) where the gradients about them meet, their window within a third of the way to the next."""
+    import cv2
+
+    apart = np.linalg.norm(b[:, None] - b[None], axis=-1) + 1e9 * np.eye(len(b))
+    half = int(np.clip(np.median(apart.min(1)) / 4, 2, 7))
+    end = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-4)
+    refined = cv2.cornerSubPix(picture, b.astype(np.float32)[:, None].copy(), (half, half), (-1, -1), end)[:, 0]
+    return np.asarray(np.where(np.linalg.norm(refined - b, axis=-1, keepdims=True) < half, refined, b), float)
+
+
+def _checkerboard(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
+    import cv2
+
+    size = (board.columns - 1, board.rows - 1)
+    if min(size) < 3:  # OpenCV refuses smaller ones
+        return None
+    good, corners = cv2.findChessboardCornersSB(
+        picture, size, flags=cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
+    )
+    if not good:
+        return None
+    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2))
+    return np.arange(len(b)), _upright(b, size)
+
+
+def _upright(b: Array, size: tuple[int, int]) -> Array:
+    """A checkerboard looks alike upside down: its first corner is taken as the upper left one, and never mirrored."""
+    grid = b.reshape(size[1], size[0], 2)
+    across, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    if across[0] * down[1] - across[1] * down[0] < 0:
+        grid = grid[:, ::-1]
+    first, last = grid[0, 0], grid[-1, -1]
+    if (first[1] + first[0]) > (last[1] + last[0]):
+        grid = grid[::-1, ::-1]
+    return np.ascontiguousarray(grid.reshape(-1, 2))
+
+
+def _circles(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
+    import cv2
+
+    size = (board.columns, board.rows)
+    good, centres = cv2.findCirclesGrid(picture, size, flags=cv2.CALIB_CB_SYMMETRIC_GRID)
+    if not good:
+        good, centres = cv2.findCirclesGrid(cv2.bitwise_not(picture), size, flags=cv2.CALIB_CB_SYMMETRIC_GRID)
+    if not good:
+        return None
+    return np.arange(board.columns * board.rows), _upright(np.asarray(centres, float).reshape(-1, 2), size)
+
+
+def _tags(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
+    import cv2
+
+    corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(board), _parameters()).detectMarkers(picture)
+    if ids is None:
+        return None
+    tags = np.asarray(ids, np.intp).ravel()
+    inside = tags < board.columns * board.rows
+    b = np.asarray(corners, float).reshape(-1, 4, 2)[inside]
+    return (tags[inside, None] * 4 + np.arange(4)).ravel(), b.reshape(-1, 2)
+
+
+def corner_sd(picture: NDArray[np.uint8], b: Array) -> Array:
+    """Standard deviation (n,) px of corners b (n, 2): the noise of grey levels over the gradients about each."""
+    import cv2
+
+    grey = picture.astype(np.float32)
+    noise = max(float(np.median(np.abs(cv2.Laplacian(grey, cv2.CV_32F)))) / 0.6745 / np.sqrt(20.0), 0.3)
+    gx, gy = cv2.Sobel(grey, cv2.CV_32F, 1, 0, scale=1 / 8), cv2.Sobel(grey, cv2.CV_32F, 0, 1, scale=1 / 8)
+    side = (2 * WINDOW + 1, 2 * WINDOW + 1)
+    xx, yy, xy = (cv2.boxFilter(g, cv2.CV_32F, side, normalize=False) for g in (gx * gx, gy * gy, gx * gy))
+    rows, columns = picture.shape
+    x = np.clip(np.rint(b[:, 0]).astype(int), 0, columns - 1)
+    y = np.clip(np.rint(b[:, 1]).astype(int), 0, rows - 1)
+    trace, det = xx[y, x] + yy[y, x], xx[y, x] * yy[y, x] - xy[y, x] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = noise**2 * trace / det / 2
+    return np.asarray(np.clip(np.sqrt(np.where(det > 0, variance, 1.0)), LEAST_SD, 2.0), float)
+
+
+def why_not(board: Board, picture: NDArray[np.uint8]) -> str:
+    """The likeliest reason why a picture shows no such board, for people; "" where none is seen."""
+    import cv2
+
+    if board.type in ("charuco", "apriltag"):
+        if board_seen(board, np.ascontiguousarray(picture[:, ::-1])) is not None:
+            return "it is there mirrored: print it again without mirroring, or flip the pictures back"
+        detector = cv2.aruco.ArucoDetector(_dictionary(board), _parameters())
+        _, ids, _ = detector.detectMarkers(picture)
+        if ids is not None and len(ids):
+            return (
+                f"tags of its dictionary are there ({len(ids)}, numbers up to {int(np.max(ids))}), but not where a "
+                f"board of {board.columns} x {board.rows} has them: are columns and rows right, and is it one board?"
+            )
+        for other in ("DICT_4X4_250", "DICT_5X5_250", "DICT_6X6_250", "DICT_7X7_250", "DICT_APRILTAG_36h11"):
+            dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, other))
+            _, ids, _ = cv2.aruco.ArucoDetector(dictionary, _parameters()).detectMarkers(picture)
+            if ids is not None and len(ids) > 3:
+                return f"its tags are of {other}, not {board.tags}: set dictionary"
+        return ""
+    turned = [(board.columns + i, board.rows + j) for i in (0, 1, -1) for j in (0, 1, -1) if (i, j) != (0, 0)]
+    for columns, rows in turned:
+        if min(columns, rows) < 3:
+            continue
+        other_board = Board(board.type, columns, rows, board.square)
+        if board_seen(other_board, picture) is not None:
+            what = "circles" if board.type == "circles" else "squares"
+            return f"a board of {columns} x {rows} {what} is there: columns and rows count {what}, not inner corners"
+    return ""

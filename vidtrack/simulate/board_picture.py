@@ -1,0 +1,101 @@
+"""Boards as a camera sees them: their drawing carried exactly through the camera and its lens, each pixel averaged.
+
+The drawing is a bitmap with many px a square; each pixel of the picture is the mean of some positions in it, each
+followed to the board's plane along its line of sight.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.geometry.camera import Camera, line_of_sight
+
+PER_SQUARE = 96
+"""px of the drawing a square: eight modules of a tag fall on whole px of three quarters of it."""
+MARGIN = 0.5
+"""Squares of white about the pattern."""
+OVER = 4
+"""Positions along each side of a pixel."""
+
+
+def drawing(kind: str, columns: int, rows: int, marker_share: float = 0.75, dictionary: str = "") -> NDArray[np.uint8]:
+    """The board as a bitmap, `MARGIN` squares of white about it: charuco, checkerboard, circles or apriltag."""
+    import cv2
+
+    size = (columns * PER_SQUARE, rows * PER_SQUARE)
+    side = round(marker_share * PER_SQUARE)
+    if kind == "charuco":
+        tags = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary or "DICT_5X5_250"))
+        board: Any = cv2.aruco.CharucoBoard((columns, rows), 1.0, marker_share, tags).generateImage(size)
+    else:
+        board = np.full(size[::-1], 255, np.uint8)
+        at = [(i, j) for j in range(rows) for i in range(columns)]
+        for n, (i, j) in enumerate(at):
+            x, y = i * PER_SQUARE, j * PER_SQUARE
+            if kind == "checkerboard" and (i + j) % 2 == 0:
+                board[y : y + PER_SQUARE, x : x + PER_SQUARE] = 0
+            elif kind == "circles":
+                centre = (x + PER_SQUARE // 2, y + PER_SQUARE // 2)
+                cv2.circle(board, centre, PER_SQUARE // 4, 0, -1, cv2.LINE_AA)
+            elif kind == "apriltag":
+                tags = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary or "DICT_APRILTAG_36h11"))
+                tag, gap = tags.generateImageMarker(n, side), (PER_SQUARE - side) // 2
+                board[y + gap : y + gap + side, x + gap : x + gap + side] = tag
+    edge = round(MARGIN * PER_SQUARE)
+    return np.pad(board, edge, constant_values=255)
+
+
+def board_picture(
+    camera: Camera,
+    R: Array,
+    T: Array,
+    bitmap: NDArray[np.uint8],
+    square: float,
+    *,
+    background: float = 110.0,
+    dark: float = 25.0,
+    bright: float = 215.0,
+    noise: float = 1.0,
+    rng: np.random.Generator | None = None,
+) -> NDArray[np.uint8]:
+    """What a camera sees of a board (rows, columns).
+
+    R, T        the board in the world: x along the columns, y up the rows, z out of its face; origin lower left
+    bitmap      from `drawing`
+    square      world units
+    noise       grey levels
+    """
+    import cv2
+
+    width, height = camera.image_size
+    offsets = (np.arange(OVER) + 0.5) / OVER - 0.5
+    X = (np.arange(width)[:, None] + offsets).ravel()
+    Y = (np.arange(height)[:, None] + offsets).ravel()
+    b = np.stack(np.meshgrid(X, Y), -1)
+    centre, d = line_of_sight(camera, b)
+    start, along = R.T @ (centre - T), d @ R
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -start[2] / along[..., 2]
+        p = start + t[..., None] * along
+    rows = (bitmap.shape[0] - 2 * round(MARGIN * PER_SQUARE)) / PER_SQUARE
+    x = (p[..., 0] / square + MARGIN) * PER_SQUARE - 0.5
+    y = (rows - p[..., 1] / square + MARGIN) * PER_SQUARE - 0.5
+    lost = ~np.isfinite(x) | ~np.isfinite(y) | (t <= 0)
+    x, y = np.where(lost, -1e6, x), np.where(lost, -1e6, y)
+    small = cv2.GaussianBlur(bitmap, (0, 0), 0.8)
+    level = cv2.remap(
+        dark + (bright - dark) * small.astype(np.float32) / 255,
+        x.astype(np.float32),
+        y.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=background,
+    )
+    picture = level.reshape(height, OVER, width, OVER).mean((1, 3))
+    if rng is not None:
+        picture = picture + rng.normal(0, noise, picture.shape)
+    return np.asarray(np.clip(np.rint(picture), 0, 255), np.uint8)

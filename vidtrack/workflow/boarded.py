@@ -1,0 +1,49 @@
+"""The settings of the rules that find and use a board, as `orders` has those of the others."""
+
+from __future__ import annotations
+
+from vidtrack.errors import VidtrackError
+from vidtrack.files.experiment import Experiment, board_of
+from vidtrack.settings.config import Settings
+from vidtrack.workflow.orders import Order, recording_of
+
+
+def board_clips(settings: Settings, experiment: Experiment, camera: str) -> list[str]:
+    """A camera's clips of a board."""
+    here = [n for n, c in experiment.clips.items() if camera in c.videos]
+    return [name for name in here if board_of(settings, experiment, name) is not None]
+
+
+def board_corners(settings: Settings, experiment: Experiment, camera: str) -> Order:
+    """Which board each of a camera's clips shows."""
+    return {
+        "camera": camera,
+        "clips": {
+            name: {
+                "board": _board(settings, experiment, name),
+                "recording": recording_of(settings, experiment.clips[name], camera),
+            }
+            for name in board_clips(settings, experiment, camera)
+        },
+    }
+
+
+def _board(settings: Settings, experiment: Experiment, clip: str) -> Order:
+    board = board_of(settings, experiment, clip)
+    assert board is not None, "only clips of a board come here"
+    return board.model_dump(exclude={"clips", "world"})
+
+
+def boards(settings: Settings, experiment: Experiment, cameras: list[str]) -> Order:
+    """The board that the cameras' clips show. VidtrackError where it is not one and the same."""
+    own = settings.calibration.board
+    clips = list(dict.fromkeys(clip for camera in cameras for clip in board_clips(settings, experiment, camera)))
+    described = [board for clip in clips if (board := board_of(settings, experiment, clip))]
+    shown = [_board(settings, experiment, clip) for clip in clips]
+    if different := [clip for clip, board in zip(clips, shown, strict=True) if board != shown[0]]:
+        raise VidtrackError(
+            f"calibration: clips {clips[0]} and {different[0]} show different boards. Use one board for all, or leave "
+            "one of the clips out."
+        )
+    world = next((board.world for board in [*described, *([own] if own else [])] if board.world), None)
+    return {"units": settings.units, "cameras": cameras, "board": shown[0], "world": world}
