@@ -378,22 +378,6 @@ rule track_wand:
         " --output background {output.background:q} --output picture {output.picture:q}"
 
 
-def of_wand(name, *, drop=False):
-    """A file of each camera's track of the wand, or of the ball that is dropped."""
-
-    def paths(w):
-        if not WAVED:
-            return []
-        clip = list(WANDS)[1] if drop and WAND["drop_cameras"] else WAND["clip"]
-        cameras = WAND["drop_cameras"] if drop else WAVED
-        return [
-            f"{RESULTS}/calibration/tracks/{clip}/{name.format(camera=c)}"
-            for c in cameras
-        ]
-
-    return results(paths)
-
-
 rule wand:
     input:
         tracks=of_wand("{camera}_tracklets.parquet"),

@@ -256,3 +256,19 @@ def of_lamp(run, name):
 def of_located(w, name):
     """A file of one camera's calibration, where the run is located by it."""
     return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []
+
+
+def of_wand(name, *, drop=False):
+    """A file of each camera's track of the wand, or of the ball that is dropped."""
+
+    def paths(w):
+        if not WAVED:
+            return []
+        clip = list(WANDS)[1] if drop and WAND["drop_cameras"] else WAND["clip"]
+        cameras = WAND["drop_cameras"] if drop else WAVED
+        return [
+            f"{RESULTS}/calibration/tracks/{clip}/{name.format(camera=c)}"
+            for c in cameras
+        ]
+
+    return results(paths)
