@@ -40,3 +40,21 @@ def test_whatever_is_not_known_or_forgotten_is_never_odd():
     own = known()
     own.forget(WHO)
     assert not own.unlike(readings(400.0, 150.0), WHO).any()
+
+
+def test_a_target_that_comes_nearer_and_goes_is_no_part_of_itself():
+    own, clear, grown = OwnSize(1), np.ones((1, 1), bool), []
+    for k in range(200):
+        reading = readings(113.0 * np.exp(0.12 * np.sin(2 * np.pi * 0.8 * k / 30)), 150.0)
+        own.follow(reading, clear, WHO)
+        grown.append(own.doubted(reading, WHO)[SD_X, 0, 0])
+    assert max(grown) == 0.01
+
+
+def test_a_rope_that_takes_a_third_within_three_samples_is_still_seen():
+    own, clear = OwnSize(1), np.ones((1, 1), bool)
+    for _ in range(20):
+        own.follow(readings(113.0, 150.0), clear, WHO)
+    for share in (0.9, 0.8, 0.67):
+        own.follow(readings(113.0 * share, 150.0), clear, WHO)
+    assert own.doubted(readings(113.0 * 0.67, 150.0), WHO)[SD_X, 0, 0] > 0.3

@@ -19,7 +19,9 @@ from vidtrack.tracking.state import CONTRAST, PIXELS, SD_X, SD_Y
 class OwnSizes:
     """When a size is not a target's own.
 
-    following    share by which the size that is remembered follows each reading
+    following    share by which the size and the light that are remembered follow each reading
+    nearer       |log| of the ratio of pixel counts, from sample to sample, by which the size follows at once: a target
+                 that comes nearer and goes by 6 % of its distance at 0.8 Hz makes 0.02 at 30 Hz
     odd          |log| of the ratio of pixel counts from which it is another thing, or a part
     light        of that: |log| of the ratio of contrasts from which it is a change of light
     doubtful_px  of its rim, the error of a pixel count: three of it are no chance
@@ -28,6 +30,7 @@ class OwnSizes:
     """
 
     following: float = 0.04
+    nearer: float = 0.025
     odd: float = 0.33
     light: float = 0.5
     doubtful_px: float = 0.45
@@ -87,4 +90,10 @@ class OwnSize:
         mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.log(mean[0] / old[0])
+            at_once = old[0] * np.exp(np.clip(off, -OWN_SIZES.nearer * count, OWN_SIZES.nearer * count))
+            known = np.isfinite(old[0]) & (count > 0)
+        further = known & (np.abs(at_once - old[0]) > np.abs(new[0] - old[0]))
+        new[0] = np.where(further, at_once, new[0])
         self._usual[:, who] = new
