@@ -16,7 +16,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import Settings, settings_from_config
-from vidtrack.workflow import orders
+from vidtrack.workflow import orders, report_orders
 from vidtrack.workflow.failure import write_failure
 from vidtrack.workflow.job import Job
 from vidtrack.workflow.provenance import place
@@ -61,7 +61,7 @@ class _Jobs:
         verdict = f"{self.results}/verdict.json"
         kinds = (".json", "points.parquet", "trajectories.parquet")
         read = [p for p in self.made if p.endswith(kinds) and "alone.json" not in p]
-        order = orders.verdict(self.settings, self.experiment)
+        order = report_orders.verdict(self.settings, self.experiment)
         self._do("verdict", order, {"results": [*read, *self.failures]}, {"verdict": verdict})
         record = yaml.safe_load(Path(verdict).read_text()) if os.path.isfile(verdict) else {}
         return Outcome([], record, self.lines)

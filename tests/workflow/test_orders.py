@@ -7,7 +7,7 @@ import pytest
 from vidtrack.files.experiment import Clip, Experiment, Run
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
-from vidtrack.workflow import orders
+from vidtrack.workflow import orders, report_orders
 from vidtrack.workflow.order_book import OrderBook
 
 
@@ -52,7 +52,7 @@ def test_all_targets_are_asked_of_tracking_locating_and_the_verdict():
     asked = config(r1={"targets": "all"})
     assert orders.track(asked, found, "r1", "cam1")["targets"] == "all"
     assert orders.locate(asked, found, "r1")["targets"] == "all"
-    assert orders.verdict(asked, found)["runs"]["r1"]["targets"] == "all"
+    assert report_orders.verdict(asked, found)["runs"]["r1"]["targets"] == "all"
 
 
 def test_calibration_clips_depend_on_no_setting_of_moving_targets():

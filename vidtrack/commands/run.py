@@ -99,7 +99,7 @@ def _verdict_of(folder: str, run: str) -> list[str]:
     from vidtrack.files.results_files import read_results
     from vidtrack.stages.verdict import verdict
     from vidtrack.verdict.judgement import terminal_lines
-    from vidtrack.workflow import orders
+    from vidtrack.workflow import report_orders
 
     with inside(folder):
         settings = settings_here()
@@ -108,7 +108,7 @@ def _verdict_of(folder: str, run: str) -> list[str]:
         for part in ("calibration", f"runs/{run}"):
             for here, _, names in os.walk(os.path.join(experiment.results, part)):
                 found += [os.path.join(here, n) for n in sorted(names) if _judged(here, n)]
-        asked = orders.verdict(settings, experiment)["runs"]
+        asked = report_orders.verdict(settings, experiment)["runs"]
         record = verdict(read_results(found), {run: asked[run]})
     lines = [line.removeprefix("vidtrack: ") for line in terminal_lines(record)]
     return [*lines, "report.html covers all runs: vidtrack run without --run writes it"]

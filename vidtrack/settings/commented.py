@@ -81,7 +81,7 @@ EXAMPLES: dict[str, str] = {
     "wand.lengths": "{A-B: 20.0}",
     "wand.clip": "wand",
     "wand.sigma": "0.01",
-    "wand.axes": "camera",
+    "wand.axes": "{origin: bob, up: [bob, hook], x: [left, right]}",
     "wand.axes.origin": "bob",
     "wand.axes.x": "[left, right]",
     "wand.axes.y": "[near, far]",

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from vidtrack.files.csv_checked import checked_csv
-from vidtrack.files.csv_columns import CAMPAIGN
 from vidtrack.files.experiment import (
     Clip,
     Experiment,
@@ -34,12 +32,12 @@ STILL_KEYS = ("polarity", "threshold", "centroid", "min_pixels", "start", "end",
 
 def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
     """How a run's targets are followed in one camera."""
-    own = _own(settings, run)
+    own = own_of(settings, run)
     return {
         "run": run,
         "camera": camera,
         "detect": without_colour(detect_for(settings, own, own.detect)),
-        "targets": _targets(settings, experiment.runs[run]),
+        "targets": targets_of(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
         "recording": recording_of(settings, experiment.runs[run], camera),
     }
@@ -57,7 +55,7 @@ def calibration_points(settings: Settings, experiment: Experiment, camera: str, 
         "clips": {
             clip: {
                 "tags": tags_of(settings, clip, tags),
-                "detect": _clip_detect(settings, clip),
+                "detect": {key: detect_of_clip(settings, clip)[key] for key in STILL_KEYS},
                 "recording": recording_of(settings, experiment.clips[clip], camera),
             }
             for clip in clips_of(settings, experiment, camera, after)
@@ -77,7 +75,7 @@ def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
     modes: dict[str, set[str]] = {}
     for name, run in experiment.runs.items():
         for camera in run.videos:
-            modes.setdefault(camera, set()).add(_own(settings, name).mode)
+            modes.setdefault(camera, set()).add(own_of(settings, name).mode)
     waved = wand_cameras(settings, experiment)
     return [
         camera
@@ -124,10 +122,8 @@ def calibrate(settings: Settings, camera: str, board: bool = False) -> Order:
 
 def _through(settings: Settings, camera: str) -> list[Order]:
     """The interfaces through which a camera sees, from it on."""
-    return [
-        {"name": name, **settings.interfaces[name].model_dump(exclude_none=True)}
-        for name in settings.cameras[camera].through
-    ]
+    named = settings.cameras[camera].through
+    return [{"name": name, **settings.interfaces[name].model_dump(exclude_none=True)} for name in named]
 
 
 def lens_of(settings: Settings, camera: str) -> Lens | None:
@@ -173,7 +169,7 @@ def back_project(settings: Settings, cameras: list[str]) -> Order:
 def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Which cameras' clocks are sought in the sound and the light of a run, and which cameras give the time."""
     here = experiment.runs[run]
-    cameras = [c for c in here.videos if c not in here.tracks] if _own(settings, run).mode == "space" else []
+    cameras = [c for c in here.videos if c not in here.tracks] if own_of(settings, run).mode == "space" else []
     methods = dict(zip(cameras, methods_of([settings.cameras[c].clock for c in cameras]), strict=True))
     sought = {c: [w for w in own if w != "motion"] for c, own in methods.items()}
     return {
@@ -187,7 +183,7 @@ def clocks(settings: Settings, experiment: Experiment, run: str) -> Order:
 
 def steadiness(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Of which cameras of a run it is seen whether they stood still: those that were filmed and calibrated by clips."""
-    own, here = _own(settings, run), experiment.runs[run]
+    own, here = own_of(settings, run), experiment.runs[run]
     seen = [c for c in here.videos if c not in here.tracks and c not in experiment.given]
     seen = [c for c in seen if not any(c in clip.digitised for clip in experiment.clips.values())]
     return {
@@ -195,7 +191,7 @@ def steadiness(settings: Settings, experiment: Experiment, run: str) -> Order:
         "run": run,
         "mode": own.mode,
         "cameras": seen,
-        "crop": {c: crop for c in seen if (crop := _crop(settings, run, c))},
+        "crop": {c: crop for c in seen if (crop := crop_of(settings, run, c))},
         "clip": own.plane.clip if own.plane else None,
         "scale": own.plane.scale if own.plane else None,
         "follow": settings.calibration.follow,
@@ -204,17 +200,17 @@ def steadiness(settings: Settings, experiment: Experiment, run: str) -> Order:
 
 def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
     """How a run's tracks become positions."""
-    own, here = _own(settings, run), experiment.runs[run]
+    own, here = own_of(settings, run), experiment.runs[run]
     plane = own.plane.model_dump() if own.plane else None
     return {
         "units": settings.units,
         "run": run,
         "mode": own.mode,
         "cameras": list(here.videos),
-        "targets": _targets(settings, here),
+        "targets": targets_of(settings, here),
         "clocks": {c: clock_of(settings, c) for c in here.videos},
         "readout_ms": {c: ms for c in here.videos if (ms := settings.cameras[c].readout_ms) is not None},
-        "crop": {c: crop for c in here.videos if (crop := _crop(settings, run, c))},
+        "crop": {c: crop for c in here.videos if (crop := crop_of(settings, run, c))},
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,
         "bodies": {name: body.targets for name, body in own.bodies.items()},
@@ -230,13 +226,13 @@ def kinematics(settings: Settings) -> Order:
 
 def bodies(settings: Settings, run: str) -> Order:
     """Which targets make a body, and where they sit in it."""
-    own = _own(settings, run).bodies
+    own = own_of(settings, run).bodies
     return {"units": settings.units, "run": run, "bodies": {name: body.targets for name, body in own.items()}}
 
 
 def analysis(settings: Settings, experiment: Experiment, run: str) -> Order:
     """What is estimated from a run's motions."""
-    own = _own(settings, run)
+    own = own_of(settings, run)
     wanted = own.analysis.model_dump() if own.analysis else {}
     return {
         "units": settings.units,
@@ -253,27 +249,13 @@ def analysis(settings: Settings, experiment: Experiment, run: str) -> Order:
 
 def lamp_of(settings: Settings, run: str) -> str | None:
     """The column of a lamp that joins the clock of other instruments to the video's, where there is one."""
-    channels = _own(settings, run).channels
+    channels = own_of(settings, run).channels
     return channels.clock.lamp if channels and channels.clock else None
-
-
-def exported(settings: Settings, run: str) -> tuple[str, ...]:
-    """The formats in which a run's results are wanted too."""
-    own = _own(settings, run).export
-    return settings.export if own is None else own
-
-
-def export(settings: Settings, run: str, format_name: str) -> Order:
-    """What a file of another program says beside the numbers."""
-    own = _own(settings, run)
-    axes = own.axes or settings.axes
-    order: Order = {"units": settings.units, "run": run, "format": format_name, "mode": own.mode}
-    return order | {"axes": axes.model_dump() if axes else None}
 
 
 def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
     """Which column of the contact sensor's record is compared with which target and axis."""
-    here, own = experiment.runs[run], _own(settings, run)
+    here, own = experiment.runs[run], own_of(settings, run)
     order: Order = {"units": settings.units, "run": run, "mode": own.mode}
     order |= {"time": None, "value": None, "axis": None, "target": None}
     if here.reference:
@@ -287,7 +269,7 @@ def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
 
 def waterline(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
     """Along which transects of a run the water's edge is followed."""
-    own = _own(settings, run)
+    own = own_of(settings, run)
     assert own.waterline is not None, "the rule exists only where the config names transects"
     return {
         "units": settings.units,
@@ -298,85 +280,22 @@ def waterline(settings: Settings, experiment: Experiment, run: str, camera: str)
         "detect": without_colour(detect_for(settings, own, own.detect)),
         "start_timecode": own.start_timecode,
         "clock": clock_of(settings, camera),
-        "crop": _crop(settings, run, camera),
+        "crop": crop_of(settings, run, camera),
         "recording": recording_of(settings, experiment.runs[run], camera),
-    }
-
-
-def verdict(settings: Settings, experiment: Experiment) -> Order:
-    """What the config asks of each run, so that what is missing is seen to be missing."""
-    return {"runs": {name: _asked(settings, run) for name, run in experiment.runs.items()}}
-
-
-def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
-    """How the recording is opened over which what was found is drawn."""
-    return {
-        "run": run,
-        "camera": camera,
-        "crop": _crop(settings, run, camera),
-        "recording": recording_of(settings, experiment.runs[run], camera),
-    }
-
-
-def campaign_rows(settings: Settings, experiment: Experiment) -> list[Order]:
-    """The runs of the campaign: those of runs.csv with their conditions, and those that it does not list."""
-    listed = checked_csv(experiment.campaign, CAMPAIGN, others="ignore") if experiment.campaign else {}
-    columns = {key: listed[key] for key in ("run", "H", "T", "heading", "scale", "repeat", "notes") if key in listed}
-    rows: list[Order] = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
-    names = {row["run"] for row in rows}
-    rows = [row | {"listed": True} for row in rows]
-    rows += [{"run": run, "listed": False} for run in experiment.runs if run not in names]
-    for row in rows:
-        row |= {key: None for key in ("H", "T", "heading", "scale") if row.get(key) != row.get(key)}  # NaN
-        if row.get("scale") is None:
-            row["scale"] = settings.scale
-        asked = _own(settings, row["run"]).analysis
-        row["analysis"] = asked.model_dump() if asked else None
-    return rows
-
-
-def campaign(settings: Settings, experiment: Experiment) -> Order:
-    """Under which conditions each run was made, and what is asked of it."""
-    return _titled(settings) | {"rows": campaign_rows(settings, experiment)}
-
-
-def report(settings: Settings, experiment: Experiment) -> Order:
-    """What the first page of the report shows."""
-    return _titled(settings) | {"runs": list(experiment.runs)}
-
-
-def report_calibration(settings: Settings) -> Order:
-    """What the page of the calibration says of itself."""
-    return _titled(settings) | {"cameras": sorted(settings.cameras)}
-
-
-def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
-    """What the page of a run says of itself, and what is asked of the run."""
-    return report_calibration(settings) | {"run": run, "asked": _asked(settings, experiment.runs[run])}
-
-
-def _asked(settings: Settings, run: Run) -> Order:
-    own = _own(settings, run.name)
-    return {
-        "mode": own.mode,
-        "cameras": list(run.videos),
-        "targets": _targets(settings, run) if own.mode != "waterline" else None,
     }
 
 
 _NOTHING_SAID = RunSettings()
 
 
-def _titled(settings: Settings) -> Order:
-    return {"title": settings.title or "Experiment", "units": settings.units}
-
-
-def _own(settings: Settings, run: str) -> RunSettings:
+def own_of(settings: Settings, run: str) -> RunSettings:
+    """What the config says of a run; nothing, where it does not name it."""
     return settings.runs.get(run, _NOTHING_SAID)
 
 
-def _targets(settings: Settings, run: Run) -> list[str] | int | str:
-    own = _own(settings, run.name).targets
+def targets_of(settings: Settings, run: Run) -> list[str] | int | str:
+    """The targets of a run: their names, how many, or all."""
+    own = own_of(settings, run.name).targets
     if own is None and run.tracks:
         return "all"  # as many as the files have
     if isinstance(own, int) or own == "all":
@@ -404,20 +323,15 @@ def without_colour(detect: Order) -> Order:
     return {key: value for key, value in detect.items() if key not in ("colour", "sd")}
 
 
-def _clip_detect(settings: Settings, clip: str) -> Order:
-    detect = detect_of_clip(settings, clip)
-    return {key: detect[key] for key in STILL_KEYS}
-
-
 def detect_of_clip(settings: Settings, clip: str) -> Order:
     """The detect settings of a clip."""
     own = settings.calibration.clips.get(clip)
     return detect_for(settings, own, own.detect) if own else detect_for(settings)
 
 
-def _crop(settings: Settings, run: str, camera: str) -> tuple[float, float, float, float] | None:
+def crop_of(settings: Settings, run: str, camera: str) -> tuple[float, float, float, float] | None:
     """The part of the calibration's picture that a run's picture shows, where the config says it."""
-    own = _own(settings, run).crop
+    own = own_of(settings, run).crop
     here = own.get(camera) if isinstance(own, dict) else own
     return here or settings.cameras[camera].crop
 

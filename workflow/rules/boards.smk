@@ -30,11 +30,6 @@ for camera in PLACED_BY_BOARD:
     BOOK.add("board_sightings", {"units": SETTINGS.units, "camera": camera}, [], camera)
 
 
-def of_boards(name):
-    """A file of each camera that saw the board."""
-    return results(lambda w: [f"{RESULTS}/boards/{c}/{name}" for c in BOARDED])
-
-
 rule board_corners:
     input:
         videos=lambda w: ancient(

@@ -10,11 +10,6 @@ NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
 DIGITISED = sorted({c for clip in EXPERIMENT.clips.values() for c in clip.digitised})
 
 
-def surveyed(clip_set):
-    """The cameras that surveyed points calibrate: not those that a board places."""
-    return [camera for camera in SETS[clip_set] if camera not in PLACED_BY_BOARD]
-
-
 for clip_set, members in SETS.items():
     for camera in EXPERIMENT.cameras_in_clips():
         clips = clips_seen(clip_set, camera)
@@ -101,11 +96,6 @@ if CALIBRATED:
 if CALIBRATED_AFTER:
     BOOK.add("stability", orders.back_project(SETTINGS, CALIBRATED_AFTER))
     CALIBRATION.append(f"{RESULTS}/calibration_after/stability.json")
-
-
-def camera_by_board(camera):
-    """Whether the lens of a camera is that of a board: the config names no other."""
-    return camera in BOARDED and orders.lens_of(SETTINGS, camera) is None
 
 
 by_board = results(f"{RESULTS}/boards/{{camera}}/lens.json")

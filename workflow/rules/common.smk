@@ -22,7 +22,14 @@ from vidtrack.files.experiment import (
 )
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.settings.config import settings_from_config
-from vidtrack.workflow import boarded, import_orders, orders, wand_orders, waved
+from vidtrack.workflow import (
+    boarded,
+    import_orders,
+    orders,
+    report_orders,
+    wand_orders,
+    waved,
+)
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked
@@ -272,3 +279,18 @@ def of_wand(name, *, drop=False):
         ]
 
     return results(paths)
+
+
+def of_boards(name):
+    """A file of each camera that saw the board."""
+    return results(lambda w: [f"{RESULTS}/boards/{c}/{name}" for c in BOARDED])
+
+
+def surveyed(clip_set):
+    """The cameras that surveyed points calibrate: not those that a board places."""
+    return [camera for camera in SETS[clip_set] if camera not in PLACED_BY_BOARD]
+
+
+def camera_by_board(camera):
+    """Whether the lens of a camera is that of a board: the config names no other."""
+    return camera in BOARDED and orders.lens_of(SETTINGS, camera) is None

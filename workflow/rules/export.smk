@@ -3,10 +3,10 @@
 import re
 
 EXPORTS = []
-WANTED = {run: orders.exported(SETTINGS, run) for run in LOCATED}
+WANTED = {run: report_orders.exported(SETTINGS, run) for run in LOCATED}
 EXPORTED = {}  # format, files, results that it reads: the runs
 if any(
-    orders.exported(SETTINGS, run) for run in EXPERIMENT.runs
+    report_orders.exported(SETTINGS, run) for run in EXPERIMENT.runs
 ):  # it loads the writers
     from vidtrack.exchange.formats import FORMATS, places
     from vidtrack.exchange.results import layout_of, result_paths, unsuited
@@ -17,7 +17,9 @@ if any(
         own = layout_of(SETTINGS, EXPERIMENT.runs[run])
         for name in names:
             if FORMATS[name].suits(own):
-                BOOK.add("export", orders.export(SETTINGS, run, name), [], run, name)
+                BOOK.add(
+                    "export", report_orders.export(SETTINGS, run, name), [], run, name
+                )
                 files = tuple(places(name, own._replace(name="{run}")))
                 read = result_paths(RESULTS, FORMATS[name], own._replace(name="{run}"))
                 read = tuple((key, tuple(paths)) for key, paths in read.items())
@@ -67,4 +69,4 @@ for (name, files, read), runs in EXPORTED.items():
             f"Writing {{wildcards.run}} as {name}"
         shell:
             "printf '%s\\n' {params:q} | python -m vidtrack export --account {output.account:q} --log {log:q}"
-            " --output record {output.record:q}" + PATHS[locals().get("rule", title)]
+            f" --output record {{output.record:q}}{PATHS[locals().get('rule', title)]}"

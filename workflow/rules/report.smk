@@ -19,7 +19,7 @@ OFFERED = [("overlay_film", *key) for key in FILMS if key not in FILMED]
 for run, camera in FILMS:
     BOOK.add(
         "overlay_film",
-        orders.overlay_film(SETTINGS, EXPERIMENT, run, camera),
+        report_orders.overlay_film(SETTINGS, EXPERIMENT, run, camera),
         [files_of(EXPERIMENT.runs[run], camera)],
         run,
         camera,
@@ -63,7 +63,7 @@ SHOWN_OF = {
     run: [*JUDGED_OF[run], *ALSO_SHOWN.get(run, []), *OF_CALIBRATION] for run in PAGED
 }
 # Of repeats of a run the analysis, for the type A part of its uncertainty.
-ROWS = orders.campaign_rows(SETTINGS, EXPERIMENT)
+ROWS = report_orders.campaign_rows(SETTINGS, EXPERIMENT)
 REPEATS = [[run for run in group if run in ANALYSED] for group in repeats(ROWS)]
 for group in REPEATS:
     for run in group:
@@ -79,12 +79,16 @@ REPORTED += [CALIBRATION_PAGE] if CALIBRATED or WAVED else []
 if CAMPAIGN:
     PAGES.append(CAMPAIGN_PAGE)
     REPORTED.append(CAMPAIGN_PAGE)
-    BOOK.add("campaign", orders.campaign(SETTINGS, EXPERIMENT), [EXPERIMENT.campaign])
-BOOK.add("report", orders.report(SETTINGS, EXPERIMENT) | {"results": listed(REPORTED)})
+    BOOK.add(
+        "campaign", report_orders.campaign(SETTINGS, EXPERIMENT), [EXPERIMENT.campaign]
+    )
+BOOK.add(
+    "report", report_orders.report(SETTINGS, EXPERIMENT) | {"results": listed(REPORTED)}
+)
 for run in PAGED:
     BOOK.add(
         "report_run",
-        orders.report_run(SETTINGS, EXPERIMENT, run)
+        report_orders.report_run(SETTINGS, EXPERIMENT, run)
         | {"results": listed(SHOWN_OF[run])},
         [],
         run,
@@ -92,7 +96,7 @@ for run in PAGED:
 if CALIBRATED or WAVED:
     BOOK.add(
         "report_calibration",
-        orders.report_calibration(SETTINGS)
+        report_orders.report_calibration(SETTINGS)
         | {"results": listed([*OF_CALIBRATION, *PICTURED])},
     )
 

@@ -50,7 +50,9 @@ JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/bodies.json" for run in BODIED]
 JUDGED += [f"{RESULTS}/runs/{run}/waterline.json" for run in WATERLINES]
 JUDGED += [f"{RESULTS}/runs/{run}/analysis.json" for run in ANALYSED]
-BOOK.add("verdict", orders.verdict(SETTINGS, EXPERIMENT) | {"results": listed(JUDGED)})
+BOOK.add(
+    "verdict", report_orders.verdict(SETTINGS, EXPERIMENT) | {"results": listed(JUDGED)}
+)
 
 
 rule verdict:
