@@ -5,7 +5,7 @@ import pytest
 from vidtrack.errors import VidtrackError
 from vidtrack.workflow import shipped
 from vidtrack.workflow.fingerprint import PACKAGE
-from vidtrack.workflow.shipped import workflow_file
+from vidtrack.workflow.shipped import PLANS, SCENARIOS, example_or_file, workflow_file
 
 
 def test_the_repos_own_files_are_used_where_the_package_lies_in_it():
@@ -21,6 +21,18 @@ def test_files_inside_the_package_are_used_where_it_was_installed(tmp_path, monk
     assert workflow_file("Snakefile") == str(package / "shipped/Snakefile")
     with pytest.raises(VidtrackError, match="not installed"):
         workflow_file("profiles", "none")
+
+
+def test_a_name_that_is_no_example_and_no_file_is_refused_with_the_nearest(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in SCENARIOS:
+        assert example_or_file(name, SCENARIOS).endswith(f"data/{name}.yaml")
+    with pytest.raises(VidtrackError, match=r"wnad: no such file. Did you mean 'wand'"):
+        example_or_file("wnad", SCENARIOS)
+    with pytest.raises(VidtrackError, match=r"board.yaml: no such file.*comes with vidtrack: thesis"):
+        example_or_file("board.yaml", PLANS)
+    (tmp_path / "tank").write_text("")
+    assert example_or_file("tank", SCENARIOS) == "tank"
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import click
 
 _EXAMPLES = """
@@ -42,7 +44,7 @@ def _board(path: str, kind: str, columns: int, rows: int, square: float) -> int:
     if kind not in ("charuco", "checkerboard", "circles", "apriltag"):
         raise VidtrackError(f"--type {kind}: there are charuco, checkerboard, circles and apriltag.")
     if not path.lower().endswith(".pdf"):
-        raise VidtrackError(f"{path}: a board is written as PDF. Name it {path}.pdf.")
+        raise VidtrackError(f"{path}: a board is written as PDF. Name it {os.path.splitext(path)[0]}.pdf.")
     if not (3 <= columns <= 60 and 3 <= rows <= 60 and 1 <= square <= 1000):
         raise VidtrackError("a board has 3 to 60 columns and rows of 1 to 1000 mm.")
     edge = round(MARGIN * PER_SQUARE)

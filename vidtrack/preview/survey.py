@@ -101,6 +101,8 @@ def _calibration(settings: Settings, experiment: Experiment, camera: str, found:
     about = f"calibration, {camera}"
     for problem in view.problems:
         found.warn("failed", "calibration-refused", f"{about}: {problem}")
+    if view.later:
+        found.say(about, f"calibrated by {view.later}; the run says how well")
     if view.sightings is not None:
         table = view.sightings.table
         seen = table[table["found"]]
@@ -136,7 +138,7 @@ def _recording(
         look = look_at(path, how, start_timecode=own.start_timecode if own else None)
         looks[camera] = look
         info = look.info
-        time = f"time code ({info.time.source})" if info.time.source else "no time code"
+        time = f"time code ({info.time.source})" if info.time.anchors else "no time code"
         found.say(
             about,
             f"{info.codec}, {info.width} x {info.height}, {float(info.rate):.5g} a second, {look.frames} frames, "

@@ -8,6 +8,7 @@ import os
 from collections.abc import Mapping
 
 from vidtrack.errors import VidtrackError
+from vidtrack.naming import did_you_mean
 from vidtrack.workflow.fingerprint import PACKAGE
 
 
@@ -30,5 +31,18 @@ PLANS = {"thesis": ("data", "sensitivity", "thesis.yaml")}
 
 
 def example_or_file(name: str, examples: Mapping[str, tuple[str, ...]]) -> str:
-    """The path of an example that comes with vidtrack, where `name` is one and no file of that name is here."""
-    return workflow_file(*examples[name]) if name in examples and not os.path.isfile(name) else name
+    """The path of an example that comes with vidtrack, where `name` is one and no file of that name is here.
+
+    VidtrackError where it is neither.
+    """
+    if os.path.exists(name):
+        return name
+    if name in examples:
+        return workflow_file(*examples[name])
+    near = did_you_mean(name, examples)
+    hint = (
+        f"Did you mean {near!r}?"
+        if near
+        else f"Name a YAML file, or one that comes with vidtrack: {', '.join(examples)}."
+    )
+    raise VidtrackError(f"{name}: no such file. {hint}")

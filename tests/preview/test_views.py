@@ -1,0 +1,79 @@
+"""What is known of a camera before anything runs, whatever it is calibrated by."""
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.preview.survey import survey
+from vidtrack.preview.views import opened_with, view_of
+from vidtrack.settings.config import settings_from_config
+
+LENS = {"fx": 530.0, "cx": 255.5, "cy": 239.5}
+BOARD = {"type": "charuco", "columns": 8, "rows": 6, "square": 30}
+WAND = {"lengths": {"A-B": 20.0}, "axes": "camera"}
+
+
+def filmed(folder, clip, config, monkeypatch):
+    """An experiment of two cameras whose only clip is two dark pictures each."""
+    for camera in ("cam1", "cam2"):
+        (folder / "calibration" / clip / camera).mkdir(parents=True)
+        for k in range(2):
+            cv2.imwrite(str(folder / "calibration" / clip / camera / f"{k}.png"), np.full((48, 64), 20, np.uint8))
+    config = {"units": "mm", "cameras": {"cam1": {"rate": 30}, "cam2": {"rate": 30}}} | config
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    monkeypatch.chdir(folder)
+    settings = settings_from_config(config)
+    return settings, checked_experiment(settings)
+
+
+@pytest.mark.parametrize(
+    ("clip", "calibration", "by"),
+    [
+        ("wand", {"wand": WAND}, "the wand in calibration/wand"),
+        ("board", {"board": BOARD}, "the charuco board in calibration/board (8 x 6, squares of 30 mm)"),
+    ],
+)
+def test_a_wand_or_a_board_needs_no_surveyed_points(clip, calibration, by, tmp_path, monkeypatch):
+    settings, experiment = filmed(tmp_path, clip, {"calibration": calibration}, monkeypatch)
+    found = survey(settings, experiment, 1, lambda what: None)
+    assert not [finding for finding in found.findings if finding.level == "failed"]
+    assert [what for about, what in found.facts if about == "calibration, cam1"] == [
+        f"calibrated by {by}; the run says how well"
+    ]
+    assert opened_with(settings, experiment, "clip", clip, "cam1") == {"rate": 30, "numbered": True}
+
+
+@pytest.mark.slow
+def test_a_known_lens_is_held_as_in_the_workflow(lab, monkeypatch):
+    config = yaml.safe_load((lab / "config.yaml").read_text())
+    config["calibration"]["lens"] = LENS
+    monkeypatch.chdir(lab)
+    settings = settings_from_config(config)
+    found = survey(settings, checked_experiment(settings), 1, lambda what: None)
+    assert any("the lens is that of" in finding.text for finding in found.findings)
+
+
+def test_a_lens_of_another_shape_is_a_problem_of_the_camera(lab, monkeypatch):
+    from itertools import islice
+
+    from vidtrack.preview.views import Few
+    from vidtrack.video.reader import open_video
+
+    def read(clip, path, how):
+        with open_video(path, **how) as video:
+            return Few(list(islice(video.frames(), 1)), (video.info.width, video.info.height), video.info.bits)
+
+    (lab / "lens.yml").write_text(
+        "image_width: 1920\nimage_height: 400\n"
+        "camera_matrix: {rows: 3, cols: 3, data: [900, 0, 960, 0, 900, 200, 0, 0, 1]}\n"
+        "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
+    )
+    config = yaml.safe_load((lab / "config.yaml").read_text())
+    config["calibration"]["lens"] = "lens.yml"
+    monkeypatch.chdir(lab)
+    settings = settings_from_config(config)
+    view = view_of(settings, checked_experiment(settings), "cam1", read)
+    assert view.calibration is None
+    assert any("lens.yml" in problem for problem in view.problems)
