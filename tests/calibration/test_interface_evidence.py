@@ -70,6 +70,20 @@ def test_a_surface_that_is_not_level_is_found():
     assert wrong.code == "interface-wrong"
 
 
+@pytest.mark.parametrize(("camera", "there"), [(WET, (0, 400, 0)), (ABOVE, (0, 0, -400))])
+def test_a_plane_behind_all_points_that_look_wet_is_found(camera, there):
+    # the sign of a coordinate is wrong: no line of sight meets the plane, and the camera is as one without it
+    (wrong,) = found(camera, config(camera.through[0], point=there))
+    assert (wrong.code, wrong.level) == ("interface-wrong", "doubtful")
+    assert "on the camera's side" in wrong.text
+    assert "through water" in wrong.text
+
+
+def test_points_in_the_air_alone_do_not_accuse_a_surface_beyond_them():
+    (unused,) = found(DRY, config(WINDOW, point=(0, 400, 0)))
+    assert (unused.code, unused.level) == ("interface-unused", "note")
+
+
 def test_a_wrong_index_is_found():
     (wrong,) = found(WET, config(WINDOW, indices=(1.0, 1.49, 1.0), sigma=EXACT))
     assert wrong.code == "interface-wrong"

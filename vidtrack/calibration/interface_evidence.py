@@ -65,10 +65,37 @@ def interface_findings(stated: Points, points: Points, answer: Answer, units: st
 
     stated   the points with the noise as it was given: where the fit leaves no more, no interface is missing
     """
+    if unused := _unused(answer.camera, points):
+        return _nothing_behind(unused, stated, points, answer)
     if answer.camera.through:
         found = [_off(interface, units) for interface in answer.camera.through]
         return [each for each in found if each] or _moved(points, answer, units)
     return [] if _explained(stated, answer) else _missing(points, answer)
+
+
+def _unused(camera: Camera, points: Points) -> list[str]:
+    """The camera's interfaces, where all points lie on its side of each of them."""
+    names = []
+    for interface in camera.through:
+        side = np.sign((interface.point - camera.position) @ interface.normal)
+        if (side * ((points.p - interface.point) @ interface.normal) > 0).any():
+            return []
+        names.append(interface.name)
+    return names
+
+
+def _nothing_behind(names: list[str], stated: Points, points: Points, answer: Answer) -> list[Finding]:
+    """Interfaces that no point is seen through: a wrong place, if the points look as seen through water."""
+    text = (
+        f"interface {' and '.join(names)}: all points lie on the camera's side of it, so that none of them shows where "
+        "it is"
+    )
+    wet = [] if _explained(stated, answer) else _missing(points, answer)
+    if not wet:
+        cure = "If the points were filmed through it, correct its point or normal under interfaces in config.yaml."
+        return [Finding("note", "interface-unused", text + ".", cure)]
+    cure = "Correct its point or normal under interfaces in config.yaml."
+    return [Finding("doubtful", "interface-wrong", f"{text}, and {each.text}", cure) for each in wet]
 
 
 def _off(interface: Interface, units: str) -> Finding | None:
