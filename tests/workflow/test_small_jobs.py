@@ -212,3 +212,27 @@ def test_the_server_of_a_snakemake_ends_with_it_and_leaves_nothing():
     assert server._process.returncode == 0
     assert SERVER not in os.environ
     assert not os.path.exists(os.path.dirname(place))
+
+
+def test_a_snakemake_that_was_killed_leaves_no_folder_of_its_server(tmp_path):
+    code = "import time\nfrom vidtrack.workflow.small_jobs import JobServer\n"
+    code += "server = JobServer()\nprint(flush=True)\ntime.sleep(60)"
+    snakemake = subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": HOUSE, "TMPDIR": str(tmp_path)},
+        stdout=subprocess.PIPE,
+    )
+    with snakemake:
+        snakemake.stdout.readline()
+        (folder,) = tmp_path.glob("vidtrack-*")
+        wait_for((folder / "jobs").exists)
+        snakemake.kill()
+    wait_for(lambda: not folder.exists())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_server_keeps_a_folder_that_holds_more_than_its_socket(served):
+    (served.folder / "mine.txt").write_text("kept")
+    served.process.stdin.close()
+    assert served.process.wait(timeout=30) == 0
+    assert [path.name for path in served.folder.iterdir()] == ["mine.txt"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -12,9 +13,24 @@ from vidtrack.errors import VidtrackError
 from vidtrack.geometry.interface import Interface
 from vidtrack.lengths import METRES
 
-# ASSUME: where nothing is said, a plane is measured to 5 mm and levelled to half a degree; handbooks know indices
-# better than the points do, to 0.001, and a pane's thickness is what its maker says.
-POSITION_SD_M, TILT_SD_DEG, INDEX_SD, THICKNESS_SD = 0.005, 0.5, 0.001, 0.0
+
+@dataclass(frozen=True)
+class InterfaceSettings:
+    """What is assumed of an interface where the config says nothing of its errors; standard deviations."""
+
+    position_sd_m: float = 0.005
+    """m, along the normal: a plane is measured with a rule."""
+    tilt_sd_deg: float = 0.5
+    """Degrees about either axis: a plane is levelled with a spirit level."""
+    index_sd: float = 0.001
+    """Of refraction: handbooks know it better than the points do."""
+    thickness_sd: float = 0.0
+    """The experiment's unit: a pane is as thick as its maker says."""
+    same_index: float = 0.01
+    """Largest difference of the two indices that are given for one medium."""
+
+
+SETTINGS = InterfaceSettings()
 
 
 def interfaces_from_settings(where: str, through: Sequence[Mapping[str, Any]], units: str) -> tuple[Interface, ...]:
@@ -38,7 +54,7 @@ def interfaces_from_settings(where: str, through: Sequence[Mapping[str, Any]], u
             raise VidtrackError(f"{where}: {error}. Correct it under interfaces in config.yaml.") from None
         found.append(with_sigma(interface, sigma, units))
     for first, second in pairwise(found):
-        if abs(first.indices[-1] - second.indices[0]) > 0.01:
+        if abs(first.indices[-1] - second.indices[0]) > SETTINGS.same_index:
             raise VidtrackError(
                 f"{where}: behind interface {first.name} the index is {first.indices[-1]:g}, before {second.name} "
                 f"{second.indices[0]:g}. Give the same medium, or the order in which light passes them from the camera."
@@ -56,10 +72,10 @@ def with_sigma(interface: Interface, sigma: Mapping[str, float], units: str) -> 
     """The interface with what is known of it: sigma as in the config, defaults where it says nothing."""
     metre = 1 / METRES[units]
     given = {
-        "position": sigma.get("position", POSITION_SD_M * metre),
-        "tilt": np.radians(sigma.get("tilt", TILT_SD_DEG)),
-        "thickness": sigma.get("thickness", THICKNESS_SD),
-        "index": sigma.get("index", INDEX_SD),
+        "position": sigma.get("position", SETTINGS.position_sd_m * metre),
+        "tilt": np.radians(sigma.get("tilt", SETTINGS.tilt_sd_deg)),
+        "thickness": sigma.get("thickness", SETTINGS.thickness_sd),
+        "index": sigma.get("index", SETTINGS.index_sd),
     }
     each = []
     for name in interface.parameters:

@@ -2,9 +2,10 @@
 
     python -m vidtrack.workflow.job_server SOCKET
 
-It serves one call of Snakemake: it ends, and its jobs with it, when its standard input is closed, so that a Snakemake
-that was killed leaves no small job at work. A job whose caller is gone is killed too. Nothing but imports is done
-before a fork: no thread runs and no file is open then, and a job does what it would do in a process of its own.
+It serves one call of Snakemake: when its standard input is closed, it ends its jobs, removes its socket and the folder
+of that, and ends, so that a Snakemake that was killed leaves no small job at work and no file. A job whose caller is
+gone is killed too. Nothing but imports is done before a fork: no thread runs and no file is open then, and a job does
+what it would do in a process of its own.
 """
 
 from __future__ import annotations
@@ -185,8 +186,18 @@ def main(place: str) -> int:
         for name in LIBRARIES:
             with suppress(ImportError):
                 importlib.import_module(name)
-        Server(listener).serve()
+        try:
+            Server(listener).serve()
+        finally:
+            _remove(place)
     return 0
+
+
+def _remove(place: str) -> None:
+    """The socket, and its folder where that holds nothing else."""
+    with suppress(OSError):
+        os.unlink(place)
+        os.rmdir(os.path.dirname(os.path.abspath(place)))
 
 
 if __name__ == "__main__":
