@@ -247,3 +247,51 @@ def test_a_camera_looks_through_one_interface_or_several_in_order():
 def test_interfaces_that_cannot_be_are_refused_in_a_line(interfaces, through, says):
     lines = refusals(interfaces=interfaces, cameras={"cam1": {"through": through}})
     assert any(says in line for line in lines), lines
+
+
+@pytest.mark.parametrize(
+    ("wand", "what"),
+    [
+        ({"lengths": {"AB": 20}}, "calibration.wand: lengths names 1 balls; a wand has 2 or 3"),
+        ({"lengths": {"A-B": 20, "C-D": 5}}, "calibration.wand: lengths names 4 balls"),
+        ({"lengths": {"A-B": 20}, "axes": {"origin": "bob"}}, "calibration.wand.axes: name up, level or drop"),
+        ({"lengths": {"A-B": 20}, "axes": {"x": ["a", "b"]}}, "calibration.wand.axes: name up, level or drop"),
+        ({"lengths": {"A-B": 20}, "axes": "cam1"}, "calibration.wand.axes: takes `key: value` lines, not 'cam1'. Or: "),
+        (20, "calibration.wand: takes `key: value` lines, not 20."),
+    ],
+)
+def test_a_wand_that_cannot_be_is_refused_before_any_work_in_one_line(wand, what):
+    with pytest.raises(VidtrackError) as refusal:
+        settings_from_config({"units": "in", "cameras": {"cam1": {}}, "calibration": {"wand": wand}})
+    (line,) = refusal.value.problems
+    assert what in line
+
+
+def test_a_single_length_is_that_of_a_wand_of_two_balls():
+    for key in ("length", "lengths"):
+        config = {"units": "in", "cameras": {"cam1": {}}, "calibration": {"wand": {key: 20}}}
+        assert settings_from_config(config).calibration.wand.lengths == {"A-B": 20}
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("type: charucco\ncolumns: 8\nrows: 6\nsquare: 30", "type: 'charucco' is not"),
+        ("columns: 8\nrows: 6\nsquare: 30\nmarkr: 20", "markr: no such setting; did you mean 'marker'?"),
+        ("columns: 8\nrows: 6", "square: missing. Give it; it has no default."),
+        ("", "empty. Write type, columns, rows and square"),
+        ("- 8\n- 6", "takes `key: value` lines"),
+        ("columns: 8\nrows: 6\nsquare: 30\nmarker: 40", "a marker of 40 does not fit in a square of 30."),
+    ],
+)
+def test_mistakes_in_a_board_s_description_read_as_those_of_the_config(tmp_path, text, what):
+    from vidtrack.settings.board import board_from_yaml
+
+    path = tmp_path / "board.yaml"
+    path.write_text(text)
+    with pytest.raises(VidtrackError) as refusal:
+        board_from_yaml(str(path))
+    (line,) = refusal.value.problems
+    assert line.startswith(f"{path}: ")
+    assert what in line
+    assert "{" not in line.replace("`", "")

@@ -158,7 +158,7 @@ def why_not(board: Board, picture: NDArray[np.uint8]) -> str:
         if ids is not None and len(ids):
             return (
                 f"tags of its dictionary are there ({len(ids)}, numbers up to {int(np.max(ids))}), but not where a "
-                f"board of {board.columns} x {board.rows} has them: are columns and rows right, and is it one board?"
+                f"board of {board.columns} x {board.rows} has them: other columns or rows, or several boards"
             )
         for other in ("DICT_4X4_250", "DICT_5X5_250", "DICT_6X6_250", "DICT_7X7_250", "DICT_APRILTAG_36h11"):
             dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, other))

@@ -8,6 +8,7 @@ import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from vidtrack.errors import VidtrackError
+from vidtrack.settings.mistakes import mistakes
 from vidtrack.settings.sections import Name, Positive, Section
 
 Count = Annotated[int, Field(ge=3, le=60)]
@@ -55,9 +56,10 @@ def board_from_yaml(path: str) -> Board:
     try:
         with open(path, encoding="utf-8-sig") as file:
             found: Any = yaml.safe_load(file)
+        if found is None:
+            raise VidtrackError(f"{path}: empty. Write type, columns, rows and square of the board.")
         return Board.model_validate(found)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise VidtrackError(f"{path}: cannot be read as YAML ({str(error).splitlines()[0]}).") from None
     except ValidationError as error:
-        lines = [f"{path}: {'.'.join(map(str, e['loc'])) or 'board'}: {e['msg']}" for e in error.errors()]
-        raise VidtrackError(*lines) from None
+        raise VidtrackError(*mistakes(path, error.errors(), Board)) from None

@@ -6,8 +6,7 @@ The JSON schema in workflow/schemas is made from here (`python -m vidtrack.setti
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
@@ -20,6 +19,7 @@ from vidtrack.settings.cameras import Camera
 from vidtrack.settings.detection import Detect, DetectChange
 from vidtrack.settings.exports import DESCRIPTION, Formats
 from vidtrack.settings.interfaces import Interface
+from vidtrack.settings.mistakes import mistakes
 from vidtrack.settings.report import Report
 from vidtrack.settings.runs import Run
 from vidtrack.settings.sections import Name, Positive, Section
@@ -72,7 +72,7 @@ def settings_from_config(config: Mapping[str, Any], where: str = "config.yaml") 
     except ValidationError as error:
         errors = error.errors()
         more = [f"{where}: and {len(errors) - LINES + 1} more problems."] if len(errors) > LINES else []
-        raise VidtrackError(*_lines(where, errors[: LINES - 1] if more else errors), *more) from None
+        raise VidtrackError(*mistakes(where, errors[: LINES - 1] if more else errors, Settings), *more) from None
     if unknown := _unknown_interfaces(settings):
         raise VidtrackError(*(f"{where}: {line}" for line in unknown))
     return settings
@@ -112,72 +112,6 @@ def _filled(config: Mapping[str, Any]) -> dict[str, Any]:
         clips = {str(k): {} if v is None else v for k, v in calibration["clips"].items()}
         filled["calibration"] = {**calibration, "clips": clips}
     return filled
-
-
-_BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|float$|int$|str$|Clock$|\[key\]|nullable)")
-"""What pydantic adds to a place to say which of several allowed forms it tried."""
-
-
-def _lines(where: str, problems: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line for each place that is wrong, whatever the number of forms that were tried there."""
-    found: dict[str, list[str]] = {}
-    for problem in problems:
-        path = [str(part) for part in problem["loc"] if not _BRANCHES.match(str(part))]
-        if problem["type"] == "literal_error" and isinstance(problem["input"], Mapping):
-            continue  # the other form of this place has reported what is wrong inside
-        found.setdefault(".".join(path), []).append(_message(path, problem))
-    return [
-        f"{where}: {place + ': ' if place else ''}{' Or: '.join(dict.fromkeys(texts))}"
-        for place, texts in found.items()
-    ]
-
-
-def _message(path: list[str], problem: Mapping[str, Any]) -> str:
-    kind, context, value = problem["type"], problem.get("ctx", {}), _short(problem["input"])
-    if kind == "extra_forbidden":
-        here = _known_keys(path[:-1])
-        near = did_you_mean(path[-1], here) or did_you_mean(path[-1], _all_keys())
-        return "no such setting; " + (f"did you mean {near!r}?" if near else f"known here: {', '.join(here)}.")
-    if kind == "missing":
-        return "missing. Give it; it has no default."
-    if kind == "literal_error":
-        near = did_you_mean(str(problem["input"]), re.findall(r"'([^']*)'", context["expected"]))
-        return f"{value} is not {context['expected']}" + (f"; did you mean {near!r}?" if near else ".")
-    message = str(context["error"]) if kind == "value_error" else str(problem["msg"])
-    return f"{message[0].lower()}{message[1:]}, not {value}."
-
-
-def _all_keys() -> list[str]:
-    schema = Settings.model_json_schema(by_alias=True)
-    parts = [schema, *schema.get("$defs", {}).values()]
-    return sorted({key for part in parts for key in part.get("properties", {})})
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _known_keys(path: list[str]) -> list[str]:
-    """The keys that are allowed at a place of the config."""
-    schema: Any = Settings.model_json_schema(by_alias=True)
-    definitions = schema.get("$defs", {})
-
-    def resolved(node: Any) -> Any:
-        while "$ref" in node:
-            node = definitions[node["$ref"].rsplit("/", 1)[1]]
-        for choice in node.get("anyOf", ()):
-            inner = resolved(choice)
-            if "properties" in inner or "additionalProperties" in inner:
-                return inner
-        return node
-
-    node = resolved(schema)
-    for part in path:
-        properties = node.get("properties", {})
-        node = properties.get(part, node.get("additionalProperties") or {})
-        node = resolved(node) if isinstance(node, dict) else {}
-    return list(node.get("properties", {}))
 
 
 def schema_text() -> str:

@@ -37,6 +37,12 @@ class WandAxes(Section):
         None, description="clip of a ball that is dropped: z is against its fall, and gravity checks the wand's length"
     )
 
+    @model_validator(mode="after")
+    def _enough(self) -> WandAxes:
+        if not (self.up or self.level or self.drop) and not (self.x and self.y):
+            raise ValueError("name up, level or drop, or both x and y")
+        return self
+
 
 class Wand(Section):
     """A wand of two or three balls at known distances, waved through the volume before all cameras."""
@@ -61,11 +67,19 @@ class Wand(Section):
     @model_validator(mode="before")
     @classmethod
     def _one_length(cls, values: Any) -> Any:
-        """`length: 20` is a wand of two balls."""
+        """`length: 20`, or `lengths: 20`, is a wand of two balls."""
+        if isinstance(values, dict) and isinstance(values.get("lengths"), (int, float)):
+            return {**values, "lengths": {"A-B": values["lengths"]}}
         if isinstance(values, dict) and "length" in values and "lengths" not in values:
             rest = {key: value for key, value in values.items() if key != "length"}
             return {**rest, "lengths": {"A-B": values["length"]}}
         return values
+
+    @model_validator(mode="after")
+    def _two_or_three_balls(self) -> Wand:
+        if self.balls not in (2, 3) or any(len(name.split("-")) != 2 for name in self.lengths):
+            raise ValueError(f"lengths names {self.balls} balls; a wand has 2 or 3, each distance named as A-B")
+        return self
 
     @property
     def drop(self) -> str | None:

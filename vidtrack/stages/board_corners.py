@@ -88,7 +88,12 @@ def board_corners(
                 or "is it sharp, lit evenly, wholly in view, with a white margin; and are its type and numbers right"
             )
             findings.append(
-                Finding("bad", "board-not-found", f"{text}: {cure}.", "Correct board, or leave the clip out.")
+                Finding(
+                    "bad",
+                    "board-not-found",
+                    f"{text}: {cure}.",
+                    "Correct the board's description, or leave the clip out.",
+                )
             )
     if not parts:
         raise VidtrackError(*(f"{finding.text} {finding.cure}" for finding in findings))
