@@ -21,6 +21,10 @@ def test_a_folder_without_recordings_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.slow
+def heeds_ctrl_c():
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_the_address_is_printed_and_ctrl_c_ends_it(tmp_path):
     import cv2
     import numpy as np
@@ -29,7 +33,8 @@ def test_the_address_is_printed_and_ctrl_c_ends_it(tmp_path):
     (tmp_path / "runs/a").mkdir(parents=True)
     cv2.imwrite(str(tmp_path / "runs/a/cam1.png"), np.zeros((40, 50), np.uint8))
     command = [sys.executable, "-m", "vidtrack.command", "pick", str(tmp_path), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ) as child:
+    # where the tests themselves run in the background, an interrupt is ignored, and that is inherited
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ, preexec_fn=heeds_ctrl_c) as child:
         line = child.stdout.readline()
         address, token = line.removeprefix("the page: ").strip().split("?token=")
         wire = http.client.HTTPConnection(address.removeprefix("http://").rstrip("/"))
