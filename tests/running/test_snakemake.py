@@ -25,7 +25,7 @@ def test_a_run_says_the_verdict_last_and_keeps_snakemakes_text_in_a_log(laborato
     assert done.returncode == 0, done.stderr
     *_, still, report = done.stderr.splitlines()
     assert still.startswith(("run still: ", "run pluck: ", "calibration: "))
-    assert report == "report: results/report.html"
+    assert report == f"report: {laboratory / 'results/report.html'}"
     assert "Finished jobid" not in done.stderr
     assert "Finished jobid" in (laboratory / ".snakemake/vidtrack.log").read_text()
     assert (laboratory / "results/runs/still/trajectories.parquet").exists()

@@ -335,7 +335,7 @@ def test_a_target_that_loses_more_than_half_of_its_light_is_found_by_its_own_lev
 def test_defaults_are_those_of_the_config():
     said = inspect.signature(track).parameters
     config = Detect()
-    for name in set(type(config).model_fields) - {"colour"}:  # the reader's, not the tracker's
+    for name in set(type(config).model_fields) - {"colour", "sd"}:  # the reader's, and of tracks that are imported
         assert said[name].default == getattr(config, name), name
 
 

@@ -102,8 +102,10 @@ def test_too_few_points_end_the_job_in_one_line_and_leave_no_camera(laboratory):
 def test_a_job_that_fails_writes_nothing(tmp_path):
     (tmp_path / "order.json").write_text('{"settings": {"units": "in", "camera": "cam1"}, "inputs": {}}')
     (tmp_path / "sightings.parquet").write_text("no table")
+    (tmp_path / "labelling.json").write_text("{}")
     command = [sys.executable, "-m", "vidtrack", "calibrate", "--settings", str(tmp_path / "order.json")]
     command += ["--log", str(tmp_path / "log"), "--input", "sightings", str(tmp_path / "sightings.parquet")]
+    command += ["--input", "labelling", str(tmp_path / "labelling.json")]
     command += [
         "--input",
         "picture",
@@ -117,4 +119,4 @@ def test_a_job_that_fails_writes_nothing(tmp_path):
     (line,) = answer.stderr.splitlines()
     assert line.startswith("vidtrack: ")
     assert (tmp_path / "log").read_text() == answer.stderr
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["log", "order.json", "sightings.parquet"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["labelling.json", "log", "order.json", "sightings.parquet"]

@@ -44,9 +44,15 @@ def label_from_picks(points: Array, views: Sequence[View], picks: Picks, image_s
 
 
 def on_one_line(p: Array) -> bool:
-    """Whether points (n, 2 or 3) lie on or near one line, which leaves a pose free to turn about it; 2 always do."""
+    """Whether points (n, 2 or 3) lie on or near one line, which leaves a pose free to turn about it; 2 always do.
+
+    What is not finite does not count.
+    """
+    p = p[np.isfinite(p).all(-1)]
+    if len(p) < 3:
+        return True
     spread = np.linalg.svd(p - p.mean(0), compute_uv=False)
-    return len(p) < 3 or bool(spread[1] <= 0.02 * spread[0])
+    return bool(spread[1] <= 0.02 * spread[0])
 
 
 class Seeds(NamedTuple):
