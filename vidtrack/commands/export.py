@@ -49,7 +49,9 @@ def command(folder: str, formats: tuple[str, ...], only: tuple[str, ...], output
     output = os.path.abspath(output) if output else None
     with inside(folder):
         settings = settings_here()
-        made = _all(settings, names, only)
+        made, left_out = _all(settings, names, tuple(dict.fromkeys(only)))
+        for line in left_out:
+            click.echo(f"vidtrack: {line}", err=True)
         for path, lines in _save(made, output):
             click.echo(os.path.relpath(path) if output is None else path)
             for line in lines:
@@ -77,8 +79,11 @@ def _known(name: str) -> str:
     return known
 
 
-def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> Made:
-    """Everything in memory before anything is written: what cannot be written leaves nothing half done."""
+def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[Made, list[str]]:
+    """Everything in memory before anything is written; and why runs are left out that were not asked for by name.
+
+    What cannot be written leaves nothing half done; a run that failed costs the others nothing.
+    """
     from vidtrack.exchange.formats import FORMATS, places, written
     from vidtrack.exchange.results import axes_of, read_run, result_paths
     from vidtrack.files.experiment import within
@@ -92,6 +97,7 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> Made:
             hint = f"did you mean {near!r}?" if near else f"there are {', '.join(runs) or 'none'}."
             raise VidtrackError(f"--run {run}: no such run; {hint}")
     made: Made = []
+    left_out = []
     for name in names:
         reasons = []
         for run in only or runs:
@@ -101,13 +107,17 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> Made:
                 continue
             axes = axes_of(settings, run)
             paths = result_paths(results, FORMATS[name], layout)
+            if missing := [path for several in paths.values() for path in several if not os.path.isfile(path)]:
+                reasons.append(f"{missing[0]}: not there yet, or run {run} failed. Call vidtrack run first.")
+                continue
             answer = written(name, read_run(paths, run, settings.units, axes, layout.mode))
             made.append((os.path.join(results, "runs", run, "export"), places(name, layout), answer))
         if reasons and (only or len(reasons) == len(runs)):
             raise VidtrackError(*reasons)
+        left_out += reasons
     if not made:
         raise VidtrackError("runs/: there is no run. Put recordings into runs/<run>/ first.")
-    return made
+    return made, list(dict.fromkeys(left_out))
 
 
 def _layouts(settings: Settings, results: str) -> dict[str, Layout]:
@@ -127,6 +137,15 @@ def _layouts(settings: Settings, results: str) -> dict[str, Layout]:
     return found
 
 
+def _other_ending(output: str, made: Made) -> str:
+    """What is wrong with a file's name that has the ending of another format; empty where nothing is."""
+    (own,) = (os.path.splitext(name)[1] for _, _, answer in made for name in answer.files)
+    ending = os.path.splitext(output)[1].lower()
+    if ending == own or ending not in ENDINGS:
+        return ""
+    return f"--output {os.path.basename(output)}: what is written is a {own} file. Name it so, or choose another --to."
+
+
 def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
     """Write all; each path with what its reader should know, and only the first path of a run in several files."""
     from vidtrack.files.atomic import replacing
@@ -140,6 +159,8 @@ def _save(made: Made, output: str | None) -> list[tuple[str, list[str]]]:
         and not os.path.isdir(output)
     ):
         raise VidtrackError(f"--output {output}: {count} files do not fit in one. Name a folder, or one run by --run.")
+    if as_file and (wrong := _other_ending(str(output), made)):
+        raise VidtrackError(wrong)
     by_name: dict[str, bytes] = {}
     clash = any(by_name.setdefault(n, c) != c for _, _, answer in made for n, c in answer.files.items())
     saved = []
