@@ -59,3 +59,15 @@ def test_nothing_is_overwritten(old, tmp_path):
     write_experiment(found, str(tmp_path / "lab"), "units: in\n")
     with pytest.raises(VidtrackError, match="is there already"):
         write_experiment(found, str(tmp_path / "lab"), "units: in\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "left", "calibration"),
+    [("cam1.prn", 700, "points"), ("cam2vid.prn", 500, "points"), ("outcam1.prn", 200, "old")],
+)
+def test_a_file_that_was_cut_off_is_refused_before_anything_is_written(old, name, left, calibration):
+    text = (old / name).read_bytes()
+    assert old_folder(str(old), "in", calibration=calibration)
+    (old / name).write_bytes(text[:left])
+    with pytest.raises(VidtrackError, match=name.replace(".", r"\.")):
+        old_folder(str(old), "in", calibration=calibration)

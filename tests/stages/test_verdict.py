@@ -1,5 +1,8 @@
 """The verdict of an experiment: from records and tables to a word with reasons."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +10,7 @@ import pytest
 from vidtrack.findings import Finding, as_records
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.simulate.rig import thesis_points, thesis_rig
-from vidtrack.stages.verdict import _fit, _track, verdict
+from vidtrack.stages.verdict import CALIBRATING, _fit, _track, verdict
 
 ASKED = {"pluck": {"mode": "space", "cameras": ["cam1", "cam2"], "targets": 1}}
 
@@ -153,3 +156,29 @@ def test_residuals_are_judged_by_centroid_noise_and_survey_tolerance_together():
     assert fitted(0.02, 1 / 32, 1 / 32).misfit == pytest.approx(1.0, abs=0.2)
     assert fitted(0.02, 1 / 8, 1 / 32).misfit == pytest.approx(4.0, rel=0.2)
     assert np.isnan(fitted(0.02, 1 / 32, np.nan).misfit)
+
+
+@pytest.mark.parametrize(
+    ("rule", "parts", "camera"),
+    [
+        ("import_points", ["calibration", "cam2"], "cam2"),
+        ("import_camera", ["cam2"], "cam2"),
+        ("board_corners", ["cam2"], "cam2"),
+        ("board_sightings", ["cam2"], "cam2"),
+        ("boards", [], None),
+        ("wand", ["calibration"], None),
+    ],
+)
+def test_whatever_calibrates_a_camera_fails_its_calibration(rule, parts, camera):
+    results = Results(cameras={"cam1": CameraResults(record={})}, failures=[failure(rule, *parts)])
+    calibration = verdict(results, {})["calibration"]
+    assert calibration["verdict"] == "failed"
+    assert calibration["cameras"].get("cam2", {}).get("verdict") == ("failed" if camera else None)
+
+
+def test_each_rule_of_the_calibration_is_known_as_one():
+    here = Path(__file__).parents[2] / "workflow/rules"
+    for name in ("calibration", "boards", "importing"):
+        rules = re.findall(r"account\(\"(\w+)\"", (here / f"{name}.smk").read_text())
+        assert rules
+        assert set(rules) - {"import_tracks"} <= set(CALIBRATING)

@@ -9,7 +9,11 @@ from typing import Any, NamedTuple
 
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.thesis.camparm import Camparm, read_camparm
+from vidtrack.exchange.thesis.outcam import read_outcam
 from vidtrack.exchange.thesis.points import Survey, read_sighted, read_targets, read_world
+from vidtrack.exchange.thesis.tracks import read_taped
+from vidtrack.exchange.tracks.digitised import Convention
+from vidtrack.exchange.tracks.picture_points import read_points
 from vidtrack.files.atomic import replacing
 
 SURVEYS = (
@@ -61,8 +65,26 @@ def old_folder(folder: str, units: str, *, calibration: str = "points", run: str
         copies.append((here[wanted.format(k)], os.path.join(place, f"cam{k}.prn")))
         if f"cam{k}vid.prn" in here:
             copies.append((here[f"cam{k}vid.prn"], os.path.join("runs", run, f"cam{k}.prn")))
+    _read_all(copies, run)
     points = _points(here, numbers, calibration, notes)
     return OldFolder({"units": units, "cameras": cameras}, points, copies, notes)
+
+
+def _read_all(copies: list[tuple[str, str]], run: str) -> None:
+    """Read what is copied, once: a file that was cut off is refused before anything is written."""
+    problems: list[str] = []
+    for source, to in copies:
+        try:
+            if to.startswith(os.path.join("runs", run)):
+                read_taped(source)
+            elif to.startswith(os.path.join("calibration", CLIP)):
+                read_points(source, Convention(), source)
+            else:
+                read_outcam(source)
+        except VidtrackError as error:
+            problems += error.problems
+    if problems:
+        raise VidtrackError(*problems)
 
 
 def _camera(camparm: Camparm, k: int, calibration: str) -> dict[str, Any]:

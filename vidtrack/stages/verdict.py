@@ -42,8 +42,16 @@ CALIBRATING = (
     "stability",
     "track_wand",
     "wand",
+    "board_corners",
+    "boards",
+    "board_sightings",
+    "import_points",
+    "import_camera",
 )
 """Rules whose failure is the calibration's; that of any other is a run's."""
+
+OF_A_CAMERA = {"board_corners", "board_sightings", "import_camera"}
+"""Those whose only part is a camera."""
 
 LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
 """Findings of a calibration by which nothing is known of single points."""
@@ -114,13 +122,20 @@ def _failures(results: Results, camera: str | None) -> list[Finding]:
     return [
         finding
         for failure in results.failures
-        if failure["rule"] in CALIBRATING and (failure["parts"][-1] if len(failure["parts"]) > 1 else None) == camera
+        if failure["rule"] in CALIBRATING and _camera_of(failure) == camera
         for finding in collected(failure, camera or "")
     ]
 
 
 def _failed_cameras(results: Results) -> set[str]:
-    return {f["parts"][-1] for f in results.failures if f["rule"] in CALIBRATING and len(f["parts"]) > 1}
+    here = {_camera_of(failure) for failure in results.failures if failure["rule"] in CALIBRATING}
+    return {camera for camera in here if camera is not None}
+
+
+def _camera_of(failure: Mapping[str, Any]) -> str | None:
+    """The camera whose calibration a job was of; None for a job of all of them."""
+    parts = failure["parts"]
+    return str(parts[-1]) if len(parts) > 1 or failure["rule"] in OF_A_CAMERA else None
 
 
 def _of_run(
