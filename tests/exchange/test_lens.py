@@ -9,6 +9,8 @@ import pytest
 from tests.geometry.test_brown import MILD, SIZE, by_opencv, seen_by
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
+from vidtrack.exchange.cameras.formats import read_camera
+from vidtrack.exchange.cameras.given import Said
 from vidtrack.exchange.lens import known_lens
 from vidtrack.files.camera_json import write_camera
 from vidtrack.geometry.camera import project
@@ -138,10 +140,64 @@ def test_a_lens_of_larger_pictures_is_scaled_and_one_of_another_shape_refused(tm
         known_lens(given(), path, "cam1", (640, 480))
 
 
+WHOLE_OPENCV = {"image_width": SIZE[0], "image_height": SIZE[1], "camera_matrix": K, "distortion_coefficients": D}
+WHOLE_OPENCV |= {"fisheye_model": 0, "rvec": np.array([0.1, -0.2, 0.3]), "tvec": np.array([0.1, 0.2, 3.0])}
+WHOLE_METASHAPE = f"""<document><chunk><sensors><sensor id="0" label="one"><resolution width="{SIZE[0]}"
+height="{SIZE[1]}"/><calibration type="frame" class="adjusted"><f>900</f><cx>3</cx><cy>-2</cy><k1>-0.1</k1><p1>1e-3</p1>
+<b2>0.5</b2></calibration></sensor></sensors><cameras><camera id="0" sensor_id="0" label="cam1"><transform>
+{" ".join(map(str, np.eye(4).ravel()))}</transform></camera></cameras></chunk></document>"""
+
+
+def opencv_file(path, **values):
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for name, value in values.items():
+        storage.write(name, value)
+    storage.release()
+    return str(path)
+
+
+@pytest.mark.parametrize("name", ["opencv.yml", "opencv.xml", "metashape.xml"])
+def test_the_lens_of_a_file_is_that_of_its_whole_camera(tmp_path, name):
+    path = str(tmp_path / name)
+    if name.startswith("opencv"):
+        opencv_file(path, **WHOLE_OPENCV)
+    else:
+        written(tmp_path / name, WHOLE_METASHAPE)
+    lens = known_lens(given(), path, "cam1", SIZE).camera
+    whole = read_camera(path, Said("cam1", "m", units="m")).camera
+    at = {"R": np.eye(3), "T": np.zeros(3)}
+    np.testing.assert_array_equal(project(lens.with_(**at), POINTS), project(whole.with_(**at), POINTS))
+
+
+def test_what_no_term_here_describes_is_refused_of_a_lens_and_of_a_camera(tmp_path):
+    """A tilted sensor, and Metashape's p3: left out, they would shift every position without a word."""
+    tilted = WHOLE_OPENCV | {"distortion_coefficients": np.array([*D, *[0.0] * 7, 0.01, 0.02])}
+    cases = [
+        (opencv_file(tmp_path / "tilted.yml", **tilted), "tilted sensor"),
+        (written(tmp_path / "p3.xml", WHOLE_METASHAPE.replace("<b2>", "<p3>0.1</p3><b2>")), "p3 or p4"),
+    ]
+    for path, what in cases:
+        with pytest.raises(VidtrackError, match=what):
+            known_lens(given(), path, "cam1", SIZE)
+        with pytest.raises(VidtrackError, match=what):
+            read_camera(path, Said("cam1", "m", units="m"))
+
+
+def test_the_first_camera_of_a_stereo_pair_is_a_lens_and_no_camera_with_a_pose(tmp_path):
+    """R and T of OpenCV's stereo sample lead from one camera to the other."""
+    path = opencv_file(tmp_path / "pair.yml", M1=K, D1=D, R=np.eye(3), T=np.array([0.2, 0.0, 0.0]))
+    assert same(known_lens(given(), path, "cam1", SIZE))
+    with pytest.raises(VidtrackError, match="no camera_matrix"):
+        read_camera(path, Said("cam1", "m", size=SIZE))
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
         ("lens.json", "{}"),
+        ("lens.json", '{"camera_matrix": "a b c"}'),
+        ("lens.json", '{"camera_matrix": null}'),
+        ("lens.xml", "<calibration><f>many</f><width>9</width><height>9</height></calibration>"),
         ("lens.json", '{"camera_matrix": [[1, 2], [3, 4]]}'),
         ("lens.json", "not json"),
         ("lens.yml", "%YAML:1.0\n---\ncamera_matrix: [a, b"),

@@ -34,17 +34,25 @@ def read(path: Path, said: Said) -> Given:
         raise VidtrackError(f"{path}: camera {own.get('name', '?')} has no {missing[0]}. Calibrate it again.")
     K, d = _array(own, "matrix", path, 9).reshape(3, 3), _array(own, "distortions", path)
     size = _array(own, "size", path, 2)
-    lens = lens_of(K, d, (int(size[0]), int(size[1])), bool(own.get("fisheye", False)))
+    try:
+        lens = lens_of(K, d, (int(size[0]), int(size[1])), bool(own.get("fisheye", False)))
+    except ValueError as error:
+        raise VidtrackError(f"{path}: camera {own.get('name', '?')} has {error}. Calibrate it again.") from None
     return of_lens("anipose", lens, rotation(own["rotation"], path), _array(own, "translation", path, 3), said)
 
 
 def lens_of(K: np.ndarray[Any, Any], d: np.ndarray[Any, Any], size: tuple[int, int], fisheye: bool) -> BrownLens:
-    """OpenCV's matrix and distortions; four of a fisheye lens, else k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]."""
+    """OpenCV's matrix and distortions; four of a fisheye lens, else k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]].
+
+    ValueError where a tilted sensor follows (tau_x, tau_y).
+    """
     d = np.asarray(d, float).ravel()
     fx, fy, cx, cy, skew = (float(v) for v in (K[0, 0], K[1, 1], K[0, 2], K[1, 2], K[0, 1]))
     if fisheye:
         return BrownLens(fx, fy, cx, cy, size, tuple(d[:4].tolist()), skew=skew, fisheye=True)
     d = np.concatenate([d, np.zeros(max(0, 12 - d.size))])
+    if d[12:].any():
+        raise ValueError("a tilted sensor (tau_x, tau_y), which has no counterpart here")
     k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = d[:12].tolist()
     bottom = (k4, k5, k6) if any((k4, k5, k6)) else ()
     return BrownLens(fx, fy, cx, cy, size, (k1, k2, k3), p1, p2, bottom, (s1, s2, s3, s4), skew)

@@ -1,4 +1,10 @@
-"""A camera that sees given rays at given pixels, for lenses that no formula of `geometry.brown` describes."""
+"""A camera that sees given rays at given pixels, for lenses that no formula of `geometry.brown` describes.
+
+`geometry.lens_conversion` does this for a `BrownLens`, whose distortion is about the principal point: it inverts that
+formula, solves a linear problem, and keeps f and the principal point where they mean the same in both. The distortion
+of Argus and OpenPTV is about another point, or skewed after it, so that there is no such formula and nothing to keep:
+all terms are fitted to whatever function the program has, of which only the direction from rays to pixels is needed.
+"""
 
 from __future__ import annotations
 

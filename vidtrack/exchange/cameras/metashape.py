@@ -35,7 +35,13 @@ def read(path: Path, said: Said, root: ElementTree.Element | None = None) -> Giv
     names = [os.path.splitext(each.get("label", each.get("id", "?")))[0] for each in placed]
     own = placed[chosen(names, said, path)]
     sensor = next((s for s in chunk.iter("sensor") if s.get("id") == own.get("sensor_id")), None)
-    lens, adjusted = _lens(path, sensor)
+    part = calibration_of(sensor) if sensor is not None else None
+    if part is None:
+        raise VidtrackError(f"{path}: the camera's sensor has no calibration. Export it again.")
+    try:
+        lens = lens_in(part, sensor)
+    except ValueError as error:
+        raise VidtrackError(f"{path}: {error}.") from None
     M = _square(path, own.findtext("transform"))
     scale, turn, shift, known = _chunk(path, chunk)
     if not known and said.units is None:
@@ -48,49 +54,62 @@ def read(path: Path, said: Said, root: ElementTree.Element | None = None) -> Giv
     R = own_turn.T @ turn.T
     T = -R @ shift - scale * (own_turn.T @ M[:3, 3])
     findings: tuple[Finding, ...] = ()
-    if not adjusted:
+    if part.get("class") != "adjusted":
         text = f"{said.name}: the Metashape file has an initial calibration only, none that was adjusted"
         findings = (Finding("doubtful", "lens-not-adjusted", text, "Align or optimise the cameras, and export again."),)
     given = of_lens("metashape", lens, R, T, said, unit="m" if known else None)
     return given._replace(findings=(*given.findings, *findings))
 
 
-def _lens(path: Path, sensor: ElementTree.Element | None) -> tuple[BrownLens, bool]:
-    found = list(sensor.iter("calibration")) if sensor is not None else []
-    best = next((c for c in found if c.get("class") == "adjusted"), found[0] if found else None)
-    if best is None:
-        raise VidtrackError(f"{path}: the camera's sensor has no calibration. Export it again.")
-    if best.get("type", "frame") not in ("frame", "fisheye"):
-        raise VidtrackError(f"{path}: a lens of type {best.get('type')}; frame and fisheye are read.")
-    size = best.find("resolution")
-    if size is None and sensor is not None:
-        size = sensor.find("resolution")
-    width, height = (number(size.get(key, "")) if size is not None else None for key in ("width", "height"))
+def calibration_of(sensor: ElementTree.Element) -> ElementTree.Element | None:
+    """The calibration of a sensor that counts: the adjusted one, else the first."""
+    found = list(sensor.iter("calibration"))
+    return next((c for c in found if c.get("class") == "adjusted"), found[0] if found else None)
 
-    def value(name: str, default: float = 0.0) -> float:
-        text = best.findtext(name)
-        found = number(text) if text is not None else default
+
+def lens_in(part: ElementTree.Element, sensor: ElementTree.Element | None = None) -> BrownLens:
+    """The lens in an element `calibration`, of cameras.xml or of a file of its own.
+
+    sensor  whose resolution counts where the calibration has none
+    ValueError, with the cure but without the full stop, where it cannot be read.
+    """
+    kind = part.get("type") or part.findtext("projection") or "frame"
+    if kind not in ("frame", "fisheye", "equidistant_fisheye"):
+        raise ValueError(f"a lens of type {kind}, which has no counterpart here; frame and fisheye are read")
+    width, height = _resolution(part) or (_resolution(sensor) if sensor is not None else None) or (0, 0)
+
+    def value(name: str) -> float:
+        text = part.findtext(name)
+        found = number(text) if text is not None else 0.0
         if found is None or not np.isfinite(found):
-            raise VidtrackError(f"{path}: {name} {text!r} of the lens is no number. Export it again.")
+            raise ValueError(f"{name} {text!r} of the lens is no number. Export it again")
         return found
 
     f = value("f") or value("fx")
     if not (width and height and f > 0):
-        raise VidtrackError(f"{path}: the lens has no f or no resolution. Export it again.")
+        raise ValueError("the lens has no f or no resolution. Export it again")
     if any(value(name) for name in ("p3", "p4")):
-        raise VidtrackError(f"{path}: the lens has p3 or p4, which are not read. Optimise the cameras without them.")
-    middle = width / 2 - 0.5, height / 2 - 0.5
-    k = tuple(value(name) for name in ("k1", "k2", "k3", "k4"))
-    lens = BrownLens(
-        *(f + value("b1"), value("fy") or f, middle[0] + value("cx"), middle[1] + value("cy")),
-        image_size=(int(width), int(height)),
-        k=k,
+        raise ValueError("the lens has p3 or p4, which are not read. Optimise the cameras without them")
+    return BrownLens(
+        *(f + value("b1"), value("fy") or f, width / 2 - 0.5 + value("cx"), height / 2 - 0.5 + value("cy")),
+        image_size=(width, height),
+        k=tuple(value(name) for name in ("k1", "k2", "k3", "k4")),
         p1=value("p2"),
         p2=value("p1"),
         skew=value("b2"),
-        fisheye=best.get("type") == "fisheye",
+        fisheye=kind != "frame",
     )
-    return lens, best.get("class") == "adjusted"
+
+
+def _resolution(element: ElementTree.Element) -> tuple[int, int] | None:
+    """(width, height) px: an element `resolution`, or two elements; None where there is neither."""
+    own = element.find("resolution")
+    names = ("width", "height")
+    sides = [number((own.get(name) if own is not None else element.findtext(name)) or "") for name in names]
+    if any(side is None or not side > 0 for side in sides):
+        return None
+    width, height = (int(side or 0) for side in sides)
+    return width, height
 
 
 def _chunk(path: Path, chunk: ElementTree.Element) -> tuple[float, np.ndarray, np.ndarray, bool]:
