@@ -1,10 +1,14 @@
 """What is known of a camera before anything runs, whatever it is calibrated by."""
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 import yaml
 
+from tests.exchange.thesis.folder import write_old
+from vidtrack.command import main
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.preview.survey import survey
 from vidtrack.preview.views import opened_with, view_of
@@ -77,3 +81,23 @@ def test_a_lens_of_another_shape_is_a_problem_of_the_camera(lab, monkeypatch):
     view = view_of(settings, checked_experiment(settings), "cam1", read)
     assert view.calibration is None
     assert any("lens.yml" in problem for problem in view.problems)
+
+
+def test_files_of_other_programs_are_read_as_the_workflow_reads_them(tmp_path, monkeypatch):
+    (tmp_path / "old").mkdir()
+    write_old(tmp_path / "old")
+    assert main(["import", str(tmp_path / "old"), str(tmp_path / "lab"), "--units", "in"]) == 0
+    monkeypatch.chdir(tmp_path / "lab")
+
+    def looked_at():
+        config = yaml.safe_load(Path("config.yaml").read_text())
+        settings = settings_from_config(config)
+        return survey(settings, checked_experiment(settings), 1, lambda what: None)
+
+    facts = looked_at().facts
+    assert ("calibration, cam1", "31 points that were digitised (thesis)") in facts
+    assert ("run run, cam2", "tracks of another program (thesis): 1 targets, 60 positions") in facts
+    for path, left in (("calibration/balls/cam1.prn", 700), ("runs/run/cam2.prn", 500)):
+        Path(path).write_bytes(Path(path).read_bytes()[:left])
+    refused = [finding.text for finding in looked_at().findings if finding.level == "failed"]
+    assert [text.split(":")[0] for text in refused] == ["calibration, cam1", "run run, cam2"]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidtrack.errors import VidtrackError
 from vidtrack.exchange.tracks.digitised import Convention
-from vidtrack.exchange.tracks.picture_points import read_points
+from vidtrack.exchange.tracks.picture_points import needed_size, read_points
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_points as read_survey
 from vidtrack.files.tables import write_parquet
@@ -22,12 +21,7 @@ def run(job: Job) -> None:
     camera = order["camera"]
     said = Convention.of(order["tracks"])
     where = f"cameras.{camera}.tracks"
-    if said.size is None:
-        raise VidtrackError(
-            f"config.yaml: {where}.size: the size of the picture of camera {camera} is not known: its points "
-            "were digitised "
-            "elsewhere. Give size: [width, height] in px."
-        )
+    size = needed_size(said, camera)
     survey = read_survey(job.path("points"), order["units"])
     read = {clip: read_points(path, said, where) for clip, path in zip(clips, job.paths("files"), strict=True)}
     table, findings = import_points(
@@ -38,7 +32,7 @@ def run(job: Job) -> None:
         sigma=order["sigma"],
         camera=camera,
     )
-    width, height = said.size
+    width, height = size
     shape = {"width": width, "height": height, "sample_aspect": "1", "rotation": 0}
     record = {
         "imported": {clip: own.format for clip, own in read.items()},
@@ -49,6 +43,6 @@ def run(job: Job) -> None:
         "findings": as_records(findings),
     }
     write_parquet(job.outputs["sightings"], table, units=order["units"], provenance=job.provenance)
-    write_png(job.outputs["picture"], drawn(table, said.size))
+    write_png(job.outputs["picture"], drawn(table, size))
     write_png(job.outputs["background"], np.zeros((1, 1), np.uint16))
     write_json(job.outputs["record"], record, job.provenance)

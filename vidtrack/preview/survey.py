@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,6 +13,7 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, Run, target_names
 from vidtrack.findings import Finding
+from vidtrack.preview.digitised import points_in_files, tracks_in_file
 from vidtrack.preview.recordings import LIMITS, Opening, Recording, Target, look_at, targets_in, track_opening
 from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings
@@ -66,8 +68,9 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
     views: dict[str, View] = {}
     digitised = {camera for clip in experiment.clips.values() for camera in clip.digitised}
     for camera in experiment.cameras_in_clips():
-        if camera in digitised:
-            continue  # there is no picture to look at
+        if camera in digitised:  # there is no picture to look at
+            _file(f"calibration, {camera}", found, partial(points_in_files, settings, experiment, camera))
+            continue
         tick(f"calibration of {camera}")
         views[camera] = _calibration(settings, experiment, camera, found)
     work = 0.0
@@ -77,6 +80,8 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
         openings: dict[str, Opening] = {}
         for camera in run.videos:
             if camera in run.tracks:
+                read = partial(tracks_in_file, settings, experiment, name, camera)
+                _file(f"run {name}, {camera}", found, read)
                 continue
             tick(f"run {name}, {camera}")
             _recording(settings, experiment, run, camera, found, looks, openings)
@@ -89,6 +94,15 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
         size += sum(looks[c].frames for c in looks) * targets * 2 * SAMPLE_BYTES + 1e6
     _cost(experiment, work, size, len(views), cores, found)
     return found
+
+
+def _file(about: str, found: Facts, read: Callable[[], str]) -> None:
+    """What a file of another program holds, or why it would be refused."""
+    try:
+        found.say(about, read())
+    except VidtrackError as error:
+        for problem in error.problems:
+            found.warn("failed", "file-refused", f"{about}: {problem}")
 
 
 def _calibration(settings: Settings, experiment: Experiment, camera: str, found: Facts) -> View:

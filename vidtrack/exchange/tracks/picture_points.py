@@ -50,6 +50,16 @@ def read_points(path: Path, said: Convention, where: str) -> PicturePoints:
     return PicturePoints("thesis", seen.tags, b, nothing, seen.pixels, seen.p)
 
 
+def needed_size(said: Convention, camera: str) -> tuple[int, int]:
+    """The size of the picture in px; VidtrackError where it is not known: no file of points has it."""
+    if said.size is None:
+        raise VidtrackError(
+            f"config.yaml: cameras.{camera}.tracks.size: the size of the picture of camera {camera} is not known: its "
+            "points were digitised elsewhere. Give size: [width, height] in px."
+        )
+    return said.size
+
+
 def _of_table(path: Path, text: str, said: Convention, where: str) -> PicturePoints:
     _, table = split(text)
     at = {cell.lower(): k for k, cell in enumerate(table.header)}

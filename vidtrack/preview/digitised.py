@@ -1,0 +1,31 @@
+"""What files of other programs hold that stand in place of recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidtrack.exchange.tracks.digitised import Convention, placed
+from vidtrack.exchange.tracks.formats import read_tracks
+from vidtrack.exchange.tracks.picture_points import needed_size, read_points
+from vidtrack.files.experiment import Experiment
+from vidtrack.settings.config import Settings
+from vidtrack.workflow import import_orders
+
+
+def points_in_files(settings: Settings, experiment: Experiment, camera: str) -> str:
+    """What a camera's files of calibration points hold; VidtrackError where the workflow would refuse one."""
+    order = import_orders.import_points(settings, experiment, camera)
+    said, where = Convention.of(order["tracks"]), f"cameras.{camera}.tracks"
+    needed_size(said, camera)
+    read = [read_points(experiment.clips[clip].videos[camera], said, where) for clip in order["clips"]]
+    n = sum(len(own.tags) for own in read)
+    return f"{n} points that were digitised ({', '.join(dict.fromkeys(own.format for own in read))})"
+
+
+def tracks_in_file(settings: Settings, experiment: Experiment, run: str, camera: str) -> str:
+    """What a camera's file of tracks holds; VidtrackError where it cannot be read."""
+    order = import_orders.import_tracks(settings, experiment, run, camera)
+    said, where = Convention.of(order["tracks"]), f"runs.{run}.tracks"
+    tracks = read_tracks(experiment.runs[run].videos[camera], said, where)
+    n = int(np.isfinite(placed(tracks, said, where)).all(-1).sum())
+    return f"tracks of another program ({tracks.format}): {len(tracks.names)} targets, {n} positions"
