@@ -13,8 +13,8 @@ from vidtrack.analysis.responses import Series, Systematic, irregular_waves, reg
 from vidtrack.analysis.water_waves import wave_number
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
+from vidtrack.lengths import METRES
 
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 G_M = 9.80665
 REGULAR = 0.9
 """Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from vidtrack.errors import VidtrackError
+from vidtrack.files.csv_text import read_bytes
 
 Path = str | os.PathLike[str]
 
@@ -25,13 +26,7 @@ _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 
 def bytes_of(path: Path) -> bytes:
     """A file's content; VidtrackError where it is not there, may not be read or is empty."""
-    try:
-        with open(path, "rb") as file:
-            data = file.read()
-    except FileNotFoundError:
-        raise VidtrackError(f"{path}: no such file. Put it there or correct its name.") from None
-    except OSError as error:
-        raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Correct its permissions.") from None
+    data = read_bytes(path)
     if not data.strip():
         raise VidtrackError(f"{path}: an empty file. Copy it again.")
     return data

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, clock_axis, legend, new_figure
+from vidtrack.figures.bodies import against_time
+from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, legend, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,20 +23,7 @@ def motions(table: DataFrame, units: str, title: str) -> Figure:
 
     table   rows of motions.parquet of one body; a colour a point
     """
-    figure, axes = new_figure(3, 2, height=1.6, sharex=True)
-    for i, (point, rows) in enumerate(table.groupby("point", sort=False)):
-        colour = PALETTE[i % len(PALETTE)]
-        for k, name in enumerate(DEGREES_OF_FREEDOM):
-            ax = axes[k % 3, k // 3]
-            value, sigma = rows[name].to_numpy(float), rows[f"sigma_{name}"].to_numpy(float)
-            ax.plot(rows["time_s"], value, color=colour, lw=0.9, label=str(point))
-            ax.fill_between(rows["time_s"], value - 2 * sigma, value + 2 * sigma, color=colour, alpha=0.2, lw=0)
-            ax.set_ylabel(f"{name} ({units if k < 3 else 'deg'})", fontsize=8)
-    for ax in axes[-1]:
-        clock_axis(ax)
-    legend(axes[0, 0], fontsize=7)
-    figure.suptitle(title, fontsize=10)
-    return figure
+    return against_time(table, "point", DEGREES_OF_FREEDOM, units, title)
 
 
 def envelope(table: DataFrame, hull: Array, radius: float, units: str, title: str) -> Figure:

@@ -58,15 +58,20 @@ class CsvText(NamedTuple):
     separator: str
 
 
-def read_text(path: Path) -> str:
-    """The text of a file in UTF-8, UTF-16, UTF-32 or Windows' ANSI code; VidtrackError where it is no text."""
+def read_bytes(path: Path) -> bytes:
+    """The content of a file that a user put there; VidtrackError where it is not there or may not be read."""
     try:
         with open(path, "rb") as file:
-            data = file.read()
+            return file.read()
     except FileNotFoundError:
         raise VidtrackError(f"{path}: no such file. Put it there or correct its name.") from None
     except OSError as error:
         raise VidtrackError(f"{path}: cannot be read ({error.strerror}). Correct its permissions.") from None
+
+
+def read_text(path: Path) -> str:
+    """The text of a file in UTF-8, UTF-16, UTF-32 or Windows' ANSI code; VidtrackError where it is no text."""
+    data = read_bytes(path)
     for magic, what in _WORKBOOKS.items():
         if data.startswith(magic):
             raise VidtrackError(f"{path}: {what}, not CSV. Open it and save the sheet as CSV.")

@@ -20,10 +20,10 @@ from vidtrack.calibration.wand.refined import Refined
 from vidtrack.findings import Finding, Level
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
+from vidtrack.lengths import METRES
 
 GRAVITY_M, GRAVITY_SHARE = 9.81, 0.003
 """m/s^2, and the share by which it differs from place to place."""
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
 class Limits(NamedTuple):
