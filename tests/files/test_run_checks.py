@@ -3,7 +3,9 @@
 import pytest
 
 from tests.files.folders import problems, settings, spoil
+from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment_checks import checked_experiment
+from vidtrack.settings.config import settings_from_config
 
 
 def test_plane_mode_needs_one_camera_and_a_scale(folder):
@@ -67,3 +69,22 @@ def test_a_camera_that_follows_the_water_needs_a_calibration_clip(folder):
     spoil(folder, "calibration/row1/picks.csv")
     own = {"mode": "waterline", "waterline": {**SHORE, "camera": "cam1"}}
     assert "waterline: camera cam1 has no calibration clip" in "".join(problems(runs={"pluck": own}))
+
+
+def test_a_word_of_the_run_on_the_camera_in_a_file_cannot_hold_for_two_cameras(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs/pluck").mkdir(parents=True)
+    (tmp_path / "runs/pluck/both.csv").write_text("t1_cam1_U,t1_cam1_V,t1_cam2_U,t1_cam2_V\n1,2,3,4\n")
+    both = "runs/pluck/both.csv"
+    own = {"videos": {"cam1": both, "cam2": both}, "tracks": {"camera": "cam1"}}
+    config = {"units": "in", "cameras": {"cam1": {}, "cam2": {}}, "runs": {"pluck": own}}
+
+    def said():
+        with pytest.raises(VidtrackError) as refusal:
+            checked_experiment(settings_from_config(config))
+        return [line for line in refusal.value.problems if "tracks.camera" in line]
+
+    (line,) = said()
+    assert "cam1 and cam2 one and the same" in line
+    own["tracks"] = {"size": [320, 240]}
+    assert not said()

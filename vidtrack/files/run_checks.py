@@ -29,6 +29,17 @@ class _Case(NamedTuple):
     place: str  # of the run in the config, for messages
 
 
+def _one_column_for_all(name: str, run: Run, own: RunSettings | None) -> list[str]:
+    """A run's word on which of a file's cameras is meant holds for each of the run's cameras."""
+    files = [run.videos[camera] for camera in run.tracks]
+    if own is None or own.tracks is None or own.tracks.camera is None or len(set(files)) == len(files):
+        return []
+    return [
+        f"config.yaml: runs.{name}.tracks.camera: it would make {' and '.join(sorted(run.tracks))} one and the same, "
+        "as they share a file. Say it of each camera, under cameras.<camera>.tracks."
+    ]
+
+
 def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
     """What is wrong with the recordings of the runs and with what the config says of them, a line each."""
     problems = []
@@ -37,6 +48,7 @@ def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
         own = settings.runs.get(name)
         place = within(experiment.folder, "runs", name)
         mode = own.mode if own else "space"
+        problems += _one_column_for_all(name, run, own)
         if not run.videos:
             problems.append(
                 f"{place}: no recording of any camera ({', '.join(settings.cameras)}). Put <camera>.<ext> there "

@@ -83,6 +83,6 @@ def _chosen(cameras: list[str], said: Convention, path: Path, where: str) -> str
         return cameras[0]
     shown = some([f"cam{number}" for number in cameras])
     raise VidtrackError(
-        f"config.yaml: {where}.camera: {path} has points of {shown}. Say which of them this camera is, as in "
-        "camera: cam1."
+        f"config.yaml: {where}.camera: {path} has points of {shown}. Say which of them each camera is, as in "
+        "cameras.<camera>.tracks: {camera: cam1}."
     )
