@@ -7,7 +7,7 @@ from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.sight_misses import sight_misses
+from vidtrack.location.sight_misses import Cause, _likeliest, sight_misses
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 AT = np.arange(240) / 30
@@ -116,3 +116,11 @@ def test_read_outs_are_estimated_from_the_motion_within_their_standard_errors(re
 def test_no_read_out_is_estimated_without_the_rows():
     found, _ = misses(2)
     assert np.isnan(found.readout).all()
+
+
+def test_a_turn_by_more_than_a_camera_can_turn_unseen_is_no_cause_where_a_clock_is_one():
+    turned = Cause("turned", (0,), 68.0, 2.0, 1.0, 900.0, 1e4)
+    late = Cause("late", (1,), 0.095, 0.003, 0.9, 700.0, 80.0)
+    assert _likeliest([turned, late]) == late
+    assert _likeliest([turned._replace(amount=1.3), late]).kind == "turned"
+    assert _likeliest([turned]).kind == "turned"

@@ -39,6 +39,9 @@ show from being taken for large turns."""
 LIKELY_LATE_S, LIKELY_READOUT_S = 0.5, 0.05
 """ASSUME: s, how late a clock and how long a read-out is before anything is known of it."""
 
+LARGEST_TURN = 15.0
+"""deg; a camera that turned by more does not show the targets where they were: the turn stands for something else."""
+
 AS_GOOD = 0.95
 """Causes that explain this share of what the best one explains are as likely."""
 
@@ -318,6 +321,7 @@ def _whitened(system: _System, camera: int, px: Array) -> Array:
 
 def _likeliest(causes: Sequence[Cause]) -> Cause:
     """The best cause, with every camera of which the same explains as much."""
+    causes = [c for c in causes if c.kind != "turned" or c.amount < LARGEST_TURN] or list(causes)
     best = causes[0]
     alike = [c.cameras[0] for c in causes if c.kind == best.kind and c.evidence >= AS_GOOD * best.evidence]
     return best._replace(cameras=tuple(alike))
