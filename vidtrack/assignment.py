@@ -35,12 +35,12 @@ def one_to_one(cost: Array) -> NDArray[np.intp]:
 def one_to_one_within(cost: Array, most: float) -> NDArray[np.intp]:
     """For each row its column, (n,), -1 where it gets none: the least sum, where a row without a column costs `most`.
 
-    cost  (n, m), inf where a pair cannot be. No pair costs `most` or more.
+    cost  (n, m), inf or NaN where a pair cannot be. No pair costs `most` or more.
     """
     from scipy.optimize import linear_sum_assignment
 
     chosen = np.full(cost.shape[0], -1, np.intp)
-    row, column = linear_sum_assignment(np.minimum(cost, most))
+    row, column = linear_sum_assignment(np.fmin(cost, most))
     real = cost[row, column] < most
     chosen[row[real]] = column[real]
     return chosen

@@ -68,7 +68,7 @@ def test_there_and_back_is_the_lens_again(k1, k2, p1, p2):
     around = project(there.camera, np.concatenate([x, np.ones((4, 1))], -1))
     seen = np.concatenate([x, np.ones((4, 1))], -1) @ there.camera.R.T
     np.testing.assert_allclose(distorted(back.lens, seen[:, :2] / seen[:, 2:]), around, atol=back.largest_px + 1e-6)
-    assert back.largest_px < 0.4
+    assert back.largest_px < 0.8  # the more, the stronger the lens: it is stated
 
 
 def test_a_wide_camera_becomes_a_fisheye_lens_and_its_error_is_stated():

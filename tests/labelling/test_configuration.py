@@ -104,6 +104,7 @@ def test_five_points_are_too_few_to_name_themselves():
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 100_000))
 @example(3327)
+@example(2165)
 def test_whatever_the_clips_show_the_answer_is_labels_or_none(seed):
     """Few blobs, blobs on one line or at one place, points on one line or in a plane, picks anywhere."""
     rng = np.random.default_rng(seed)

@@ -124,7 +124,10 @@ def test_results_are_enough_where_the_recordings_are_gone(laboratory):
 
 def test_results_that_are_not_there_are_named(laboratory):
     (laboratory / "results/runs/still/trajectories.parquet").unlink()
-    answer = command(laboratory, "--to", "c3d")
+    answer = command(laboratory, "--to", "c3d", "--run", "still")
     assert answer.returncode == 1
     assert "still/trajectories.parquet: not there yet" in answer.stderr
-    assert not (laboratory / "results/runs/pluck/export").exists()
+    assert not (laboratory / "results/runs/still/export").exists()
+    of_all = command(laboratory, "--to", "c3d")
+    assert "still/trajectories.parquet: not there yet" in of_all.stderr
+    assert list((laboratory / "results/runs/pluck/export").glob("*.c3d"))
