@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from vidtrack.analysis.uncertainty import DEGREES_OF_FREEDOM, statement, uncertainty_statement
+from vidtrack.analysis.uncertainty import statement, uncertainty_statement
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 
 BUDGET = {
     "x": {"survey": 0.3, "calibration": 0.1, "centroid": 0.2, "clock": 0.0},

@@ -6,13 +6,12 @@ What it measures under the cursor is where the target was drawn, in the picture 
 import threading
 from fractions import Fraction
 
-import av
 import numpy as np
 import pytest
 
 from tests.files.clips import ball, make_clip
 from tests.picking.browser import choose, needs_browser, open_page, screen, wait
-from tests.stages.test_track_recordings import KINDS, RATE, SIZE, N, levels, place
+from tests.stages.test_track_recordings import KINDS, RATE, SIZE, N, film_in_colour, levels, place
 from tests.video import test_colour
 from vidtrack.picking.desk import Desk
 from vidtrack.picking.server import Server
@@ -41,14 +40,7 @@ def served(tmp_path, monkeypatch):
     for run in ("fields", "colour", "chapters", "pages", "deep"):
         (lab / "runs" / run).mkdir(parents=True)
     make_clip(lab / "runs/fields/cam1.mkv", "ffv1", "gray", n=N // 2, size=SIZE, rate=Fraction(25), picture=both_fields)
-    with av.open(str(lab / "runs/colour/cam1.mkv"), "w") as out:
-        stream = out.add_stream("ffv1", rate=Fraction(RATE))
-        stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
-        for i in range(N):
-            frame = test_colour.frame_of(i, "yuv420p", "420 left")
-            frame.pts, frame.time_base = i, Fraction(1, RATE)
-            out.mux(stream.encode(frame))
-        out.mux(stream.encode())
+    film_in_colour(lab / "runs/colour/cam1.mkv")
     for k in (0, 1):
         make_clip(
             lab / f"runs/chapters/cam1_{k + 1}.mkv", "ffv1", "gray", n=N // 2, size=SIZE, rate=Fraction(RATE),

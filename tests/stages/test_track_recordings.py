@@ -170,8 +170,8 @@ def test_centroids_of_every_kind_of_recording_are_where_the_ball_was_drawn(tmp_p
     check(centroids(path, how), place, 0.15)  # sd 0.02 px; GIF and H.264 round levels
 
 
-def test_by_colour_a_red_ball_on_green_of_equal_luma_is_tracked(tmp_path):
-    path = tmp_path / "a.mkv"
+def film_in_colour(path):
+    """A red ball on a green of its luma, FFV1."""
     with av.open(str(path), "w") as out:
         stream = out.add_stream("ffv1", rate=Fraction(RATE))
         stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
@@ -180,6 +180,11 @@ def test_by_colour_a_red_ball_on_green_of_equal_luma_is_tracked(tmp_path):
             frame.pts, frame.time_base = i, Fraction(1, RATE)
             out.mux(stream.encode(frame))
         out.mux(stream.encode())
+
+
+def test_by_colour_a_red_ball_on_green_of_equal_luma_is_tracked(tmp_path):
+    path = tmp_path / "a.mkv"
+    film_in_colour(path)
     check(centroids(path, {"colour": {"hue": 0.0, "width": 120.0}}), test_colour.place, 0.05)
 
 

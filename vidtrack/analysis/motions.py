@@ -20,8 +20,6 @@ from vidtrack.analysis.interval import Estimate, t_factor
 from vidtrack.arrays import Array
 from vidtrack.motion.rigid import angles_by_turn, roll_pitch_yaw, unwrapped
 
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-
 AXES = {
     sign + name: (1.0 if sign == "+" else -1.0) * axis
     for name, axis in zip("xyz", np.eye(3), strict=True)

@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vidtrack.analysis.campaign import type_a
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 
 PARTS = ("survey", "calibration", "centroid", "clock", "lever arm", "repeat")
 
 COVERAGE = 2.0
 """The coverage factor k: some 95 % where errors are normal."""
 
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 CURES = {
     "survey": "a survey whose tolerance is {share} of what it is",

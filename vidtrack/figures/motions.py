@@ -8,14 +8,13 @@ import numpy as np
 
 from vidtrack.figures.bodies import against_time
 from vidtrack.figures.style import PALETTE, REFERENCE_COLOUR, legend, new_figure
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
     from vidtrack.arrays import Array
-
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def motions(table: DataFrame, units: str, title: str) -> Figure:

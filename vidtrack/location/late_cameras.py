@@ -45,7 +45,8 @@ LATE = LateSettings()
 
 
 class Late(NamedTuple):
-    """A camera, the target whose path its track is, what must be added to its time, s, and px rms with it, without."""
+    """A camera and the target whose path its track is; what must be added to the camera's time, s; px rms with it and
+    without (inf where too few samples can be compared)."""
 
     camera: int
     label: str
@@ -115,10 +116,10 @@ def _late(b: Array, path: Array, at: Array) -> tuple[float, float, float] | None
 def _finding(late: Late, views: Sequence[View]) -> Finding:
     name = views[late.camera].name
     later = "later" if late.offset_s < 0 else "sooner"
+    before = f", {late.before_px:.3g} px by its own time" if np.isfinite(late.before_px) else ""
     text = (
         f"{name}: its clock differs from the others': it shows the path of {late.label} {abs(late.offset_s):.3g} s "
-        f"{later} ({late.px:.2g} px rms from it then, {late.before_px:.3g} px by its own time), and has no part in "
-        "its positions"
+        f"{later} ({late.px:.2g} px rms from it then{before}), and has no part in its positions"
     )
     cure = f"Set cameras.{name}.clock: auto, or give its offset_s, about {late.offset_s:+.3g}."
     return Finding("doubtful", "clock-differs", text, cure)

@@ -14,7 +14,7 @@ OVER_SIGMA = (3.0, 10.0)
 
 EXPLAINED_OVER = 1.0
 """The same where one turned camera or one late clock explains the misses: sigma has grown with them by then, and says
-less than it seems. Of unspoiled random experiments none has evidence for either above 0.2."""
+less than it seems. Of 16 unspoiled random experiments none had evidence for either above 0.2."""
 
 EVIDENCE = 9.0
 """Chi squared that a cause must take away to be believed."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, share
 from vidtrack.report.page import Table
 
 Record = Mapping[str, Any]
-
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def analysis_tables(record: Record, units: str) -> list[Table]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vidtrack.figures.campaign import response_curves
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.report.addresses import INDEX, run_file
 from vidtrack.report.drawn import Chart, drawn
 from vidtrack.report.explanations import ABOUT
@@ -30,7 +31,6 @@ LABELS = {
     "quadratic": "quadratic damping b",
 }
 
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 MOST_CURVES = 8
 """Motions in one figure."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidtrack.figures.style import AXIS_COLOURS, PALETTE
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.report.numbers import plain
 
 if TYPE_CHECKING:
@@ -23,17 +24,17 @@ def positions(table: DataFrame, units: str) -> str:
     shown = [a for a in "xyz" if table[a].notna().any()] or ["x"]
     each = list(table.groupby("target", sort=False))
     every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
-    panels = [
-        {
-            "label": f"{axis} ({units})",
-            "lines": [
-                _line(str(name), PALETTE[i % len(PALETTE)], rows.iloc[::every], t0, axis, f"sigma_{axis}")
-                for i, (name, rows) in enumerate(each)
-            ],
-        }
-        for axis in shown
-    ]
+    panels = [_panel(f"{axis} ({units})", each, axis, t0, every) for axis in shown]
     return _series(panels, t0, every)
+
+
+def _panel(label: str, each: list[Any], column: str, t0: float, every: int) -> dict[str, Any]:
+    """One quantity of several things, each (its name, its rows), with its standard deviation."""
+    lines = [
+        _line(str(name), PALETTE[i % len(PALETTE)], rows.iloc[::every], t0, column, f"sigma_{column}")
+        for i, (name, rows) in enumerate(each)
+    ]
+    return {"label": label, "lines": lines}
 
 
 def derivatives(table: DataFrame, units: str) -> str:
@@ -58,15 +59,10 @@ def motions(table: DataFrame, units: str) -> str:
     """Six degrees of freedom of each point of a body; table: rows of motions.parquet."""
     each = list(table.groupby("point", sort=False))
     every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
+    units_of = [units] * 3 + ["deg"] * 3
     panels = [
-        {
-            "label": f"{name} ({units if k < 3 else 'deg'})",
-            "lines": [
-                _line(str(point), PALETTE[i % len(PALETTE)], rows.iloc[::every], t0, name, f"sigma_{name}")
-                for i, (point, rows) in enumerate(each)
-            ],
-        }
-        for k, name in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw"))
+        _panel(f"{name} ({unit})", each, name, t0, every)
+        for name, unit in zip(DEGREES_OF_FREEDOM, units_of, strict=True)
     ]
     return _series(panels, t0, every)
 

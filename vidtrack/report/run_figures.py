@@ -10,6 +10,7 @@ import numpy as np
 
 from vidtrack.figures import analysis, bodies, comparison, motions, space, tracking, trajectories, waterline
 from vidtrack.files.records import read_png
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.report import live
 from vidtrack.report.drawn import Chart
 from vidtrack.report.space_view import as_json, space_view
@@ -18,7 +19,6 @@ from vidtrack.results import Results, RunResults
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-DEGREES_OF_FREEDOM = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 MOST_CYCLES = 6
 """Motions whose mean cycle is shown."""
 

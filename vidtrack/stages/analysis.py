@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from vidtrack.analysis.channel_clock import Joined, by_lamp, by_motion, by_offset
 from vidtrack.analysis.decay import free_decay
 from vidtrack.analysis.motions import (
-    DEGREES_OF_FREEDOM,
     Motions,
     basin_axes,
     before_motion,
@@ -24,6 +23,7 @@ from vidtrack.analysis.responses import Series, Systematic, fields
 from vidtrack.analysis.waves import mixing, waves_and_responses
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
+from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.motion.rigid import rotation_from_quaternion
 
 COLUMNS = {

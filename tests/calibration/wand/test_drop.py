@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.calibration.wand.waved import waved
+from tests.calibration.wand.waved import refined, waved
 from vidtrack.calibration.wand.drop import dropped
 from vidtrack.calibration.wand.ends import orders, stretches
-from vidtrack.calibration.wand.refined import refine_wand
 from vidtrack.calibration.wand.tracks import Follows, Timed
 from vidtrack.geometry.camera import project
 
@@ -14,10 +13,7 @@ from vidtrack.geometry.camera import project
 @pytest.fixture(scope="module")
 def rig():
     scene = waved(91, n=150)
-    R, T = scene.cameras[0].R, scene.cameras[0].T
-    start = [c.with_(R=c.R @ R.T, T=c.T - c.R @ R.T @ T) for c in scene.cameras]
-    views = scene.views
-    done = refine_wand(start, lambda clocks: views, scene.wand, arrange=lambda v: v, models=("tsai",))
+    done = refined(scene)
     follows = [Follows(scene.t, own, np.full(own.shape, 0.1), stretches(own)) for own in scene.b]
     return scene, done, Timed(follows, orders(scene.wand.lengths), [])
 

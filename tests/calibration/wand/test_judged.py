@@ -3,19 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.calibration.wand.waved import waved
+from tests.calibration.wand.waved import refined, waved
 from vidtrack.calibration.wand.axes import Fall, Motion
 from vidtrack.calibration.wand.judged import LIMITS, Axes, judge
-from vidtrack.calibration.wand.refined import refine_wand
 
 
 @pytest.fixture(scope="module")
 def rig():
     scene = waved(81, n=200)
-    R, T = scene.cameras[0].R, scene.cameras[0].T
-    start = [c.with_(R=c.R @ R.T, T=c.T - c.R @ R.T @ T) for c in scene.cameras]
-    views = scene.views
-    return scene, refine_wand(start, lambda clocks: views, scene.wand, arrange=lambda v: v, models=("tsai",))
+    return scene, refined(scene)
 
 
 def _codes(rig, axes, unsure=(), units="in"):

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.calibration.wand.waved import waved
+from tests.calibration.wand.waved import refined, waved
 from vidtrack.calibration.wand.placed import PICK_SD, Marks, placed, same_unit
-from vidtrack.calibration.wand.refined import refine_wand
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
 
@@ -15,10 +14,7 @@ MARKS = {"hook": (0, 0, 25), "bob": (0, 0, 0), "left": (-20, 0, 0), "right": (20
 @pytest.fixture(scope="module")
 def rig():
     scene = waved(51, n=250)
-    R, T = scene.cameras[0].R, scene.cameras[0].T
-    start = [c.with_(R=c.R @ R.T, T=c.T - c.R @ R.T @ T) for c in scene.cameras]
-    views = scene.views
-    return scene, refine_wand(start, lambda clocks: views, scene.wand, arrange=lambda v: v, models=("tsai",))
+    return scene, refined(scene)
 
 
 def _marks(scene, rng, noise, sigma=None, scale=1.0):

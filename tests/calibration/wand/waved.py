@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.calibration.wand.measured import Views, Wand, wand_of
+from vidtrack.calibration.wand.refined import refine_wand
 from vidtrack.geometry.camera import Camera, contains, project
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_rig
@@ -79,3 +80,11 @@ def rigid_error(found, truth, rng, sd=0.1, n=400, reach=20.0):
     U, _, Vt = np.linalg.svd((q - q.mean(0)).T @ (p - p.mean(0)))
     R = (U * [1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
     return np.linalg.norm((p - p.mean(0)) @ R.T + q.mean(0) - q, axis=-1).mean(), floor
+
+
+def refined(scene):
+    """The wand's calibration of a scene, by Tsai's lens, from the true cameras in the first one's frame."""
+    R, T = scene.cameras[0].R, scene.cameras[0].T
+    start = [c.with_(R=c.R @ R.T, T=c.T - c.R @ R.T @ T) for c in scene.cameras]
+    views = scene.views
+    return refine_wand(start, lambda clocks: views, scene.wand, arrange=lambda v: v, models=("tsai",))
