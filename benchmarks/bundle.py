@@ -132,10 +132,10 @@ def _by_hand(start, p, b, found, free) -> float:
         cameras, x = at(v)
         rows = []
         for i, camera in enumerate(cameras):
-            told = derivatives(camera, x, found.pivot)
+            derived = derivatives(camera, x, found.pivot)
             own = np.zeros((2 * n, 4 * k))
-            own[:, i * k : (i + 1) * k] = -told.by_parameter[..., columns].reshape(2 * n, k) / sd
-            rows.append(hstack([csr_matrix(own * scale), block_diag(list(-told.by_point / sd * 0.1), format="csr")]))
+            own[:, i * k : (i + 1) * k] = -derived.by_parameter[..., columns].reshape(2 * n, k) / sd
+            rows.append(hstack([csr_matrix(own * scale), block_diag(list(-derived.by_point / sd * 0.1), format="csr")]))
         return vstack([*rows, hstack([csr_matrix((3 * n, 4 * k)), diags(np.ones(3 * n))])], format="csr")
 
     found_ = least_squares(residuals, np.zeros(4 * k + 3 * n), jac=jacobian, method="trf", max_nfev=30)

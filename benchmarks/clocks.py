@@ -1,14 +1,14 @@
-"""How well each witness tells a camera's clock: 0.37 frame late and 50 ppm slow, over a minute at 30 frames a second.
+"""How well each method estimates a camera's clock: 0.37 frame late, 50 ppm slow, over a minute at 30 frames a second.
 
     python benchmarks/clocks.py [--trials 20] [--seconds 60]
 
 motion   a driven swing of 10 in, 0.05 px of noise: the epipolar error along the trajectories
-sound    a room in which somebody works, each microphone with as much noise of its own; and a clap in a quiet room
+sound    a room in which people work, each microphone with as much noise of its own; and a clap in a quiet room
          (both equally far from the source: what travel may do is no part of it)
 flash    a lamp that is switched every five seconds, with the shutter open all the time and half of it; one switching
 
-For each: rms error of the offset at the middle of the run and of the rate; the usual standard error told; the rms of
-the errors over their standard errors, 1 where errors are as large as is told; and processor seconds a trial.
+For each: rms error of the offset at the middle of the run and of the rate; the usual standard error; the rms of
+the errors over their standard errors, 1 where errors are as large as reported; and processor seconds a trial.
 """
 
 from __future__ import annotations
@@ -89,21 +89,22 @@ def main() -> None:
         "one flash, shutter open": lambda s, rng: by_flash(s, rng, shutter=1.0, every_s=s),
     }
     print(f"{'':31s}  offset (frame)              rate (ppm)")
-    print(f"{'':31s}  rms     told    ratio       rms     told    ratio    s/trial")
+    print(f"{'':31s}  rms      sd     ratio       rms      sd     ratio    s/trial")
     for name, way in ways.items():
         found, began = [], time.process_time()
         for seed in range(arguments.trials):
             found.append(way(arguments.seconds, np.random.default_rng(seed)).moved(arguments.seconds / 2))
         each = (time.process_time() - began) / arguments.trials
-        told = [timing for timing in found if timing.is_known]
+        known = [timing for timing in found if timing.is_known]
         right = LATE.offset_s + LATE.rate_ppm * 1e-6 * arguments.seconds / 2
-        off = np.array([((x.clock.offset_s - right) * RATE, x.clock.rate_ppm - LATE.rate_ppm) for x in told])
-        sd = np.array([(x.sd.offset_s * RATE, x.sd.rate_ppm) for x in told])
+        off = np.array([((x.clock.offset_s - right) * RATE, x.clock.rate_ppm - LATE.rate_ppm) for x in known])
+        sd = np.array([(x.sd.offset_s * RATE, x.sd.rate_ppm) for x in known])
         rms, ratio = np.sqrt(np.mean(off**2, 0)), np.sqrt(np.mean((off / sd) ** 2, 0))
         usual = np.median(sd, 0)
         row = "     ".join(f"{rms[i]:7.4g} {usual[i]:7.4g} {ratio[i]:6.2f}" for i in (0, 1))
         print(
-            f"{name:31s}{row}   {each:6.2f}" + (f"   {len(found) - len(told)} untold" if len(told) < len(found) else "")
+            f"{name:31s}{row}   {each:6.2f}"
+            + (f"   {len(found) - len(known)} unknown" if len(known) < len(found) else "")
         )
 
 

@@ -279,7 +279,7 @@ def _kill_stage(running: subprocess.Popen[str], folder: Path, moment: float, rng
 
 
 def _second_call(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> None:
-    """Somebody calls it once more while it runs."""
+    """A second call while the first one runs."""
     time.sleep(moment)
     subprocess.run(_command(folder), env=os.environ | {"PYTHONPATH": str(HOUSE)}, capture_output=True, check=False)
 

@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
     seed: int
     counts: Counts
     seconds: float
-    witness: float | None  # IDF1 by py-motmetrics
+    motmetrics: float | None  # IDF1 by py-motmetrics
 
 
 def by_association(s: Scene) -> list[Ints]:
@@ -97,7 +97,7 @@ def wanted_of(s: Scene, at: Array) -> Bools:
     return np.asarray(out >= 2)
 
 
-def outcome(kind: str, seed: int, method: str, witness: bool = False) -> Outcome:
+def outcome(kind: str, seed: int, method: str, motmetrics: bool = False) -> Outcome:
     """Play one scene."""
     s = scene(kind, seed)
     start = time.process_time()
@@ -114,11 +114,13 @@ def outcome(kind: str, seed: int, method: str, witness: bool = False) -> Outcome
     seconds = time.process_time() - start
     truth, wanted, present = s.truth(t), wanted_of(s, t), s.present(t)
     counts = counted(truth, wanted, present, fix, sigma, s.diameter)
-    return Outcome(kind, seed, counts, seconds, idf1_of_motmetrics(truth, wanted, fix, s.diameter) if witness else None)
+    return Outcome(
+        kind, seed, counts, seconds, idf1_of_motmetrics(truth, wanted, fix, s.diameter) if motmetrics else None
+    )
 
 
 def idf1_of_motmetrics(truth: Array, wanted: Bools, fix: Array, gate: float) -> float:
-    """IDF1 by py-motmetrics; fixes near a target that nobody wanted just then are left out, as in `counted`."""
+    """IDF1 by py-motmetrics; fixes near a target that is not asked for just then are left out, as in `counted`."""
     import motmetrics as mm
 
     accumulator = mm.MOTAccumulator(auto_id=True)
@@ -129,8 +131,8 @@ def idf1_of_motmetrics(truth: Array, wanted: Bools, fix: Array, gate: float) -> 
         keep = ~near_other
         d = np.where(d[own][:, keep] <= gate, d[own][:, keep], np.nan)
         accumulator.update(own, found[keep], d)
-    told = mm.metrics.create().compute(accumulator, metrics=["idf1"], name="all")
-    return float(told["idf1"].iloc[0])
+    summary = mm.metrics.create().compute(accumulator, metrics=["idf1"], name="all")
+    return float(summary["idf1"].iloc[0])
 
 
 def main() -> None:
@@ -140,21 +142,21 @@ def main() -> None:
     parser.add_argument("--kind", nargs="*", default=list(KINDS))
     parser.add_argument("--method", nargs="*", default=["association"], choices=METHODS)
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--witness", action="store_true", help="IDF1 by py-motmetrics too (group bench)")
+    parser.add_argument("--motmetrics", action="store_true", help="IDF1 by py-motmetrics too (group bench)")
     parser.add_argument("--scenes", action="store_true", help="a line for each scene that is not whole")
     args = parser.parse_args()
     for method in args.method:
         seeds = range(args.first, args.first + args.seeds)
-        jobs = [(kind, seed, method, args.witness) for kind in args.kind for seed in seeds]
+        jobs = [(kind, seed, method, args.motmetrics) for kind in args.kind for seed in seeds]
         if args.workers > 1:
             with ProcessPoolExecutor(args.workers) as pool:
                 outcomes = list(pool.map(outcome, *zip(*jobs, strict=True)))
         else:
             outcomes = [outcome(*job) for job in jobs]
-        told(method, args.kind, outcomes, args.scenes)
+        print_row(method, args.kind, outcomes, args.scenes)
 
 
-def told(method: str, kinds: list[str], outcomes: list[Outcome], scenes: bool) -> None:
+def print_row(method: str, kinds: list[str], outcomes: list[Outcome], scenes: bool) -> None:
     """The table."""
     head = (
         f"{'located %':>10} {'IDF1':>7} {'HOTA':>7} {'false':>6} {'fixes':>8} {'worst %':>8} {'below 97':>8} {'s':>7}"
@@ -169,8 +171,8 @@ def told(method: str, kinds: list[str], outcomes: list[Outcome], scenes: bool) -
             f"{total.fixes:8d} {100 * min(shares):8.2f} {sum(x < 0.97 for x in shares):8d} "
             f"{sum(o.seconds for o in own):7.1f}"
         )
-        if kind == "all" and all(o.witness is not None for o in own):
-            apart = max(abs(o.counts.idf1 - (o.witness or 0.0)) for o in own)
+        if kind == "all" and all(o.motmetrics is not None for o in own):
+            apart = max(abs(o.counts.idf1 - (o.motmetrics or 0.0)) for o in own)
             print(f"IDF1 by py-motmetrics differs by at most {apart:.1e} in any scene")
         if scenes and kind != "all":
             for o in own:

@@ -46,7 +46,7 @@ class Plan:
     flicker: bool = False
     offset: float = 0.0  # samples, by which cameras start apart
     radius: float = 4.0  # px
-    known: bool = True  # how many targets there are is told
+    known: bool = True  # the number of targets is stated
 
 
 KINDS: dict[str, Plan] = {
@@ -100,7 +100,7 @@ class Scene(NamedTuple):
     views: list[View]
     truth: Callable[[Array], Array]  # times (m,) s -> (K, m, 3) m
     present: Callable[[Array], Bools]  # times (m,) -> (K, m)
-    targets: int | None  # what the user tells
+    targets: int | None  # what the user states
     noise: float  # px
     diameter: float  # m
     locked: bool

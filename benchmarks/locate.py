@@ -210,16 +210,16 @@ def limits(n: int, rounds: int) -> None:
     p = places(n, rng)
     noise = rng.normal(0, NOISE, (4, n, 2))
     few = n // 10
-    told = [
+    methods = [
         ("2 cameras, with undistortion and covariance", n, ours(p, 2, noise)[0]),
         ("  with the calibration's covariance too", n, with_calibration(p, 2, noise, rng)),
         ("4 cameras", few, ours(p[:few], 4, noise[:, :few])[0]),
         ("  with the calibration's covariance too", few, with_calibration(p[:few], 4, noise[:, :few], rng)),
         ("4 cameras, every point with a bad one", few, rejection(p[:few], 4, noise[:, :few], rng)),
     ]
-    seconds = np.min([[timed(run) for _, _, (_, run) in told] for _ in range(rounds)], 0)
+    seconds = np.min([[timed(run) for _, _, (_, run) in methods] for _ in range(rounds)], 0)
     print(f"shortest of {rounds} rounds; limits: 1.5 s a million from 2 cameras, 50,000 points/s with a bad camera")
-    for (name, size, _), s in zip(told, seconds, strict=True):
+    for (name, size, _), s in zip(methods, seconds, strict=True):
         print(f"{name:46} {size:>8} points {1e6 * s / size:>6.2f} s a million {size / s:>10.0f} points/s")
 
 

@@ -4,8 +4,8 @@
 
 A target drifts while something comes in from a random side, from 12 px away down to touching: a second target, or a
 straight rope as long as the picture that is no target. Edges are soft (exact area, blurred by 0.5 px), noise is 3 grey
-levels. What the tracker makes of it is held against the truth: bias towards the neighbour and rms error of X and Y,
-px; z, the rms of error over the sd that was told; and the share that was measured at all, the rest being flagged.
+levels. What the tracker makes of it is compared with the truth: bias towards the neighbour and rms error of X and Y,
+px; z, the rms of error over the reported sd; and the share that was measured at all, the rest being flagged.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ RIGS = {
 
 
 def config(interface: Interface, rng: np.random.Generator) -> dict[str, object]:
-    """The interface as somebody measures it."""
+    """The interface as it is measured by hand."""
     tilt = rng.normal(0, np.radians(0.5), 2) @ interface.axes
     own: dict[str, object] = {
         "name": interface.name,

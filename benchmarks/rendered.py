@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
     strange: int  # measured in no ball, empty flag
     rows: int
     seconds: float
-    told: str
+    message: str
 
 
 def tracked(s: Scene, shot: Shot) -> Tracked:
@@ -76,9 +76,9 @@ def outcome(kind: str, seed: int) -> Outcome:
     found = [tracked(s, shot) for shot in s.shots]
     try:
         at, fix, sigma = located(s, found)
-        told = ""
+        message = ""
     except VidtrackError as error:
-        at, told = s.shots[0].t, str(error)
+        at, message = s.shots[0].t, str(error)
         fix = sigma = np.full((1, at.size, 3), np.nan)
     seconds = time.process_time() - start
     truth, present, others = s.truth(at), s.present(at), s.others(at)
@@ -87,7 +87,7 @@ def outcome(kind: str, seed: int) -> Outcome:
     wanted = np.concatenate([wanted_of(s, at), np.zeros(others.shape[:2], bool)])
     counts = counted(every, wanted, there, fix, sigma, s.diameter)
     share, strange, rows = _views(s, found)
-    return Outcome(kind, seed, counts, _z(every, fix, sigma, s.diameter), share, strange, rows, seconds, told)
+    return Outcome(kind, seed, counts, _z(every, fix, sigma, s.diameter), share, strange, rows, seconds, message)
 
 
 def wanted_of(s: Scene, at: Array) -> Bools:
@@ -156,17 +156,17 @@ def main() -> None:
     for kind in args.kind:
         own = [outcome(kind, seed) for seed in range(args.first, args.first + args.seeds)]
         every += own
-        told(kind, own)
+        print_row(kind, own)
         for o in own if args.scenes else []:
             c = o.counts
-            if c.share < 0.99 or c.idf1 < 0.99 or c.false or o.strange or o.told:
+            if c.share < 0.99 or c.idf1 < 0.99 or c.false or o.strange or o.message:
                 print(f"    seed {o.seed}: located {100 * c.share:.2f} % of {c.wanted}, IDF1 {c.idf1:.4f}, {c.false} "
-                      f"false of {c.fixes}, measured {100 * o.measured:.1f} %, strange {o.strange} {o.told}",
+                      f"false of {c.fixes}, measured {100 * o.measured:.1f} %, strange {o.strange} {o.message}",
                       flush=True)  # fmt: skip
-    told("all", every)
+    print_row("all", every)
 
 
-def told(kind: str, own: list[Outcome]) -> None:
+def print_row(kind: str, own: list[Outcome]) -> None:
     """A line of the table."""
     total = together([o.counts for o in own])
     print(

@@ -1,11 +1,11 @@
-"""How well the whole workflow locates targets: the thesis's rig, filmed and held against truth.
+"""How well the whole workflow locates targets: the thesis's rig, filmed and compared with truth.
 
     python benchmarks/rig.py FOLDER [--seed 1991] [--cores 1]
 
 Films the demo's rig with two more cameras into FOLDER (what stands there already is not made again), runs snakemake
 on it and locates its runs with two, three and four of the cameras: the demo's pluck; a ball that cam1 does not see for
-a second; two balls of which one passes before the other in cam1. Errors are told in in and as a share of the diagonal
-field, z^2 is the square of an error over its sigma. The limit is a mean error of 1/40,000.
+a second; two balls of which one passes before the other in cam1. Errors are printed in in and as a share of the
+diagonal field, z^2 is the square of an error over its sigma. The limit is a mean error of 1/40,000.
 
 That of the pluck is taken apart: what the true cameras make of the same centroids, what the found cameras make of
 exact ones, and the floor, which is what the true cameras make of noise with the scatter that the centroids have.
@@ -93,11 +93,11 @@ class Rig(NamedTuple):
 
 
 def rig_of(folder: Path, names: tuple[str, ...]) -> Rig:
-    told = read_json(folder / "truth/cameras.json")
+    true = read_json(folder / "truth/cameras.json")
     calibration = folder / "results/calibration"
     field = read_json(calibration / "backprojection.json")["diagonal_field"]
     return Rig(
-        {name: Camera(**told[name]) for name in names},
+        {name: Camera(**true[name]) for name in names},
         {name: read_camera(calibration / name / "camera.json") for name in names},
         {name: read_parquet(calibration / name / "points.parquet") for name in names},
         field,
@@ -114,7 +114,7 @@ class Held(NamedTuple):
     normalised: float
     n: int
 
-    def told(self, field: float) -> str:
+    def line(self, field: float) -> str:
         sizes = f"{self.mean:>8.5f} {field / self.mean:>9.0f} {self.rms:>8.5f} {self.largest:>8.5f} {self.bias:>8.5f}"
         return f"{sizes} {self.normalised:>6.2f} {self.n:>4}"
 
@@ -209,7 +209,7 @@ def report(folder: Path) -> None:
         print(f"\n{m} cameras; diagonal field {rig.field:.1f} in")
         print(HEAD)
         for name, h in apart(folder, "pluck", rig, rng):
-            print(f"  pluck: {name:29} {h.told(rig.field)}")
+            print(f"  pluck: {name:29} {h.line(rig.field)}")
         lost(folder, rig)
         crossing(folder, rig)
 
@@ -222,7 +222,7 @@ def lost(folder: Path, rig: Rig) -> None:
     for name, part in (("cam1 sees it", ~during), ("cam1 does not", during)):
         rows, fixed = table[part], table.loc[part, "x"].notna()
         flagged = int((rows.loc[~fixed, "flag"] != "").sum())
-        h = errors(rows, true[part]).told(rig.field) if fixed.any() else ""
+        h = errors(rows, true[part]).line(rig.field) if fixed.any() else ""
         print(f"  lost: {name:30} {h}  of {len(rows)}; NaN {int((~fixed).sum())}, flagged {flagged}")
 
 
@@ -231,7 +231,7 @@ def crossing(folder: Path, rig: Rig) -> None:
     merged = table["flag"].str.contains("cam1:").to_numpy()
     for name, part in (("apart in cam1", ~merged), ("merged or hidden in cam1", merged)):
         rows, fixed = table[part], table.loc[part, "x"].notna()
-        h = errors(rows, true[part]).told(rig.field) if fixed.any() else ""
+        h = errors(rows, true[part]).line(rig.field) if fixed.any() else ""
         print(f"  crossing: {name:26} {h}  of {len(rows)}; NaN {int((~fixed).sum())}")
     print(f"  crossing: tracks of {table.groupby('target').size().to_dict()}")
 

@@ -12,7 +12,7 @@ take turns in one process; ratios are of medians of processor time, which a busy
 time. What was tracked is compared with the scene afterwards. `sd` follows balls of five sizes, at rest and moving,
 through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest sd (errors beyond 1 px are
 counted as wrong). `limits` runs the track
-job as the workflow does, on 300 and 1500 frames of 1080p, and tells its peak memory and how long it takes from its
+job as the workflow does, on 300 and 1500 frames of 1080p, and prints its peak memory and how long it takes from its
 start to the first frame. `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them
 beside vidtrack's own dependencies (a venv of its own keeps them out of the project's).
 """
@@ -218,8 +218,10 @@ def limits(rounds: int, folder: Path) -> None:
             with tempfile.TemporaryDirectory() as out:
                 peaks.append(_peak_mb(path, Path(out)))
             began = time.time()
-            told = subprocess.run([sys.executable, "-c", FIRST_FRAME, path], check=True, capture_output=True, text=True)
-            waits.append(float(told.stdout) - began)
+            printed = subprocess.run(
+                [sys.executable, "-c", FIRST_FRAME, path], check=True, capture_output=True, text=True
+            )
+            waits.append(float(printed.stdout) - began)
         print(
             f"1080p {frames:5d} frames  peak {max(peaks):4.0f} MB (limit {PEAK_MB})  "
             f"first frame after {statistics.median(waits):.2f} s (limit {FIRST_FRAME_S})",
@@ -243,8 +245,8 @@ def _peak_mb(path: Path, out: Path) -> float:
     for name, file in outputs.items():
         command += ["--output", name, str(out / file)]
     # a process of its own in between: a child begins with the memory of its parent
-    told = subprocess.run([sys.executable, "-c", PEAK, *command], check=True, capture_output=True, text=True)
-    return int(told.stdout) / 1024
+    printed = subprocess.run([sys.executable, "-c", PEAK, *command], check=True, capture_output=True, text=True)
+    return int(printed.stdout) / 1024
 
 
 def accuracy(pictures: int) -> None:

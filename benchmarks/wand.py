@@ -117,11 +117,11 @@ def main() -> None:
             ratios.append(ratio)
             squares.append(square)
             codes = {f.code for f in found.findings} | {f["code"] for r in found.records for f in r["findings"]}
-            told = ", ".join(sorted(codes - {"wand-axes-of-camera"}))
+            listed = ", ".join(sorted(codes - {"wand-axes-of-camera"}))
             word = "ok" if ratio <= LIMIT else "SHORT"
             print(
                 f"seed {seed}: {m} cameras {kind:6} {took:5.1f} s, error {ratio:.3f} of the floor {word}, "
-                f"square {square:.2f} {told}"
+                f"square {square:.2f} {listed}"
             )
     print(f"worst {max(ratios):.3f} of the floor, median {np.median(ratios):.3f}; mean square {np.mean(squares):.2f}")
 

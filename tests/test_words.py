@@ -20,7 +20,10 @@ CLEAN += ["vidtrack/steadiness"]
 CLEAN += [f"vidtrack/{room}" for room in ("location", "planning", "settings", "timing", "tracking", "workflow")]
 CLEAN += ["vidtrack/motion", "vidtrack/shore", "vidtrack/simulate", "vidtrack/jobs", "vidtrack/stages"]
 CLEAN += ["vidtrack/video", "vidtrack/findings.py", "vidtrack/results.py", "vidtrack/command.py"]
-CLEAN += [f"vidtrack/{room}" for room in ("arranging", "commands", "picking", "preview", "running")]
+CLEAN += [
+    f"vidtrack/{room}" for room in ("arranging", "commands", "exchange", "notebook", "picking", "preview", "running")
+]
+CLEAN += ["benchmarks"]
 RIDDLES = re.compile(
     r"\b(nobody|everybody|somebody|anybody|himself|herself|foretells?|foretold|foretelling|lest)\b"
     r"|held against|holds? \w+ against|\btold (by|apart)\b|\bwho tells\b",
@@ -29,7 +32,9 @@ RIDDLES = re.compile(
 STRICT = [f"vidtrack/{room}" for room in ("timing", "simulate", "motion", "shore", "stages", "jobs", "location")]
 STRICT += [f"vidtrack/{room}" for room in ("labelling", "planning", "geometry", "figures", "report", "files")]
 STRICT += [f"vidtrack/{room}" for room in ("settings", "workflow", "verdict", "analysis", "association")]
-STRICT += ["vidtrack/steadiness"]
+STRICT += [f"vidtrack/{room}" for room in ("calibration", "exchange", "notebook", "steadiness", "tracking", "video")]
+STRICT += [f"vidtrack/{room}" for room in ("arranging", "commands", "picking", "preview", "running")]
+STRICT += ["benchmarks"]
 STRICT += ["docs", "README.md", "config.yaml", "workflow/rules", "vidtrack/findings.py", "vidtrack/command.py"]
 NOT_FOR_PROGRAMS = re.compile(
     r"\b(told|tells?|telling|witness(es)?|whoever|glances?|vouch(es)?|borne out)\b"

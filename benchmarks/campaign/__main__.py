@@ -4,7 +4,7 @@
 
 A third of the experiments is unspoiled. For each: whether it was called good; the share of samples with an empty flag
 and a verdict of `good` that are off by more than 5 sigma (of any axis) and more than 0.5 px worth of space; whether
-what is told names what is wrong. `right` counts spoiled experiments that are called doubtful, bad, failed or refused
+the messages name what is wrong. `right` counts spoiled experiments that are called doubtful, bad, failed or refused
 with the cause named, and harmless ones of which every number is right.
 """
 
@@ -45,7 +45,7 @@ class Trial(NamedTuple):
     wrong: int
     located: float  # of all samples
     worst: float  # largest error of an unflagged sample, in
-    told: str
+    messages: str
 
 
 def trial(kind: str, seed: int, keep: str | None = None) -> Trial:
@@ -126,7 +126,7 @@ def _errors(table: pd.DataFrame, truth: pd.DataFrame, scene: dict[str, Any]) -> 
 
 
 def is_right(t: Trial) -> bool:
-    """Whether the user was told what is true: see the head of this file."""
+    """Whether the messages are true: see the head of this file."""
     circumstance = CIRCUMSTANCES[t.kind]
     if t.kind == "none":
         return t.verdict == "good" and t.wrong == 0
@@ -175,13 +175,13 @@ def report(trials: list[Trial]) -> None:
     bent = [t for t in trials if t.kind != "none"]
     print(f"\nwrong, unflagged, in what was called good: {wrong} of {samples}")
     if bent:
-        print(f"spoiled, told right: {sum(map(is_right, bent))} of {len(bent)}")
+        print(f"spoiled, named right: {sum(map(is_right, bent))} of {len(bent)}")
     if plain:
         print(f"unspoiled, called good: {sum(t.verdict == 'good' for t in plain)} of {len(plain)}")
     for t in trials:
         if not is_right(t):
             head = f"--kind {t.kind}, seed {t.seed}: {t.verdict}, located {t.located:.2f}, wrong {t.wrong}"
-            print(f"\n{head}: {t.told[:600]}")
+            print(f"\n{head}: {t.messages[:600]}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What may be wrong with an experiment: each circumstance spoils a scenario before it is filmed, or its folder after.
 
-`named` are words of which one must stand in what the user is told; a circumstance that is `harmless` may as well be
+`named` are words of which one must stand in what the user reads; a circumstance that is `harmless` may as well be
 handled so that all numbers are right.
 """
 

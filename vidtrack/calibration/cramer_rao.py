@@ -1,6 +1,6 @@
 """The floor: how well a point can be located by cameras that are perfectly known, for a given centroid noise.
 
-A calibration can only add to it, so the held-out error over the floor tells what calibration still costs.
+A calibration can only add to it, so the held-out error over the floor is what calibration still costs.
 """
 
 from __future__ import annotations

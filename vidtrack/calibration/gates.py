@@ -102,7 +102,7 @@ def degrees(p: ArrayLike) -> str:
 
 
 def coplanar(p: ArrayLike, refine: str, fixed: Sequence[str]) -> str | None:
-    """Refuse: points in one plane, unless what one plane cannot tell is held (Sx; and Cx, Cy in a full fit)."""
+    """Refuse: points in one plane, unless what one plane cannot determine is held (Sx; and Cx, Cy in a full fit)."""
     ratio = flatness(p)
     held = ("Sx",) if refine in ("linear", "centre") else ("Sx", "Cx", "Cy")
     if ratio >= FLAT or set(held) <= set(fixed):
@@ -150,7 +150,7 @@ def facing(camera: Camera, p: ArrayLike, limit_deg: float = 10.0) -> Finding | N
 
 
 def handedness(p: ArrayLike, b: ArrayLike, Cx: float, Cy: float, dx: float, dy: float) -> int:
-    """-1 where the points can only be seen by a mirrored camera, 1 where by a true one, 0 where too flat to tell.
+    """-1 where the points can only be seen by a mirrored camera, 1 where by a true one, 0 where too flat to decide.
 
     Two independent signs must agree on a mirror: the DLT's determinant, and Tsai's f or depths below 0.
     """

@@ -30,7 +30,7 @@ Refit = Callable[[Mask], Sequence[Camera]]
 """From which points to use (n,) to the cameras fitted to them; ValueError where they are too few."""
 
 LEAVE_ONE_OUT_UP_TO = 128
-"""Points up to which each is left out by itself; above, ten folds tell the same for less work."""
+"""Points up to which each is left out by itself; above, ten folds give the same for less work."""
 
 
 class HeldOut(NamedTuple):

@@ -92,7 +92,7 @@ class Inliers(NamedTuple):
     """Which points agree with one camera."""
 
     keep: Mask  # (n,)
-    scale: float  # px, the noise of one coordinate that the inliers show; NaN where too few to tell
+    scale: float  # px, the noise of one coordinate that the inliers show; NaN where they are too few
     camera: Camera | None  # the camera that they agree with
     model: str  # its lens model
     plain_keep: Mask  # (n,) the inliers by the plainest lens model alone

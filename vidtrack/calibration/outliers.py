@@ -24,7 +24,7 @@ from vidtrack.calibration.tsai import centred, plane_axes
 Mask = NDArray[np.bool_]
 
 ENOUGH = 12
-"""Points below which a bad one cannot be told from a camera that fits too well."""
+"""Points below which a bad one cannot be distinguished from a camera that fits too well."""
 
 MAJORITY = 0.6
 """Share of the points that judges a sample: up to 4 in 10 may be bad."""
@@ -201,7 +201,7 @@ def mixups(projected: ArrayLike, b: ArrayLike, bad: Mask, tolerance: float) -> l
 
     projected   (n, 2) px, where each point should be; b (n, 2) px, where it was measured; bad (n,)
     tolerance   px, how near to the other tag's place; and at most a third of the way from its own
-    Two that lie at each other's places are a swap, told as mutual.
+    Two that lie at each other's places are a swap, reported as mutual.
     """
     projected, b = np.asarray(projected, float), np.asarray(b, float)
     index = np.flatnonzero(bad)

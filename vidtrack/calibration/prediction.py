@@ -1,4 +1,4 @@
-"""The accuracy that a rig will have, told before it is built: the covariances, without a single picture.
+"""Predict the accuracy of a rig before it is built: the covariances, without a single picture.
 
 The measurements' noise is carried through the calibration to the cameras' parameters, with the survey's errors that
 all cameras share, and from there with the target's own centroid noise to the place where it is located.

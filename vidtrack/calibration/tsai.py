@@ -19,7 +19,7 @@ from vidtrack.geometry.camera import Camera
 
 
 class ClosedForm(NamedTuple):
-    """A camera's parameters before anything is known of their sense; f < 0 tells of mirrored axes."""
+    """A camera's parameters before anything is known of their sense; f < 0 means mirrored axes."""
 
     Cx: Array  # (...)
     Cy: Array
@@ -50,7 +50,7 @@ def closed_form(
     p               (n, 3)  world units
     b               (n, 2)  px
     Cx, Cy, dx, dy  (...)   px, and mm (or px) a px
-    Sx, kappa1      held at these values where given; one plane cannot tell Sx, and Tsai then takes it to be 1
+    Sx, kappa1      held at these values where given; one plane cannot determine Sx, and Tsai then takes it to be 1
     coplanar        the points lie in one plane, any plane of the world
     Mirrored axes come out with f < 0 or points behind the camera: see `vidtrack.calibration.gates`.
     Raises ValueError for too few points.

@@ -71,7 +71,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
     _, _, stats, middle = cv2.connectedComponentsWithStats(mask, connectivity=8)
     rows, columns = image.shape
     usual = background_level(image, scale=detection.scale)
-    told = []
+    findings = []
     for x, y, width, height in boxes:
         row, high = float(sample.row(np.array([y]))[0]), height / sample.lines
         left, right = (int(np.clip(round(v), 0, columns - 1)) for v in (x - width / 2, x + width / 2))
@@ -84,7 +84,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
         off = np.hypot(middle[whole, 0] - x, (middle[whole, 1] - row) * sample.lines)
         peak = float(few.mean())
         share, size = _whole_of(image, (left, top, right, bottom), (usual + peak) / 2 / detection.scale)
-        told.append(
+        findings.append(
             InBox(
                 peak - min(float(np.median(light)), usual),
                 255.0 - peak if detection.dark else peak,
@@ -93,7 +93,7 @@ def in_boxes(sample: Sample, boxes: Array, detection: Detection) -> list[InBox]:
                 float(off.min()) if off.size else np.nan,
             )
         )
-    return told
+    return findings
 
 
 def _whole_of(image: Picture, box: tuple[int, int, int, int], level: float) -> tuple[float, tuple[int, int]]:
@@ -120,19 +120,19 @@ def missing_targets(
     if not len(rows.flag):
         return []
     share = present(rows).mean(axis=0)
-    told = []
+    findings = []
     if expected is None and (never := [name for name, some in zip(names, share, strict=True) if not some]):
         text = f"never found: {', '.join(never)}: {len(names) - len(never)} of {len(names)} targets are to be seen."
         cure = "Set targets to how many there are, give a start box in targets.csv, or a threshold."
-        told.append(Finding("bad", "target-never-measured", text, cure))
+        findings.append(Finding("bad", "target-never-measured", text, cure))
     for i, name in enumerate(names):
         if expected is not None and not share[i]:
             cause, cure = _cause(expected[i], rows, i, detection)
             text = f"{name}: not measured in any sample: {cause}."
-            told.append(Finding("bad", "target-never-measured", text, cure))
+            findings.append(Finding("bad", "target-never-measured", text, cure))
         elif share[i]:
-            told += _partly(rows, name, i)
-    return told
+            findings += _partly(rows, name, i)
+    return findings
 
 
 def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
@@ -140,7 +140,7 @@ def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
     seen = present(rows)[:, i]
     first, last = int(np.argmax(seen)), len(seen) - 1 - int(np.argmax(seen[::-1]))
     share, whole = float(seen[first : last + 1].mean()), (last + 1 - first) / len(seen)
-    told = []
+    findings = []
     if share < LIMITS.whole:
         level: Level = "bad" if share < LIMITS.bad else "doubtful" if share < LIMITS.half else "note"
         flags = rows.flag[first : last + 1, i][~seen[first : last + 1]]
@@ -148,12 +148,14 @@ def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
         text = (
             f"{name}: measured in {share:.0%} of the samples from its first to its last; in most of the others {why}."
         )
-        told.append(Finding(level, "target-rarely-measured", text, "Look at the crops of the worst moments."))
+        findings.append(Finding(level, "target-rarely-measured", text, "Look at the crops of the worst moments."))
     if whole < LIMITS.whole:
         level = "note" if whole > LIMITS.bad else "doubtful"
         text = f"{name}: seen in samples {first} to {last} of {len(seen)} only."
-        told.append(Finding(level, "target-part-of-run", text, "Nothing, if it came or left then; else its start box."))
-    return told
+        findings.append(
+            Finding(level, "target-part-of-run", text, "Nothing, if it came or left then; else its start box.")
+        )
+    return findings
 
 
 def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, str]:

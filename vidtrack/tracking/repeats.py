@@ -56,7 +56,7 @@ def with_resting(rows: Rows, repeated: Bools, lines: int) -> Rows:
     """The rows in which targets at rest are measured in samples (k,) that repeat those `lines` before, as they were.
 
     A target rests while it is, before and after the repeats, at the same place within its sd. Where no sample comes
-    after, the last step before tells.
+    after, the last step before decides.
     """
     if not repeated.any():
         return rows

@@ -298,8 +298,8 @@ class Tracker:
             found = some[np.isfinite(now.values[X, some])]
             block.values[:, j], block.flag[j] = now.values, now.flag
             block.corner[j, found] = now.values[[X, Y]][:, found].T - self.state.box[found] / 2
-            telling = (now.flag[some] & RECOVERED > 0) | (~np.isfinite(now.values[X, some]) & (before[some] == 1))
-            for i in some[telling & (some < n)].tolist():
+            recovered = (now.flag[some] & RECOVERED > 0) | (~np.isfinite(now.values[X, some]) & (before[some] == 1))
+            for i in some[recovered & (some < n)].tolist():
                 self._crop(sample, i, block, j)
             block.values[:, j, self._yield(now.values[[X, Y]][:, found[found < n]], sample.lines)] = np.nan
 

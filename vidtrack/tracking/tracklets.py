@@ -45,7 +45,7 @@ CERTAINTY = Certainty()
 
 
 class Tracklets(NamedTuple):
-    """N measured samples of tracklets, by tracklet and then by time; what is (m,) tells of each tracklet.
+    """N measured samples of tracklets, by tracklet and then by time; what is (m,) holds one value a tracklet.
 
     tracklet, sample  (N,) numbers from 0
     values            (MEASURED, N); flag (N,) bits of FLAGS

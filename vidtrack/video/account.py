@@ -32,7 +32,7 @@ _STANDS_OUT = 8.0
 _CODING = 12.0
 """Of 255, share of the greatest level by which codecs let the same picture differ from one frame to the next."""
 
-_TELL = 3
+_LISTED_AT_MOST = 3
 """How many places of damage an account names before it only counts."""
 
 
@@ -95,7 +95,7 @@ class ReadingLog:
             gaps = {0: n_first, **gaps}
         cut = _missing_at_end(times, info, float(base.rate)) if ended else 0
         n, corrupt = len(times), len(self._corrupt)
-        told = [
+        lines = [
             *self._notes,
             _count(damage.refused, "packet refused by the decoder", "packets refused by the decoder")
             + self.reason(damage)
@@ -118,20 +118,20 @@ class ReadingLog:
             _count(self._other_size, "picture", "pictures") + " of another size left out" if self._other_size else "",
             *self._shows_nothing(n, info.bits),
         ]
-        return ReadAccount(n, sum(gaps.values()) + cut, corrupt, tuple(line for line in told if line))
+        return ReadAccount(n, sum(gaps.values()) + cut, corrupt, tuple(line for line in lines if line))
 
     def _shows_nothing(self, n: int, bits: int) -> list[str]:
-        told = []
+        lines = []
         if self._seen and _blank(np.reshape(self._seen, (-1, 4)), bits).all():
             looked = len(self._seen) // 4
-            told.append(f"{BLANK} in all {looked} of {n} pictures looked at: a covered lens, or very faint targets")
+            lines.append(f"{BLANK} in all {looked} of {n} pictures looked at: a covered lens, or very faint targets")
         elif stuck := _stuck(np.array(self._compared), np.array(self._alike)):
-            told.append(stuck)
-        return told
+            lines.append(stuck)
+        return lines
 
 
 def _alikeness(before: Luma, now: Luma) -> int:
-    """2 for the very same picture, 1 where only coding tells them apart: the noise, too, is that of before; else 0."""
+    """2 for the very same picture, 1 where only coding differs: the noise, too, is that of before; else 0."""
     if np.array_equal(before, now):
         return 2
     some = slice(None, None, 1 + before.size // 40_000)
@@ -199,5 +199,6 @@ def _where(frames: list[int], word: str) -> str:
             runs[-1] = (runs[-1][0], frame)
         else:
             runs.append((frame, frame))
-    told = [f"{a}" if a == b else f"{a} to {b}" for a, b in runs[:_TELL]]
-    return f" ({word} {', '.join(told)}{f' and {len(runs) - _TELL} places more' if len(runs) > _TELL else ''})"
+    places = [f"{a}" if a == b else f"{a} to {b}" for a, b in runs[:_LISTED_AT_MOST]]
+    more = f" and {len(runs) - _LISTED_AT_MOST} places more" if len(runs) > _LISTED_AT_MOST else ""
+    return f" ({word} {', '.join(places)}{more})"

@@ -35,7 +35,7 @@ class Bitstream:
         """From a packet to what is wrong in it ("" where nothing is); None where nothing can be checked."""
 
     def is_reference(self, packet: Any) -> bool | None:
-        """Whether other pictures may be built on this one; None where only the type of the decoded picture tells.
+        """Whether other pictures may be built on this one; None where only the type of the decoded picture decides.
 
         A packet whose units do not fit into it is not believed: True.
         """

@@ -1,7 +1,7 @@
 """Which decoded pictures may be damaged.
 
 A decoder hides most damage: it fills in from the picture before and says so, at best, in its log. So three things
-are watched: packets that it refuses, errors that it logs (they belong to the packet in hand, or with several threads
+are followed: packets that it refuses, errors that it logs (they belong to the packet in hand, or with several threads
 to one of the last few), and packets whose own structure is broken. Whatever may be built on a damaged picture is
 suspect too, up to the next key frame in the order of coding, and behind that frame what is shown before it; unless the
 stream says that no picture is built on the damaged one.
@@ -21,7 +21,7 @@ _B = 3
 class DamageWatch:
     """Follows damage from packets to pictures, at a cost that hides behind the decoder.
 
-    bitstream          what tells whether pictures are built on a packet's
+    bitstream          finds whether pictures are built on a packet's
     packets_in_flight  how many packets the decoder may be at work on at once
     groups             key frames that damage may reach over: 2 where a container (MPEG-PS, TS) gives few packets a time
                        stamp of their own, so that a lost one moves those behind it in time; else 1

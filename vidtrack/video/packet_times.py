@@ -48,7 +48,7 @@ class _ByIndex:
         self._file = open(path, "rb", buffering=0)  # noqa: SIM115 (as long as packets come)
         self._size = os.fstat(self._file.fileno()).st_size
         self._hole = False
-        self._told: bool | None = None  # whether the ends of packets say anything: those of the first must
+        self._ends_match: bool | None = None  # whether the ends of packets say anything: those of the first must
         self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
         self._ended: int | None = None
         self._shift, self._at = 0, -1
@@ -75,11 +75,11 @@ class _ByIndex:
         return cut
 
     def _is_cut(self, end: int) -> str:
-        if self._told is False or end + 4 > self._size:
+        if self._ends_match is False or end + 4 > self._size:
             return ""
         good = self._begins(end)
-        if self._told is None:
-            self._told = good
+        if self._ends_match is None:
+            self._ends_match = good
             return ""
         if good:
             return ""

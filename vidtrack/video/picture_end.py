@@ -1,8 +1,8 @@
 """Damage in pictures whose codec has no check sum: what is decoded behind it is wrong as far as the picture's end.
 
-So the last row tells: where it differs from that of the picture before by far more than it usually does, and the first
-row does not, or where it is far rougher than before, the picture is damaged. A change that lasts is none: the row of
-the next picture is like it.
+So the last row decides: where it differs from that of the picture before by far more than it usually does, and the
+first row does not, or where it is far rougher than before, the picture is damaged. A change that lasts is none: the
+row of the next picture is like it.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ ASSUMED_RATE = Fraction(25)
 
 NO_RATE = "pictures that carry no times: 25 a second assumed; give rate"
 
-TELL = 3
+LINES_AT_MOST = 3
 """Pictures that cannot be read of which the reason is given."""
 
 AHEAD = 8
@@ -116,7 +116,7 @@ class PictureStack(Video):
                 luma, corrupt = self.stack.picture(place)
             except VidtrackError as error:
                 unread += 1
-                if unread <= TELL:
+                if unread <= LINES_AT_MOST:
                     self._log.noted(f"a picture cannot be read: {error}")
                 continue
             if luma.shape != size:
@@ -124,5 +124,5 @@ class PictureStack(Video):
                 continue
             luma.setflags(write=False)
             yield number, luma, corrupt
-        if unread > TELL:
+        if unread > LINES_AT_MOST:
             self._log.noted(f"{unread} pictures in all cannot be read")

@@ -75,8 +75,8 @@ def room_sound(path: str, start: Fraction, stamps: Array, times: Array) -> RoomS
     for k, values in pieces:
         samples[k - first : k - first + len(values)] += values
     assert origin is not None
-    told = f"track {track + 1}" + ("" if len(channels) == 1 else f", mean of {len(channels)} channels")
-    return RoomSound(origin + (first + 0.5) / RATE_HZ, samples, told)
+    name = f"track {track + 1}" + ("" if len(channels) == 1 else f", mean of {len(channels)} channels")
+    return RoomSound(origin + (first + 0.5) / RATE_HZ, samples, name)
 
 
 def _channels_without_code(blocks: Iterator[SoundBlock]) -> list[int]:

@@ -81,7 +81,7 @@ def find_time(path: str, info: VideoInfo, *, start_timecode: str | None = None, 
     bases: dict[str, TimeBase] = {}
     notes: dict[str, str] = {}
     if sound and info.pace == 1 and (reading := longitudinal(path, info)) is not None:
-        bases["ltc"], notes["ltc"] = _base_of_reading(reading, info.rate), _told(reading)
+        bases["ltc"], notes["ltc"] = _base_of_reading(reading, info.rate), _note_of(reading)
     if info.codec == "dvvideo" and (base := _base_of_tape(path, info)) is not None:
         bases["dv"], notes["dv"] = base, _jumps(base)
     for source, label in info.timecodes.items():
@@ -211,7 +211,7 @@ def _moved(anchor: Anchor, time: float, code: Fraction) -> Anchor:
     return _anchor(time, anchor.frame, position, anchor.speed)
 
 
-def _told(reading: Reading) -> str:
+def _note_of(reading: Reading) -> str:
     parts = [f"{len(reading.time)} words at {float(reading.rate):.2f} a second{', drop-frame' * reading.drop}"]
     if abs(reading.speed - 1) > 0.002:
         parts.append(f"played at {reading.speed:.3f} of its speed")

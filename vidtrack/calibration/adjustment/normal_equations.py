@@ -25,7 +25,7 @@ MOST_CONDITION = 1e14
 
 
 class Equations(NamedTuple):
-    """Measurements of one kind, linearised; row a tells of block a of its family.
+    """Measurements of one kind, linearised; row a belongs to block a of its family.
 
     residual   (n, q)  measured minus computed; anything where the weight is zero
     weight     (n, q)  one over the variance; zero where a measurement is missing

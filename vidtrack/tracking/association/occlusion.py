@@ -1,4 +1,4 @@
-"""Occlusion: while targets hide each other none of them is measured; afterwards their courses tell which is which.
+"""Occlusion: while targets hide each other none of them is measured; afterwards their courses distinguish them.
 
 What two targets that touch show is one blob, or one target and a part of the other. So from the moment in which
 either is not plainly itself each is expected where its own course takes it, a smooth curve through its last positions:

@@ -6,8 +6,8 @@ The thesis's frame grabber had gain, offset and look-up tables "stretching the i
     grey level = gain (stored level - offset), held between 0 and 255; both levels on the scale 0-255
 
 Where gain and offset are left to the recording, most pass untouched. 10 or 12 bits in a file of 16 fill it; any other
-contrast too small to be told from what codecs leave is raised to about half of the range: the rest is for targets
-that turn brighter later.
+contrast too small to be distinguished from what codecs leave is raised to about half of the range: the rest is for
+targets that turn brighter later.
 """
 
 from __future__ import annotations

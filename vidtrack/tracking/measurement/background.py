@@ -116,7 +116,7 @@ def on_grid(slope: Array, sums: Sums, rows: slice = slice(None)) -> NDArray[np.f
 
 
 def plane_under(grey: Picture, outside: NDArray[np.float32], sums: Sums) -> Plane:
-    """Least squares of 1, x, y over the marked pixels; flat where there are too few to tell a slope."""
+    """Least squares of 1, x, y over the marked pixels; flat where there are too few to estimate a slope."""
     lit = outside * grey
     s, r = sums.moments(outside, SURROUNDINGS.rows), sums.moments(lit, SURROUNDINGS.rows)
     squares = np.einsum("hnw,hnw->n", lit, grey)

@@ -2,7 +2,7 @@
 
 Light of a neighbour within a target's soft edge pulls a weighted centroid to it; leaving out the pixels of that side
 pushes it away. So a soft-edged disc is fitted to what is left once all pixels near the neighbour are left out: the
-rim that remains tells where the middle is, and it is the fit's covariance that tells how well.
+rim that remains gives the middle, and the fit's covariance says how well.
 
 What is a neighbour: all that stands out of the background by 4.5 sigma more than two px beyond the target's outline,
 and whatever lies above the target's own threshold but is not it. All windows at once, as in `centroid`.
@@ -45,7 +45,7 @@ _ROUND5, _ROUND7 = (cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)).a
 
 
 class Beside(NamedTuple):
-    """Targets (n,) and their backgrounds; NaN where a target cannot be told.
+    """Targets (n,) and their backgrounds; NaN where a target cannot be measured.
 
     x, y (px from the window's middle), mass (grey levels, summed), sd_x, sd_y (px), area (px^2 that was counted);
     slope to tilt as in the plane of `centroid`

@@ -32,7 +32,7 @@ class DiscFit:
 
     steps, fine_steps  with whole pixels, then with pixels cut into four where the edge is sharp
     begin_px           w to begin with
-    least_px           w at least: no lens is sharper, and without a slope no edge tells where it is
+    least_px           w at least: no lens is sharper, and without a slope no edge can be located
     sharp_px           w below which pixels are cut
     grid_px            error in x and y that the pixels' grid makes of a perfectly sharp edge at radius 1, falling as
                        1 / sqrt(radius); measured on drawn discs of radius 1 to 20 px
@@ -90,7 +90,7 @@ def fit_soft_discs(
 
     data      (height, n, width) grey levels above the background
     weight    the same shape: 1 for pixels to fit, 0 for the rest; clipped: true for pixels at full scale, which only
-              tell that the disc is not below: they weigh nothing where it is above
+              show that the disc is not below: they weigh nothing where it is above
     middle    column and row that x and y count from, px
     x, y, radius (px), contrast, noise (grey levels)  (n,) where the fit begins; NaN gives NaN
     """

@@ -7,7 +7,7 @@ at a high rate vanish, those of independent errors have the variance
 
     sum_i binomial(d, i)^2 sd^2
 
-so the rms of differences over their sd tells the factor that sd falls short by. Any motion that is left in them adds,
+so the rms of differences over their sd is the factor that sd falls short by. Any motion that is left in them adds,
 so the least factor of several d counts. What does not depend on motion at all is the light of the target: errors of
 its pixels change its mass too. A track that scatters far more than the mass bears out moves roughly by itself.
 """
@@ -58,7 +58,7 @@ DIFFERENCES = Differences()
 class Scatter(NamedTuple):
     """Of each target.
 
-    factor  (2, n) what sd_x and sd_y are to be multiplied with; never below 1, and 1 where nothing tells
+    factor  (2, n) what sd_x and sd_y are to be multiplied with; never below 1, and 1 where nothing can be estimated
     track   (2, n) rms of the track's differences over what sd explains; NaN where there are too few
     light   (n,) the same of the mass
     rough   (n,) the track scatters, and the light does not: the factor is that of the light
@@ -71,7 +71,7 @@ class Scatter(NamedTuple):
 
 
 def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array, lines: int = 1) -> Scatter:
-    """What the tracks of n targets tell of the errors in k samples.
+    """Estimate the errors of n targets in k samples from their tracks.
 
     position, sd  (2, k, n) px, NaN where not measured; mass (k, n) grey levels; pixels (k, n) above the threshold
     time          (k,) samples; differences across a gap in it do not count. lines: of the frame buffer to a row
@@ -83,8 +83,8 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     rough = (track > DIFFERENCES.position_to_light * borne_out).any(axis=0)
     track = track * _lasting(light, later)
     factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
-    telling = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
-    return Scatter(_with_silent(factor, telling | rough, telling), track, light, rough)
+    usable = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
+    return Scatter(_with_silent(factor, usable | rough, usable), track, light, rough)
 
 
 def rms_error(position: Array, time: Array) -> Array:
@@ -111,10 +111,10 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
         change += weight * values[:, at]
         variance += (weight * sd[:, at]) ** 2
     share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
-    told = np.isfinite(share)
-    count = told.sum(axis=1)
+    known = np.isfinite(share)
+    count = known.sum(axis=1)
     square = _median(share, count) / 0.6745**2
-    share[~told] = 0
+    share[~known] = 0
     square = np.minimum(share, DIFFERENCES.long_tail**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
     return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
 
@@ -171,12 +171,12 @@ def _moves(position: Array) -> Bools:
     return np.asarray(_median(step[None], np.isfinite(step).sum(axis=0)[None])[0] > DIFFERENCES.creeping_px)
 
 
-def _with_silent(factor: Array, own: Bools, telling: Bools) -> Array:
+def _with_silent(factor: Array, own: Bools, usable: Bools) -> Array:
     """The factors (2, n), those that are not a target's own grown to what others of the recording show.
 
     Where a codec copies a block from picture to picture its error stays: no difference shows it at rest.
     """
-    if not telling.any() or own.all():
+    if not usable.any() or own.all():
         return factor
-    usual = np.median(factor[:, telling], axis=1, keepdims=True)
+    usual = np.median(factor[:, usable], axis=1, keepdims=True)
     return np.where(own, factor, np.maximum(factor, DIFFERENCES.at_rest * usual))
