@@ -21,8 +21,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.discs import disc
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import Starts
 from vidtrack.tracking.tracker import Tracker
 

@@ -253,11 +253,11 @@ def accuracy(pictures: int) -> None:
     """Errors of every kernel on balls drawn by exact area at random places, px."""
     sys.path.insert(0, str(Path(__file__).parents[1]))
     from tests.discs import windows
+    from vidtrack.tracking.detect_settings import Detection
     from vidtrack.tracking.measurement.centroid import measure
     from vidtrack.tracking.measurement.components import Windows, components
     from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.sample import Sample
-    from vidtrack.tracking.settings import Detection
 
     print(f"contrast 200; rms and bias in X and Y, px, over {pictures} balls a line")
     for radius in (1.5, 2.5, 4.0, 6.0, 15.0):
@@ -352,10 +352,10 @@ def _exact_pictures(truth: np.ndarray, radius: np.ndarray, contrast: float, nois
 
 def peers(rounds: int) -> None:
     """Centroid time alone on the same pictures, taking turns; errors over the same balls."""
+    from vidtrack.tracking.detect_settings import Detection
     from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.measurement.window import segment_windows
     from vidtrack.tracking.sample import Sample
-    from vidtrack.tracking.settings import Detection
 
     for size in ((720, 480), (1920, 1080)):
         for n in (1, 10, 50):

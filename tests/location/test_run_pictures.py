@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.geometry.window import Picture, Window
+from vidtrack.geometry.picture_part import Picture, Window
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_in_calibration, columns_shown, windows
 from vidtrack.simulate.rig import thesis_rig
 

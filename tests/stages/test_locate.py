@@ -9,7 +9,7 @@ from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import rotation_from_vector
-from vidtrack.geometry.window import Picture
+from vidtrack.geometry.picture_part import Picture
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate

@@ -6,7 +6,7 @@ import pytest
 
 from tests.location.test_plane import grid, seen
 from vidtrack.errors import VidtrackError
-from vidtrack.geometry.window import Picture
+from vidtrack.geometry.picture_part import Picture
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.stages.kinematics import kinematics
 from vidtrack.stages.locate_plane import COLUMNS, locate_plane

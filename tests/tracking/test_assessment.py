@@ -3,8 +3,8 @@ import pytest
 
 from tests.discs import picture
 from vidtrack.tracking.assessment import in_boxes, missing_targets, repeated_pictures
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import EDGE, LOST, MEASURED, MERGED, REPEATED, Rows
 
 DETECTION = Detection(noise=2.0)

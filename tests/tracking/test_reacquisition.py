@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.reacquisition import Reacquisition, Scene
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
     EDGE,
     LOST,

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.trails import Trail, best_together, compactness, link, merit, moves
 
 SHAPE = (200, 300)

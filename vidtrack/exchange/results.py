@@ -14,7 +14,7 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.window import Window
+from vidtrack.geometry.picture_part import Window
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -11,7 +11,7 @@ from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
-from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture

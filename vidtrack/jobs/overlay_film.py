@@ -15,7 +15,7 @@ from vidtrack.files.atomic import replacing
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
-from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.overlay_film import Mark, names_of_tracks, overlay_marks, targets_of

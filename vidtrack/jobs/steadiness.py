@@ -11,7 +11,7 @@ from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import GREY_LEVEL, read_json, read_png, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import camera_from_world
-from vidtrack.geometry.window import Picture, Window, picture_from_record, window
+from vidtrack.geometry.picture_part import Picture, Window, picture_from_record, window
 from vidtrack.stages.steadiness import Background, Calibration, steadiness
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job

@@ -19,7 +19,7 @@ from vidtrack.stages.track import Tracked, track
 from vidtrack.steadiness.samples import BackgroundSamples
 from vidtrack.steadiness.series import Targets, background_course
 from vidtrack.timing.frame import ReadAccount, VideoInfo
-from vidtrack.timing.light import LightMeter
+from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
 from vidtrack.timing.timebase import TimeBase
 from vidtrack.video.account import BLANK

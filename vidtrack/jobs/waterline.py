@@ -15,7 +15,7 @@ from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 from vidtrack.findings import as_records
-from vidtrack.geometry.window import Picture, picture_from_record
+from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.run_pictures import Pictures, camera_shown, record_of, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline

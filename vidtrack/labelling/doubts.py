@@ -8,7 +8,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
-from vidtrack.labelling.verdict import Case
+from vidtrack.labelling.naming_doubts import Case
 
 if TYPE_CHECKING:
     import pandas as pd

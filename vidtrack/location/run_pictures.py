@@ -11,7 +11,7 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.window import Picture, Window, window
+from vidtrack.geometry.picture_part import Picture, Window, window
 
 
 class Columns(Protocol):

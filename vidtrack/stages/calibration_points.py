@@ -16,9 +16,9 @@ from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.doubts import clip_moved, disagreeing, doubt, swinging
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
+from vidtrack.labelling.naming_doubts import Case, missing_because, odd_picks, settled
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
-from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
 from vidtrack.tracking.detection.blobs import find_blobs
 
 PLACED = ["Xf", "Yf", "sd"]

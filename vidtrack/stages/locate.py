@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
+from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
-from vidtrack.geometry.window import Window
 from vidtrack.location.associations import association_columns
 from vidtrack.location.believed import rows_kept, without_chance, without_far
 from vidtrack.location.budget import calibration_gradients, error_budget

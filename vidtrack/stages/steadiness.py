@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.window import Window
+from vidtrack.geometry.picture_part import Window
 from vidtrack.steadiness.clips import clips_from_record
 from vidtrack.steadiness.findings import CameraCase, findings_of
 from vidtrack.steadiness.follow import movement_at, undone

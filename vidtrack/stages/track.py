@@ -30,6 +30,7 @@ from vidtrack.tracking.assessment import (
 )
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
 from vidtrack.tracking.crops import Crop
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
@@ -37,7 +38,6 @@ from vidtrack.tracking.frame_times import chosen_clock
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.starts import (
     begun_anywhere,
     begun_in_boxes,

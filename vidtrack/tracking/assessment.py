@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Picture
 from vidtrack.findings import Finding, Level
 from vidtrack.timing.fields import order_from_motion
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above
 from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
 from vidtrack.tracking.tracklets import Tracklets
 

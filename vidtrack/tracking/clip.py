@@ -12,10 +12,10 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
 from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of, bright_mask
 from vidtrack.tracking.detection.blobs import (
     Blobs,
@@ -27,7 +28,6 @@ from vidtrack.tracking.detection.blobs import (
 )
 from vidtrack.tracking.detection.threshold import THRESHOLD
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.trails import (
     LINKING,
     Trail,

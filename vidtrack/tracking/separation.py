@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.measurement.background import background_plane, on_grid, sums_of
 from vidtrack.tracking.measurement.components import CUTTING
@@ -27,7 +28,6 @@ from vidtrack.tracking.measurement.joint_fit import (
     shapes_of,
 )
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MERGED, SATURATED, Found, Searched, X
 
 

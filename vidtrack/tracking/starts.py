@@ -14,13 +14,13 @@ from vidtrack.assignment import mutual_best
 from vidtrack.errors import VidtrackError
 from vidtrack.tracking.assessment import InBox, in_boxes
 from vidtrack.tracking.clip import Clip
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
 from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail

@@ -17,6 +17,7 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.association.occlusion import cleared, touched
 from vidtrack.tracking.association.prediction import predict
 from vidtrack.tracking.crops import Crop, piece_of, wanted
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
 from vidtrack.tracking.detection.static_clutter import StaticClutter
@@ -30,7 +31,6 @@ from vidtrack.tracking.reacquisition import Reacquisition
 from vidtrack.tracking.record import Others, Record
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
     CORRUPT,
     LOST,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of, without_ghosts
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 DETECTION = Detection(noise=2.0)
 SHAPE = (80, 120)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import no_blobs
 from vidtrack.tracking.detection.candidates import (
     GATE,
@@ -18,7 +19,6 @@ from vidtrack.tracking.detection.candidates import (
     within,
 )
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 DETECTION = Detection(noise=1.0)
 SHAPE = (80, 120)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
-from vidtrack.tracking.settings import Detection
 
 EIGHT, TEN = Detection(), Detection(scale=255 / 1023, full=1023.0)
 

@@ -10,9 +10,9 @@ import pytest
 from tests.discs import picture
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter, start_places, static_clutter
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 RATE = Fraction(30000, 1001)
 SHAPE = (160, 240)

@@ -1,10 +1,10 @@
 import numpy as np
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 SHAPE = (80, 120)
 DETECTION = Detection(noise=2.0)

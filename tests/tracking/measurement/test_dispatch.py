@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.measurement.template import Known, apply_template
 from vidtrack.tracking.measurement.window import segment_windows
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import VALUES, Appearance, X, Y
 
 DETECTION = Detection(noise=2.0)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.template import Known, apply_template, weights
 from vidtrack.tracking.measurement.window import segment_windows
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 DETECTION = Detection(noise=3.0)
 

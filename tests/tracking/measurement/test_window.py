@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.discs import disc, picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.window import segment_windows
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import HEIGHT, MASS, PIXELS, WIDTH, X, Y
 
 DETECTION = Detection(noise=1.0)

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Bools, Picture
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import above, above_local_background
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 Mask = NDArray[np.uint8]
 

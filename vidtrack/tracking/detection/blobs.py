@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
+from vidtrack.tracking.detect_settings import Kind
 from vidtrack.tracking.detection.threshold import automatic, background_level, grey_scale, noise_sd
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components_of, cut
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Kind
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import (
     Blobs,
     above,
@@ -19,7 +20,6 @@ from vidtrack.tracking.detection.blobs import (
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 
 @dataclass(frozen=True)

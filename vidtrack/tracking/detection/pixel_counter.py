@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
-from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.detect_settings import Detection
 
 
 class PixelCounter:

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Bools
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above, background_map
 from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 Mask = NDArray[np.uint8]
 

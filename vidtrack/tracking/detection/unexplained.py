@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs, above, in_frame_buffer, no_blobs, rough_blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.threshold import THRESHOLD
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 
 
 @dataclass(frozen=True)

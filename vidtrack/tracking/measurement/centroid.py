@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
+from vidtrack.tracking.detect_settings import Kind
 from vidtrack.tracking.measurement.background import (
     SURROUNDINGS,
     Plane,
@@ -25,7 +26,6 @@ from vidtrack.tracking.measurement.components import CUTTING, Components, Window
 from vidtrack.tracking.measurement.deblending import crowded, measure_beside
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import binary, plateau_of, soft_edge, weighted
-from vidtrack.tracking.settings import Kind
 
 _SQUARE3 = np.ones((3, 3), np.uint8)
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.template import Known, apply_template
 from vidtrack.tracking.measurement.window import Seen, segment_windows
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import VALUES, Appearance
 
 

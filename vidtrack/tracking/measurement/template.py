@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.components import CUTTING
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import (
     BACKGROUND,
     CONTRAST,

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Components, Windows, components, cut
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import VALUES
 
 

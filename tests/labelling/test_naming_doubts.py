@@ -7,7 +7,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.label import Picks, View
-from vidtrack.labelling.verdict import Case, missing_because, odd_picks, settled
+from vidtrack.labelling.naming_doubts import Case, missing_because, odd_picks, settled
 from vidtrack.simulate.rig import points_on_wires, thesis_rig
 
 SIZE = (512, 480)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.timing.frame import Frame
-from vidtrack.timing.light import LightMeter, brightness
+from vidtrack.timing.lamp import LightMeter, brightness
 
 
 def frame(i, luma, corrupt=False):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
-from vidtrack.geometry.window import Picture, Window, picture_from_record, window
+from vidtrack.geometry.picture_part import Picture, Window, picture_from_record, window
 from vidtrack.simulate.rig import thesis_rig
 
 HERE = {"camera": "cam1", "where": "runs.r1"}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.detect_settings import Detection
 
 
 def test_dark_targets_become_bright_and_twice_is_nothing():
