@@ -1,65 +1,11 @@
 """Tracklets hold what was measured, in order, and end where a track may have changed over to another target."""
 
 import numpy as np
-import pandas as pd
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from vidtrack.association.tracklets import (
-    BEGAN,
-    COLUMNS,
-    ENDED,
-    LONGEST_GAP,
-    lanes,
-    may_change,
-    pieces_of,
-    tracklet_table,
-    tracklets_of,
-)
-
-
-def centroids(flags, *, target="t1", start=0.0):
-    """A centroid table whose samples are lost where the flag says so."""
-    n = len(flags)
-    Xf = np.where([("lost" in f or "merged" in f) for f in flags], np.nan, 100.0 + np.arange(n))
-    fixed = {"field": "frame", "target": target, "Yf": Xf, "sd_x": 0.1, "sd_y": 0.1, "pixels": 50.0, "contrast": 90.0}
-    return pd.DataFrame({"frame": np.arange(n), "time_s": start + np.arange(n) / 30, "Xf": Xf, **fixed, "flag": flags})
-
-
-def test_a_track_without_a_doubt_is_one_tracklet():
-    table = tracklet_table(centroids([""] * 5))
-    assert tuple(table.columns) == COLUMNS
-    assert table["tracklet"].tolist() == [0] * 5
-    assert table["began"].unique().tolist() == ["first"]
-    assert table["ended"].unique().tolist() == ["last"]
-    assert table["brightness"].tolist() == [90.0] * 5
-
-
-def test_a_merged_sample_ends_a_tracklet_and_a_short_gap_does_not():
-    flags = ["", "", "merged;predicted", "", "", "lost", "lost", "", "", *["lost"] * 3, "", ""]
-    table = tracklet_table(centroids(flags))
-    assert table.groupby("tracklet")["frame"].agg(list).tolist() == [[0, 1], [3, 4, 7, 8], [12, 13]]
-    each = table.groupby("tracklet")[["began", "ended"]].first()
-    assert each["began"].tolist() == ["first", "meeting", "lost"]
-    assert each["ended"].tolist() == ["meeting", "lost", "last"]
-
-
-def test_a_target_that_was_found_again_begins_a_tracklet_even_after_one_lost_sample():
-    table = tracklet_table(centroids(["", "lost", "recovered", "recovered", ""]))
-    assert table.groupby("tracklet")["frame"].agg(list).tolist() == [[0], [2, 3, 4]]
-
-
-def test_targets_share_no_tracklet():
-    table = tracklet_table(pd.concat([centroids([""] * 3), centroids(["lost", "", ""], target="t2")]))
-    assert table["tracklet"].tolist() == [0, 0, 0, 1, 1]
-    assert table["began"].tolist() == ["first"] * 3 + ["found"] * 2
-
-
-def test_a_table_without_a_measured_sample_has_no_tracklet():
-    table = tracklet_table(centroids(["lost", "lost"]))
-    assert len(table) == 0
-    assert tuple(table.columns) == COLUMNS
+from vidtrack.association.tracklets import LONGEST_GAP, lanes, may_change, pieces_of, tracklets_of
 
 
 @given(hnp.arrays(bool, st.tuples(st.integers(1, 3), st.integers(1, 30))), st.integers(0, 29))
@@ -100,8 +46,3 @@ def test_rows_in_any_order_become_tracklets():
     assert made.sample.tolist() == [4, 5, 7]
     assert made.b[:, 0].tolist() == [4, 6, 0]
     assert (made.first.tolist(), made.last.tolist()) == ([4, 5], [4, 7])
-
-
-def test_every_reason_to_begin_or_end_is_one_of_those_named():
-    assert set(tracklet_table(centroids(["", "merged", "", "lost", "lost", "lost", ""]))["began"]) <= set(BEGAN)
-    assert set(tracklet_table(centroids(["", "merged", "", "lost", "lost", "lost", ""]))["ended"]) <= set(ENDED)

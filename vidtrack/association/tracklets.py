@@ -7,15 +7,12 @@ certainty ends and another one begins afterwards; which of them show one target 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 COLUMNS = (
     "tracklet",  # its number, from 0, unique in a camera's table; -1: a detection that belongs to no tracklet
@@ -46,7 +43,7 @@ ENDED = ("last", "lost", "edge", "meeting", "jump", "looks")
 jump: the next position is not where it can be; looks: size or brightness change as no single target's do."""
 
 LONGEST_GAP = 2
-"""Samples in a row that may be missing inside a tracklet that is made from a centroid table."""
+"""Samples in a row that may be missing inside a tracklet that is made from a track."""
 
 
 class Tracklets(NamedTuple):
@@ -131,34 +128,3 @@ def may_change(flag: NDArray[np.object_]) -> Bools:
 def _says(flag: NDArray[np.object_], word: str) -> Bools:
     kinds, which = np.unique(flag.astype(str), return_inverse=True)
     return np.asarray(np.array([word in kind for kind in kinds], bool)[which].reshape(flag.shape))
-
-
-def tracklet_table(centroids: DataFrame) -> DataFrame:
-    """A table of tracklets, COLUMNS, from a centroid table, for recordings that were followed target by target.
-
-    A tracklet ends before a sample that is flagged lost or merged and at gaps; one that follows a flag `recovered`
-    begins anew. Nothing is known of the meetings' other members.
-    """
-    import pandas as pd
-
-    table = centroids.sort_values(["target", "time_s"], kind="stable").reset_index(drop=True)
-    flag = table["flag"].fillna("").astype(str)
-    merged = flag.str.contains("merged").to_numpy(bool)
-    again = flag.str.contains("recovered").to_numpy(bool)
-    seen = np.isfinite(table[["Xf", "Yf"]].to_numpy(float)).all(-1) & ~merged
-    code = pd.factorize(table["target"].astype(str))[0]
-    moment = np.unique(table["time_s"], return_inverse=True)[1].astype(np.intp)
-    rows = np.flatnonzero(seen)
-    other, gap = np.diff(code[rows], prepend=-1) != 0, np.diff(moment[rows], prepend=-1)
-    met = ~other & (np.diff(np.cumsum(merged)[rows], prepend=0) > 0)
-    starts = np.flatnonzero(other | met | (gap > LONGEST_GAP + 1) | (again[rows] & (gap > 1)))
-    ends = np.append(starts[1:], rows.size)[: starts.size] - 1
-    number = np.repeat(np.arange(starts.size), ends - starts + 1)
-    began = np.where(met[starts], "meeting", np.where(other[starts], "found", "lost")).astype(object)
-    began[moment[rows[starts]] == 0] = "first"
-    ended = np.where(np.append(met[starts[1:]], False)[: starts.size], "meeting", "lost").astype(object)
-    ended[moment[rows[ends]] == moment.max(initial=0)] = "last"
-    out = table.iloc[rows].reset_index(drop=True)
-    added = {"tracklet": number, "flag": flag.to_numpy(object)[rows], "began": began[number], "ended": ended[number]}
-    brightness = out["contrast"] if "contrast" in out else np.full(len(out), np.nan)
-    return out.assign(**added, met="", brightness=brightness, bound=False)[list(COLUMNS)]

@@ -48,9 +48,9 @@ from vidtrack.tracking.starts import (
     with_earlier,
 )
 from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
+from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
-from vidtrack.tracking.tracklets import Tracklets, cut_tracks
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -275,7 +275,7 @@ def _flag_words() -> NDArray[np.object_]:
     return described(np.arange(1 << len(FLAGS)), FLAGS)
 
 
-def _tracklet_table(cut: Tracklets, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
+def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
     """The table of tracklets; in_boxes: the user has named where each target begins."""
     from pandas import DataFrame
 

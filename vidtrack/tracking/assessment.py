@@ -21,7 +21,7 @@ from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
-from vidtrack.tracking.tracklets import Tracklets
+from vidtrack.tracking.track_cuts import CutTracks
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, s
     return why, "Look at the crops of the worst moments; move its start box, or set detect.threshold."
 
 
-def more_than_asked(cut: Tracklets, samples: int, n: int, *, chosen: bool) -> list[Finding]:
+def more_than_asked(cut: CutTracks, samples: int, n: int, *, chosen: bool) -> list[Finding]:
     """Whether other things than the targets are followed for long, which look like targets.
 
     chosen   start boxes say which things are the targets; else it is not known which of them were meant

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.occlusion import Occlusions
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import blobs_near, contrast_of, levels_beside
 from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.following.occlusion import Occlusions
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import NEVER, Starts, TargetState
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.assignment import one_to_one
-from vidtrack.tracking.association.occlusion import Occlusions, groups
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import (
     blobs_near,
@@ -26,6 +25,7 @@ from vidtrack.tracking.detection.candidates import (
     within,
 )
 from vidtrack.tracking.detection.target_threshold import target_levels
+from vidtrack.tracking.following.occlusion import Occlusions, groups
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.sample import Sample

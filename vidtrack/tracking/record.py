@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.tracking.association.occlusion import recent
+from vidtrack.tracking.following.occlusion import recent
 from vidtrack.tracking.state import MEASURED, Rows
 
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.occlusion import cleared, touched
-from vidtrack.tracking.association.prediction import predict
 from vidtrack.tracking.crops import Crop, piece_of, wanted
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
@@ -23,6 +21,8 @@ from vidtrack.tracking.detection.pixel_counter import PixelCounter
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.following.occlusion import cleared, touched
+from vidtrack.tracking.following.prediction import predict
 from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers

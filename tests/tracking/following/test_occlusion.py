@@ -5,8 +5,8 @@ import pytest
 
 from tests.discs import disc
 from tests.tracking.test_tracker import followed, positions, starts_at
-from vidtrack.tracking.association.occlusion import OCCLUSION, Occlusions, cleared, groups, touched
 from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, cleared, groups, touched
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, present
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.association.prediction import MOTION
+from vidtrack.tracking.following.prediction import MOTION
 
 
 @dataclass(frozen=True)

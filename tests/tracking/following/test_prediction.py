@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.tracking.association.prediction import MOTION, predict
+from vidtrack.tracking.following.prediction import MOTION, predict
 
 TIMES = np.arange(8.0)
 

@@ -44,7 +44,7 @@ class Certainty:
 CERTAINTY = Certainty()
 
 
-class Tracklets(NamedTuple):
+class CutTracks(NamedTuple):
     """N measured samples of tracklets, by tracklet and then by time; what is (m,) holds one value a tracklet.
 
     tracklet, sample  (N,) numbers from 0
@@ -64,7 +64,7 @@ class Tracklets(NamedTuple):
     met: NDArray[np.object_]
 
 
-def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> Tracklets:
+def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> CutTracks:
     """Tracklets of n targets and of all else that was followed.
 
     sd_factor  (2,) by which the sd_x and sd_y of the others are grown, as those of the targets are already
@@ -81,7 +81,7 @@ def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> Tracklets:
     seen = np.flatnonzero(np.isfinite(values[X]))
     if not seen.size:
         none = np.zeros(0, object)
-        return Tracklets(seen, seen, values[:, seen], flag[seen], seen, none, none, none)
+        return CutTracks(seen, seen, values[:, seen], flag[seen], seen, none, none, none)
     hidden = [np.concatenate([[0], np.cumsum(flag & bit > 0)]) for bit in (MERGED, EDGE)]
     why = _reasons(track[seen], sample[seen], values[:, seen], flag[seen], [many[seen] for many in hidden])
     starts = np.flatnonzero(why != "")
@@ -94,7 +94,7 @@ def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> Tracklets:
     target = np.where(own < n, own, -1)
     size = np.sqrt(values[PIXELS, seen] / np.pi)
     met = _met(values[:2, seen[ends - 1]].T, size[ends - 1], sample[seen[ends - 1]], ended == "meeting")
-    return Tracklets(numbers, sample[seen], values[:, seen], flag[seen], target, began, ended, met)
+    return CutTracks(numbers, sample[seen], values[:, seen], flag[seen], target, began, ended, met)
 
 
 def _besides(rows: Rows, others: Others) -> Others:

@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from vidtrack.association.tracklets import BEGAN, ENDED
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import CONTRAST, EDGE, LOST, MEASURED, MERGED, PIXELS, PREDICTED, RECOVERED, Rows
-from vidtrack.tracking.tracklets import cut_tracks
+from vidtrack.tracking.track_cuts import cut_tracks
 
 NONE = Others(np.zeros(0, int), np.zeros(0, int), np.zeros((MEASURED, 0)), np.zeros(0, np.int64))
 
@@ -48,6 +49,8 @@ def test_losses_edges_and_meetings_end_a_tracklet_and_say_so():
     assert spans(got) == [(0, 9), (16, 39)] * 3
     assert got.ended.tolist() == ["lost", "last", "edge", "last", "meeting", "last"]
     assert got.began.tolist() == ["first", "lost", "first", "lost", "first", "meeting"]
+    assert {*got.began} <= {*BEGAN}
+    assert {*got.ended} <= {*ENDED}
 
 
 def test_a_sample_or_two_that_are_missing_leave_no_doubt_unless_something_was_there():
@@ -70,6 +73,8 @@ def test_jumps_and_changes_of_looks_end_a_tracklet_where_they_are():
     got = cut(rows_of(jump))
     assert spans(got) == [(0, 19), (20, 39)]
     assert got.ended.tolist() == ["jump", "last"]
+    assert {*got.began} <= {*BEGAN}
+    assert {*got.ended} <= {*ENDED}
     looks = rows_of(line())
     looks.values[PIXELS, 25:] = 110
     assert spans(cut(looks)) == [(0, 24), (25, 39)]
