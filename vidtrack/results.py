@@ -57,7 +57,7 @@ class Results:
     """The whole experiment.
 
     cameras, after   by camera: the calibration, and that from the clips filmed after the test
-    wand             wand.json
+    wand             wand.json; by_body: self.json, how a body refined the cameras
     survey           survey.json; survey_after: that of the clips filmed after the test
     back, back_table   backprojection.json and .parquet; stability: stability.json; verdict: verdict.json
     runs             by name
@@ -68,6 +68,7 @@ class Results:
     cameras: dict[str, CameraResults] = field(default_factory=dict)
     after: dict[str, CameraResults] = field(default_factory=dict)
     wand: Record | None = None
+    by_body: Record | None = None
     survey: Record | None = None
     survey_after: Record | None = None
     back: Record | None = None

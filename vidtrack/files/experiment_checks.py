@@ -25,6 +25,7 @@ def checked_experiment(settings: Settings) -> Experiment:
     problems += _check_tables(settings, experiment)
     problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
+    problems += _check_self(settings, experiment)
     if problems:
         raise VidtrackError(*dict.fromkeys(problems))
     return experiment
@@ -49,6 +50,34 @@ def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
             near = did_you_mean(name, runs)
             hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(runs) or 'none'}."
             problems.append(f"config.yaml: runs.{name}: no such folder in runs/; {hint}")
+    return problems
+
+
+def _check_self(settings: Settings, experiment: Experiment) -> list[str]:
+    """Runs in which the body that refines the cameras does not float."""
+    own = settings.calibration.self_calibration
+    if own is None:
+        return []
+    place, have = "config.yaml: calibration.self", {n: r for n, r in settings.runs.items() if own.body in r.bodies}
+    problems, cure = [], f"Describe it under runs.<run>.bodies.{own.body}."
+    for name in own.runs:
+        if name not in experiment.runs:
+            problems.append(f"{place}.runs: no folder {name} in runs/. Name a run that is there.")
+        elif name not in have:
+            problems.append(f"{place}.runs: run {name} has no body {own.body}. {cure}")
+    used = own.runs or tuple(have)
+    if not used:
+        problems.append(f"{place}.body: no run has a body {own.body}. {cure}")
+    problems += [
+        f"{place}: run {name} is of mode {settings.runs[name].mode}; a body refines cameras in mode space."
+        for name in used
+        if name in settings.runs and settings.runs[name].mode != "space"
+    ]
+    places: dict[str, tuple[float, ...]] = {}
+    for name in used:
+        for target, at in (have[name].bodies[own.body].targets if name in have else {}).items():
+            if places.setdefault(target, at) != at:
+                problems.append(f"{place}: target {target} of {own.body} has another place in run {name}. Give one.")
     return problems
 
 

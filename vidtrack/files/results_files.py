@@ -37,6 +37,7 @@ CAMERA_FILES = {
 }
 WHOLE_FILES = {
     "wand.json": "wand",
+    "self.json": "by_body",
     "survey.json": "survey",
     "backprojection.json": "back",
     "backprojection.parquet": "back_table",

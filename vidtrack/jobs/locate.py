@@ -33,10 +33,13 @@ def run(job: Job) -> None:
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
     follow, readout_ms[, max_miss, bodies].
-    outputs: trajectories, csv, associations, record.
+    outputs: trajectories, csv, associations, record; or sights alone, for self-calibration.
     """
     from vidtrack.location.associations import COLUMNS
 
+    if "sights" in job.outputs:
+        _write_sights(job)
+        return
     located: Locations | PlaneLocations = _in_plane(job) if job.settings["mode"] == "plane" else _in_space(job)
     trajectories, record = located.trajectories, located.record
     write_parquet(
@@ -45,6 +48,16 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["trajectories"], trajectories, units=job.settings["units"], provenance=job.provenance)
     write_csv(job.outputs["csv"], trajectories)
     write_json(job.outputs["record"], record, job.provenance)
+
+
+def _write_sights(job: Job) -> None:
+    """The sights of a body's targets alone: by them `self_calibrate` refines the cameras that located them."""
+    from pandas import DataFrame
+
+    from vidtrack.location.run_sights import COLUMNS, sight_columns
+
+    table = DataFrame(sight_columns(_in_space(job).sights))
+    write_parquet(job.outputs["sights"], table, units="", provenance=job.provenance, columns=COLUMNS)
 
 
 def _in_space(job: Job) -> Locations:

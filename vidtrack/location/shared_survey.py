@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,6 +31,36 @@ class Survey(NamedTuple):
     p: Array  # (n, 3) world units
     sigma: Array  # (n,) survey tolerance, world units
     sd: float  # px, centroid noise of a sight
+
+
+class Table(Protocol):
+    """points.parquet: its columns by name."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
+    def __contains__(self, name: str, /) -> bool: ...
+
+
+def surveys_of(cameras: Sequence[Camera], points: Sequence[Table], noise: float) -> list[Survey] | None:
+    """The points of each calibration; None where cameras have nothing in common by them: all exact, no interface.
+
+    noise   px, of a sight where the table has none
+    """
+    surveys = [_survey(table, noise) for table in points]
+    return None if all((s.sigma == 0).all() for s in surveys) and not share_an_interface(cameras) else surveys
+
+
+def _survey(points: Table, noise: float) -> Survey:
+    tags = np.asarray(points["tag"]).astype(str)
+    used = np.asarray(points["used"], bool) if "used" in points else np.ones(len(tags), bool)
+    first = np.zeros(len(tags), bool)
+    first[[int(np.flatnonzero(used & (tags == tag))[0]) for tag in dict.fromkeys(tags[used])]] = True
+    sigma = np.nan_to_num(np.asarray(points["sigma"], float)[first]) if "sigma" in points else np.zeros(first.sum())
+    named = "sd_x" in points and "sd_y" in points
+    sds = np.stack([np.asarray(points[n], float)[first] for n in ("sd_x", "sd_y")]) if named else np.zeros((2, 0))
+    known = np.isfinite(sds)
+    sd = float(np.median(sds[known])) if known.any() else np.nan
+    p = np.stack([np.asarray(points[axis], float)[first] for axis in "xyz"], -1)
+    return Survey(tuple(tags[first]), p, sigma, sd if np.isfinite(sd) and sd > 0 else noise)
 
 
 def joint_covariance(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from vidtrack.settings.board import Board
 from vidtrack.settings.cameras import LENS, Fix, LensModel, Prior
 from vidtrack.settings.detection import DetectChange
 from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Name, Positive, Section, Stream, Tags
+from vidtrack.settings.self_calibration import SelfCalibration, named_body
 from vidtrack.settings.wand import Wand
 
 
@@ -49,6 +50,13 @@ class Calibration(Section):
     )
     wand: Wand | None = Field(
         None, description="a wand of two or three balls, waved before the cameras, calibrates those that film it"
+    )
+    self_calibration: Annotated[SelfCalibration | None, BeforeValidator(named_body)] = Field(
+        None,
+        alias="self",
+        description="a rigid body as its own wand: while it floats the known distances of its targets refine the "
+        "cameras, and all runs are located by these, where stretches of time that they have not seen show that they "
+        "are better",
     )
     follow: bool = Field(
         False,

@@ -33,7 +33,8 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
-from vidtrack.location.shared_survey import Survey, joint_of, share_an_interface, survey_covariance
+from vidtrack.location.run_sights import RunSights
+from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.views import (
@@ -71,6 +72,7 @@ class Locations(NamedTuple):
     trajectories: pd.DataFrame
     record: dict[str, Any]
     associations: pd.DataFrame  # a row a tracklet: the target that it is of and what holds it to that, or why none
+    sights: RunSights  # on which the trajectories rest
 
 
 def locate(
@@ -187,7 +189,8 @@ def locate(
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
-    return Locations(table, record, pd.DataFrame(association_columns(views, match)))
+    sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
+    return Locations(table, record, pd.DataFrame(association_columns(views, match)), sights)
 
 
 def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) -> Array | None:
@@ -287,19 +290,7 @@ def _surveys(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, n
     """The points of each calibration, where they and their tolerances are known of all."""
     if points is None or any(v.uncertainty is None or v.name not in points for v in views):
         return None
-    surveys = [_survey(points[v.name], noise) for v in views]
-    exact = all((s.sigma == 0).all() for s in surveys) and not share_an_interface([v.camera for v in views])
-    return None if exact else surveys
-
-
-def _survey(points: pd.DataFrame, noise: float) -> Survey:
-    used = points[points["used"].astype(bool)] if "used" in points else points
-    used = used.drop_duplicates("tag")
-    sigma = used["sigma"].fillna(0.0).to_numpy(float) if "sigma" in used else np.zeros(len(used))
-    sds = used[["sd_x", "sd_y"]].to_numpy(float) if {"sd_x", "sd_y"} <= set(used) else np.zeros(0)
-    sd = np.median(sds[np.isfinite(sds)]) if np.isfinite(sds).any() else np.nan
-    p = used[["x", "y", "z"]].to_numpy(float)
-    return Survey(tuple(used["tag"].astype(str)), p, sigma, float(sd) if np.isfinite(sd) and sd > 0 else noise)
+    return surveys_of([v.camera for v in views], [points[v.name] for v in views], noise)
 
 
 def _outside(points: Mapping[str, pd.DataFrame] | None, volume: ArrayLike | None, table: pd.DataFrame) -> Array | None:

@@ -42,6 +42,7 @@ CALIBRATING = (
     "stability",
     "track_wand",
     "wand",
+    "self_calibrate",
     "board_corners",
     "boards",
     "board_sightings",
@@ -95,6 +96,7 @@ def _of_whole(results: Results) -> list[Finding]:
     found = (
         collected(results.survey)
         + collected(results.wand)
+        + collected(results.by_body)
         + added(collected(results.back, "calibration"), whole_findings(results.back or {}))
     )
     doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}

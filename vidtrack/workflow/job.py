@@ -38,7 +38,7 @@ class Job:
         return [value] if isinstance(value, str) else list(value)
 
 
-SHARED = {"track_wand": "track"}
+SHARED = {"track_wand": "track", "body_sights": "locate"}
 """Rules that are done by another rule's job: what differs is what they are given."""
 
 

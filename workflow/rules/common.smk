@@ -27,6 +27,7 @@ from vidtrack.workflow import (
     import_orders,
     orders,
     report_orders,
+    self_orders,
     wand_orders,
     waved,
 )
@@ -62,6 +63,8 @@ EXPERIMENT = (
     else or_stop(checked_experiment, SETTINGS)
 )
 RESULTS = EXPERIMENT.results
+SELF_RUNS = self_orders.self_runs(SETTINGS, EXPERIMENT)
+SELF_CAMERAS = self_orders.self_cameras(SETTINGS, EXPERIMENT)
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/.benchmarks"
 BOOK = OrderBook(EXPERIMENT.folder, cache=os.path.dirname(REMEMBERED))
@@ -230,12 +233,31 @@ def whole_recordings(run):
 
 
 def calibrations(run, name, cameras=lambda run: EXPERIMENT.runs[run].videos):
-    """A file of each camera's calibration, where the run is located in space."""
+    """A file of each camera's calibration, where the run is located in space; name: or a function of the camera."""
     return (
-        [f"{RESULTS}/calibration/{c}/{name}" for c in cameras(run)]
+        [
+            f"{RESULTS}/calibration/{c}/{name(c) if callable(name) else name}"
+            for c in cameras(run)
+        ]
         if MODES[run] == "space"
         else []
     )
+
+
+def locating(camera):
+    """The file that holds a camera by which runs are located: as a body refined it, where one does."""
+    return "refined.json" if camera in SELF_CAMERAS else "camera.json"
+
+
+def followed(run):
+    """How the cameras of a run moved, where positions are corrected by it."""
+    corrected = SETTINGS.calibration.follow and run in STEADY
+    return f"{RESULTS}/runs/{run}/steadiness.parquet" if corrected else []
+
+
+def own_clocks(run):
+    """The clocks of a run, where sound or light shows them."""
+    return f"{RESULTS}/runs/{run}/clocks.json" if run in CLOCKED else []
 
 
 def of_plane(run, name):
@@ -262,7 +284,8 @@ def of_lamp(run, name):
 
 def of_located(w, name):
     """A file of one camera's calibration, where the run is located by it."""
-    return f"{RESULTS}/calibration/{w.camera}/{name}" if MODES[w.run] == "space" else []
+    own = name(w.camera) if callable(name) else name
+    return f"{RESULTS}/calibration/{w.camera}/{own}" if MODES[w.run] == "space" else []
 
 
 def of_wand(name, *, drop=False):

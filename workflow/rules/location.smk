@@ -100,25 +100,15 @@ rule locate:
         centroids=of_cameras("centroids/{camera}.parquet"),
         tracklets=of_cameras("tracklets/{camera}.parquet"),
         readings=of_cameras("centroids/{camera}.json"),
-        cameras=results(lambda w: calibrations(w.run, "camera.json")),
+        cameras=results(lambda w: calibrations(w.run, locating)),
         points=results(lambda w: calibrations(w.run, "points.parquet")),
         sightings=results(lambda w: of_plane(w.run, "sightings.parquet")),
         labelling=results(
             lambda w: calibrations(w.run, "labelling.json")
             or of_plane(w.run, "labelling.json")
         ),
-        steadiness=results(
-            lambda w: (
-                f"{RESULTS}/runs/{w.run}/steadiness.parquet"
-                if SETTINGS.calibration.follow and w.run in STEADY
-                else []
-            )
-        ),
-        clocks=results(
-            lambda w: (
-                f"{RESULTS}/runs/{w.run}/clocks.json" if w.run in CLOCKED else []
-            )
-        ),
+        steadiness=results(lambda w: followed(w.run)),
+        clocks=results(lambda w: own_clocks(w.run)),
     output:
         trajectories=f"{RESULTS}/runs/{{run}}/trajectories.parquet",
         csv=f"{RESULTS}/runs/{{run}}/trajectories.csv",
@@ -278,7 +268,9 @@ rule waterline:
         video=lambda w: ancient(EXPERIMENT.runs[w.run].videos[WATERLINES[w.run]]),
         profiles=lambda w: ancient(PROFILES[w.run]),
         camera=results(
-            lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/camera.json"
+            lambda w: (
+                f"{RESULTS}/calibration/{WATERLINES[w.run]}/{locating(WATERLINES[w.run])}"
+            )
         ),
         labelling=results(
             lambda w: f"{RESULTS}/calibration/{WATERLINES[w.run]}/labelling.json"

@@ -159,7 +159,7 @@ rule overlay_film:
         reading=results(f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json"),
         trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
         record=results(f"{RESULTS}/runs/{{run}}/locate.json"),
-        camera=results(lambda w: of_located(w, "camera.json")),
+        camera=results(lambda w: of_located(w, locating)),
         labelling=results(lambda w: of_located(w, "labelling.json")),
     output:
         film=f"{RESULTS}/runs/{{run}}/overlay_{{camera}}.mp4",

@@ -19,6 +19,7 @@ JUDGED += [
     for name in ("camera.json", "labelling.json", "points.parquet")
 ]
 JUDGED += [f"{RESULTS}/calibration/wand.json"] if WAVED else []
+JUDGED += [f"{RESULTS}/calibration/self.json"] if SELF_RUNS else []
 JUDGED = list(dict.fromkeys(JUDGED))
 JUDGED += [
     f"{RESULTS}/{clip_set}/survey.json"

@@ -215,7 +215,7 @@ class KnownCameras:
 
     cameras     as that calibration left them, in the order of those of the adjustment
     names       for each camera the parameters that the covariance is of, in the order of PARAMETERS
-    pivot       (3,) about which that calibration's omega turn
+    pivot       (3,) about which that calibration's omega turn; (m, 3) where each camera has its own
     covariance  (K', K')
     Parameters that the adjustment does not free are passed over: they stay as they are.
     """
@@ -234,8 +234,9 @@ class KnownCameras:
         start = 0
         for i, (then, now, names) in enumerate(zip(self.cameras, state.cameras, self.names, strict=True)):
             place, _ = unknowns.cameras[i]
-            step = steps_between(then, now, self.pivot)
-            carried = _at_another_pivot(now, unknowns.pivot, self.pivot)
+            pivot = np.broadcast_to(self.pivot, (len(self.cameras), 3))[i]
+            step = steps_between(then, now, pivot)
+            carried = _at_another_pivot(now, unknowns.pivot, pivot)
             own = unknowns.free[i]
             for k, name in enumerate(names):
                 if name in own:
@@ -250,10 +251,19 @@ class KnownCameras:
             columns += list(range(place.start, place.stop))
         C = np.asarray(self.covariance, float)[np.ix_(chosen, chosen)]
         spread = np.sqrt(np.diag(C))
-        whiten = np.linalg.inv(np.linalg.cholesky(C / np.outer(spread, spread))) / spread
+        whiten = _inverse_root(C / np.outer(spread, spread)) / spread
         used = np.array(columns, int)
         by_shared = whiten @ np.array(rows).reshape(len(rows), -1)[:, used]
         return Equations((whiten @ np.array(residual))[None], np.ones((1, len(rows))), used, by_shared[None])
+
+
+def _inverse_root(C: Array) -> Array:
+    """W with W^T W the inverse of a correlation matrix; where rounding leaves no variance, 1e-12 is taken."""
+    try:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(C)))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(C)
+        return np.asarray((vectors / np.sqrt(np.maximum(values, 1e-12))).T)
 
 
 def steps_between(then: Camera, now: Camera, pivot: Array) -> Mapping[str, float]:

@@ -1,0 +1,159 @@
+"""The adjustment of cameras that are known from another calibration by a body that they see.
+
+    minimise  sum |b - project(camera, R_k p + T_k)|^2 / sd^2
+              + what the other calibration knows of the cameras + what is known of the body's places p
+
+over the cameras, the body's pose R_k, T_k at each moment, and its places. A body that moves says nothing of where the
+world lies: that stays as the other calibration has it, with its uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, minimise
+from vidtrack.calibration.adjustment.measurements import KnownCameras, PointsOf, SharedPriors, Sights
+from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
+from vidtrack.calibration.body.sights import Body, BodySights
+from vidtrack.geometry.camera import Camera
+
+
+class FitSettings(NamedTuple):
+    """How the adjustment decides."""
+
+    outlier: float = 4.5
+    """Standard deviations of its residual beyond which a sight is left out."""
+    rounds: int = 5
+    """Of leaving out."""
+    most_lag: int = 50
+    """Moments over which residuals may be alike."""
+
+
+SETTINGS = FitSettings()
+
+
+class BodyFit(NamedTuple):
+    """What the adjustment gives, K unknowns of all cameras."""
+
+    cameras: tuple[Camera, ...]
+    names: tuple[tuple[str, ...], ...]
+    pivot: Array
+    covariance: Array  # (K, K)
+    shape: Array  # (q, 3) the body's places as refined
+    shape_covariance: Array  # (3 q, 3 q)
+    poses: Array  # (n, 3, 4)
+    sights: BodySights  # without outliers, sd as the residuals show it
+    alike: float  # moments that count as one, because their residuals are alike
+    converged: bool
+
+
+def fit_body(
+    known: KnownCameras, sights: BodySights, body: Body, poses: Array, *, shape_sd: float | None = None
+) -> BodyFit:
+    """The cameras and the noise of the sights, found from what the fit leaves.
+
+    shape_sd  world units, what is known of the body's coordinates, in place of body.sd
+    Raises ValueError where the sights and what is known leave a parameter open.
+    """
+    sd = body.sd if shape_sd is None else shape_sd
+    cameras: Sequence[Camera] = known.cameras
+    at = body.p
+    for _ in range(SETTINGS.rounds):
+        problem = body_problem(known, sights, body, poses, sd, scaled=True)
+        found = adjust(problem, body_state(cameras, at, body, poses))
+        cameras, poses = found.state.cameras, found.state.blocks[0]
+        far = _outliers(found, sights)
+        if not far.any():
+            break
+        sights = sights._replace(b=np.where(far[..., None], np.nan, sights.b))
+    alike = alikeness(np.stack([each.reshape(sights.b.shape[1:]) for each in found.residuals[: len(cameras)]]), sights)
+    sights = sights._replace(sd=sights.sd * found.factors["px"] * np.sqrt(alike))
+    problem = body_problem(known, sights, body, poses, sd)
+    found = adjust(problem, found.state)
+    K = problem.unknowns.cameras[-1][0].stop
+    return BodyFit(
+        found.state.cameras,
+        problem.unknowns.free,
+        problem.unknowns.pivot,
+        found.covariance[:K, :K],
+        _shape_of(found.state, body),
+        found.covariance[K:, K:],
+        found.state.blocks[0],
+        sights,
+        alike,
+        found.converged,
+    )
+
+
+def refitted(known: KnownCameras, sights: BodySights, body: Body, poses: Array) -> tuple[Camera, ...]:
+    """The cameras alone, the noise of the sights as stated."""
+    problem = body_problem(known, sights, body, poses, body.sd)
+    return minimise(problem, body_state(known.cameras, body.p, body, poses), tolerance=1e-7).cameras
+
+
+def body_problem(
+    known: KnownCameras, sights: BodySights, body: Body, poses: Array, shape_sd: float, *, scaled: bool = False
+) -> Problem:
+    """The adjustment; scaled: the noise of the sights is found."""
+    names = [name for row in _names(body) for name in row]
+
+    def points(state: State) -> PointsOf:
+        at = state.blocks[0]
+        where, J = points_of_poses(at, _shape_of(state, body))
+        follows = {}
+        for j, row in enumerate(_names(body)):
+            for k, name in enumerate(row):
+                moved = np.zeros(where.shape)
+                moved[:, j] = at[:, :, k]
+                follows[name] = moved
+        return PointsOf(where, J, follows)
+
+    seen = [Sights(i, b, sd, points=points) for i, (b, sd) in enumerate(zip(sights.b, sights.sd, strict=True))]
+    prior = {name: (float(v), shape_sd) for name, v in zip(names, body.p.ravel(), strict=True)}
+    unknowns = Unknowns(known.names, poses[:, :, 3].mean(0), names)
+    groups = {"px": 1e-3 / float(np.nanmedian(sights.sd))} if scaled else {}
+    return Problem(unknowns, [pose_blocks(len(poses))], [*seen, known, SharedPriors(prior)], groups)
+
+
+def body_state(cameras: Sequence[Camera], p: Array, body: Body, poses: Array) -> State:
+    """Where the adjustment starts."""
+    shared = {name: float(v) for row, at in zip(_names(body), p, strict=True) for name, v in zip(row, at, strict=True)}
+    return State(tuple(cameras), shared, (poses,))
+
+
+def _names(body: Body) -> list[list[str]]:
+    return [[f"body {target} {axis}" for axis in "xyz"] for target in body.targets]
+
+
+def _shape_of(state: State, body: Body) -> Array:
+    return np.array([[state.shared[name] for name in row] for row in _names(body)])
+
+
+def _outliers(found: Adjusted, sights: BodySights) -> Array:
+    size = np.stack([np.abs(each).reshape(sights.b.shape[1:]) for each in found.normalised[: len(sights.b)]])
+    known = np.nan_to_num(size).max(-1)
+    # only the worst sight of a target goes at once: it drags the others along
+    return np.asarray((known > SETTINGS.outlier) & (known == known.max(0)))
+
+
+def alikeness(residuals: Array, sights: BodySights) -> float:
+    """How many moments count as one: the residuals' correlation (m, n, q, 2) summed over lags, 1 where there is none.
+
+    What a centroid errs changes slowly where a target's picture does: a thousand samples then say less than a thousand
+    independent ones.
+    """
+    series = residuals - np.nanmean(residuals, 1, keepdims=True)
+    total = 1.0
+    variance = np.nanmean(series**2)
+    for lag in range(1, min(SETTINGS.most_lag, series.shape[1] // 4)):
+        same = (sights.run[lag:] == sights.run[:-lag])[None, :, None, None]
+        with np.errstate(invalid="ignore"):
+            rho = float(np.nanmean(np.where(same, series[:, lag:] * series[:, :-lag], np.nan)) / variance)
+        if not rho > 0.03:
+            break
+        total += 2 * rho
+    return total

@@ -1,0 +1,274 @@
+"""Stage self_calibrate: a body that floats, its targets at known distances, refines the cameras that see it.
+
+The cameras keep what their own calibration knows of them, the world's axes above all; the body adds what its distances
+show. Refined cameras are used only where held-out stretches of time show that they are better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from vidtrack.arrays import Array
+from vidtrack.calibration.adjustment.measurements import KnownCameras
+from vidtrack.calibration.adjustment.unknowns import columns
+from vidtrack.calibration.body.fit import BodyFit, fit_body
+from vidtrack.calibration.body.heldout import Judged, judge_held_out
+from vidtrack.calibration.body.shape import SETTINGS as SHAPE
+from vidtrack.calibration.body.shape import ShapeTest, judge_shape
+from vidtrack.calibration.body.sights import Body, BodySights, usable
+from vidtrack.calibration.refine import Uncertainty
+from vidtrack.errors import VidtrackError
+from vidtrack.findings import Finding, as_records
+from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.triangulate import locate_points
+from vidtrack.location.shared_survey import joint_covariance, recorded_joint, surveys_of
+
+MOST_MOMENTS, FEWEST_MOMENTS = 400, 40
+"""Moments that are used at most, evenly over the runs; and from which the cameras can be refined."""
+SIZE_SHARE = 1 / 2000
+"""ASSUME: how well a body's coordinates are known where nothing is said of it, as a share of its size."""
+SHOWN = 60
+"""Moments by which the calibration's part of sigma is shown."""
+
+
+class SelfCalibrated(NamedTuple):
+    """What `self_calibrate` returns for m cameras; those given, unchanged, where `used` is false."""
+
+    cameras: tuple[Camera, ...]
+    uncertainties: tuple[Uncertainty, ...]
+    joint: dict[str, Any] | None  # what camera.json says of all of them together
+    used: bool
+    record: dict[str, Any]
+    findings: tuple[Finding, ...]
+
+
+def self_calibrate(
+    sights: Mapping[str, pd.DataFrame],
+    calibrated: Mapping[str, Any],
+    targets: Mapping[str, Sequence[float]],
+    *,
+    points: Mapping[str, pd.DataFrame] | None = None,
+    sigma: float | None = None,
+    body: str = "body",
+    units: str = "in",
+) -> SelfCalibrated:
+    """Refine cameras by a rigid body.
+
+    sights      run: time_s, target, camera, Xf, Yf, sd_x, sd_y (px), as `location.run_sights` has them
+    calibrated  camera: as camera.json is read, (camera, uncertainty, record)
+    targets     target: its place in the body's axes, world units
+    points      camera: points.parquet, for what the calibrations have in common
+    sigma       world units, standard deviation of each coordinate in the body; default: 1/2000 of its size
+    Raises VidtrackError where the body has fewer than three targets, or the uncertainty of a camera is not known.
+    """
+    where = "calibration.self"
+    names = list(calibrated)
+    own = _body(targets, sigma, where, body)
+    cameras = [calibrated[name][0] for name in names]
+    uncertainties = [calibrated[name][1] for name in names]
+    _check(names, cameras, uncertainties, where)
+    known = _known(calibrated, cameras, uncertainties, points or {}, names)
+    seen = _sights(sights, names, own)
+    moments, poses = usable(cameras, seen, own)
+    record: dict[str, Any] = {
+        "cameras": names,
+        "runs": list(sights),
+        "body": body,
+        "sigma": own.sd,
+        "units": units,
+        "moments": int(moments.b.shape[1]),
+    }
+    if moments.b.shape[1] < FEWEST_MOMENTS:
+        text = (
+            f"{where}: three targets of {body} are located at {moments.b.shape[1]} moments of {', '.join(sights)}, "
+            f"{FEWEST_MOMENTS} are needed: the cameras stay as they were"
+        )
+        cure = "Name runs in which the body moves longer before all cameras."
+        return _unchanged(cameras, uncertainties, record, [Finding("doubtful", "self-calibration-short", text, cure)])
+    rows = np.linspace(0, moments.b.shape[1] - 1, min(MOST_MOMENTS, moments.b.shape[1])).astype(int)
+    moments, poses = moments.at(rows), poses[rows]
+    try:
+        free = fit_body(known, moments, own, poses, shape_sd=SHAPE.loose * own.size)
+        shape = judge_shape(own, free.shape, free.shape_covariance)
+        record |= {"moments_used": len(rows), "moments_alike": free.alike, "shape": _shape_record(shape)}
+        if shape.reasons:
+            return _unchanged(cameras, uncertainties, record, [_wrong(shape, own, body, units, where)])
+        judged = judge_held_out(known, free.sights, own, free.poses)
+        done = fit_body(known, moments, own, poses)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        text = f"{where}: {body} does not refine the cameras ({error}); they stay as they were"
+        finding = Finding("doubtful", "self-calibration-failed", text, "Leave calibration.self out.")
+        return _unchanged(cameras, uncertainties, record, [finding])
+    record |= {"held_out": judged.as_record()} | _gain(known, done, free.sights)
+    record["sigma_px"] = float(np.nanmedian(done.sights.sd) / np.sqrt(done.alike))
+    if not (judged.helps and done.converged):
+        return _unchanged(cameras, uncertainties, record, [_no_help(judged, body, units, where)])
+    return _refined(done, names, record, _helped(record, judged, body, units, where))
+
+
+def _body(targets: Mapping[str, Sequence[float]], sigma: float | None, where: str, name: str) -> Body:
+    if len(targets) < 3:
+        raise VidtrackError(f"{where}: {name} has {len(targets)} targets; three at known distances are needed.")
+    p = np.array(list(targets.values()), float)
+    spread = np.linalg.svd(p - p.mean(0), compute_uv=False)
+    if spread[1] < 0.02 * spread[0]:
+        raise VidtrackError(f"{where}: the targets of {name} lie on one line. Add one beside it.")
+    own = Body(tuple(str(target) for target in targets), p, 0.0)
+    return own._replace(sd=own.size * SIZE_SHARE if sigma is None else sigma)
+
+
+def _check(
+    names: Sequence[str], cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty | None], where: str
+) -> None:
+    problems = []
+    for name, camera, uncertainty in zip(names, cameras, uncertainties, strict=True):
+        if uncertainty is None or not np.isfinite(uncertainty.covariance).all():
+            problems.append(
+                f"{where}: the uncertainty of {name}'s calibration is not known, so that a body cannot be weighed "
+                "against it. Calibrate it by points, a board or a wand, or leave calibration.self out."
+            )
+        elif camera.through:
+            problems.append(
+                f"{where}: {name} looks through interface {camera.through[0].name}, which a body does not refine. "
+                "Leave calibration.self out."
+            )
+    if problems:
+        raise VidtrackError(*problems)
+
+
+def _known(
+    calibrated: Mapping[str, Any],
+    cameras: Sequence[Camera],
+    uncertainties: Sequence[Uncertainty],
+    points: Mapping[str, pd.DataFrame],
+    names: Sequence[str],
+) -> KnownCameras:
+    """What the cameras' own calibration knows of all of them together."""
+    joint = recorded_joint([calibrated[name] for name in names], uncertainties)
+    tables = [points[name] for name in names if name in points and len(points[name])]
+    if joint is None and len(tables) == len(names) and (surveys := surveys_of(cameras, tables, 0.1)):
+        joint = joint_covariance(cameras, uncertainties, surveys)
+    if joint is None:
+        edges = np.cumsum([0, *(len(u.names) for u in uncertainties)])
+        joint = np.zeros((edges[-1], edges[-1]))
+        for start, stop, u in zip(edges[:-1], edges[1:], uncertainties, strict=True):
+            joint[start:stop, start:stop] = u.covariance
+    pivots = np.array([u.pivot for u in uncertainties], float)
+    return KnownCameras(tuple(cameras), [tuple(u.names) for u in uncertainties], pivots, joint)
+
+
+def _sights(tables: Mapping[str, pd.DataFrame], names: Sequence[str], body: Body) -> BodySights:
+    """The tables as arrays, run after run."""
+    b, sd, runs = [], [], []
+    place = {target: k for k, target in enumerate(body.targets)}
+    for number, table in enumerate(tables.values()):
+        table = table[table["target"].astype(str).isin(place) & table["camera"].isin(names)]
+        times, moment = np.unique(table["time_s"].to_numpy(float).round(6), return_inverse=True)
+        at = np.full((len(names), len(times), len(place), 2), np.nan)
+        spread = np.full(at.shape, np.nan)
+        target = table["target"].astype(str).map(place).to_numpy(int)
+        camera = table["camera"].map({name: i for i, name in enumerate(names)}).to_numpy(int)
+        at[camera, moment, target] = table[["Xf", "Yf"]].to_numpy(float)
+        spread[camera, moment, target] = table[["sd_x", "sd_y"]].to_numpy(float)
+        b.append(at)
+        sd.append(spread)
+        runs.append(np.full(len(times), number))
+    sds = np.concatenate(sd, 1)
+    usual = float(np.nanmedian(sds)) if np.isfinite(sds).any() else 1.0
+    return BodySights(np.concatenate(b, 1), np.where(np.isfinite(sds), sds, usual), np.concatenate(runs))
+
+
+def _unchanged(
+    cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty], record: dict[str, Any], findings: list[Finding]
+) -> SelfCalibrated:
+    record = record | {"used": False, "findings": as_records(findings)}
+    return SelfCalibrated(tuple(cameras), tuple(uncertainties), None, False, record, tuple(findings))
+
+
+def _refined(done: BodyFit, names: Sequence[str], record: dict[str, Any], finding: Finding) -> SelfCalibrated:
+    uncertainties = tuple(
+        Uncertainty(own, done.pivot, done.covariance[place, place])
+        for own, (place, _) in zip(done.names, columns(done.names), strict=True)
+    )
+    joint = {"cameras": list(names), "names": [list(own) for own in done.names], "covariance": done.covariance}
+    record = record | {"used": True, "findings": as_records([finding])}
+    return SelfCalibrated(done.cameras, uncertainties, joint, True, record, (finding,))
+
+
+def _gain(known: KnownCameras, done: BodyFit, sights: BodySights) -> dict[str, Any]:
+    """The calibration's part of sigma where the body was, before and after: rms over its axes, world units."""
+    rows = np.linspace(0, sights.b.shape[1] - 1, min(SHOWN, sights.b.shape[1])).astype(int)
+    b, sd = sights.b[:, rows], sights.sd[:, rows]
+    pivots = np.broadcast_to(known.pivot, (len(known.cameras), 3))
+    found = []
+    for cameras, names, pivot, C in (
+        (known.cameras, known.names, pivots, np.asarray(known.covariance)),
+        (done.cameras, done.names, np.broadcast_to(done.pivot, pivots.shape), done.covariance),
+    ):
+        own = [
+            Uncertainty(tuple(each), about, C[place, place])
+            for each, about, (place, _) in zip(names, pivot, columns(names), strict=True)
+        ]
+        noise = locate_points(cameras, b, sd=sd).sigma
+        whole = locate_points(cameras, b, sd=sd, uncertainties=own, joint=C).sigma
+        found.append(float(np.sqrt(np.nanmean(np.clip(whole**2 - noise**2, 0, None)))))
+    return {"sigma_of_calibration": {"before": found[0], "after": found[1]}}
+
+
+def _shape_record(shape: ShapeTest) -> dict[str, Any]:
+    return {
+        "chi2": shape.chi2,
+        "freedom": shape.freedom,
+        "distances": {
+            pair: {"stated": stated, "seen": seen, "sd": sd} for pair, (stated, seen, sd) in shape.distances.items()
+        },
+    }
+
+
+def _wrong(shape: ShapeTest, body: Body, name: str, units: str, where: str) -> Finding:
+    """Which number of the body is not what the cameras see."""
+    pair, (stated, seen, sd) = max(shape.distances.items(), key=lambda each: abs(each[1][1] - each[1][0]) / each[1][2])
+    said = " or ".join(_said(reason.what, reason.off, units) for reason in shape.reasons[:4])
+    text = (
+        f"{where}: body {name} is not what the cameras see: {pair} is {seen:.5g} +- {sd:.2g} {units}, by its "
+        f"coordinates {stated:.5g}. Explained by {said} ({shape.reasons[0].deviate:.0f} standard deviations). The cameras stay as "
+        "they were"
+    )
+    cure = "Measure the targets on the body again, correct bodies in config.yaml, or give calibration.self.sigma."
+    return Finding("doubtful", "body-distances-wrong", text, cure)
+
+
+def _said(what: str, off: float, units: str) -> str:
+    if what == "scale":
+        return f"all lengths of it {100 * abs(off):.2g} % too {'small' if off > 0 else 'large'}"
+    if what[-2:] in (" x", " y", " z"):
+        return f"{what[:-2]}'s {what[-1]}, wrong by {-off:+.3g} {units}"
+    return f"the place of {what}, wrong by {off:.3g} {units}"
+
+
+def _no_help(judged: Judged, body: str, units: str, where: str) -> Finding:
+    text = (
+        f"{where}: {body} does not make the cameras better: in stretches of time that they have not seen "
+        f"{_held_out(judged, units)}. They stay as they were"
+    )
+    return Finding("note", "self-calibration-no-help", text, "")
+
+
+def _helped(record: Mapping[str, Any], judged: Judged, body: str, units: str, where: str) -> Finding:
+    sigma = record["sigma_of_calibration"]
+    text = (
+        f"{where}: {body} refined the cameras: in stretches of time that they have not seen "
+        f"{_held_out(judged, units)}; the calibration's part of sigma falls from {sigma['before']:.2g} to {sigma['after']:.2g} {units}"
+    )
+    return Finding("note", "self-calibration-used", text, "")
+
+
+def _held_out(judged: Judged, units: str) -> str:
+    return (
+        f"residuals go from {judged.px[0]:.4f} to {judged.px[1]:.4f} px and the body's distances are off by (rms) "
+        f"{judged.distance[0]:.3g} before and {judged.distance[1]:.3g} {units} after"
+    )
