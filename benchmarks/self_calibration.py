@@ -2,13 +2,13 @@
 
     python benchmarks/self_calibration.py --seeds 10 [--points 64] [--cameras 4] [--tolerance 0.03125]
 
-Cameras of the thesis's rig are calibrated one by one by surveyed points of a tolerance of 1/32 in; a body of four targets
-at exactly measured distances floats before them for 300 samples of 0.1 px. Judged on 500 other points in the volume: the
-error that the calibration alone makes, before and after; the whole error with 0.1 px; scatter over sigma. Then one
-coordinate of the body is mistyped by 2 % of its size: it must be named, and the cameras kept as they were.
+Cameras of the thesis's rig are calibrated one by one by surveyed points of a tolerance of 1/32 in; a body of four
+targets at exactly measured distances floats before them for 300 samples of 0.1 px. Judged on 500 other points in the
+volume: the error that the calibration alone makes, before and after; the whole error with 0.1 px; scatter over sigma.
+Then one coordinate of the body is mistyped by 2 % of its size: it must be named, and the cameras kept as they were.
 
-A body says nothing of where the world's axes lie, so the error is also given beyond the rigid motion that fits best: what
-is left of it is in every distance, displacement and angle.
+A body says nothing of where the world's axes lie, so the error is also given beyond the rigid motion that fits best:
+what is left of it is in every distance, displacement and angle.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.wand.axes import fitted, moved_points
 from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.wand.axes import fitted, moved_points
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points

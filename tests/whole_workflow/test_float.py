@@ -1,17 +1,17 @@
 """A float on interlaced tape with time code in the sound, filmed by cameras that nobody locked together."""
 
-import copy
 import json
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
-from tests.whole_workflow.conftest import REPO, configure, snakemake
+from tests.whole_workflow.conftest import REPO, configure, planned, snakemake
 
 OFFSET = 0.012
-BODY = {"bow": [9, 0, 3], "port": [-6, 7, 3], "starboard": [-6, -7, 3]}
+PAGE = yaml.safe_load(re.search(r"```yaml\n(.*?)```", (REPO / "docs/self-calibration.md").read_text(), re.DOTALL)[1])
 
 
 def scenario():
@@ -35,7 +35,8 @@ def basin(tmp_path_factory):
     set_up(scenario_from(scenario(), "scenario"), str(folder))
     config = yaml.safe_load((folder / "config.yaml").read_text())
     config["cameras"]["south"]["clock"] = "auto"
-    config["runs"]["heave"]["bodies"] = {"float": copy.deepcopy(BODY)}
+    config["runs"]["heave"]["bodies"] = PAGE["runs"]["heave"]["bodies"]
+    config["calibration"]["self"] = PAGE["calibration"]["self"]
     configure(folder, config)
     answer = snakemake(folder)
     assert answer.returncode == 0, answer.stdout + answer.stderr
@@ -80,3 +81,29 @@ def test_the_float_is_located_to_a_hundredth_of_an_inch(basin):
     """Survey errors of the scenario, 16 px balls, 0.02 px of noise; without the clock the error would be tenfold."""
     truth = record(basin, "comparison.json")["truth"]
     assert 0.0005 < truth["mean"] < 0.015
+
+
+def test_the_float_refines_the_cameras_and_the_run_is_located_by_them(basin):
+    """docs/self-calibration.md: the survey is good to 0.02 in, so residuals fall by a third and distances stay."""
+    done = json.loads((basin / "results/calibration/self.json").read_text())
+    assert done["used"]
+    assert done["held_out"]["residual_px"]["after"] < 0.8 * done["held_out"]["residual_px"]["before"]
+    assert done["held_out"]["distance"]["after"] < 1.1 * done["held_out"]["distance"]["before"]
+    refined = json.loads((basin / "results/calibration/north/refined.json").read_text())
+    first = json.loads((basin / "results/calibration/north/camera.json").read_text())
+    assert refined["f"] != first["f"]
+    assert refined["joint"]["cameras"] == ["north", "south"]
+    assert "results/calibration/north/refined.json" in record(basin, "locate.json")["provenance"]["inputs"]
+    notes = json.loads((basin / "results/verdict.json").read_text())["calibration"]["notes"]
+    assert "self-calibration-used" in [note["code"] for note in notes]
+
+
+def test_without_the_body_the_run_is_located_by_the_surveyed_cameras_and_no_film_is_read_again(basin):
+    config = yaml.safe_load((basin / "config.yaml").read_text())
+    del config["calibration"]["self"]
+    text = (basin / "config.yaml").read_text()
+    configure(basin, config)
+    jobs = planned(basin)
+    (basin / "config.yaml").write_text(text)
+    assert jobs["locate"] == 1
+    assert not {"track", "calibration_points", "calibrate", "body_sights", "self_calibrate"} & set(jobs)

@@ -12,14 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.adjustment.unknowns import columns
 from vidtrack.calibration.body.fit import BodyFit, fit_body
 from vidtrack.calibration.body.heldout import Judged, judge_held_out
 from vidtrack.calibration.body.shape import SETTINGS as SHAPE
 from vidtrack.calibration.body.shape import ShapeTest, judge_shape
-from vidtrack.calibration.body.sights import Body, BodySights, usable
+from vidtrack.calibration.body.sights import Body, BodySights, shape_seen, usable
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
@@ -31,6 +30,8 @@ MOST_MOMENTS, FEWEST_MOMENTS = 400, 40
 """Moments that are used at most, evenly over the runs; and from which the cameras can be refined."""
 SIZE_SHARE = 1 / 2000
 """ASSUME: how well a body's coordinates are known where nothing is said of it, as a share of its size."""
+RIGID = 2.5
+"""Times their noise that sights may miss a rigid body of any shape: 1 where it is one, 1.5 where clocks are poor."""
 SHOWN = 60
 """Moments by which the calibration's part of sigma is shown."""
 
@@ -92,11 +93,15 @@ def self_calibrate(
     rows = np.linspace(0, moments.b.shape[1] - 1, min(MOST_MOMENTS, moments.b.shape[1])).astype(int)
     moments, poses = moments.at(rows), poses[rows]
     try:
-        free = fit_body(known, moments, own, poses, shape_sd=SHAPE.loose * own.size)
+        located = own._replace(p=shape_seen(cameras, moments, own.p))
+        free = fit_body(known, moments, located, poses, shape_sd=SHAPE.loose * own.size)
         shape = judge_shape(own, free.shape, free.shape_covariance)
-        record |= {"moments_used": len(rows), "moments_alike": free.alike, "shape": _shape_record(shape)}
+        record |= {"moments_used": len(rows), "moments_alike": free.alike, "noise_factor": free.factor}
+        record |= {"shape": _shape_record(shape)}
         if shape.reasons:
             return _unchanged(cameras, uncertainties, record, [_wrong(shape, own, body, units, where)])
+        if free.factor > RIGID:
+            return _unchanged(cameras, uncertainties, record, [_not_rigid(free, own, body, where)])
         judged = judge_held_out(known, free.sights, own, free.poses)
         done = fit_body(known, moments, own, poses)
     except (ValueError, np.linalg.LinAlgError) as error:
@@ -235,11 +240,23 @@ def _wrong(shape: ShapeTest, body: Body, name: str, units: str, where: str) -> F
     said = " or ".join(_said(reason.what, reason.off, units) for reason in shape.reasons[:4])
     text = (
         f"{where}: body {name} is not what the cameras see: {pair} is {seen:.5g} +- {sd:.2g} {units}, by its "
-        f"coordinates {stated:.5g}. Explained by {said} ({shape.reasons[0].deviate:.0f} standard deviations). The cameras stay as "
-        "they were"
+        f"coordinates {stated:.5g}. Explained by {said} ({shape.reasons[0].deviate:.0f} standard deviations). "
+        "The cameras stay as they were"
     )
     cure = "Measure the targets on the body again, correct bodies in config.yaml, or give calibration.self.sigma."
     return Finding("doubtful", "body-distances-wrong", text, cure)
+
+
+def _not_rigid(free: BodyFit, body: Body, name: str, where: str) -> Finding:
+    """Which target moves most against the others."""
+    spread = np.sqrt(np.nanmean(free.residuals**2, (0, 1, 3)))
+    k = int(spread.argmax())
+    text = (
+        f"{where}: body {name} is not rigid: its sights miss any rigid body by {free.factor:.1f} times their noise, "
+        f"those of {body.targets[k]} most ({spread[k]:.2g} px). The cameras stay as they were"
+    )
+    cure = "Fix the targets to the body, check that no two names are exchanged and the cameras' clocks."
+    return Finding("doubtful", "body-not-rigid", text, cure)
 
 
 def _said(what: str, off: float, units: str) -> str:
@@ -262,7 +279,8 @@ def _helped(record: Mapping[str, Any], judged: Judged, body: str, units: str, wh
     sigma = record["sigma_of_calibration"]
     text = (
         f"{where}: {body} refined the cameras: in stretches of time that they have not seen "
-        f"{_held_out(judged, units)}; the calibration's part of sigma falls from {sigma['before']:.2g} to {sigma['after']:.2g} {units}"
+        f"{_held_out(judged, units)}; the calibration's part of sigma goes from {sigma['before']:.2g} to "
+        f"{sigma['after']:.2g} {units}"
     )
     return Finding("note", "self-calibration-used", text, "")
 

@@ -47,7 +47,9 @@ class BodyFit(NamedTuple):
     shape_covariance: Array  # (3 q, 3 q)
     poses: Array  # (n, 3, 4)
     sights: BodySights  # without outliers, sd as the residuals show it
+    factor: float  # by which the stated sd of the sights were multiplied, to be those of the residuals
     alike: float  # moments that count as one, because their residuals are alike
+    residuals: Array  # (m, n, q, 2) px
     converged: bool
 
 
@@ -71,7 +73,8 @@ def fit_body(
             break
         sights = sights._replace(b=np.where(far[..., None], np.nan, sights.b))
     alike = alikeness(np.stack([each.reshape(sights.b.shape[1:]) for each in found.residuals[: len(cameras)]]), sights)
-    sights = sights._replace(sd=sights.sd * found.factors["px"] * np.sqrt(alike))
+    factor = float(found.factors["px"])
+    sights = sights._replace(sd=sights.sd * factor * np.sqrt(alike))
     problem = body_problem(known, sights, body, poses, sd)
     found = adjust(problem, found.state)
     K = problem.unknowns.cameras[-1][0].stop
@@ -84,7 +87,9 @@ def fit_body(
         found.covariance[K:, K:],
         found.state.blocks[0],
         sights,
+        factor,
         alike,
+        np.stack([each.reshape(sights.b.shape[1:]) for each in found.residuals[: len(cameras)]]),
         found.converged,
     )
 
@@ -136,8 +141,8 @@ def _shape_of(state: State, body: Body) -> Array:
 def _outliers(found: Adjusted, sights: BodySights) -> Array:
     size = np.stack([np.abs(each).reshape(sights.b.shape[1:]) for each in found.normalised[: len(sights.b)]])
     known = np.nan_to_num(size).max(-1)
-    # only the worst sight of a target goes at once: it drags the others along
-    return np.asarray((known > SETTINGS.outlier) & (known == known.max(0)))
+    # only the worst sight of a moment goes at once: it drags the pose along
+    return np.asarray((known > SETTINGS.outlier) & (known == known.max((0, 2), keepdims=True)))
 
 
 def alikeness(residuals: Array, sights: BodySights) -> float:
@@ -151,8 +156,8 @@ def alikeness(residuals: Array, sights: BodySights) -> float:
     variance = np.nanmean(series**2)
     for lag in range(1, min(SETTINGS.most_lag, series.shape[1] // 4)):
         same = (sights.run[lag:] == sights.run[:-lag])[None, :, None, None]
-        with np.errstate(invalid="ignore"):
-            rho = float(np.nanmean(np.where(same, series[:, lag:] * series[:, :-lag], np.nan)) / variance)
+        products = np.where(same, series[:, lag:] * series[:, :-lag], np.nan)
+        rho = float(np.nanmean(products) / variance) if np.isfinite(products).any() else 0.0
         if not rho > 0.03:
             break
         total += 2 * rho

@@ -45,6 +45,8 @@ class BodySights(NamedTuple):
         return BodySights(self.b[:, rows], self.sd[:, rows], self.run[rows])
 
 
+ROUNDS = 8
+"""Of locating a shape: a stated place that is far off moves the poses at first."""
 FLAT = 0.02
 """Second singular value of the targets' places over the first one, below which they lie on one line."""
 
@@ -65,6 +67,28 @@ def usable(cameras: Sequence[Camera], sights: BodySights, body: Body) -> tuple[B
     poses = poses_of(body.p, found[rows], ~lost[rows])
     fine = np.isfinite(poses).all((-1, -2))
     return sights._replace(b=b).at(rows[fine]), poses[fine]
+
+
+def shape_seen(cameras: Sequence[Camera], sights: BodySights, p: Array) -> Array:
+    """The places (q, 3) of the targets as cameras locate them, in axes near to those of the stated places p.
+
+    Targets that are located at no moment stay where they are stated.
+    """
+    x = locate_points(cameras, sights.b, sd=sights.sd, most_unsure=np.inf).point
+    good: Bools = np.asarray(np.isfinite(x).all(-1))
+    shape = p
+    for _ in range(ROUNDS):
+        poses = poses_of(shape, x, good)
+        back = (x - poses[:, None, :, 3]) @ poses[..., :3]
+        mean = np.array(
+            [
+                np.nanmedian(own, 0) if np.isfinite(own).any() else at
+                for own, at in zip(back.swapaxes(0, 1), shape, strict=True)
+            ]
+        )
+        shape = mean
+    home = poses_of(shape, p[None], np.ones((1, len(p)), bool))[0]
+    return np.asarray(shape @ home[:, :3].T + home[:, 3])
 
 
 def poses_of(p: Array, x: Array, good: Bools) -> Array:
