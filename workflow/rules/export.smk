@@ -22,6 +22,11 @@ if any(
                 )
                 files = tuple(places(name, own._replace(name="{run}")))
                 read = result_paths(RESULTS, FORMATS[name], own._replace(name="{run}"))
+                if "cameras" in read:
+                    seen = [os.path.dirname(path) for path in read["cameras"]]
+                    read["cameras"] = [
+                        f"{p}/{locating(os.path.basename(p))}" for p in seen
+                    ]
                 read = tuple((key, tuple(paths)) for key, paths in read.items())
                 EXPORTED.setdefault((name, files, read), []).append(run)
 
