@@ -1,8 +1,8 @@
 """The sights on which trajectories rest, in the picture of the calibration."""
 
 import numpy as np
-from vidtrack.geometry.window import Window
 
+from vidtrack.geometry.picture_part import Window
 from vidtrack.location.run_sights import RunSights, sight_columns
 
 

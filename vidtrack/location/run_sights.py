@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.window import Window
+from vidtrack.geometry.picture_part import Window
 
 COLUMNS = {"time_s": "s", "target": "", "camera": "", "Xf": "px", "Yf": "px", "sd_x": "px", "sd_y": "px"}
 
