@@ -2,8 +2,8 @@
 
     PYTHONPATH=. python benchmarks/public_formats.py [FOLDER]
 
-Files that may be kept lie in tests/exchange/public (its README has sources and licences). FOLDER holds whatever else is at
-hand, under the names of `FILES`, which says where each is public; none of it is kept in the project.
+Files that may be kept lie in tests/exchange/public (its README has sources and licences). FOLDER holds whatever else is
+at hand, under the names of `FILES`, which says where each is public; none of it is kept in the project.
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ def aniposelib(path: Path) -> Compared:
 
 
 def openptv(path: Path) -> Compared:
-    """Four cameras against OpenPTV's own library; the matrix in the files has seven decimals, half of the last 3e-4 px."""
+    """Four cameras against OpenPTV's own library; the matrix in the files has seven decimals, the last half 3e-4 px."""
 
     def said(k: str) -> tuple[Path, Said]:
         return path.with_name(f"cam{k}.tif.ori"), Said(f"cam{k}", "mm", size=(1280, 1024), sensor=(15.36, 12.288))
@@ -270,7 +270,8 @@ def metashape(path: Path) -> Compared:
     sensor = chunk.find("sensors/sensor")
     part = next(c for c in sensor.iter("calibration") if c.get("class") == "adjusted")
     size = [int(part.find("resolution").get(side)) for side in ("width", "height")]
-    v = {name: float(part.findtext(name) or 0) for name in "f cx cy b1 b2 k1 k2 k3 k4 p1 p2".split()}
+    names = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2")
+    v = {name: float(part.findtext(name) or 0) for name in names}
     turn = chunk.find("transform")
     own, theirs, stated = [], [], 0.0
     for element in chunk.iter("camera"):

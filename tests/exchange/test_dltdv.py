@@ -1,7 +1,9 @@
 """DLTdv's and Argus's files: their own reconstruction gives the positions that were measured."""
 
 import io
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -78,12 +80,21 @@ def test_numbers_stand_for_names_where_the_program_has_none():
     assert NAMES == ("bow", "stern")
 
 
-def test_argus_has_a_line_of_its_profile_for_each_camera():
-    files = write_argus(digitised_run()).files
-    profile = np.loadtxt(io.BytesIO(files["pluck-camera-profile.txt"]))
-    assert profile.shape == (3, 12)
-    assert profile[:, 0].tolist() == [1, 2, 3]
-    own = CAMERAS["cam1"]
-    np.testing.assert_allclose(
-        profile[0, 1:7], [own.f / own.dy, 512, 480, own.Cx, own.Cy, own.Sx * own.dy / own.dx], rtol=1e-3
-    )
+def test_argus_undistorts_with_its_profile_to_the_points_without_lens():
+    """As its undistort_pts does: one f for both directions, whatever the pixels' shape."""
+    own = digitised_run()
+    made = write_argus(own)
+    profile = np.loadtxt(io.BytesIO(made.files["pluck-camera-profile.txt"]))
+    assert profile[:, :4].tolist() == [[k, profile[k - 1, 1], 512, 480] for k in (1, 2, 3)]
+    said = [float(note.split("within ")[1].split(" px")[0]) for note in made.notes if "profile's lens" in note]
+    for k, camera in enumerate(CAMERAS.values()):
+        f, cx, cy = profile[k, [1, 4, 5]]
+        K = np.array([[f, 0, cx], [0, f, cy], [0, 0, 1]])
+        b = project(camera, paths()).reshape(-1, 2)
+        got = cv2.undistortPoints(b[:, None], K, profile[k, -5:], P=K)[:, 0]
+        expected = project(camera.without_lens(), paths()).reshape(-1, 2)
+        np.testing.assert_allclose(got, expected, atol=2 * said[k] + 1e-6)
+    assert max(said) < 0.5  # of pixels that are not square; of square ones:
+    square = {name: camera.with_(dx=camera.dy, Sx=1.0) for name, camera in CAMERAS.items()}
+    notes = write_argus(replace(own, cameras=square)).notes
+    assert max(float(note.split("within ")[1].split(" px")[0]) for note in notes if "profile's lens" in note) < 0.01

@@ -69,9 +69,9 @@ Made = list[tuple[str, list[str], "Written"]]
 def _known(name: str) -> str:
     from vidtrack.exchange.formats import FORMATS
     from vidtrack.naming import did_you_mean
-    from vidtrack.settings.exports import OTHER_NAMES
+    from vidtrack.settings.exports import OTHER_NAMES, known_name
 
-    known = OTHER_NAMES.get(name.lower(), name.lower())
+    known = known_name(name)
     if known not in FORMATS:
         near = did_you_mean(name, [*FORMATS, *OTHER_NAMES])
         there = f"did you mean {near!r}?" if near else f"there are {', '.join(FORMATS)}."

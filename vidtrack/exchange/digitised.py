@@ -74,7 +74,7 @@ def digitised(run: Run) -> Digitised:
             row = number - offsets[c]
             inside = (row >= 0) & (row < rows)
             b[row[inside], m, c] = px[inside]
-    flat = np.stack([_without_lens(camera, b[:, :, c]) for c, camera in enumerate(cameras)], 2)
+    flat = np.stack([without_lens(camera, b[:, :, c]) for c, camera in enumerate(cameras)], 2)
     xyz = np.full((rows, len(s.names), 3), np.nan)
     known = np.flatnonzero(np.isfinite(time))
     at = np.searchsorted(s.time.round(TIME_DECIMALS), time[known].round(TIME_DECIMALS))
@@ -162,6 +162,7 @@ def _seen(run: Run, camera: str, target: str) -> tuple[Any, Array]:
     return numbers[early], px[early]
 
 
-def _without_lens(camera: Camera, b: Array) -> Array:
+def without_lens(camera: Camera, b: Array) -> Array:
+    """Where a pinhole of the same f, Cx, Cy sees what the camera sees at b (..., 2), px; NaN beyond its lens."""
     pinhole = camera.without_lens().with_(projection="perspective", skew=camera.skew)
     return frame_buffer_from_distorted(pinhole, undistorted_from_frame_buffer(camera, b))

@@ -15,7 +15,8 @@ rows            frames of camera 1, from its first; offsets.csv has each camera'
 lens            DLT has none: dltcoefs.csv (11 rows, a column a camera) belongs to undistorted_xypts.csv; xypts.csv lies
                 on the pictures as they are. A note says how far the two are apart
 missing         NaN
-camera profile  Argus: camera f w h cx cy aspect k1 k2 t1 t2 k3, px from the centre of the top-left pixel, y down
+camera profile  Argus: camera f w h cx cy aspect k1 k2 t1 t2 k3, px from the centre of the top-left pixel, y down; one f
+                (that of the columns) for both directions, as its undistort_pts has it
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.digitised import coefficients, digitised
-from vidtrack.exchange.ideal_to_distorted import Refitted, largest_error, refitted
+from vidtrack.exchange.digitised import coefficients, digitised, without_lens
+from vidtrack.exchange.ideal_to_distorted import GRID
 from vidtrack.exchange.measured import Run, Written
 from vidtrack.geometry.camera import Camera
 
@@ -48,7 +49,7 @@ def write_dltdv7(run: Run) -> Written:
 def write_argus(run: Run) -> Written:
     """The files of Argus, and its camera profile."""
     made = _written(run, argus, lambda i, name, c: (f"{name}_cam_{c}_x", f"{name}_cam_{c}_y"), "-")
-    text, notes = _profile(run, digitised(run).cameras)
+    text, notes = _profile(digitised(run).cameras)
     files = made.files | {f"{run.name}-camera-profile.txt": text.encode()}
     return Written(files, made.notes + notes)
 
@@ -119,16 +120,36 @@ def _csv(header: list[str], values: Array) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _profile(run: Run, cameras: tuple[Camera, ...]) -> tuple[str, list[str]]:
-    """Argus's lines, and what each refit leaves: it takes one focal length for columns and rows."""
-    found = {own.name: own for own in refitted(run, wide=False)}
+def _profile(cameras: tuple[Camera, ...]) -> tuple[str, list[str]]:
+    """Argus's lines, and what each fit leaves.
+
+    The pose is in the coefficients, so that the lens only moves positions without distortion to where they lie in the
+    picture: its terms are fitted to that, over the picture, with the focal length of the columns for both directions,
+    as Argus has it.
+    """
     lines, notes = [], []
     for number, camera in enumerate(cameras, 1):
-        own: Refitted = found[camera.name]
-        lens = own.lens
+        if camera.projection != "perspective":
+            raise VidtrackError(f"camera {camera.name}: its lens is equidistant, and the format has no such lens.")
         width, height = camera.image_size
-        worst = largest_error(camera, lens._replace(fx=lens.fy))
-        numbers = [lens.fy, width, height, lens.cx, lens.cy, lens.fx / lens.fy, lens.k[0], lens.k[1]]
-        lines.append(" ".join(map(repr, [number, *numbers, lens.p1, lens.p2, lens.k[2]])))
-        notes.append(f"{camera.name}: the profile's lens, with one focal length, is within {worst:.3g} px")
+        X, Y = np.meshgrid(np.linspace(-0.5, width - 0.5, GRID), np.linspace(-0.5, height - 0.5, GRID))
+        b = np.stack([X.ravel(), Y.ravel()], -1)
+        f = camera.f * camera.Sx / camera.dx
+        x, d = ((each - [camera.Cx, camera.Cy]) / f for each in (without_lens(camera, b), b))
+        seen = np.isfinite(x).all(-1)
+        A = _distortion(x[seen])
+        terms, *_ = np.linalg.lstsq(A.reshape(-1, 5), (d - x)[seen].ravel(), rcond=None)
+        k1, k2, t1, t2, k3 = terms.tolist()
+        worst = f * float(np.linalg.norm(A @ terms - (d - x)[seen], axis=-1).max())
+        own = [f, width, height, camera.Cx, camera.Cy, 1.0, k1, k2, t1, t2, k3]
+        lines.append(" ".join(map(repr, [number, *own])))
+        notes.append(f"{camera.name}: the profile's lens is within {worst:.3g} px over the picture")
     return "\n".join(lines) + "\n", notes
+
+
+def _distortion(x: Array) -> Array:
+    """What k1, k2, t1, t2, k3 move tangents x (n, 2) by, (n, 2, 5): OpenCV's terms."""
+    X, Y = x[:, 0], x[:, 1]
+    r2 = X * X + Y * Y
+    t1, t2 = np.stack([2 * X * Y, r2 + 2 * Y * Y], -1), np.stack([r2 + 2 * X * X, 2 * X * Y], -1)
+    return np.stack([x * r2[:, None], x * r2[:, None] ** 2, t1, t2, x * r2[:, None] ** 3], -1)

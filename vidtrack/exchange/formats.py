@@ -22,6 +22,7 @@ from vidtrack.exchange import (
 )
 from vidtrack.exchange.measured import Run, Written
 from vidtrack.exchange.plain import EXPORTED
+from vidtrack.exchange.thesis import results as thesis
 
 DIGITISED = ("trajectories", "associations", "centroids", "tracklets", "cameras", "locate")
 """The results in which it stands where each camera saw each target."""
@@ -46,8 +47,8 @@ class Format(NamedTuple):
     write    from a run's results to the files
     files    the names of its files, of a layout
     reads    of each run: trajectories, kinematics, bodies, motions (those that there are), associations,
-             centroids, tracklets, locate, cameras
-    wants    what a run must have: space (positions with z), bodies
+             centroids, tracklets, locate, cameras, points
+    wants    what a run must have: space (positions with z), bodies, pair (two cameras)
     """
 
     write: Callable[[Run], Written]
@@ -67,6 +68,8 @@ class Format(NamedTuple):
             return f"its positions have no z (mode {layout.mode})"
         if "bodies" in self.wants and not layout.bodies:
             return "the config names no bodies for it"
+        if "pair" in self.wants and len(layout.cameras) != 2:
+            return f"it has {len(layout.cameras)} cameras, and the format two"
         return ""
 
 
@@ -124,6 +127,7 @@ FORMATS: dict[str, Format] = {
     "openptv": _lenses(openptv.write, _of_cameras(".tif.ori", ".tif.addpar", ".json")),
     "colmap": _lenses(colmap.write, _always("cameras.txt", "images.txt", "points3D.txt")),
     "metashape": _lenses(metashape.write, _always("cameras.xml")),
+    "thesis": Format(thesis.write, _always(*thesis.FILES), (*DIGITISED, "points"), ("space", "pair")),
 }
 
 

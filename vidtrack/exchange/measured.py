@@ -35,6 +35,7 @@ class Run:
     tables      by name: trajectories, kinematics, bodies, motions, associations
     centroids, tracklets   by camera
     cameras     by name, as the pictures of the run have them
+    points      calibration points by camera, as calibration/<camera>/points.parquet has them
     clocks      camera: {offset_s, rate_ppm}, added to its time
     waves, up   directions of the world (+x, +z ...), where the config says them
     is_flat     located in a plane by one camera: there is no z
@@ -52,6 +53,7 @@ class Run:
     is_flat: bool = False
     tracklets: Mapping[str, DataFrame] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    points: Mapping[str, DataFrame] = field(default_factory=dict)
 
     def in_unit(self, unit: str) -> float:
         """How many of `unit` (m, mm, ...) one world unit is."""

@@ -73,6 +73,8 @@ def result_paths(results: str, form: Format, layout: Layout) -> dict[str, list[s
             paths[part] = [f"{here}/{part}/{camera}.parquet" for camera in layout.cameras]
     if "locate" in form.reads:
         paths["locate"] = [f"{here}/locate.json"]
+    if "points" in form.reads:
+        paths["points"] = [f"{results}/calibration/{camera}/points.parquet" for camera in cameras]
     if "cameras" in form.reads:
         paths["cameras"] = [f"{results}/calibration/{camera}/camera.json" for camera in cameras]
     return paths
@@ -97,6 +99,11 @@ def read_run(
     cameras = [read_camera(path) for path in paths.get("cameras", ())]
     provenance = _provenance(first[0]) if first else cameras[0].record.get("provenance", {}) if cameras else {}
     locate = read_json(paths["locate"][0]) if paths.get("locate") else {}
+    if paths.get("points") and (parts := locate.get("pictures")):
+        raise VidtrackError(
+            f"run {name}: its pictures of {next(iter(parts))} are a part of the calibration's, or of another size, and "
+            "the format has one size for both. Export csv."
+        )
     return Run(
         name,
         units,
@@ -109,6 +116,7 @@ def read_run(
         mode == "plane",
         {_stem(path): read_parquet(path) for path in paths.get("tracklets", ())},
         provenance,
+        {os.path.basename(os.path.dirname(path)): read_parquet(path) for path in paths.get("points", ())},
     )
 
 

@@ -26,6 +26,7 @@ FormatName = Literal[
     "openptv",
     "colmap",
     "metashape",
+    "thesis",
 ]
 """As `exchange.formats.FORMATS` has them; a test compares the two."""
 
@@ -49,6 +50,7 @@ ABOUT: dict[FormatName, str] = {
     "metashape": "cameras as cameras.xml",
     "trc": "markers for OpenSim",
     "mot": "motions of bodies for OpenSim",
+    "thesis": "two cameras as camparm.dat, cam1.prn, outcam1.prn, cam1vid.prn, location.prn and so on",
 }
 """What each format is, in a few words."""
 
@@ -57,12 +59,20 @@ DESCRIPTION = "; ".join(f"{name}: {about}" for name, about in ABOUT.items())
 OTHER_NAMES = {
     "matlab": "mat",
     "nc": "netcdf",
+    "xarray": "netcdf",
     "movement": "netcdf",
     "opensim": "trc",
     "dltdv": "dltdv8",
     "qualisys": "qtm",
+    "agisoft": "metashape",
 }
 """What people also call a format."""
+
+
+def known_name(name: str) -> str:
+    """A format's own name: capitals, hyphens, underscores and spaces count for nothing (WEC-Sim, DLTdv 8)."""
+    plain = "".join(letter for letter in name.lower() if letter not in "-_ ")
+    return OTHER_NAMES.get(plain, plain)
 
 
 def formats(value: Any) -> Any:
@@ -71,8 +81,7 @@ def formats(value: Any) -> Any:
         value = (value,)
     if not isinstance(value, (list, tuple)):
         return value
-    known = (str(v).lower() for v in value)
-    return tuple(dict.fromkeys(OTHER_NAMES.get(name, name) for name in known))
+    return tuple(dict.fromkeys(known_name(str(v)) for v in value))
 
 
 Formats = Annotated[tuple[FormatName, ...], BeforeValidator(formats)]

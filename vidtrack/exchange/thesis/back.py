@@ -14,15 +14,18 @@ vid1iti.prn   a row a point: Xf Yf, and both without distortion; the surveyed po
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.field_of_view import field_of_view, mean_depth
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, lines_of
 from vidtrack.exchange.thesis.header import RULE, body_of, header, row
 from vidtrack.files.atomic import replacing
+from vidtrack.geometry.camera import Camera
 
 _NUMBERS = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
 
@@ -76,6 +79,20 @@ def _values(line: str) -> str:
     return " ".join(parts) if parts else line
 
 
+def summary(description: str, located: Array, surveyed: Array, cameras: Sequence[Camera], units: str) -> Calced:
+    """calced.prn of points located and surveyed (n, 3), the first two cameras' fields at their depth."""
+    error = located - surveyed
+    axes = np.arange(3)
+    apart = np.linalg.norm(surveyed[:, None] - surveyed[None], axis=-1).max()
+    field = [field_of_view(camera, mean_depth(camera, surveyed)).diagonal for camera in cameras[:2]]
+    mean = np.abs(error).mean(0)
+    of_longest = 100 * mean / apart if apart > 0 else np.full(3, np.nan)
+    most = error[np.abs(error).argmax(0), axes]
+    of_field = 100 * mean / float(np.mean(field))
+    whole = float(np.abs(error).mean())
+    return Calced(f"{description}, {units}", len(error), whole, (field[0], field[1]), mean, of_longest, of_field, most)
+
+
 def write_calced(path: Path, calced: Calced) -> None:
     """Write calced.prn as back prints it."""
 
@@ -110,7 +127,7 @@ def read_list(path: Path) -> Listed:
     return Listed(tuple(tags), np.array(located), np.array(surveyed))
 
 
-def write_list(path: Path, listed: Listed) -> None:
+def write_list(path: Path, listed: Listed, decimals: int = 2) -> None:
     """Write list.prn; the running AvgError is the mean over the points so far."""
     text = ("Known calibration points are located and compared with", "their true places: point by point")
     error = listed.located - listed.surveyed
@@ -119,7 +136,7 @@ def write_list(path: Path, listed: Listed) -> None:
     for k, tag in enumerate(listed.tags):
         body += f"Tag calculated {tag} AvgError {running[k]:f}\n"
         for word, values in (("Calculated", listed.located), ("World", listed.surveyed), ("Difference", error)):
-            body += f"{word} " + " ".join(f"{value:8.2f}" for value in values[k]) + "\n"
+            body += f"{word} " + " ".join(f"{value:8.{decimals}f}" for value in values[k]) + "\n"
         body += "\n"
     with replacing(path) as file:
         file.write((header("list.prn", text, height=12) + body).encode())

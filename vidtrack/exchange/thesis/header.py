@@ -26,9 +26,12 @@ def body_of(path: Path, what: str) -> list[tuple[int, str]]:
     return body
 
 
-def header(name: str, lines: Sequence[str], *, height: int, now: float | None = None) -> str:
-    """A header of `height` lines, the line of = last, that programs may skip by counting."""
-    moment = time.localtime(now)
+def header(name: str, lines: Sequence[str], *, height: int, now: float = 0.0) -> str:
+    """A header of `height` lines, the line of = last, that programs may skip by counting.
+
+    now   its time and date, s since 1970: with 0 the same numbers make the same bytes
+    """
+    moment = time.gmtime(now)
     top = [name, time.strftime("%H:%M:%S", moment), time.strftime("%m/%d/%y", moment), "", *lines]
     if len(top) > height - 1:
         raise ValueError(f"{len(top)} lines do not fit in a header of {height}")

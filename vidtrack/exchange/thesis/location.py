@@ -48,7 +48,9 @@ def read_location(path: Path) -> Located:
     return Located(*codes, np.array(p)[keep], len(p) - len(keep))
 
 
-def write_location(path: Path, codes: Sequence[Sequence[str]], p: Array, description: str = "") -> None:
+def write_location(
+    path: Path, codes: Sequence[Sequence[str]], p: Array, description: str = "", decimals: int = 2
+) -> None:
     """Write location.prn: codes of the two cameras, (n,) each; positions that are not known are left out."""
     text = (
         "This file contains the final 3-D location of the",
@@ -56,6 +58,7 @@ def write_location(path: Path, codes: Sequence[Sequence[str]], p: Array, descrip
         " Time1          Time2           X         Y         Z",
     )
     known = np.flatnonzero(np.isfinite(p).all(-1)).tolist()
-    body = "".join(f"{codes[0][i]}\t{codes[1][i]}\t {p[i, 0]:8.2f}  {p[i, 1]:8.2f}  {p[i, 2]:8.2f}\n" for i in known)
+    places = ["  ".join(f"{value:8.{decimals}f}" for value in p[i]) for i in known]
+    body = "".join(f"{codes[0][i]}\t{codes[1][i]}\t {place}\n" for i, place in zip(known, places, strict=True))
     with replacing(path) as file:
         file.write((f"{description}\n" + header("location.prn", text, height=10) + body).encode())

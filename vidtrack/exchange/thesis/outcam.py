@@ -27,7 +27,13 @@ from vidtrack.exchange.text import Path
 from vidtrack.exchange.thesis.camparm import Fixed
 from vidtrack.exchange.thesis.header import body_of, header, row
 from vidtrack.files.atomic import replacing
-from vidtrack.geometry.camera import Camera, distorted_from_frame_buffer, straightened
+from vidtrack.geometry.camera import (
+    Camera,
+    distorted_from_frame_buffer,
+    project,
+    straightened,
+    undistorted_from_frame_buffer,
+)
 from vidtrack.geometry.lens_terms import RADIAL
 
 
@@ -142,11 +148,46 @@ def outcam_of(camera: Camera, points: Array | None = None) -> Written:
     return Written(Outcam(camera.R, camera.T, camera.Sx, camera.f, K1, longest, ends), fixed, worst)
 
 
-def _division(camera: Camera) -> tuple[float, float]:
-    """K1 of Xu = Xd / (1 + K1 Rd^2) over the picture, and by how many px it misses the lens there at most."""
+def nearest(camera: Camera, points: Array | None = None) -> Written:
+    """As `outcam_of`, of a lens with any terms: f, Sx, Cx, Cy and K1 come nearest to it over the picture, in px.
+
+    VidtrackError for a wide lens, and for a camera that looks through interfaces.
+    """
+    if camera.projection != "perspective" or camera.through:
+        raise VidtrackError(f"camera {camera.name}: its lens is wide or behind interfaces. Calibrate with model: tsai.")
+    radial = dict.fromkeys((name for name in camera.lens if name not in RADIAL), 0.0)
+    start = outcam_of(camera.with_(**radial, skew=0.0), points)
+    from scipy.optimize import least_squares
+
+    b = _grid(camera)
+    rays = undistorted_from_frame_buffer(camera, b) / camera.f
+    seen = np.isfinite(rays).all(-1)
+    p, b = np.column_stack([rays[seen], np.ones(seen.sum())]), b[seen]
+    scale = np.array([start.out.f, start.out.Sx, 1.0, 1.0, 1 / (camera.dx * camera.image_size[0]) ** 2])
+    first = np.array([start.out.f, start.out.Sx, start.fixed.Cx, start.fixed.Cy, start.out.kappa1])
+
+    def at(values: Array) -> tuple[Outcam, Fixed]:
+        f, Sx, Cx, Cy, K1 = (first + values * scale).tolist()
+        return start.out._replace(f=f, Sx=Sx, kappa1=K1), start.fixed._replace(Cx=Cx, Cy=Cy)
+
+    def off(values: Array) -> Array:
+        out, fixed = at(values)
+        here = camera_of(out._replace(R=np.eye(3), T=np.array([0, 0, 1e-12])), fixed)
+        return np.asarray(np.nan_to_num(project(here, p) - b, nan=1e3).ravel())
+
+    best = least_squares(off, np.zeros(5), xtol=1e-12, ftol=1e-12, max_nfev=40)
+    return Written(*at(best.x), float(np.linalg.norm(best.fun.reshape(-1, 2), axis=-1).max()))
+
+
+def _grid(camera: Camera) -> Array:
     width, height = camera.image_size
     X, Y = np.meshgrid(np.linspace(-0.5, width - 0.5, 33), np.linspace(-0.5, height - 0.5, 33))
-    d = distorted_from_frame_buffer(camera, np.stack([X, Y], -1))
+    return np.stack([X.ravel(), Y.ravel()], -1)
+
+
+def _division(camera: Camera) -> tuple[float, float]:
+    """K1 of Xu = Xd / (1 + K1 Rd^2) over the picture, and by how many px it misses the lens there at most."""
+    d = distorted_from_frame_buffer(camera, _grid(camera))
     rd = np.hypot(d[..., 0], d[..., 1])
     ru = np.linalg.norm(straightened(camera, d), axis=-1)
     seen = np.isfinite(ru)

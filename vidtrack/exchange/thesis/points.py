@@ -92,8 +92,8 @@ def read_sighted(path: Path) -> Sighted:
     return Sighted(tags, table[:, 1:3], table[:, 3], table[:, 4:7])
 
 
-def write_sighted(path: Path, sighted: Sighted, name: str = "calocate.prn") -> None:
-    """Write calocate.prn as the old programs read it; X, Y, x, y, z to 0.01 as subcapt prints them."""
+def write_sighted(path: Path, sighted: Sighted, name: str = "calocate.prn", decimals: int = 2) -> None:
+    """Write calocate.prn as the old programs read it; X, Y to 0.01 as subcapt prints them, x, y, z to `decimals`."""
     text = (
         "Point tag, screen centroid, pixel count and world point location,",
         "as calb.exe, back.exe and showcalb.exe read them.",
@@ -104,7 +104,9 @@ def write_sighted(path: Path, sighted: Sighted, name: str = "calocate.prn") -> N
     rows = []
     for tag, b, pixels, p in zip(_counted(path, sighted.tags), sighted.b, sighted.pixels, sighted.p, strict=True):
         count = 0 if np.isnan(pixels) else round(float(pixels))
-        rows.append("\t".join([str(tag), f"{b[0]:.2f}", f"{b[1]:.2f}", str(count), *(f"{value:.2f}" for value in p)]))
+        rows.append(
+            "\t".join([str(tag), f"{b[0]:.2f}", f"{b[1]:.2f}", str(count), *(f"{value:.{decimals}f}" for value in p)])
+        )
     with replacing(path) as file:
         file.write((header(name, text, height=12) + "\n".join(rows)).encode())
 

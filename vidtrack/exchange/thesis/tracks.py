@@ -125,11 +125,16 @@ def _over_midnight(frame: np.ndarray[tuple[int], np.dtype[np.int64]]) -> np.ndar
 
 
 def write_taped(path: Path, code: Sequence[str], b: Array, description: str = "") -> None:
-    """Write cam1vid.prn with four lines of text: samples (k,) of b (k, n, 2); those not measured are left out."""
-    known = np.isfinite(b).all((-1, -2))
-    rows = [
-        f"{code[i]:>13s}\t\t" + "\t".join(f"{x:7.2f}{y:7.2f}" for x, y in b[i]) for i in np.flatnonzero(known).tolist()
-    ]
+    """Write cam1vid.prn with four lines of text: samples (k,) of b (k, n, 2), px.
+
+    A sample in which no target was measured is left out; a target that was not measured beside others has the place
+    before, or 0 0, as tsbackm prints it.
+    """
+    known = np.isfinite(b).all(-1)
+    rows, held = [], np.zeros(b.shape[1:])
+    for i in np.flatnonzero(known.any(-1)).tolist():
+        held = np.where(known[i][:, None], b[i], held)
+        rows.append(f"{code[i]:>13s}\t\t" + "\t".join(f"{x:7.2f}{y:7.2f}" for x, y in held.tolist()))
     head = [description or "centroids", "time code, then X Y of each target", "px", "=" * 40]
     with replacing(path) as file:
         file.write(("\n".join([*head, *rows])).encode())
