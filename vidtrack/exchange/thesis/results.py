@@ -28,6 +28,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.calibration.field_of_view import field_of_view, mean_depth
 from vidtrack.errors import VidtrackError
@@ -154,7 +155,7 @@ def _back(folder: str, run: Run, cameras: tuple[Camera, ...], calibrated: Calibr
     both = [tag for tag in first.tags if tag in second.tags]
     i, j = ([seen.tags.index(tag) for tag in both] for seen in (first, second))
     located = locate_points(list(cameras), np.stack([first.b[i], second.b[j]]), sd=1.0).point
-    known = np.isfinite(located).all(-1)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(located).all(-1))
     if known.sum() < 1:
         raise VidtrackError(f"run {run.name}: no calibration point is seen by both cameras. Export csv.")
     located, surveyed = located[known], first.p[i][known]

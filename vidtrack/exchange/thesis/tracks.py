@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
@@ -130,11 +131,11 @@ def write_taped(path: Path, code: Sequence[str], b: Array, description: str = ""
     A sample in which no target was measured is left out; a target that was not measured beside others has the place
     before, or 0 0, as tsbackm prints it.
     """
-    known = np.isfinite(b).all(-1)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(b).all(-1))
     rows, held = [], np.zeros(b.shape[1:])
     for i in np.flatnonzero(known.any(-1)).tolist():
-        held = np.where(known[i][:, None], b[i], held)
-        rows.append(f"{code[i]:>13s}\t\t" + "\t".join(f"{x:7.2f}{y:7.2f}" for x, y in held.tolist()))
+        held = np.asarray(np.where(known[i][:, None], b[i], held))
+        rows.append(f"{code[i]:>13s}\t\t" + "\t".join(f"{place[0]:7.2f}{place[1]:7.2f}" for place in held))
     head = [description or "centroids", "time code, then X Y of each target", "px", "=" * 40]
     with replacing(path) as file:
         file.write(("\n".join([*head, *rows])).encode())
