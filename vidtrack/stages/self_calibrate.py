@@ -14,11 +14,11 @@ import pandas as pd
 
 from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.adjustment.unknowns import columns
-from vidtrack.calibration.body.fit import BodyFit, fit_body
-from vidtrack.calibration.body.heldout import Judged, judge_held_out
-from vidtrack.calibration.body.shape import SETTINGS as SHAPE
-from vidtrack.calibration.body.shape import ShapeTest, judge_shape
-from vidtrack.calibration.body.sights import Body, BodySights, shape_seen, usable
+from vidtrack.calibration.body.body_fit import BodyFit, fit_body
+from vidtrack.calibration.body.body_heldout import Judged, judge_held_out
+from vidtrack.calibration.body.body_shape import SETTINGS as SHAPE
+from vidtrack.calibration.body.body_shape import ShapeTest, judge_shape
+from vidtrack.calibration.body.body_sights import Body, BodySights, shape_seen, usable
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.body.sights import Body, poses_of
+from vidtrack.calibration.body.body_sights import Body, poses_of
 
 
 class ShapeSettings(NamedTuple):
@@ -53,7 +53,7 @@ class ShapeTest(NamedTuple):
 
 
 def judge_shape(body: Body, seen: Array, covariance: Array) -> ShapeTest:
-    """Compare the stated places with those seen (q, 3), of covariance (3 q, 3 q), which `fit.fit_body` finds.
+    """Compare the stated places with those seen (q, 3), of covariance (3 q, 3 q), which `body_fit.fit_body` finds.
 
     covariance  with the body's axes as good as free
     """

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vidtrack.calibration.adjustment.measurements import KnownCameras
-from vidtrack.calibration.body.fit import alikeness, fit_body, refitted
-from vidtrack.calibration.body.sights import Body, BodySights, usable
+from vidtrack.calibration.body.body_fit import alikeness, fit_body, refitted
+from vidtrack.calibration.body.body_sights import Body, BodySights, usable
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import rotation_from_vector, stepped

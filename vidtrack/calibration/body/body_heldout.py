@@ -13,8 +13,8 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.measurements import KnownCameras
-from vidtrack.calibration.body.fit import refitted
-from vidtrack.calibration.body.sights import Body, BodySights
+from vidtrack.calibration.body.body_fit import refitted
+from vidtrack.calibration.body.body_sights import Body, BodySights
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
 

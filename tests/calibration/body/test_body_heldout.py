@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tests.calibration.body.test_fit import BODY, _scene
-from vidtrack.calibration.body.heldout import judge_held_out
+from tests.calibration.body.test_body_fit import BODY, _scene
+from vidtrack.calibration.body.body_heldout import judge_held_out
 
 
 def test_cameras_known_roughly_gain_and_cameras_known_exactly_do_not():

@@ -18,7 +18,7 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, minimise
 from vidtrack.calibration.adjustment.measurements import KnownCameras, PointsOf, SharedPriors, Sights
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
-from vidtrack.calibration.body.sights import Body, BodySights
+from vidtrack.calibration.body.body_sights import Body, BodySights
 from vidtrack.geometry.camera import Camera
 
 

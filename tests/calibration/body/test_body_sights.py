@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vidtrack.calibration.body.sights import Body, BodySights, poses_of, usable
+from vidtrack.calibration.body.body_sights import Body, BodySights, poses_of, usable
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.simulate.rig import thesis_rig
