@@ -84,3 +84,44 @@ def test_very_many_problems_of_one_kind_are_counted(folder):
     lines = problems()
     assert len(lines) == 11
     assert "37 more" in lines[-1]
+
+
+PANE = {"window": {"point": [0, 0, 0], "normal": [0, 1, 0], "thickness": 1, "indices": [1.0, 1.49, 1.333]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (
+            {"cameras": {"cam1": {"through": "window"}, "cam2": {}}, "interfaces": PANE},
+            "cam1.through: a wand calibrates no camera that looks through an interface (window)",
+        ),
+        ({"lens": {"fx": 900, "fy": 900}}, "calibration.lens: a wand finds the lens of cam1 itself"),
+        (
+            {"cameras": {"cam1": {"calibration": {"model": "fisheye"}}, "cam2": {}}},
+            "those of a wand have one lens model, not auto, fisheye",
+        ),
+    ],
+)
+def test_what_a_wand_cannot_calibrate_is_refused_before_any_work(folder, changes, says):
+    spoil(folder, "calibration/wand/cam1.mov", "v")
+    spoil(folder, "calibration/wand/cam2.mov", "v")
+    own = {"wand": {"lengths": {"A-B": 20}}} | ({"lens": changes.pop("lens")} if "lens" in changes else {})
+    assert any(says in line for line in problems(calibration=own, **changes))
+
+
+FLOAT = {"t1": [0, 0, 0], "t2": [9, 0, 0], "t3": [0, 9, 0]}
+
+
+@pytest.mark.parametrize(
+    ("own", "runs", "says"),
+    [
+        ({"body": "float"}, {}, "calibration.self.body: no run has a body float"),
+        ({"body": "float", "runs": ["plukc"]}, {"pluck": {"bodies": {"float": FLOAT}}}, "no folder plukc in runs/"),
+        ({"body": "float", "runs": ["pluck"]}, {"pluck": {}}, "run pluck has no body float"),
+        ({"body": "float"}, {"pluck": {"mode": "plane", "bodies": {"float": FLOAT}}}, "a body refines cameras in mode"),
+    ],
+)
+def test_a_body_that_cannot_refine_the_cameras_is_refused_before_any_work(folder, own, runs, says):
+    runs = {name: {"targets": 3} | run for name, run in runs.items()}
+    assert any(says in line for line in problems(calibration={"self": own}, runs=runs))

@@ -8,6 +8,7 @@ from tests.calibration.wand.waved import rigid_error, waved
 from vidtrack.calibration.wand.measured import wand_of
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
+from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.wand import calibrate_by_wand
 
 
@@ -86,14 +87,17 @@ def test_a_dropped_ball_gives_up_and_shows_a_wrong_length():
     g = 9.81 / 0.0254
     t = np.arange(30) / 30
     fall = np.stack([0 * t, 0 * t + 3, 20 - g / 2 * np.clip(t - 0.2, 0, 0.3) ** 2], -1)
-    for told, expected in (({"A-B": 20.0}, set()), ({"A-B": 22.0}, {"wand-length-wrong"})):
+    for told, expected in (
+        ({"A-B": 20.0}, set()),
+        ({"A-B": 22.0}, {"wand-length-wrong"}),
+    ):
         scene = waved(66, n=300, told=told)
         drop = {}
         for i, c in enumerate(scene.cameras):
             b = project(c, fall) + scene.rng.normal(0, 0.1, (30, 2))
             drop[f"cam{i + 1}"] = pd.DataFrame({"time_s": t, "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
         done = calibrated(scene, axes=None, drop=drop)
-        assert codes(done) == expected
+        assert codes(done) == expected | {"wand-heading-of-camera"}
         assert done.record["axes"]["from"] == "drop"
         down = done.cameras[0].R @ [0, 0, -1.0]
         assert down @ (scene.cameras[0].R @ [0, 0, -1.0]) > np.cos(np.radians(1.5))
@@ -108,7 +112,7 @@ def test_the_drop_has_clocks_of_its_own_where_clocks_are_unknown():
         b = project(c, np.stack([0 * t, 0 * t + 3, fall], -1)) + scene.rng.normal(0, 0.1, (40, 2))
         drop[f"cam{i + 1}"] = pd.DataFrame({"time_s": t, "Xf": b[:, 0], "Yf": b[:, 1], "flag": ""})
     done = calibrated(scene, axes=None, drop=drop, late=["cam2"])
-    assert codes(done) == set()
+    assert codes(done) == {"wand-heading-of-camera"}
     gravity = done.record["axes"]["gravity"]
     assert gravity["value"] * 0.0254 == pytest.approx(9.81, abs=max(5 * gravity["sd"] * 0.0254, 0.05))
 
@@ -159,5 +163,78 @@ def test_one_camera_and_a_camera_that_followed_one_ball_are_refused():
     both["cam2"] = both["cam2"][both["cam2"]["target"] == "t1"]
     with pytest.raises(VidtrackError, match="cam2 followed 1 moving balls"):
         calibrate_by_wand(both, nominal, scene.wand, units="in")
-    with pytest.raises(VidtrackError, match="equidistant"):
-        calibrate_by_wand(tables(scene), nominal, scene.wand, units="in", model="equidistant")
+
+
+def wide_rig(m, degrees):
+    """The thesis's rig nearer, with equidistant lenses whose pictures are so many degrees wide."""
+    return [
+        c.with_(
+            projection="equidistant",
+            f=c.image_size[0] * c.dx / np.radians(degrees),
+            kappa1=0.0,
+            T=-c.R @ (0.35 * c.position),
+        )
+        for c in thesis_rig(m)
+    ]
+
+
+@pytest.mark.parametrize(("m", "degrees"), [(2, 130), (3, 105)])
+def test_wide_lenses_are_started_by_a_wand_and_known_by_moments_left_out(m, degrees):
+    scene = waved(5, m=m, n=180, cameras=wide_rig(m, degrees))
+    plain = scene._replace(nominal=[c.with_(projection="perspective") for c in scene.nominal])
+    done = calibrated(plain, model="auto")
+    assert done.record["model"] in ("equidistant", "fisheye")
+    assert all(c.projection == "equidistant" for c in done.cameras)
+    error, floor = rigid_error(done.cameras, scene.cameras, np.random.default_rng(0))
+    assert error < 1.2 * floor
+    assert codes(done) == {"wand-axes-of-camera"}
+
+
+PICKED = {"bob": (0, 0, 0), "hook": (0, 0, 25), "left": (-20, 0, 0), "right": (20, 0, 0), "far": (0, 22, 0)}
+FLOATS = {"w1": (-18, -9, 0), "w2": (15, -12, 0), "w3": (3, 19, 0), "w4": (-9, 12, 0)}
+
+
+@pytest.fixture(scope="module")
+def picked():
+    """A wand and marks that are picked in each picture to a tenth of a pixel."""
+    scene = waved(73, n=250)
+    rng = np.random.default_rng(0)
+    rows = [
+        (f"cam{i + 1}", tag, *(project(c, np.array(p, float)) + rng.normal(0, 0.1, 2)))
+        for i, c in enumerate(scene.cameras)
+        for tag, p in (PICKED | FLOATS).items()
+    ]
+    return scene, pd.DataFrame(rows, columns=["camera", "tag", "Xf", "Yf"])
+
+
+@pytest.mark.parametrize(
+    ("axes", "kind"),
+    [
+        ({"origin": "bob", "up": ["bob", "hook"], "x": ["left", "right"]}, "up"),  # a plumb line
+        ({"origin": "bob", "up": ["bob", "hook"], "y": ["bob", "far"]}, "up"),
+        ({"origin": "bob", "x": ["bob", "right"], "y": ["bob", "far"]}, "x, y"),  # an L-frame
+        ({"origin": "bob", "level": ["w1", "w2", "w3", "w4"], "x": ["left", "right"]}, "level"),  # still water
+        ({"up": ["bob", "hook"], "x": ["left", "right"]}, "up"),  # the origin is where x begins
+    ],
+)
+def test_each_way_of_naming_the_axes_gives_the_worlds(picked, axes, kind):
+    scene, picks = picked
+    done = calibrated(scene, axes=axes, picks=picks)
+    assert done.record["axes"]["from"] == kind
+    assert codes(done) == set()
+    origin = np.array(PICKED["bob" if "origin" in axes else "left"], float)
+    for found, true in zip(done.cameras, scene.cameras, strict=True):
+        assert np.linalg.norm(found.position + origin - true.position) < 0.8  # of 128 in, by picks
+        turn = found.R @ true.R.T
+        assert np.degrees(np.arccos((np.trace(turn) - 1) / 2)) < 0.5
+
+
+@pytest.mark.parametrize("axes", [{"up": ["bob", "hook"]}, {"level": ["w1", "w2", "w3"]}])
+def test_an_upright_alone_leaves_the_heading_to_the_first_camera_and_says_so(picked, axes):
+    scene, picks = picked
+    done = calibrated(scene, axes=axes, picks=picks)
+    assert [(f.level, f.code) for f in done.findings] == [("note", "wand-heading-of-camera")]
+    assert done.record["axes"]["heading"] == "first camera"
+    right = done.cameras[0].R[0]
+    assert right[0] > 0.99 * np.hypot(right[0], right[1])
+    assert right[0] > 0

@@ -26,6 +26,7 @@ def checked_experiment(settings: Settings) -> Experiment:
     problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
     problems += _check_self(settings, experiment)
+    problems += _check_wand(settings, experiment)
     if problems:
         raise VidtrackError(*dict.fromkeys(problems))
     return experiment
@@ -50,6 +51,33 @@ def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
             near = did_you_mean(name, runs)
             hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(runs) or 'none'}."
             problems.append(f"config.yaml: runs.{name}: no such folder in runs/; {hint}")
+    return problems
+
+
+def _check_wand(settings: Settings, experiment: Experiment) -> list[str]:
+    """What a wand cannot calibrate: cameras behind interfaces, of lenses known from elsewhere, of several models."""
+    own = settings.calibration.wand
+    cameras = list(experiment.clips[own.clip].videos) if own and own.clip in experiment.clips else []
+    problems = []
+    for camera in cameras:
+        here = settings.cameras[camera]
+        if here.through:
+            problems.append(
+                f"config.yaml: cameras.{camera}.through: a wand calibrates no camera that looks through an interface "
+                f"({here.through[0]}). Calibrate it by surveyed points, or take its film out of calibration/{own.clip}."  # type: ignore[union-attr]
+            )
+        if here.calibration.lens or settings.calibration.lens:
+            place = f"cameras.{camera}.calibration" if here.calibration.lens else "calibration"
+            problems.append(
+                f"config.yaml: {place}.lens: a wand finds the lens of {camera} itself. Leave it out, or write what is "
+                "known of the lens as calibration.prior or fix."
+            )
+    models = {settings.cameras[camera].calibration.model or settings.calibration.model for camera in cameras}
+    if len(models) > 1:
+        problems.append(
+            f"config.yaml: cameras: those of a wand have one lens model, not {', '.join(sorted(models))}. Name one, or "
+            "auto, as calibration.model."
+        )
     return problems
 
 

@@ -21,13 +21,14 @@ from vidtrack.calibration.wand.ends import jointly, ordered, orders, stretches
 from vidtrack.calibration.wand.judged import Judged, judge
 from vidtrack.calibration.wand.measured import Wand
 from vidtrack.calibration.wand.placed import PICK_SD, Marks, Placed, placed
-from vidtrack.calibration.wand.refined import LADDER, Refined, refine_wand
+from vidtrack.calibration.wand.projections import by_projection
+from vidtrack.calibration.wand.refined import Refined, refine_wand
 from vidtrack.calibration.wand.rig import find_rig
 from vidtrack.calibration.wand.tracks import Arranged, Follows, Timed
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.lens_terms import EQUIDISTANT
+from vidtrack.geometry.projection import Projection
 
 Rows = Mapping[str, Any]
 CLEAR = ("", "recovered")
@@ -83,22 +84,25 @@ def calibrate_by_wand(
     cameras = [_fixed(nominal[name], (fixed or {}).get(name, {})) for name in names]
     ways = orders(wand.lengths)
     timed = Timed(list(follows.values()), ways, [names.index(name) for name in late])
-    rng = np.random.default_rng(0)
-    try:
-        b = timed.sampled(np.zeros(len(names))).b
-        focal = [_focal(name, fixed, priors) for name in names]
-        rig = find_rig(b, timed.stretch(), cameras, wand, focal, rng)
-        arrange = Arranged(ways, b, rig.b)
-        done = refine_wand(
+    b = timed.sampled(np.zeros(len(names))).b
+    focal = [_focal(name, fixed, priors) for name in names]
+
+    def solved(projection: Projection, models: tuple[str, ...]) -> Refined:
+        nominal = [camera.with_(projection=projection) for camera in cameras]
+        rig = find_rig(b, timed.stretch(), nominal, wand, focal, np.random.default_rng(0))
+        return refine_wand(
             rig.cameras,
             timed.sampled,
             wand,
-            arrange=arrange,
-            models=_models(model),
+            arrange=Arranged(ways, b, rig.b),
+            models=models,
             priors=[dict((priors or {}).get(name, {})) for name in names],
             fixed=[tuple((fixed or {}).get(name, {})) for name in names],
             late=timed.late,
         )
+
+    try:
+        done = by_projection(solved, model)
     except ValueError as error:
         raise VidtrackError(
             f"calibration.wand: {_named(str(error), names)}. Wave the wand slowly through all of the volume, "
@@ -179,17 +183,6 @@ def _focal(
         return (value,)
     known = (priors or {}).get(name, {}).get("f")
     return None if known is None else (known[0] - known[1], known[0], known[0] + known[1])
-
-
-def _models(model: str) -> tuple[str, ...]:
-    if model == "auto":
-        return LADDER
-    if model in EQUIDISTANT:
-        raise VidtrackError(
-            f"calibration.model: {model}: a wand starts from a lens of perspective projection. Set it to auto, or "
-            "calibrate such lenses by points."
-        )
-    return (model,)
 
 
 def _named(text: str, names: Sequence[str]) -> str:

@@ -24,6 +24,11 @@ def track_wand(settings: Settings, experiment: Experiment, clip: str, camera: st
     }
 
 
+def model_of(settings: Settings, cameras: list[str]) -> str:
+    """The lens model of all cameras of a wand: their own, where they name one (the same: see `experiment_checks`)."""
+    return next((own for c in cameras if (own := settings.cameras[c].calibration.model)), settings.calibration.model)
+
+
 def wand(settings: Settings, experiment: Experiment) -> Order:
     """How the cameras that film a wand are calibrated by it."""
     own = settings.calibration.wand
@@ -45,7 +50,7 @@ def wand(settings: Settings, experiment: Experiment) -> Order:
             }
             for c in cameras
         },
-        "model": settings.calibration.model,
+        "model": model_of(settings, cameras),
         "lengths": own.lengths,
         "sigma": own.sigma,
         "axes": axes,

@@ -64,6 +64,7 @@ class Axes:
     kind      camera, points, up, level, drop, or x, y
     explicit  whether the user asked for them
     fall      what a dropped ball says, where one was filmed
+    heading   whether x points as the first camera's, because only up is known
     motion    from the rig to the surveyed points, by the wand's scale
     tags, off  of surveyed points, the largest normalised residual of each
     """
@@ -71,12 +72,15 @@ class Axes:
     kind: str
     explicit: bool
     fall: Fall | None = None
+    heading: bool = False
     motion: Motion | None = None
     tags: tuple[str, ...] = ()
     off: Array = field(default_factory=lambda: np.zeros(0))
 
     def as_record(self) -> dict[str, Any]:
         record: dict[str, Any] = {"from": self.kind}
+        if self.heading:
+            record["heading"] = "first camera"
         if self.motion is not None:
             record |= {"points": list(self.tags), "scale": self.motion.scale, "scale_sd": self.motion.scale_sd}
             record["rms"] = self.motion.rms
@@ -235,6 +239,10 @@ def _of_axes(axes: Axes, names: Sequence[str]) -> list[Finding]:
         )
         return [Finding("note" if axes.explicit else "doubtful", "wand-axes-of-camera", text, cure)]
     findings = []
+    if axes.heading:
+        text = f"the world's x points to the right of {names[0]}, as nearly as it can: the axes name nothing but up"
+        cure = "Name x or y under calibration.wand.axes where directions on the level matter."
+        findings.append(Finding("note", "wand-heading-of-camera", text, cure))
     for tag, off in zip(axes.tags, axes.off, strict=True):
         if off > LIMITS.point:
             text = f"surveyed point {tag} is not where the wand's cameras see it: {off:.0f} standard deviations off"

@@ -152,7 +152,9 @@ def _by_directions(done: Refined, marks: Marks | None, axes: dict[str, Any], fal
     picks = sum((J[:, 3 * k : 3 * k + 3] @ np.nan_to_num(C) @ J[:, 3 * k : 3 * k + 3].T for k, C in enumerate(spread)))
     joint = own @ _expanded(done, free) @ own.T + picks
     points = world.moved_points(done.points, motion)
-    return Placed(cameras, tuple(free), pivot, joint, done.found, points, Axes(kind, explicit=True, fall=fall))
+    heading = kind != "x, y" and not axes.get("x") and not axes.get("y")
+    found = Axes(kind, explicit=True, fall=fall, heading=heading)
+    return Placed(cameras, tuple(free), pivot, joint, done.found, points, found)
 
 
 def _expanded(done: Refined, free: Sequence[tuple[str, ...]]) -> Array:

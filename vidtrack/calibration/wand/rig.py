@@ -14,13 +14,12 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.calibration.adjustment.adjust import minimise
-from vidtrack.calibration.outliers import majority
 from vidtrack.calibration.refine import free_parameters
-from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 from vidtrack.calibration.wand.ends import chosen, complete, orders
 from vidtrack.calibration.wand.measured import Views, Wand, wand_problem, wand_state
 from vidtrack.calibration.wand.pairs import SETTINGS as PAIRS
 from vidtrack.calibration.wand.pairs import Pair, Start, find_pair, starts
+from vidtrack.calibration.wand.wide import focal_trials, plain_camera, resected, straightened_px
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
 
@@ -72,11 +71,23 @@ def find_rig(
     """
     tried = [own or tuple(g * c.image_size[0] * c.dx for g in PAIRS.f) for own, c in zip(f, nominal, strict=True)]
     ways = orders(wand.lengths)
-    flat = [_flat(own, c) for own, c in zip(b, nominal, strict=True)]
-    pairs = _pairs(flat, nominal, stretch, ways, rng)
-    if not pairs:
-        raise ValueError("no two cameras see the wand at enough common moments so that they fit together")
-    joined, arranged, points = _first(b, flat, nominal, wand, tried, pairs, ways)
+    found: _FirstPair | None = None
+    problem = ValueError("no two cameras see the wand at enough common moments so that they fit together")
+    for f_tried in focal_trials(tried, nominal):
+        flat = [straightened_px(own, c, g[0]) for own, c, g in zip(b, nominal, f_tried, strict=True)]
+        pairs = _pairs(flat, nominal, stretch, ways, rng)
+        try:
+            trial = _first(b, flat, nominal, wand, f_tried, pairs, ways) if pairs else None
+        except ValueError as error:
+            problem = error
+            continue
+        if trial is not None and (found is None or trial.error < found.error):
+            found = trial
+        if found is not None and found.error < SETTINGS.enough * nominal[0].image_size[0]:
+            break
+    if found is None:
+        raise problem
+    joined, arranged, points = found.cameras, found.b, found.points
     while len(joined) < len(b):
         k = max((i for i in range(len(b)) if i not in joined), key=lambda i: _shared(b[i], points))
         if _shared(b[k], points) < SETTINGS.fewest:
@@ -88,9 +99,13 @@ def find_rig(
     return Rig(*_in_axes_of_the_first(cameras, arranged, points))
 
 
-def _flat(b: Array, camera: Camera) -> Array:
-    """px as of square pixels of the width dx, from the nominal centre."""
-    return (b - (camera.Cx, camera.Cy)) * (1.0, camera.dy / camera.dx)
+class _FirstPair(NamedTuple):
+    """The pair from which the rig grows."""
+
+    error: float  # px
+    cameras: dict[int, Camera]
+    b: Array  # (m, n, q, 2), balls of the pair in order
+    points: Array
 
 
 def _pairs(
@@ -118,7 +133,7 @@ def _first(
     f: Sequence[tuple[float, ...]],
     pairs: Sequence[tuple[int, int, Pair]],
     ways: list[tuple[int, ...]],
-) -> tuple[dict[int, Camera], Array, Array]:
+) -> _FirstPair:
     """The pair that fits best among those with the most moments, adjusted, its balls in order, and where they were."""
     best: tuple[float, dict[int, Camera], Array, Array] | None = None
     for i, j, pair in pairs[:4]:
@@ -129,7 +144,7 @@ def _first(
         none = np.zeros(2)
         guesses = starts(pair, flat[i], order, wand.lengths, (none, none), ladder)
         for guess in guesses[: SETTINGS.candidates]:
-            cameras = {i: _camera(nominal[i], guess.f[0], np.eye(3), np.zeros(3)), j: _second(nominal[j], guess)}
+            cameras = {i: plain_camera(nominal[i], guess.f[0], np.eye(3), np.zeros(3)), j: _second(nominal[j], guess)}
             points = np.where(pair.inlier[:, None, None], guess.points, np.nan)
             points *= _scale(points, wand)
             try:
@@ -143,7 +158,7 @@ def _first(
             break
     if best is None:
         raise ValueError("no focal lengths make the wand equally long at all moments")
-    return best[1], best[2], best[3]
+    return _FirstPair(*best)
 
 
 def _scale(points: Array, wand: Wand) -> float:
@@ -152,12 +167,8 @@ def _scale(points: Array, wand: Wand) -> float:
     return float(wand.lengths[i, j] / np.nanmedian(apart))
 
 
-def _camera(nominal: Camera, f: float, R: Array, T: Array) -> Camera:
-    return nominal.with_(f=f * nominal.dx, R=R, T=T, Sx=1.0).without_lens()
-
-
 def _second(nominal: Camera, guess: Start) -> Camera:
-    return _camera(nominal, guess.f[1], guess.R, guess.t)
+    return plain_camera(nominal, guess.f[1], guess.R, guess.t)
 
 
 def _arranged(b: Array, order: Ints, ways: list[tuple[int, ...]]) -> Array:
@@ -226,7 +237,7 @@ def _join(
         if len(rows) < 6:
             continue
         for way in ways:
-            camera = _resected(points[rows].reshape(-1, 3), b[rows][:, list(way)].reshape(-1, 2), nominal, rng)
+            camera = resected(points[rows].reshape(-1, 3), b[rows][:, list(way)].reshape(-1, 2), nominal, rng)
             if camera is None:
                 continue
             _, each = chosen(_sight_costs(camera, b, points, both, ways), stretch, tolerance)
@@ -240,7 +251,7 @@ def _join(
         order, each = chosen(_sight_costs(camera, b, points, both, ways), stretch, tolerance)
         arranged = _arranged(b, order, ways)
         rows = np.flatnonzero(both & (np.nan_to_num(each, nan=np.inf) < tolerance))
-        again = _resected(points[rows].reshape(-1, 3), arranged[rows].reshape(-1, 2), nominal, rng)
+        again = resected(points[rows].reshape(-1, 3), arranged[rows].reshape(-1, 2), nominal, rng)
         camera = again or camera
     return camera, arranged
 
@@ -249,21 +260,6 @@ def _sight_costs(camera: Camera, b: Array, points: Array, both: Bools, ways: lis
     seen = project(camera, points)
     cost = [((b[:, list(way)] - seen) ** 2).sum(-1).mean(-1) for way in ways]
     return np.where(both, np.stack(cost), np.nan)
-
-
-def _resected(p: Array, b: Array, nominal: Camera, rng: np.random.Generator) -> Camera | None:
-    if len(p) < 12:
-        return None
-    some = np.linspace(0, len(p) - 1, min(len(p), 300)).astype(int)
-    p, b = p[some], b[some]
-    try:
-        good = majority(p, b, rng=rng, samples=60)
-        if good.sum() < 12:
-            return None
-        solution = closed_form(p[good], b[good], Cx=nominal.Cx, Cy=nominal.Cy, dx=nominal.dx, dy=nominal.dy, Sx=1.0)
-        return camera_from_closed_form(solution, nominal.image_size).with_(name=nominal.name)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
 
 
 def _in_axes_of_the_first(
