@@ -235,6 +235,7 @@ def _peak_mb(path: Path, out: Path) -> float:
     outputs = {
         "centroids": "c.parquet",
         "tracklets": "t.parquet",
+        "windows": "w.parquet",
         "record": "r.json",
         "light": "l.parquet",
         "background": "b.parquet",

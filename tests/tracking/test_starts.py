@@ -10,6 +10,7 @@ from vidtrack.tracking.starts import followed_backwards, late_comers, starts_in_
 from vidtrack.tracking.state import NEVER, RECOVERED, Rows, present
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import Trail
+from vidtrack.tracking.windows import Windows
 
 
 def test_a_box_is_a_place_and_a_size_and_nothing_else_is_known():
@@ -55,13 +56,13 @@ def test_samples_before_a_target_s_own_first_are_followed_backwards():
     begun = begun._replace(
         first=np.array([6]), velocity=(path[7] - path[5]) / 2, acceleration=path[7] - 2 * path[6] + path[5]
     )
-    ((target, rows),) = followed_backwards(samples, begun, DETECTION, 100.0, None)
+    ((target, rows),) = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(1))
     assert target == 0
     assert rows.flag.shape == (6, 1)
     assert np.abs(rows.values[:2, :, 0].T - path[:6, 0]).max() < 0.1
     never = begun._replace(first=np.array([NEVER]))
-    assert followed_backwards(samples, never, DETECTION, 100.0, None) == []
-    assert followed_backwards(samples, starts_at(path[0]), DETECTION, 100.0, None) == []
+    assert followed_backwards(samples, never, DETECTION, 100.0, None, Windows(1)) == []
+    assert followed_backwards(samples, starts_at(path[0]), DETECTION, 100.0, None, Windows(1)) == []
 
 
 def test_what_was_followed_backwards_stands_before_and_is_no_recovery():

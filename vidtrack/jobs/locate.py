@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from vidtrack.errors import VidtrackError
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
 
 
 def run(job: Job) -> None:
-    """inputs: centroids, readings; tracklets, cameras, points and, where clocks are sought, clocks (mode space);
-    sightings (mode plane, where there are any); labelling of the cameras whose calibration is used; steadiness, where
-    positions are corrected by it.
+    """inputs: centroids, readings; tracklets, windows, cameras, points and, where clocks are sought, clocks (mode
+    space); sightings (mode plane, where there are any); labelling of the cameras whose calibration is used;
+    steadiness, where positions are corrected by it.
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
     follow, readout_ms[, max_miss, bodies].
@@ -76,10 +77,11 @@ def _in_space(job: Job) -> Locations:
     scale = run_scale(codes, f"runs.{job.settings['run']}")
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths("centroids"), strict=True)}
     followed = {name: read_parquet(path) for name, path in zip(names, job.paths("tracklets"), strict=False)}
+    kept = {PurePath(path).stem: read_parquet(path) for path in job.paths("windows")}
     for name, later in scale.shift.items():
-        tables[name]["time_s"] += later
-        if name in followed:
-            followed[name]["time_s"] += later
+        for shifted in (tables, followed, kept):
+            if name in shifted:
+                shifted[name]["time_s"] += later
     calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
     unset = bool(codes) and all(code is None for code in codes.values()) and len(tables) > 1
@@ -89,6 +91,7 @@ def _in_space(job: Job) -> Locations:
     }
     pictures = _pictures(job, sizes)
     if moved := _moved(job):
+        kept = {}  # they show what the cameras saw, not what they would have seen at rest
         shown = windows(pictures, f"runs.{job.settings['run']}")[0]
         for name, own in calibrated.items():
             law = law_of_camera(camera_shown(own.camera, None, shown.get(name))[0])
@@ -99,6 +102,7 @@ def _in_space(job: Job) -> Locations:
         calibrated,
         pictures=pictures,
         tracklets=followed,
+        kept=kept,
         points=points or None,
         readouts=_readouts(job),
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),

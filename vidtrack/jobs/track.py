@@ -75,6 +75,9 @@ def run(job: Job) -> None:
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
+    if "windows" in job.outputs:
+        columns = {"left": "px", "top": "px", "width": "px"}
+        write_parquet(job.outputs["windows"], tracked.windows, units="px", provenance=job.provenance, columns=columns)
     write_json(job.outputs["record"], record, job.provenance)
     write_parquet(job.outputs["light"], light, units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], course, units="px", provenance=job.provenance)

@@ -111,6 +111,14 @@ def by_trajectory(values: Array, piece: Ints, trajectory: Ints, m: int) -> Array
     return out
 
 
+def by_target(seen: Sequence[Seen], trajectory: Sequence[Ints], m: int) -> tuple[Array, Array]:
+    """Positions and their standard deviations, px (n_cameras, m, M, 2), trajectory by trajectory."""
+    both = list(zip(seen, trajectory, strict=True))
+    b = [by_trajectory(s.b, s.piece, t, m) for s, t in both]
+    sd = [by_trajectory(s.sd, s.piece, t, m) for s, t in both]
+    return np.stack(b), np.stack(sd)
+
+
 def of_samples(piece: Ints, trajectory: Ints) -> Ints:
     """The trajectory (n, T) of each sample; NONE."""
     return np.append(trajectory, NONE)[piece]
@@ -134,14 +142,22 @@ def flags_by_trajectory(seen: Seen, trajectory: Ints, m: int) -> Labels:
     Where a track has no sample, its flag goes to the trajectory that its last tracklet was of, or else its next one.
     """
     out = np.full((m, seen.flag.shape[1]), "", object)
-    for flag, whose in zip(seen.flag, of_samples(seen.piece, trajectory), strict=True):
-        known = np.flatnonzero(whose != NONE)
-        if not known.size:
-            continue
-        last = np.searchsorted(known, np.arange(whose.size), "right") - 1
-        owner = whose[known[np.maximum(last, 0)]]
-        moment = np.flatnonzero(flag != "")
+    for flag, owner in zip(seen.flag, owners(seen.piece, trajectory), strict=True):
+        moment = np.flatnonzero((flag != "") & (owner != NONE))
         out[owner[moment], moment] = joined(out[owner[moment], moment], flag[moment])
+    return out
+
+
+def owners(piece: Ints, trajectory: Ints) -> Ints:
+    """The trajectory (n, T) that each sample of a track is of, where it has none that of its last one, or else its next
+    one; NONE for a track that has none at all.
+    """
+    out = of_samples(piece, trajectory).copy()
+    for whose in out:
+        known = np.flatnonzero(whose != NONE)
+        if known.size:
+            last = np.searchsorted(known, np.arange(whose.size), "right") - 1
+            whose[:] = whose[known[np.maximum(last, 0)]]
     return out
 
 

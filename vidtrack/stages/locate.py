@@ -34,6 +34,7 @@ from vidtrack.location.matching import Match, matched
 from vidtrack.location.run_clocks import RunClocks, run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.run_sights import RunSights
+from vidtrack.location.second_search import searched_again
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
@@ -42,7 +43,7 @@ from vidtrack.location.views import (
     Seen,
     View,
     brought,
-    by_trajectory,
+    by_target,
     flags_by_trajectory,
     joined,
     same_day,
@@ -88,6 +89,7 @@ def locate(
     volume: ArrayLike | None = None,
     pictures: Mapping[str, Pictures] | None = None,
     tracklets: Mapping[str, pd.DataFrame] | None = None,
+    kept: Mapping[str, pd.DataFrame] | None = None,
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     units: str = "in",
@@ -110,6 +112,8 @@ def locate(
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration
     readouts       camera: how it reads its picture; those of a global shutter have 0 s, and show where that is wrong
     tracklets      camera: all that it followed, `association.tracklets.COLUMNS`; None: what `centroids` has
+    kept           camera: pieces of its pictures, `tracking.windows.COLUMNS`, in which targets that other cameras show
+                   are sought again
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
@@ -143,7 +147,14 @@ def locate(
     at, whose = _recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
-    b, sd = _by_target(seen, match)
+    b, sd = by_target(seen, match.trajectory, len(match.labels))
+    followed, again = (views, match), {}
+    if kept and match.labels:
+        pieces = {n: _columns(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
+        rows = {name: _columns(own) for name, own in (tracklets or {}).items()}
+        views, match, again = searched_again(views, times, at, match, pieces, rows)
+        seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
+        b, sd = by_target(seen, match.trajectory, len(match.labels))
     fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
     lag = 3 if any(s.between for s in seen) else 1
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
@@ -178,6 +189,7 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
+    record["samples"]["sought_again"] = again
     record["samples"]["sudden_misses"] = int(sudden.sum())
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
@@ -190,7 +202,7 @@ def locate(
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
-    return Locations(table, record, pd.DataFrame(association_columns(views, match)), sights)
+    return Locations(table, record, pd.DataFrame(association_columns(*followed)), sights)
 
 
 def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) -> Array | None:
@@ -266,15 +278,6 @@ def _recorded_twice(times: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
     running = [(at >= t[0] - slack) & (at <= t[-1] + slack) for t in times if t.size]
     twice = np.sum(running, 0) >= 2
     return at[twice], whose[twice]
-
-
-def _by_target(seen: Sequence[Seen], match: Match) -> tuple[Array, Array]:
-    """Positions and their standard deviations, px (n_cameras, m, M, 2), target by target."""
-    m = len(match.labels)
-    both = list(zip(seen, match.trajectory, strict=True))
-    b = [by_trajectory(s.b, s.piece, t, m) for s, t in both]
-    sd = [by_trajectory(s.sd, s.piece, t, m) for s, t in both]
-    return np.stack(b), np.stack(sd)
 
 
 def _slips(timed: RunClocks, b: Array, at: Array) -> Array | None:

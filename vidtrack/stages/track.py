@@ -29,13 +29,11 @@ from vidtrack.tracking.assessment import (
     scattering,
 )
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
-from vidtrack.tracking.crops import Crop
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import chosen_clock
-from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -47,10 +45,13 @@ from vidtrack.tracking.starts import (
     named_boxes,
     with_earlier,
 )
-from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y, present
+from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
 from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
+from vidtrack.tracking.track_record import diagnosed, record_scatter
 from vidtrack.tracking.tracker import Tracker
-from vidtrack.tracking.tracking_quality import described, pixel_counts, pixel_locking, shares
+from vidtrack.tracking.tracking_quality import described
+from vidtrack.tracking.windows import COLUMNS as WINDOW_COLUMNS
+from vidtrack.tracking.windows import Window
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -78,12 +79,14 @@ class Tracked(NamedTuple):
 
     centroids    one row a sample and target, as `track` says
     tracklets    one row a measured sample of all that was followed, `association.tracklets.COLUMNS`
+    windows      pieces of pictures for a second search, `tracking.windows.COLUMNS`
     diagnostics  plain values, pictures under `worst`; findings: what the user should know
     clock        the recording's, as its time stamps and tracks show it
     """
 
     centroids: DataFrame
     tracklets: DataFrame
+    windows: DataFrame
     diagnostics: dict[str, Any]
     findings: list[Finding]
     clock: TimeBase
@@ -155,7 +158,7 @@ def track(
     whole = WholePicture(backgrounds, clip.detection, static)
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
-    earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static)
+    earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static, tracker.windows)
     stamps, waiting = _stamps(clip.opening), begun.waiting
     clip.opening, samples = [], []
     for batch in clip.batches:
@@ -177,10 +180,14 @@ def track(
     rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
-    cut = cut_tracks(rows, tracker.others(), np.median(seen.factor, axis=1) if names else np.ones(2))
+    grown = np.median(seen.factor, axis=1) if names else np.ones(2)
+    cut = cut_tracks(rows, tracker.others(), grown)
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
-    diagnostics = _diagnosed(rows, moment, names, tracker.crops) | clip.as_record() | {"begun": begun.how}
-    _record_scatter(diagnostics, seen, names)
+    windows = _window_table(tracker.windows.kept, columns, clip.detection.noise, grown)
+    diagnostics = (
+        diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record() | {"begun": begun.how}
+    )
+    record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
@@ -190,7 +197,7 @@ def track(
         *repeated_pictures(repeats.flags, rows),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
-    return Tracked(table, tracklets, diagnostics, found, clock)
+    return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 
 class _Moments(NamedTuple):
@@ -301,45 +308,23 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
     return DataFrame(table)[list(COLUMNS)]
 
 
-def _record_scatter(diagnostics: dict[str, Any], seen: Scatter, names: list[str]) -> None:
-    for i, name in enumerate(names):
-        x, y = seen.factor[:, i]
-        diagnostics["targets"][name]["sd_grown"] = {"x": float(x), "y": float(y)}
-    if names:
-        x, y = np.median(seen.factor, axis=1)
-        diagnostics["sd"] = (
-            f"sd grown by {x:.2f} in X, {y:.2f} in Y: so much more do the tracks scatter than noise "
-            "and contrast explain (median of the targets)"
-        )
+def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array) -> DataFrame:
+    """The table of pieces of pictures; noise: grey levels, of a pixel; grown (2,): by which sd_x and sd_y are grown."""
+    from pandas import DataFrame
 
-
-def _diagnosed(rows: Rows, moment: _Moments, names: list[str], crops: Sequence[Crop]) -> dict[str, Any]:
-    """Pixel locking, pixel counts, what was lost and why, and pieces of pictures at the worst moments."""
-    measured = present(rows).mean(axis=0) if len(rows.flag) else np.zeros(len(names))
-    counts, share = pixel_counts(rows.values[PIXELS]), shares(rows.flag, FLAGS)
-    each = {
-        name: {
-            "measured": float(measured[i]),
-            "flags": {word: float(values[i]) for word, values in share.items() if values[i]},
-            "pixels": {word: float(values[i]) for word, values in counts.items()},
-        }
-        for i, name in enumerate(names)
+    kept = sorted(kept, key=lambda one: one.sample)
+    sample = np.array([one.sample for one in kept], np.intp)
+    moment = columns.of(sample)
+    del moment["timecode"]
+    table = moment | {
+        "left": np.array([one.left for one in kept], np.int64),
+        "top": np.array([one.top for one in kept], np.int64),
+        "parity": np.array([one.parity for one in kept], np.int64),
+        "lines": np.array([one.lines for one in kept], np.int64),
+        "width": np.array([one.grey.shape[1] for one in kept], np.int64),
+        "grey": np.array([one.grey.tobytes() for one in kept], object),
+        "noise": np.full(len(kept), noise),
+        "grown_x": np.full(len(kept), grown[0]),
+        "grown_y": np.full(len(kept), grown[1]),
     }
-    total = {word: float(values[0]) for word, values in pixel_counts(rows.total_pixels[:, None]).items()}
-    return {
-        "samples": len(rows.flag),
-        "measured": float(measured.mean()) if len(names) else 0.0,
-        "targets": each,
-        "total_pixels": total,
-        "pixel_locking": {"x": pixel_locking(rows.values[X]), "y": pixel_locking(rows.values[Y])},
-        "worst": [
-            {
-                "frame": int(moment.frame[crop.sample]),
-                "field": str(moment.field[crop.sample]),
-                "target": names[crop.target],
-                "flag": str(described(np.array(crop.flag), FLAGS)),
-                "picture": crop.picture,
-            }
-            for crop in crops
-        ],
-    }
+    return DataFrame(table)[list(WINDOW_COLUMNS)]

@@ -37,6 +37,14 @@ def wanted(crops: list[Crop], target: int) -> bool:
     return len(crops) < KEPT.in_all and sum(crop.target == target for crop in crops) < KEPT.of_each
 
 
+def keep_piece(
+    crops: list[Crop], sample: Sample, corner: Array, box: Array, moment: tuple[int, int, int], scale: float
+) -> None:
+    """Keep what a box shows at a bad moment, where there is room; moment: number of the sample, target and flag."""
+    if wanted(crops, moment[1]) and np.isfinite(corner).all():
+        crops.append(Crop(*moment, piece_of(sample, corner, box, scale)))
+
+
 def piece_of(sample: Sample, corner: Array, box: Array, scale: float) -> NDArray[np.uint8]:
     """What a box (width, height) px with this left top corner shows, in grey levels."""
     rows, columns = sample.luma.shape

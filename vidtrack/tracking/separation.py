@@ -16,17 +16,8 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
-from vidtrack.tracking.measurement.background import background_plane, on_grid, sums_of
-from vidtrack.tracking.measurement.components import CUTTING
-from vidtrack.tracking.measurement.joint_fit import (
-    JOINT_FIT,
-    SHAPE,
-    Joint,
-    Shapes,
-    fit_together,
-    shapes_again,
-    shapes_of,
-)
+from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
+from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, SATURATED, Found, Searched, X
 
@@ -38,14 +29,12 @@ class Separating:
     at_most      targets in one fit; widest_px: half axis of one
     ring_px      about the pixels that count, for the background
     soft_px      about other targets and static clutter, which their light may reach
-    apart        least ratio of how far off targets are if they changed places, to how far they are, both squared
     """
 
     at_most: int = 4
     widest_px: float = 60.0
     ring_px: float = 6.0
     soft_px: int = 2
-    apart: float = 4.0
 
 
 SEPARATING = Separating()
@@ -101,9 +90,8 @@ class Separation:
         grey = detection.bright(sample.luma[top:bottom, left:right]).astype(np.float32) * np.float32(detection.scale)
         hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
         x, y = column - left, row - top
-        piece = _without_background(grey, hidden, x, y, axes, detection.noise)
-        fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(detection.noise, piece.noise))
-        if not fit.good or not _each_its_own(fit, x, y):
+        fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise)
+        if fit is None:
             return None
         self._shape[:, who] = fit.shape
         self.fitted[who] = True
@@ -145,7 +133,7 @@ class Separation:
         """Pixels of a piece of the sample that something else may light."""
         hidden = np.zeros(shape, np.uint8)
         if static is not None:
-            hidden |= cv2.dilate(static.piece(sample.parity, *corner, *shape), _ROUND5)
+            hidden |= hidden_by_static(static, sample.parity, corner, shape)
         others = np.setdiff1d(np.flatnonzero(np.isfinite(now.values[X])), who)
         if others.size:
             x, y = now.values[:2, others]
@@ -162,53 +150,15 @@ class Separation:
         return hidden > 0
 
 
-@dataclass(frozen=True)
-class _Piece:
-    """A piece of a sample: grey levels over its background, those at full scale, the background under each target (m,),
-    and the noise about it.
-    """
-
-    over: NDArray[np.float32]
-    clipped: NDArray[np.bool_]
-    background: Array
-    noise: float
-
-
-def _without_background(
-    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, noise: float
-) -> _Piece:
-    """A piece over the plane of what is beside the targets at x, y (m,) and not hidden."""
-    height, width = grey.shape
-    wide = np.zeros((height, 1, width + CUTTING.separator), np.float32)
-    wide[:, 0, :width] = grey
-    row, column = np.ogrid[:height, :width]
-    mask = np.zeros(wide.shape, np.uint8)
-    for i in range(x.size):
-        own = ((column - x[i]) / (axes[0, i] + 1)) ** 2 + ((row - y[i]) / (axes[1, i] + 1)) ** 2 < 1
-        mask[:, 0, :width] |= own.astype(np.uint8)
-    mask[:, 0, :width] |= hidden
-    sums = sums_of(height, width)
-    plane = background_plane(wide, mask, sums, noise)
-    under = on_grid(plane.slope, sums)[:, 0, :width]
-    at = (np.clip(np.rint(y).astype(int), 0, height - 1), np.clip(np.rint(x).astype(int), 0, width - 1))
-    return _Piece(
-        np.asarray(grey - under, np.float32), grey >= CUTTING.full_scale, under[at].astype(float), float(plane.noise[0])
-    )
-
-
-def _each_its_own(fit: Joint, x: Array, y: Array) -> bool:
-    """Whether each target is so much nearer to where it was expected than to where another was that all are certain."""
-    own = np.square(fit.x - x) + np.square(fit.y - y)
-    for i in range(x.size):
-        for j in range(i):
-            swapped = (fit.x[i] - x[j]) ** 2 + (fit.y[i] - y[j]) ** 2 + (fit.x[j] - x[i]) ** 2 + (fit.y[j] - y[i]) ** 2
-            if swapped < SEPARATING.apart * (own[i] + own[j]):
-                return False
-    return True
+def hidden_by_static(
+    static: StaticClutter, parity: int, corner: tuple[int, int], shape: tuple[int, ...]
+) -> NDArray[np.bool_]:
+    """Pixels of a piece of a sample, from its left top corner on, that static clutter may light."""
+    return np.asarray(cv2.dilate(static.piece(parity, *corner, *shape), _ROUND5) > 0)
 
 
 def _with(
-    now: Searched, sample: Sample, who: Ints, fit: Joint, left: int, top: int, piece: _Piece, pixels: Array
+    now: Searched, sample: Sample, who: Ints, fit: Joint, left: int, top: int, piece: Piece, pixels: Array
 ) -> Searched:
     """With the targets measured; their appearance stays, and they are still sought in the next sample."""
     y = (fit.y + top) * sample.lines + sample.parity

@@ -24,6 +24,7 @@ from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail
+from vidtrack.tracking.windows import Windows
 
 MANY = 400
 """More targets than any opening shows."""
@@ -192,9 +193,17 @@ def starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float]) 
 
 
 def followed_backwards(
-    samples: Sequence[Sample], starts: Starts, detection: Detection, level: float, static: StaticClutter | None
+    samples: Sequence[Sample],
+    starts: Starts,
+    detection: Detection,
+    level: float,
+    static: StaticClutter | None,
+    windows: Windows,
 ) -> list[tuple[int, Rows]]:
-    """What the samples before a target's own first one show, followed backwards in time: (target, rows in order)."""
+    """What the samples before a target's own first one show, followed backwards in time: (target, rows in order).
+
+    windows   takes what is kept of them for a second search
+    """
     followed = []
     for i in np.flatnonzero((starts.first > 0) & (starts.first < NEVER)):
         before = list(reversed(samples[: starts.first[i]]))
@@ -207,6 +216,7 @@ def followed_backwards(
         back = Tracker(one, detection, level, static=static, far=False)
         back.follow([sample._replace(time=last - sample.time) for sample in before])
         back.finish()
+        windows.backwards(back.windows, int(starts.first[i]))
         rows = back.rows()
         followed.append((int(i), Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels)))
     return followed

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.crops import Crop, piece_of, wanted
+from vidtrack.tracking.crops import Crop, keep_piece
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
@@ -46,6 +46,7 @@ from vidtrack.tracking.state import (
     X,
     Y,
 )
+from vidtrack.tracking.windows import Windows
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,7 @@ class Tracker:
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record = Record(n)
         self.crops: list[Crop] = []
+        self.windows = Windows(n + spare)
         self._reach, self._lines = 1, 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
@@ -159,6 +161,7 @@ class Tracker:
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             block = self._accept(block, clear_in_last, seen, clear, taken)
+            self.windows.odd(self.scene, samples[:taken], self.record.samples, block.values, self.state)
             self._window_pixels = self._pixels_of(clear_in_last)
         fresh = block.values[:2, :taken].transpose(1, 2, 0)
         lost_now = clear_in_last[~clear[taken - 1]]
@@ -175,6 +178,7 @@ class Tracker:
         del self._totals[:taken]
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
         if self.newcomers is not None:
+            self.windows.passed(samples[:taken], self.record.samples - taken)
             self._initiate(samples[taken - 1], taken)
         return taken
 
@@ -192,7 +196,9 @@ class Tracker:
             return
         before = self.newcomers.track.copy()
         self.state = self.newcomers.begun(self.state, sample, self.search.occlusions, self.starts)
-        self.search.forget(np.flatnonzero(self.newcomers.track != before))
+        new = np.flatnonzero(self.newcomers.track != before)
+        self.search.forget(new)
+        self.windows.begun(self.scene, new, self.state)
         if self.newcomers.whole.static is not self.scene.static:
             self.scene = self.search.scene = replace(self.scene, static=self.newcomers.whole.static)
 
@@ -300,8 +306,12 @@ class Tracker:
             block.corner[j, found] = now.values[[X, Y]][:, found].T - self.state.box[found] / 2
             recovered = (now.flag[some] & RECOVERED > 0) | (~np.isfinite(now.values[X, some]) & (before[some] == 1))
             for i in some[recovered & (some < n)].tolist():
-                self._crop(sample, i, block, j)
+                moment = self.record.samples + j, i, int(block.flag[j, i])
+                keep_piece(
+                    self.crops, sample, block.corner[j, i], self.state.box[i], moment, self.scene.detection.scale
+                )
             block.values[:, j, self._yield(now.values[[X, Y]][:, found[found < n]], sample.lines)] = np.nan
+        self.windows.sought(self.scene, sample, self.record.samples + j, who, predicted, block.values[:, j], self.state)
 
     def _blank(self, samples: Sequence[Sample], predicted: Array) -> Rows:
         """Rows in which every target is lost, its box where it is expected."""
@@ -338,10 +348,3 @@ class Tracker:
         self.state = self.state.remembering(times, block.values[:2].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)
         self._keep(block, times)
-
-    def _crop(self, sample: Sample, target: int, block: Rows, j: int) -> None:
-        """Keep what the box shows at a bad moment."""
-        corner = block.corner[j, target]
-        if wanted(self.crops, target) and np.isfinite(corner).all():
-            piece = piece_of(sample, corner, self.state.box[target], self.scene.detection.scale)
-            self.crops.append(Crop(self.record.samples + j, target, int(block.flag[j, target]), piece))

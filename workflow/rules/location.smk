@@ -99,6 +99,7 @@ rule locate:
     input:
         centroids=of_cameras("centroids/{camera}.parquet"),
         tracklets=of_cameras("tracklets/{camera}.parquet"),
+        windows=of_cameras("windows/{camera}.parquet", filmed),
         readings=of_cameras("centroids/{camera}.json"),
         cameras=results(lambda w: calibrations(w.run, locating)),
         points=results(lambda w: calibrations(w.run, "points.parquet")),
@@ -129,7 +130,7 @@ rule locate:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack locate --account {output.account:q} --log {log:q}"
         " --input centroids {input.centroids:q} --input tracklets {input.tracklets:q}"
-        " --input readings {input.readings:q}"
+        " --input windows {input.windows:q} --input readings {input.readings:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q} --input sightings {input.sightings:q}"
         " --input labelling {input.labelling:q} --input clocks {input.clocks:q}"
         " --input steadiness {input.steadiness:q}"

@@ -1,6 +1,7 @@
 # Needs: runs/<run>/<camera>.<ext>, and runs/<run>/targets.csv where someone placed the boxes.
 # Makes: runs/<run>/centroids/<camera>.parquet, every target in every frame, and .json, an account of the reading;
 # runs/<run>/tracklets/<camera>.parquet, all that was followed, in stretches of certain identity;
+# runs/<run>/windows/<camera>.parquet, pieces of pictures in which targets were sought in vain;
 # runs/<run>/light/<camera>.parquet, how bright each picture was and when; runs/<run>/background/<camera>.png and
 # .parquet, its background at the beginning, and how far patches of it moved.
 
@@ -35,6 +36,7 @@ rule track:
         centroids=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.parquet",
         record=f"{RESULTS}/runs/{{run}}/centroids/{{camera}}.json",
         tracklets=f"{RESULTS}/runs/{{run}}/tracklets/{{camera}}.parquet",
+        windows=f"{RESULTS}/runs/{{run}}/windows/{{camera}}.parquet",
         light=f"{RESULTS}/runs/{{run}}/light/{{camera}}.parquet",
         background=f"{RESULTS}/runs/{{run}}/background/{{camera}}.parquet",
         picture=f"{RESULTS}/runs/{{run}}/background/{{camera}}.png",
@@ -57,5 +59,6 @@ rule track:
         " --threads {threads} --log {log:q}"
         " --input video {input.video:q} --input targets {input.targets:q}"
         " --output centroids {output.centroids:q} --output tracklets {output.tracklets:q}"
+        " --output windows {output.windows:q}"
         " --output record {output.record:q} --output light {output.light:q}"
         " --output background {output.background:q} --output picture {output.picture:q}"

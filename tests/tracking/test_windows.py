@@ -1,0 +1,73 @@
+"""What is kept for a second search shows the right place, and is never too much."""
+
+import numpy as np
+
+from tests.discs import picture
+from tests.tracking.test_tracker import DETECTION, starts_at
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.separation import Scene
+from vidtrack.tracking.state import Appearance, TargetState
+from vidtrack.tracking.tracker import Tracker
+from vidtrack.tracking.windows import KEEPING, Windows, no_disc
+
+SHAPE = (120, 200)
+SCENE = Scene(DETECTION, 100.0, np.zeros((2, 0)))
+
+
+def looks(width, height, pixels):
+    values = np.full((8, 1), np.nan)
+    values[[0, 3, 4], 0] = pixels, width, height
+    return Appearance(values)
+
+
+def test_discs_are_discs_in_frames_and_fields_and_two_that_touch_are_none():
+    assert not no_disc(looks(10, 10, 78), 1)[0]
+    assert not no_disc(looks(10, 5, 39), 2)[0]
+    assert no_disc(looks(16, 10, 130), 1)[0]
+    assert no_disc(looks(15, 15, 130), 1)[0]  # side by side, on the slant
+    assert not no_disc(looks(4, 3, 10), 1)[0]  # so small that a pixel more is nothing
+    assert not no_disc(looks(np.nan, np.nan, np.nan), 1)[0]
+
+
+def test_a_piece_is_that_part_of_the_sample_and_stays_in_it():
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 255, SHAPE).astype(np.uint8)
+    windows, state = Windows(2), TargetState.before(starts_at([[100.0, 60.0], [3.0, 118.0]]))
+    state = state.missed(np.arange(2), 1)
+    at = np.array([[100.0, 60.0], [3.0, 118.0]])
+    windows.sought(SCENE, Sample(image, 0.0), 7, np.arange(2), at, np.full((8, 2), np.nan), state)
+    assert [one.sample for one in windows.kept] == [7, 7]
+    for one in windows.kept:
+        rows, columns = one.grey.shape
+        own = np.maximum(image[one.top : one.top + rows, one.left : one.left + columns], 1)
+        assert np.array_equal(one.grey, own)
+    middle = windows.kept[0]
+    assert abs(middle.left + middle.grey.shape[1] / 2 - 100) < 2
+
+
+def test_no_more_is_kept_than_there_is_room_for():
+    image = np.full(SHAPE, 30, np.uint8)
+    windows, state = Windows(1), TargetState.before(starts_at([[100.0, 60.0]])).missed(np.arange(1), 1)
+    for k in range(400):
+        nothing = np.full((8, 1), np.nan)
+        windows.sought(SCENE, Sample(image, 0.0), k, np.arange(1), np.array([[100.0, 60.0]]), nothing, state)
+    size = windows.kept[0].grey.size
+    assert sum(one.grey.size for one in windows.kept) <= KEEPING.of_each + size
+    assert len(windows.kept) < 400
+
+
+def test_the_tracker_keeps_what_a_hidden_target_s_place_shows():
+    path = np.stack([40 + 2.0 * np.arange(40), np.full(40, 60.0)], axis=-1)
+    rng = np.random.default_rng(1)
+    samples = []
+    for k, (x, y) in enumerate(path):
+        hidden = 18 <= k < 23
+        samples.append(Sample(picture(SHAPE, [] if hidden else [(x, y, 5)], noise=2.0, rng=rng), float(k)))
+    tracker = Tracker(starts_at(path[:1]), DETECTION, 100.0)
+    tracker.follow(samples)
+    tracker.finish()
+    assert {one.sample for one in tracker.windows.kept} == set(range(18, 23))
+    for one in tracker.windows.kept:
+        rows, columns = one.grey.shape
+        assert one.left < path[one.sample, 0] < one.left + columns
+        assert one.top < path[one.sample, 1] < one.top + rows

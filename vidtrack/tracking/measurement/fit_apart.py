@@ -1,0 +1,73 @@
+"""Discs of which it is known about where they are, measured in a piece of a picture by one fit of them all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.tracking.measurement.background import background_plane, on_grid, sums_of
+from vidtrack.tracking.measurement.components import CUTTING
+from vidtrack.tracking.measurement.joint_fit import Joint, Shapes, fit_together
+
+APART = 4.0
+"""Least ratio of how far off discs are if they changed places, to how far they are, both squared."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a sample: grey levels over its background, those at full scale, the background under each target (m,),
+    and the noise about it.
+    """
+
+    over: NDArray[np.float32]
+    clipped: NDArray[np.bool_]
+    background: Array
+    noise: float
+
+
+def fit_apart(
+    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, known: Shapes, noise: float
+) -> tuple[Joint | None, Piece]:
+    """Discs of known shapes, expected at x, y (m,) px of the piece; None where the fit does not hold.
+
+    grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
+    """
+    piece = _without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
+    fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise))
+    return (fit if fit.good and _each_its_own(fit, x, y) else None), piece
+
+
+def _without_background(
+    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, noise: float
+) -> Piece:
+    """A piece over the plane of what is beside the targets at x, y (m,) and not hidden."""
+    height, width = grey.shape
+    wide = np.zeros((height, 1, width + CUTTING.separator), np.float32)
+    wide[:, 0, :width] = grey
+    row, column = np.ogrid[:height, :width]
+    mask = np.zeros(wide.shape, np.uint8)
+    for i in range(x.size):
+        own = ((column - x[i]) / (axes[0, i] + 1)) ** 2 + ((row - y[i]) / (axes[1, i] + 1)) ** 2 < 1
+        mask[:, 0, :width] |= own.astype(np.uint8)
+    mask[:, 0, :width] |= hidden
+    sums = sums_of(height, width)
+    plane = background_plane(wide, mask, sums, noise)
+    under = on_grid(plane.slope, sums)[:, 0, :width]
+    at = (np.clip(np.rint(y).astype(int), 0, height - 1), np.clip(np.rint(x).astype(int), 0, width - 1))
+    return Piece(
+        np.asarray(grey - under, np.float32), grey >= CUTTING.full_scale, under[at].astype(float), float(plane.noise[0])
+    )
+
+
+def _each_its_own(fit: Joint, x: Array, y: Array) -> bool:
+    """Whether each target is so much nearer to where it was expected than to where another was that all are certain."""
+    own = np.square(fit.x - x) + np.square(fit.y - y)
+    for i in range(x.size):
+        for j in range(i):
+            swapped = (fit.x[i] - x[j]) ** 2 + (fit.y[i] - y[j]) ** 2 + (fit.x[j] - x[i]) ** 2 + (fit.y[j] - y[i]) ** 2
+            if swapped < APART * (own[i] + own[j]):
+                return False
+    return True

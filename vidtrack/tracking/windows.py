@@ -1,0 +1,172 @@
+"""Pieces of pictures kept for a second search, when it is known from other cameras where a target is.
+
+A piece is kept where a target was sought and not measured, where what was measured is no disc and may be two targets,
+and from the samples before a new track begins. A few megabytes a recording are kept, the first that come.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.separation import Scene, hidden_by_static
+from vidtrack.tracking.state import Appearance, TargetState, X, Y
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """Which pieces are kept, and how large they are.
+
+    sizes, room_px   on each side of a target: so many times its size, and so many px more
+    lost_px          on each side of a target that was lost, besides
+    widest_px        half of a piece, at most
+    most_bytes       of all pieces; of_each: of those about one place, so that a target that always looks odd leaves
+                     room for others
+    aspect, fill     of a disc: ratio of its sides at most, share of its box at least; uneven_px: by which sides differ
+                     at least where that is no disc
+    before           samples before a new track from which pieces are kept
+    """
+
+    sizes: float = 1.5
+    room_px: float = 8.0
+    lost_px: float = 20.0
+    widest_px: float = 100.0
+    most_bytes: int = 12_000_000
+    of_each: int = 400_000
+    aspect: float = 1.3
+    fill: float = 0.64
+    uneven_px: float = 3.0
+    before: int = 8
+
+
+KEEPING = Keeping()
+
+HIDDEN = 0
+"""Grey level of a pixel that static clutter lights."""
+
+
+COLUMNS = (
+    "frame",  # as in the centroid table, as are field and time_s
+    "field",
+    "time_s",
+    "left",  # px, first column; top: first row of the sample
+    "top",
+    "parity",  # as those of `Sample`, as is lines
+    "lines",
+    "width",  # columns
+    "grey",  # a byte a pixel, row by row: grey levels turned bright, from 1; 0: of no use
+    "noise",  # grey levels, standard deviation of a pixel; the same in all rows, as are the next two
+    "grown_x",  # by which the sd of fits in it are to be grown, as those of the recording's tracks were
+    "grown_y",
+)
+"""Columns of results/runs/<run>/windows/<camera>.parquet, one row a piece, in order of time."""
+
+
+class Window(NamedTuple):
+    """A piece of a sample.
+
+    sample     its number; left, top: first column and row of the sample; parity, lines  as those of `Sample`
+    grey       (rows, columns) grey levels turned bright, from 1; HIDDEN: of no use
+    """
+
+    sample: int
+    left: int
+    top: int
+    parity: int
+    lines: int
+    grey: NDArray[np.uint8]
+
+
+class Windows:
+    """Collects the pieces of a recording with so many places for tracks."""
+
+    def __init__(self, places: int) -> None:
+        self.kept: list[Window] = []
+        self._bytes = 0
+        self._of_place = np.zeros(places, np.int64)
+        self._recent: deque[tuple[int, Sample]] = deque(maxlen=KEEPING.before)
+
+    def sought(
+        self, scene: Scene, sample: Sample, number: int, who: Ints, expected: Array, values: Array, state: TargetState
+    ) -> None:
+        """Keep what a sample shows of the targets `who` that were sought in it and not found, or look like no disc.
+
+        expected (n, 2) px, where all targets were; values (MEASURED, n) what was measured
+        """
+        size = state.sizes(sample.lines)
+        lost = who[np.isnan(values[X, who]) & (state.missing[who] > 0)]
+        self._keep(scene, sample, number, lost, expected, size, KEEPING.lost_px)
+        odd = who[np.isfinite(values[X, who]) & no_disc(state.appearance, sample.lines)[who]]
+        self._keep(scene, sample, number, odd, values[[X, Y]].T, size, 0.0)
+
+    def odd(self, scene: Scene, samples: Sequence[Sample], first: int, values: Array, state: TargetState) -> None:
+        """Keep what samples, the first of which has this number, show of targets that look like no disc.
+
+        values   (MEASURED, samples or more, n) what was measured in them
+        """
+        odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines))
+        for j, sample in enumerate(samples if odd.size else ()):
+            who = odd[np.isfinite(values[X, j, odd])]
+            self._keep(scene, sample, first + j, who, values[[X, Y], j].T, state.sizes(sample.lines), 0.0)
+
+    def passed(self, samples: Sequence[Sample], first: int) -> None:
+        """Remember samples, the first of which has this number, for tracks that will begin."""
+        self._recent.extend((first + k, sample) for k, sample in enumerate(samples))
+
+    def backwards(self, other: Windows, first: int) -> None:
+        """Take over what was kept while samples were followed backwards; first: the number of the one after them."""
+        self.kept += [one._replace(sample=first - 1 - one.sample) for one in other.kept]
+
+    def begun(self, scene: Scene, who: Ints, state: TargetState) -> None:
+        """Keep what the samples before show where new tracks `who` begin."""
+        self._of_place[who] = 0
+        begun = who[np.isfinite(state.positions[-1, who, 0])]
+        for number, sample in self._recent if begun.size else ():
+            self._keep(scene, sample, number, begun, state.positions[-1], state.sizes(sample.lines), KEEPING.lost_px)
+
+    def _keep(self, scene: Scene, sample: Sample, number: int, who: Ints, at: Array, size: Array, more: float) -> None:
+        """Keep what a sample shows about targets `who`; at, size (n, 2) px of all; more: px on each side."""
+        for place, middle, own in zip(who.tolist(), at[who], size[who], strict=True):
+            if self._bytes > KEEPING.most_bytes or self._of_place[place] > KEEPING.of_each:
+                continue
+            half = np.minimum(KEEPING.sizes * np.nan_to_num(own) + KEEPING.room_px + more, KEEPING.widest_px)
+            window = _cut(scene, sample, number, middle, half)
+            if window is not None:
+                self.kept.append(window)
+                self._bytes += window.grey.size
+                self._of_place[place] += window.grey.size
+
+
+def no_disc(looks: Appearance, lines: int) -> Bools:
+    """Which targets (n,) look so little like a disc that they may be two."""
+    width, height = looks.size[0], looks.size[1] * lines
+    with np.errstate(invalid="ignore"):
+        low, high = np.minimum(width, height), np.maximum(width, height)
+        long = (high > KEEPING.aspect * low) & (high - low >= KEEPING.uneven_px)
+        thin = (looks.pixels * lines < KEEPING.fill * width * height) & (low >= 2 * KEEPING.uneven_px)
+    return np.asarray(long | thin)
+
+
+def _cut(scene: Scene, sample: Sample, number: int, middle: Array, half: Array) -> Window | None:
+    """The piece about a middle, (2,) px, as far as it lies in the sample."""
+    rows, columns = sample.luma.shape
+    if not np.isfinite(middle).all():
+        return None
+    left, right = int(max(0, np.floor(middle[0] - half[0]))), int(min(columns, np.ceil(middle[0] + half[0]) + 1))
+    row, reach = float(sample.row(middle[1])), half[1] / sample.lines
+    top, bottom = int(max(0, np.floor(row - reach))), int(min(rows, np.ceil(row + reach) + 1))
+    if right - left < 4 or bottom - top < 4:
+        return None
+    detection = scene.detection
+    bright = detection.bright(sample.luma[top:bottom, left:right]) * detection.scale
+    grey = np.clip(np.rint(bright), HIDDEN + 1, 255).astype(np.uint8)
+    if scene.static is not None:
+        grey[hidden_by_static(scene.static, sample.parity, (left, top), grey.shape)] = HIDDEN
+    return Window(number, left, top, sample.parity, sample.lines, grey)
