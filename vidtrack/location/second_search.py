@@ -86,9 +86,10 @@ def kept_of(columns: Columns) -> Kept:
     grey = [
         np.frombuffer(own, np.uint8).reshape(-1, w) for own, w in zip(columns["grey"].tolist(), widths, strict=True)
     ]
-    numbers = [np.asarray(columns[name], np.intp) for name in ("left", "top", "parity", "lines")]
+    left, top, parity, lines = (np.asarray(columns[name], np.intp) for name in ("left", "top", "parity", "lines"))
     whole = [float(columns[name][0]) if len(grey) else 1.0 for name in ("noise", "grown_x", "grown_y")]
-    return Kept(np.asarray(columns["time_s"], float), *numbers, grey, whole[0], np.array(whole[1:]))
+    time = np.asarray(columns["time_s"], float)
+    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:]))
 
 
 def looks_of(tracklet: Ints, pixels: Array, contrast: Array) -> Looks:
@@ -237,7 +238,7 @@ def _fitted(
 
     pixels, contrast = discs
     known = shapes_of(pixels, np.stack([np.full(pixels.size, float(lines) * 1e3), np.full(pixels.size, 1e3)]), contrast)
-    fit, _ = fit_apart(grey.astype(np.float32), np.asarray(hidden), *place.T, known, noise)
+    fit, _ = fit_apart(grey.astype(np.float32), np.asarray(hidden), place[:, 0], place[:, 1], known, noise)
     if fit is None:
         return None
     return np.stack([fit.x, fit.y], -1), np.stack([fit.sd_x, fit.sd_y], -1)

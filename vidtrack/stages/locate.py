@@ -148,7 +148,8 @@ def locate(
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
     b, sd = by_target(seen, match.trajectory, len(match.labels))
-    followed, again = (views, match), {}
+    followed = views, match
+    again: dict[str, int] = {}
     if kept and match.labels:
         pieces = {n: _columns(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
         rows = {name: _columns(own) for name, own in (tracklets or {}).items()}
@@ -160,8 +161,7 @@ def locate(
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
     sd *= noise.factor
     reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
-    surveys = _surveys(views, points, noise.factor)
-    uncertainties = [v.uncertainty for v in views]
+    surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
     rig, slips = [v.camera for v in views], _slips(timed, b, at)
     joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
     points_of = partial(
