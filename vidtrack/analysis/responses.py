@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.analysis.harmonics import Harmonics, fit_harmonics, phase_average, response
-from vidtrack.analysis.interval import Estimate
+from vidtrack.analysis.interval import Estimate, t_factor
 from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum, transfer
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
@@ -187,15 +187,15 @@ def irregular_waves(
         at_motion = np.interp(grid[inside], own.t[good], own.x[good])
         found = transfer(own_step, at_motion, y[inside], resolution=resolution)
         clock_sd = 0.0 if own.offset_sd == motion.offset_sd else float(np.hypot(own.offset_sd, motion.offset_sd))
-        quoted = found.coherence >= LITTLE_COHERENCE
+        quoted, factor = found.coherence >= LITTLE_COHERENCE, t_factor(found.freedom)
         record["responses"][other] = {
             "unit": motion.unit,
             "f_Hz": found.f,
             "rao": np.where(quoted, np.abs(found.H), np.nan),
-            "rao_half_width": np.where(quoted, 1.96 * found.sd_ratio * np.abs(found.H), np.nan),
+            "rao_half_width": np.where(quoted, factor * found.sd_ratio * np.abs(found.H), np.nan),
             "phase_deg": np.where(quoted & np.isfinite(clock_sd), -np.degrees(np.angle(found.H)), np.nan),
             "phase_half_width_deg": np.where(
-                quoted, 1.96 * np.hypot(np.degrees(found.sd_ratio), 360 * found.f * clock_sd), np.nan
+                quoted, np.hypot(factor * np.degrees(found.sd_ratio), 1.96 * 360 * found.f * clock_sd), np.nan
             ),
             "coherence": found.coherence,
             "averages": found.averages,

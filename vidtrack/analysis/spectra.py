@@ -39,8 +39,9 @@ class Transfer(NamedTuple):
     f          (n,) Hz
     H          (n,) complex, y's unit by x's; its angle is the lead of y
     coherence  (n,) squared, 0 to 1
-    sd_ratio   (n,) of |H| as a share of it; sd_phase (n,) rad: the same number, Bendat and Piersol (9.90)
-    averages   independent segments
+    sd_ratio   (n,) standard error of |H| as a share of it, and of its angle, rad: Bendat and Piersol (9.90), with the
+               degrees of freedom that the estimate leaves of the noise
+    averages   independent segments; freedom: degrees of freedom of the standard errors, for Student's t
     """
 
     f: Array
@@ -48,6 +49,7 @@ class Transfer(NamedTuple):
     coherence: Array
     sd_ratio: Array
     averages: float
+    freedom: float
 
 
 class SingleWaves(NamedTuple):
@@ -110,23 +112,41 @@ def sea_state(of: Spectrum, *, f_min: float = 0.0, f_max: float = np.inf) -> Sea
 
 
 def transfer(step: float, x: ArrayLike, y: ArrayLike, *, resolution: float | None = None) -> Transfer:
-    """The response of y (n,) to x (n,), even records of the same instants, by the cross spectrum."""
+    """The response of y (n,) to x (n,), even records of the same instants, by the cross spectrum.
+
+    A response that follows by a part of a segment is compared with the part of the wave that made it, else its ratio
+    and phase are biased (Bendat and Piersol, 9.3): the records are shifted by the lag of their strongest correlation.
+    """
     from scipy.signal import csd, welch
 
     cause, answer = np.asarray(x, float), np.asarray(y, float)
     if cause.shape != answer.shape:
         raise ValueError("x and y must be samples of the same instants")
     size = _segment(len(cause), step, resolution)
+    lag = _lag(cause, answer, min(size // 2, len(cause) - size))
+    cause, answer = (cause[: len(cause) - lag], answer[lag:]) if lag >= 0 else (cause[-lag:], answer[:lag])
     how: dict[str, Any] = {"window": "hann", "nperseg": size, "detrend": "linear"}
     f, Sxy = csd(cause, answer, 1 / step, **how)
     _, Sxx = welch(cause, 1 / step, **how)
     _, Syy = welch(answer, 1 / step, **how)
     averages = _averages(len(cause), size)
+    freedom = max(1.0, 2 * (averages - 1))
     with np.errstate(invalid="ignore", divide="ignore"):
-        H = Sxy / Sxx
+        H = Sxy / Sxx * np.exp(-2j * np.pi * f * lag * step)
         coherence = np.abs(Sxy) ** 2 / (Sxx * Syy)
-        sd = np.sqrt(np.clip(1 - coherence, 0, 1) / (2 * averages * coherence))
-    return Transfer(f, H, coherence, sd, averages)
+        sd = np.sqrt(np.clip(1 - coherence, 0, 1) / (freedom * coherence))
+    return Transfer(f, H, coherence, sd, averages, freedom)
+
+
+def _lag(cause: Array, answer: Array, most: int) -> int:
+    """Samples by which the answer follows: where the envelope of the correlation is highest, within `most` of 0."""
+    n = len(cause)
+    size = 1 << (2 * n - 1).bit_length()
+    whole = np.fft.fft(answer - answer.mean(), size) * np.conj(np.fft.fft(cause - cause.mean(), size))
+    whole[size // 2 + 1 :] = 0  # of the analytic signal, whose size is the envelope
+    envelope = np.abs(np.fft.ifft(whole))
+    lags = np.arange(-most, most + 1)
+    return int(lags[np.argmax(envelope[lags])])
 
 
 def single_waves(step: float, x: ArrayLike) -> SingleWaves:
