@@ -25,7 +25,7 @@ def templates():
     found = set()
     for path in (REPO / "vidtrack").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, (ast.JoinedStr, ast.BinOp)) or (isinstance(node, ast.Constant) and " " in str(node.value)):
+            if isinstance(node, (ast.JoinedStr, ast.BinOp, ast.Constant)):
                 found.update(texts(node))
     return found
 

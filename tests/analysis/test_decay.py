@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vidtrack.analysis.decay import free_decay, integrated, pooled
+from vidtrack.analysis.decay import _decrement, free_decay, integrated, pooled
 
 FIELD_RATE = 2 * 30000 / 1001
 
@@ -30,21 +30,53 @@ def test_the_solution_is_that_of_another_integrator(b):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("b", [0.0, 0.01])
-def test_the_intervals_hold_the_truth_in_about_95_of_100_trials(b):
+@pytest.mark.parametrize(("slow", "least"), [(0.0, 0.945), (0.05, 0.93)])
+def test_the_intervals_hold_the_truth_in_95_of_100_trials(slow, least):
+    """White noise; and beside it noise that lasts over 41 samples, of which a record has some 14."""
     rng = np.random.default_rng(11)
-    trials = [free_decay(*released(rng, b=b)) for _ in range(40)]
-    for name, truth in (("fn", 0.9), ("zeta", 0.03), ("b", b), ("rest", 3.0)):
-        estimates = [getattr(d, name) for d in trials]
-        inside = sum(abs(e.value - truth) <= e.half_width for e in estimates)
-        assert inside >= 34  # of 40 at 95 %: fewer in one of 500 series
-        assert np.std([e.value for e in estimates]) * 1.96 > 0.6 * np.median([e.half_width for e in estimates])
+    truth = {"fn": 0.9, "zeta": 0.03, "rest": 3.0}
+    trials = []
+    for _ in range(400):
+        t, x = released(rng)
+        x = x + np.convolve(rng.normal(0, slow, t.size + 40), np.ones(41) / 41, "valid")
+        trials.append(free_decay(t, x, quadratic=False))
+    inside = {
+        k: np.mean([abs(getattr(d, k).value - v) <= getattr(d, k).half_width for d in trials]) for k, v in truth.items()
+    }
+    assert min(inside.values()) >= least - 0.02, inside
+    assert least <= np.mean(list(inside.values())) < 0.98, inside
+
+
+@pytest.mark.slow
+def test_the_intervals_with_quadratic_damping_hold_the_truth():
+    """Those of the fit, and those of the decrement of half cycles."""
+    rng = np.random.default_rng(11)
+    trials = [free_decay(*released(rng, b=0.01)) for _ in range(40)]
+    truth = {"fn": 0.9, "zeta": 0.03, "b": 0.01, "rest": 3.0, "p": 0.03, "q": 0.01}
+    inside = {
+        k: sum(abs(getattr(d, k).value - v) <= getattr(d, k).half_width for d in trials) for k, v in truth.items()
+    }
+    assert min(inside.values()) >= 35, inside  # of 40 at 95 %: fewer in one of 70 counts
+    assert sum(inside.values()) >= 228, inside
+
+
+@pytest.mark.parametrize(("zeta", "b"), [(0.0, 0.01), (0.03, 0.01), (0.06, 0.01), (0.1, 0.0)])
+def test_the_decrement_of_half_cycles_is_that_of_the_exact_motion(zeta, b):
+    """To first order alone q would be 1 to 4 % too large."""
+    t = np.arange(0, 14, 1 / 1000)
+    x = integrated(t, 2 * np.pi * 0.9, zeta, b, 24.0, 0.0)
+    turn = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
+    fits = [np.polyfit(t[k - 3 : k + 4] - t[k], x[k - 3 : k + 4], 2) for k in turn[1:17]]
+    peaks = np.array([c0 - c1**2 / (4 * c2) for c2, c1, c0 in fits])
+    _, p, q = _decrement(np.arange(16.0), peaks)
+    assert p.value == pytest.approx(zeta, abs=2e-5)
+    assert q.value == pytest.approx(b, abs=2e-5)
 
 
 def test_the_decrement_of_half_cycles_agrees_with_the_fit():
     d = free_decay(*released(np.random.default_rng(3), b=0.01))
     assert d.p.value == pytest.approx(d.zeta.value, abs=0.001)
-    assert d.q.value == pytest.approx(d.b.value, rel=0.06)
+    assert d.q.value == pytest.approx(d.b.value, rel=0.03)
 
 
 def test_the_release_is_found_to_a_tenth_of_a_sample():

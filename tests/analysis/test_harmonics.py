@@ -73,6 +73,14 @@ def test_the_mean_cycle_is_the_cycle():
     assert np.nanmedian(sd) < 0.1
 
 
+def test_samples_that_keep_step_with_the_wave_lie_on_the_cycle_and_not_beside_it():
+    t = np.arange(0, 20, 1 / (30 * F))  # 30 samples a period for 50 bins
+    phase, mean, _ = phase_average(t + 0.004, np.cos(2 * np.pi * F * (t + 0.004)), F)
+    seen = np.isfinite(mean)
+    assert seen.sum() == 30
+    assert mean[seen] == pytest.approx(np.cos(2 * np.pi * phase[seen]), abs=1e-9)
+
+
 def test_less_than_two_periods_are_refused():
     t = np.arange(0, 1, 1 / 60)
     with pytest.raises(ValueError, match="at least 2"):

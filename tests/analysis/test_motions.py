@@ -82,6 +82,34 @@ def test_the_interval_of_a_mean_counts_how_long_a_record_lasts():
     assert 85 <= inside <= 99
 
 
+def test_the_mean_of_a_motion_that_swings_is_known_better_than_by_half_cycles():
+    """Six and a half cycles of amplitude 1.1 with noise 0.005, as the demo's float."""
+    t = np.arange(0, 6.47, 1 / 29.97)
+    x = 1.1 * np.cos(2 * np.pi * t + 0.7) + np.random.default_rng(3).normal(0, 0.005, t.size)
+    found = statistics(x)
+    assert abs(found.mean.value) < found.mean.half_width < 0.1
+    assert abs(found.sd - 1.1 / np.sqrt(2)) < found.sd_half_width < 0.05
+    assert abs(found.drift.value) < 0.05
+    assert found.drift.half_width < 0.25
+
+
+def test_the_intervals_of_a_narrow_sea_hold_mean_sd_and_drift():
+    rng, f = np.random.default_rng(4), np.linspace(0.8, 1.2, 60)
+    t, inside = np.arange(0, 60, 1 / 15), np.zeros(3)
+    for _ in range(200):
+        a, phase = rng.rayleigh(1, f.size), rng.uniform(0, 2 * np.pi, f.size)
+        x = (a * np.cos(2 * np.pi * np.outer(t, f) + phase)).sum(1)
+        found = statistics(x)
+        truth = np.sqrt(f.size)  # the mean of a^2/2 is 1
+        inside += [
+            abs(found.mean.value) < found.mean.half_width,
+            abs(found.sd - truth) < found.sd_half_width,
+            abs(found.drift.value) < found.drift.half_width,
+        ]
+    assert (inside >= 180).all(), inside
+    assert found.mean.half_width < 0.3 * found.sd / np.sqrt(15)
+
+
 def test_a_drift_is_the_change_of_the_mean():
     found = statistics(np.linspace(0, 1, 400) + np.random.default_rng(0).normal(0, 0.01, 400))
     assert found.drift.value == pytest.approx(0.75, abs=0.01)

@@ -7,9 +7,10 @@ The motion is fitted by the equation
 whose solution is integrated through the samples, so that no filter and no choice of peaks bends the answer. The
 classical decrement of successive half cycles stands beside it as a check: with amplitude a,
 
-    ln(a_k / a_k+1) = alpha + (4/3) b a,    alpha = pi zeta / sqrt(1 - zeta^2)    (linear and quadratic damping, "p and q")
+    ln(a_k / a_k+1) = alpha + (4/3) b a,    alpha = pi zeta / sqrt(1 - zeta^2)
 
-to first order; the second order, which biases q by some percent where b a is 0.1, is in `_second_order`.
+(linear and quadratic damping, "p and q") to first order; the second order, which biases q by some percent where b a is
+0.1, is in `_second_order`.
 Sources: ITTC 7.5-02-07-04.5; the quadratic term's loss over a half cycle is the integral of b |x'|^3.
 """
 

@@ -161,14 +161,20 @@ def response(wave: Harmonics, motion: Harmonics, *, harmonic: int = 1) -> Respon
 def phase_average(
     t: ArrayLike, x: ArrayLike, f: float, *, t0: float = 0.0, bins: int = 50
 ) -> tuple[Array, Array, Array]:
-    """The mean cycle: phase (bins,) in periods from t0, mean (bins,), standard deviation over the cycles (bins,)."""
+    """The mean cycle: phase (bins,) in periods from t0, mean (bins,), standard deviation over the cycles (bins,).
+
+    The phase is the mean one of a bin's samples, which may all lie at its edge where they keep step with the wave.
+    """
     ts, xs = _measured(t, x)
-    index = np.minimum((((ts - t0) * f) % 1.0 * bins).astype(int), bins - 1)
+    own = ((ts - t0) * f) % 1.0
+    index = np.minimum((own * bins).astype(int), bins - 1)
     count = np.bincount(index, minlength=bins).astype(float)
     with np.errstate(invalid="ignore", divide="ignore"):
+        phase = np.bincount(index, own, bins) / count
         mean = np.bincount(index, xs, bins) / count
         variance = np.bincount(index, (xs - mean[index]) ** 2, bins) / (count - 1)
-    return (np.arange(bins) + 0.5) / bins, mean, np.sqrt(np.where(count > 1, variance, np.nan))
+    phase = np.where(count > 0, phase, (np.arange(bins) + 0.5) / bins)
+    return phase, mean, np.sqrt(np.where(count > 1, variance, np.nan))
 
 
 def _measured(t: ArrayLike, x: ArrayLike) -> tuple[Array, Array]:

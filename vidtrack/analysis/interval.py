@@ -43,12 +43,15 @@ def parameter_covariance(J: Array, residual: Array) -> Array:
     for lag in range(1, reach + 1):
         product = scores[lag:].T @ scores[:-lag]
         middle += (1 - lag / (reach + 1)) * (product + product.T)
-    share = reach / n
-    own_scatter = 1 + FIXED_B[0] * share + FIXED_B[1] * share**2 + FIXED_B[2] * share**3
-    robust = inverse @ middle @ inverse * n / freedom * own_scatter**2
+    robust = inverse @ middle @ inverse * n / freedom * own_scatter(reach / n) ** 2
     ratio = np.sqrt(np.maximum(1.0, np.diag(robust) / np.maximum(np.diag(white), 1e-300)))
     covariance: Array = white * np.outer(ratio, ratio)
     return covariance
+
+
+def own_scatter(share: float) -> float:
+    """By what an interval is wider for the scatter of its own variance, by the share of the record it is made over."""
+    return 1 + FIXED_B[0] * share + FIXED_B[1] * share**2 + FIXED_B[2] * share**3
 
 
 def t_factor(freedom: float) -> float:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.analysis.interval import Estimate, t_factor
+from vidtrack.analysis.interval import Estimate, own_scatter, t_factor
 from vidtrack.arrays import Array
 from vidtrack.motion.rigid import angles_by_turn, roll_pitch_yaw, unwrapped
 
@@ -26,6 +26,9 @@ AXES = {
     for sign in "+-"
 }
 """Directions by name: +x, -x, ..., -z in the world of the survey."""
+
+SWINGS = -0.3
+"""A record whose correlation falls below this swings: waves of any sea do (-0.4 to -1), noise does not."""
 
 
 class Motions(NamedTuple):
@@ -149,20 +152,28 @@ def statistics(x: ArrayLike, sigma: ArrayLike | None = None) -> Statistics:
     if values.size < 8:
         nothing = Estimate(float("nan"), float("nan"))
         return Statistics(nothing, float("nan"), float("nan"), float("nan"), nothing, int(values.size))
-    quarter = values.size // 4
-    first, last = _mean(values[:quarter]), _mean(values[-quarter:])
-    drift = Estimate(last.value - first.value, float(np.hypot(first.half_width, last.half_width)))
-    sd, independent = float(values.std(ddof=1)), _independent(values)
+    sd, independent, period = float(values.std(ddof=1)), _independent(values), _period(values)
+    sd_half_width = t_factor(independent - 1) * sd / float(np.sqrt(2 * max(1.0, independent - 1)))
+    mean, quarter = _mean(values), values.size // 4
+    if period:
+        mean = _mean_of_cycles(values, period)
+        sd_half_width = _mean_of_cycles((values - mean.value) ** 2, period).half_width / (2 * sd)
+        quarter = period * max(1, round(quarter / period))
+    first, last = values[:quarter], values[-quarter:]
+    widths = [
+        (_mean_of_cycles(values, period, quarter) if period else _mean(part)).half_width for part in (first, last)
+    ]
+    drift = Estimate(float(last.mean() - first.mean()), float(np.hypot(*widths)))
     known = sigmas[np.isfinite(sigmas)]
     return Statistics(
-        _mean(values),
+        mean,
         sd,
         float(values.min()),
         float(values.max()),
         drift,
         int(values.size),
         float(np.median(known)) if known.size else float("nan"),
-        t_factor(independent - 1) * sd / float(np.sqrt(2 * max(1.0, independent - 1))),
+        sd_half_width,
         1.96 * float(sigmas[np.argmin(values)]),
         1.96 * float(sigmas[np.argmax(values)]),
     )
@@ -175,12 +186,44 @@ def _mean(values: Array) -> Estimate:
     return Estimate(float(values.mean()), t_factor(independent - 1) * sd / float(np.sqrt(independent)))
 
 
+def _mean_of_cycles(values: Array, period: int, over: int | None = None) -> Estimate:
+    """The mean of a record that swings, over all or `over` of its samples.
+
+    Its halves of a cycle cancel: the variance is that of the spectrum at frequency 0, by Bartlett's weights over whole
+    periods, about an eighth of the record; and what an unfinished cycle at its end may make.
+    """
+    n = values.size
+    reach = period * max(1, n // (8 * period))
+    own = values - values.mean()
+    lags = _covariance(own)[1 : reach + 1] * (1 - np.arange(1, reach + 1) / (reach + 1))
+    lasting = max(0.0, float(own @ own / n + 2 * lags.sum()))
+    scatter = 1.96 * own_scatter(reach / n) * np.sqrt(lasting / (over or n))
+    unfinished = values.mean() - values[n % period :].mean()
+    return Estimate(float(values.mean()), float(np.hypot(scatter, 0.0 if over else unfinished)))
+
+
+def _period(values: Array) -> int | None:
+    """The period, samples, of a record that swings: twice the lag at which it is most unlike itself; else None."""
+    n = values.size
+    covariance = _covariance(values - values.mean())[: n // 8 + 1]
+    half = int(np.argmin(covariance))
+    swings = half > 0 and covariance[half] < SWINGS * covariance[0] and half < n // 8
+    return 2 * half if swings else None
+
+
+def _covariance(own: Array) -> Array:
+    """Of a record without its mean, (n,), by lag."""
+    n = own.size
+    size = 1 << (2 * n - 1).bit_length()
+    covariance: Array = np.fft.irfft(np.abs(np.fft.rfft(own, size)) ** 2, size)[:n] / n
+    return covariance
+
+
 def _independent(values: Array) -> float:
     """How many independent samples a record is worth."""
     n = values.size
     own = values - values.mean()
-    size = 1 << (2 * n - 1).bit_length()
-    correlation = np.fft.irfft(np.abs(np.fft.rfft(own, size)) ** 2, size)[:n] / max(own @ own, 1e-300)
+    correlation = _covariance(own) * n / max(own @ own, 1e-300)
     pairs = correlation[1 : 2 * ((n - 1) // 2) + 1].reshape(-1, 2).sum(axis=1)
     negative = np.flatnonzero(pairs <= 0)  # Geyer (1992): the sum over pairs of lags ends where it turns negative
     lasting = 1 + 2 * float(pairs[: negative[0] if negative.size else len(pairs)].sum())

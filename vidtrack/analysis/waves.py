@@ -57,7 +57,7 @@ def waves_and_responses(
         each = {name: wave.samples_a_period}
         each |= {other: found["samples_a_period"] for other, found in record["responses"].items()}
         few = min(each, key=lambda other: each[other])
-        if each[few] < FEW_SAMPLES_A_PERIOD:
+        if each[few] < FEW_SAMPLES_A_PERIOD - 0.5:
             text = f"waves: {each[few]:.0f} samples a period of {few}; {FEW_SAMPLES_A_PERIOD} are asked for"
             findings.append(Finding("note", "few-samples-a-period", text, "Record at a higher rate."))
         if wave.periods < FEW_PERIODS:

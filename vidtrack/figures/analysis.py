@@ -37,7 +37,7 @@ def free_decay(decay: Mapping[str, Any], title: str) -> Figure:
     axes[2].plot(line, expected, lw=0.9, color=REFERENCE_COLOUR, label="equation of motion")
     axes[2].set_xlabel(f"amplitude ({unit})", fontsize=8)
     axes[2].set_ylabel("ln of successive amplitudes", fontsize=8)
-    axes[2].set_ylim(bottom=0)
+    axes[2].set_ylim(0, 1.3 * np.nanmax([*decrement, *expected]))
     legend(axes[2])
     figure.suptitle(title, fontsize=10)
     return figure
@@ -79,6 +79,8 @@ def mean_cycle(waves: Mapping[str, Any], names: Sequence[str], title: str) -> Fi
         phase, mean, sd = (
             np.array([np.nan if v is None else v for v in cycle[key]], float) for key in ("phase", "mean", "sd")
         )
+        seen = np.isfinite(mean)  # samples that keep step with the wave leave bins empty
+        phase, mean, sd = phase[seen], mean[seen], sd[seen]
         ax.plot(phase, mean, color=PALETTE[i % len(PALETTE)], lw=1.0)
         ax.fill_between(phase, mean - sd, mean + sd, color=PALETTE[i % len(PALETTE)], alpha=0.25, lw=0)
         ax.set_ylabel(name, fontsize=8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from vidtrack.analysis.harmonics import FEW_SAMPLES_A_PERIOD
 from vidtrack.freedom import DEGREES_OF_FREEDOM
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import measured, number, share
@@ -111,7 +112,8 @@ def wave_table(waves: Record, units: str) -> Table:
             *_crossings(waves.get("H_crossings") or {}),
             *([f"amplitude of harmonic {i + 1}", " ± ".join(_value(h))] for i, h in enumerate(waves["harmonics"])),
             ["whole periods used", number(waves["periods"])],
-            ["samples a period", number(waves["samples_a_period"], 3)],
+            ["samples a period", _enough(waves["samples_a_period"])],
+            *_of_motions(waves),
             ["scatter of the amplitude over the periods", f"{number(100 * waves['steadiness'], 2)} %"],
         ]
     else:
@@ -160,6 +162,20 @@ def harmonics_table(waves: Record) -> Table | None:
 
 def _bodies_first(responses: Record) -> list[tuple[str, Record]]:
     return sorted(responses.items(), key=lambda item: item[0].rsplit(".", 1)[-1] not in DEGREES_OF_FREEDOM)
+
+
+def _enough(samples: float) -> str:
+    """Samples a period, with a warning where they are few."""
+    few = samples < FEW_SAMPLES_A_PERIOD - 0.5
+    return number(samples, 3) + (f" (warning: below {FEW_SAMPLES_A_PERIOD})" if few else "")
+
+
+def _of_motions(waves: Record) -> list[list[str]]:
+    """Samples a period of the motions, where they are recorded at another rate than the wave."""
+    each = [own["samples_a_period"] for own in (waves.get("responses") or {}).values() if own.get("samples_a_period")]
+    if not each or abs(min(each) / waves["samples_a_period"] - 1) < 0.01:
+        return []
+    return [["samples a period of the motions, at least", _enough(min(each))]]
 
 
 def _crossings(own: Record) -> list[list[str]]:
