@@ -201,7 +201,7 @@ def _decrement(at: Array, peaks: Array) -> tuple[Extremes, Estimate, Estimate]:
     weights = middle / middle.max()
     solution = np.zeros(2)
     for _ in range(DECREMENT_PASSES):
-        slope = middle * _second_order(*solution, middle)
+        slope = middle * _second_order(solution[0], solution[1], middle)
         J = np.column_stack([np.ones_like(middle), slope]) * weights[:, None]
         solution, *_ = np.linalg.lstsq(J, decrement * weights, rcond=None)
     covariance = parameter_covariance(J, decrement * weights - J @ solution)

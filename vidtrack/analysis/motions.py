@@ -163,7 +163,7 @@ def statistics(x: ArrayLike, sigma: ArrayLike | None = None) -> Statistics:
     widths = [
         (_mean_of_cycles(values, period, quarter) if period else _mean(part)).half_width for part in (first, last)
     ]
-    drift = Estimate(float(last.mean() - first.mean()), float(np.hypot(*widths)))
+    drift = Estimate(float(last.mean() - first.mean()), float(np.hypot(widths[0], widths[1])))
     known = sigmas[np.isfinite(sigmas)]
     return Statistics(
         mean,
@@ -197,8 +197,8 @@ def _mean_of_cycles(values: Array, period: int, over: int | None = None) -> Esti
     own = values - values.mean()
     lags = _covariance(own)[1 : reach + 1] * (1 - np.arange(1, reach + 1) / (reach + 1))
     lasting = max(0.0, float(own @ own / n + 2 * lags.sum()))
-    scatter = 1.96 * own_scatter(reach / n) * np.sqrt(lasting / (over or n))
-    unfinished = values.mean() - values[n % period :].mean()
+    scatter = 1.96 * own_scatter(reach / n) * float(np.sqrt(lasting / (over or n)))
+    unfinished = float(values.mean() - values[n % period :].mean())
     return Estimate(float(values.mean()), float(np.hypot(scatter, 0.0 if over else unfinished)))
 
 
