@@ -92,7 +92,7 @@ def broken_link(path: str) -> str | None:
     return None
 
 
-MEASURED = ("c3d", "tsv")
+MEASURED = ("c3d", "tsv", "mat")
 """Endings of points that another instrument measured, in place of reference.csv and truth.csv."""
 
 

@@ -29,7 +29,7 @@ class Reference(Section):
 
 
 class Truth(Section):
-    """How truth.c3d or truth.tsv, points of another instrument, are read."""
+    """How truth.c3d, truth.tsv or truth.mat, points of another instrument, are read."""
 
     offset_s: float | None = Field(
         None,
@@ -84,7 +84,7 @@ class Run(DetectChange):
     reference: Reference | None = Field(
         None, description="how reference.csv is read; default: time in its first column, x in its second"
     )
-    truth: Truth | None = Field(None, description="how the points of truth.c3d or truth.tsv (QTM) are read")
+    truth: Truth | None = Field(None, description="how the points of truth.c3d, truth.tsv or truth.mat (QTM) are read")
     plane: Plane | None = Field(None, description="mode plane: how px become positions in the plane")
     bodies: dict[Name, Annotated[Body, BeforeValidator(body)]] = Field(
         {},

@@ -12,5 +12,5 @@ def test_the_ending_says_what_a_file_is(tmp_path):
     np.testing.assert_array_equal(read_measured(tmp_path / "truth.C3D").p, positions())
     (tmp_path / "truth.tsv").write_text(markers())
     assert read_measured(tmp_path / "truth.tsv").format == "QTM"
-    with pytest.raises(VidtrackError, match=r"\.c3d, \.tsv and CSV"):
+    with pytest.raises(VidtrackError, match=r"\.c3d, \.tsv, \.mat and CSV"):
         read_measured(tmp_path / "truth.xls")

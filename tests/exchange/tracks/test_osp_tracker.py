@@ -51,16 +51,23 @@ def test_the_point_masses_of_a_trk_file_count_from_the_corner_of_the_picture(tmp
 
 def test_an_exported_table_is_read_by_its_pixel_columns(tmp_path):
     text = "mass_A\nframe\tt\tx\ty\tpixelx\tpixely\n0\t0.0\t1\t2\t100.5\t200.5\n2\t0.1\t1\t2\t\t\n"
-    (tmp_path / "cam1.txt").write_text(text.split("\n", 1)[1])
-    tracks = read_tracks(tmp_path / "cam1.txt", Convention(), "here")
-    assert tracks.frame.tolist() == [0, 2]
-    np.testing.assert_array_equal(placed(tracks, Convention(), "here")[:, 0], [[100, 200], [np.nan, np.nan]])
+    for given, name in (
+        (text, "mass_A"),
+        (text.split("\n", 1)[1], "mass_A"),
+        (text.replace("mass_A", "ball 2"), "ball 2"),
+    ):
+        (tmp_path / "cam1.txt").write_text(given)
+        tracks = read_tracks(tmp_path / "cam1.txt", Convention(), "here")
+        assert tracks.frame.tolist() == [0, 2]
+        assert tracks.names == (name,)
+        np.testing.assert_array_equal(placed(tracks, Convention(), "here")[:, 0], [[100, 200], [np.nan, np.nan]])
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
         ("t,x,y\n0,1,2\n", "in the world of Tracker"),
+        ("mass_A\nt,x,y\n0,1,2\n", "Export the columns frame, pixelx and pixely"),
         ("pixelx,pixely,t\n1,2,0\n", "no column frame"),
         (trk(positions())[:-9], "not whole XML"),
         (trk(np.full((3, 2, 2), np.nan)), "no point mass with marked steps"),

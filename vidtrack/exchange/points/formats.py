@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.points import c3d, qtm
+from vidtrack.exchange.points import c3d, qtm, qtm_mat
 from vidtrack.exchange.points.measured import Measured
 from vidtrack.exchange.text import Path
 
-READERS = {".c3d": c3d.read, ".tsv": qtm.read}
+READERS = {".c3d": c3d.read, ".tsv": qtm.read, ".mat": qtm_mat.read}
 
 
 def read_measured(path: Path) -> Measured:

@@ -52,7 +52,7 @@ def read(path: Path) -> Measured:
     count = number((head.get("NO_OF_FRAMES") or [""])[0])
     if count is not None and count == count and int(count) != len(rows):
         raise VidtrackError(f"{path}: {len(rows)} of {int(count)} frames. Copy the whole file again.")
-    return Measured("QTM", tuple(names), p, np.arange(len(rows)) / rate, "mm", _start(head.get("TIME_STAMP", [])))
+    return Measured("QTM", tuple(names), p, np.arange(len(rows)) / rate, "mm", start_of(head.get("TIME_STAMP", [])))
 
 
 def _rows(path: Path, lines: list[str], at: int) -> Array:
@@ -71,7 +71,7 @@ def _rows(path: Path, lines: list[str], at: int) -> Array:
     return np.array(rows)
 
 
-def _start(stamp: list[str]) -> float | None:
+def start_of(stamp: list[str]) -> float | None:
     """s since midnight of the first frame, to the digits of the stamp."""
     found = _CLOCK.search(" ".join(stamp))
     if not found:

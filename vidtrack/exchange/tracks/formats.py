@@ -31,6 +31,8 @@ def read_tracks(path: Path, said: Convention, where: str) -> Digitised:
     text = text_of(path)
     if looks_like_tracks(text):
         return _checked(path, _taped(path))
+    if (named := osp_tracker.named_table(text)) is not None:
+        return _checked(path, osp_tracker.read_table(path, named[1], named[0]))
     (first, *_), table = split(text)
     return _checked(path, _of_table(path, text, first, table, said, where))
 

@@ -4,7 +4,8 @@ Upper-left origin, y down; image coordinates count from the corner of the pictur
 pixel is (0.5, 0.5); px. A step of a point mass has a picture's number, from 0; steps that were not marked are not
 there. Frames that Tracker skips (step size) are not there either. The time of a frame is frame x delta_t (ms) of its
 clip, where the file has one. Exported x, y are in Tracker's own world (its axes, scale and reference frame), which
-no table states: only pixelx, pixely are read. Names are those of the tracks. Source: OpenSourcePhysics/tracker,
+no table states: only pixelx, pixely are read. Names are those of the tracks; a table has its track's name in a line
+above the header. Source: OpenSourcePhysics/tracker,
 PointMass.FrameData, ImageCoordSystem.
 """
 
@@ -17,7 +18,7 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, number
 from vidtrack.exchange.tracks.digitised import Digitised, of_rows
-from vidtrack.exchange.tracks.table import Table, numbers_of
+from vidtrack.exchange.tracks.table import Table, numbers_of, split
 
 FIRST = (0.5, 0.5)
 
@@ -28,21 +29,28 @@ def is_header(header: list[str]) -> bool:
     return {"pixelx", "pixely"} <= names or (names >= {"t", "x", "y"} and len(names) <= 12 and "frame" not in names)
 
 
-def read_table(path: Path, table: Table) -> Digitised:
+def named_table(text: str) -> tuple[str, Table] | None:
+    """A track's name and the table below it, as Tracker exports them; None where a text is no such."""
+    name, _, below = text.lstrip("\n").partition("\n")
+    heads, table = split(below)
+    if any(mark in name for mark in ",;\t") or not heads or not is_header(heads[0]):
+        return None
+    return name.strip(), table._replace(line=table.line + 1)
+
+
+def read_table(path: Path, table: Table, name: str = "mass_A") -> Digitised:
     """The one track of an exported table."""
     at = {cell.lower(): k for k, cell in enumerate(table.header)}
     if not {"pixelx", "pixely"} <= set(at):
         raise VidtrackError(
-            f"{path}: x and y are in the world of Tracker, with its own axes and scale. Export pixelx and pixely "
-            "too, or put "
-            "the .trk file there."
+            f"{path}: x and y are in the world of Tracker, whose axes and scale the table does not state. Export the "
+            "columns frame, pixelx and pixely, or put the .trk file there."
         )
     index = at.get("frame", at.get("step"))
     if index is None:
         raise VidtrackError(f"{path}: no column frame: which picture a row is of is not known. Export frame too.")
     values = numbers_of(path, table, [index, at["pixelx"], at["pixely"]])
     values = values[np.isfinite(values[:, 0])]
-    name = "mass_A"
     _, frame, b, twice = of_rows(values[:, 0], [name] * len(values), values[:, 1:])
     if twice:
         raise VidtrackError(f"{path}: {twice} rows repeat a frame. Export one track to a table.")
