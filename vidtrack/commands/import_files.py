@@ -17,7 +17,7 @@ Examples:
 
 
 @click.command("import", epilog=_EXAMPLES)
-@click.argument("old", type=click.Path(file_okay=False))
+@click.argument("old", type=click.Path())
 @click.argument("folder", type=click.Path(file_okay=False))
 @click.option(
     "--units", type=click.Choice(["m", "cm", "mm", "in", "ft"]), help="The unit of the survey; no file has it."
@@ -39,6 +39,13 @@ def command(old: str, folder: str, units: str | None, calibration: str, run: str
     from vidtrack.arranging.old_files import old_folder, write_experiment
     from vidtrack.settings.commented import commented_config
 
+    if os.path.isfile(old):
+        ending = os.path.splitext(old)[1]
+        raise VidtrackError(
+            f"{old}: a file, and a folder of the thesis's files is imported. A single file needs no import: put tracks "
+            f"at runs/<run>/<camera>{ending} of the experiment's folder, a calibrated camera at "
+            f"calibration/<camera>{ending}."
+        )
     if not os.path.isdir(old):
         raise VidtrackError(f"{old}: no such folder. Name the one with camparm.dat.")
     if units is None:

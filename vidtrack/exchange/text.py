@@ -27,25 +27,29 @@ _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
 def bytes_of(path: Path) -> bytes:
     """A file's content; VidtrackError where it is not there, may not be read or is empty."""
     data = read_bytes(path)
-    if not data.strip():
+    if not data or data.isspace():
         raise VidtrackError(f"{path}: an empty file. Copy it again.")
     return data
 
 
-def text_of(path: Path) -> str:
-    """A file's text with plain line ends; VidtrackError where it is no text."""
-    data = bytes_of(path)
+def text_of(path: Path, content: bytes | None = None) -> str:
+    """A file's text with plain line ends; VidtrackError where it is no text.
+
+    content   of the file, where it was read before
+    """
+    data = bytes_of(path) if content is None else content
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = data.decode("utf-16", "replace")
     else:
-        data = data.removeprefix(b"\xef\xbb\xbf").split(b"\x1a")[0]
+        data = data.removeprefix(b"\xef\xbb\xbf")
+        data = data.split(b"\x1a")[0] if b"\x1a" in data else data
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError:
             text = data.decode("latin-1")
     if "\0" in text:
         raise VidtrackError(f"{path}: not a text file. Put the text there that the program exported.")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
 def lines_of(path: Path) -> list[str]:

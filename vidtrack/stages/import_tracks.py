@@ -72,7 +72,7 @@ def import_tracks(
     where   of the run in the config, for messages
     Raises VidtrackError where no track is long enough to show its errors and no sd is given.
     """
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
     frame, b = np.asarray(frame, np.int64), np.asarray(b, float)
     k, n = b.shape[:2]
@@ -82,25 +82,22 @@ def import_tracks(
     time = frame / float(clock.rate)
     row, column = np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
 
-    def words(of: NDArray[Any] | Sequence[str], which: NDArray[np.intp]) -> Any:
-        return Series(np.array(of, object)).array.take(which)
-
     nothing = np.full(k * n, np.nan)
     flat = np.where(seen[..., None], b, np.nan).reshape(-1, 2)
     table = DataFrame(
         {
             "frame": frame[row],
-            "field": words(["frame"], np.zeros(k * n, np.intp)),
+            "field": _words(["frame"], np.zeros(k * n, np.intp)),
             "time_s": clock.seconds(time)[row],
-            "timecode": words(clock.labels(time).astype(object), row),
-            "target": words(labels, column),
+            "timecode": _words(clock.labels(time).astype(object), row),
+            "target": _words(labels, column),
             "Xf": flat[:, 0],
             "Yf": flat[:, 1],
             "sd_x": np.where(seen.ravel(), each[0][column], np.nan),
             "sd_y": np.where(seen.ravel(), each[1][column], np.nan),
             **dict.fromkeys(("pixels", "total_pixels", "mass", "contrast", "background"), nothing),
             **dict.fromkeys(("box_x", "box_y", "box_w", "box_h"), nothing),
-            "flag": words(["lost", ""], seen.ravel().astype(np.intp)),
+            "flag": _words(["lost", ""], seen.ravel().astype(np.intp)),
         }
     )
     tracklets = _tracklets(table, b, named)
@@ -137,10 +134,17 @@ def _tracklets(table: DataFrame, b: Array, named: bool) -> DataFrame:
     owner[number] = target
     before = np.zeros(m, bool)
     before[1:] = owner[1:] == owner[:-1]
-    began = np.where(first == 0, "first", np.where(before, "lost", "found")).astype(object)
-    ended = np.where(last == k - 1, "last", "lost").astype(object)
-    out["tracklet"], out["began"], out["ended"] = number, began[number], ended[number]
+    began = np.where(first == 0, "first", np.where(before, "lost", "found"))
+    ended = np.where(last == k - 1, "last", "lost")
+    out["tracklet"], out["began"], out["ended"] = number, _words(began, number), _words(ended, number)
     return out.assign(met="", bound=named, brightness=np.nan)[list(COLUMNS)]
+
+
+def _words(of: Sequence[str] | NDArray[Any], which: NDArray[np.intp]) -> Any:
+    """Words by their places, as a column of text; much faster than an array of objects."""
+    from pandas import Series
+
+    return Series(np.array(of, object), dtype="str").array.take(which)
 
 
 def _sd(

@@ -86,7 +86,8 @@ def test_coefficients_are_read_however_they_are_laid_out(tmp_path, how):
         ("1\n" * 10, "11 coefficients"),
         ("1,2\n" * 10 + "1\n", "different lengths"),
         ("1\n" * 10 + "nan\n", "no coefficients"),
-        ("1\n" * 8 + "0\n" * 3, "L9, L10 and L11 are 0"),
+        ("1.5\n" * 8 + "0\n" * 3, "L9, L10 and L11 are 0"),
+        ("-21,149,-75,312\n" * 11, "whole numbers alone"),
         ("tag\n" * 11, "no coefficients"),
     ],
 )

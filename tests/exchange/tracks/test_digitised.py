@@ -43,14 +43,19 @@ def test_tracks_outside_of_the_picture_are_refused():
 
 
 def test_rows_become_tracks_in_the_order_of_their_names_in_the_file():
-    names, frame, b, twice = of_rows([3, 1, 3], ["b", "a", "a"], np.array([[1, 2], [3, 4], [5, 6.0]]))
+    names, frame, b, twice = of_rows("a.csv", [3, 1, 3], ["b", "a", "a"], np.array([[1, 2], [3, 4], [5, 6.0]]))
     assert names == ("b", "a")
     assert frame.tolist() == [1, 3]
     assert twice == 0
     np.testing.assert_array_equal(b, [[[np.nan, np.nan], [3, 4]], [[1, 2], [5, 6]]])
-    assert of_rows([1, 1], ["a", "a"], np.zeros((2, 2)))[3] == 1
+    assert of_rows("a.csv", [1, 1], ["a", "a"], np.zeros((2, 2)))[3] == 1
 
 
 def test_a_convention_is_made_of_what_the_config_has():
     said = Convention.of({"first_pixel": [0.5, 0.5], "size": [640, 480], "origin": "lower-left"})
     assert said == Convention(origin="lower-left", first=(0.5, 0.5), size=(640, 480))
+
+
+def test_a_frame_between_two_is_refused_for_it_may_be_a_time():
+    with pytest.raises(VidtrackError, match=r"a.csv: frame 0.5 is no whole number"):
+        of_rows("a.csv", [0, 0.5], ["a", "a"], np.zeros((2, 2)))

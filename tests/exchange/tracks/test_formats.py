@@ -25,6 +25,11 @@ def test_the_thesis_tracks_carry_their_time_code(tmp_path):
         ("cam1.csv", b"frame,particle,x,y\n0,0,nan,nan\n", "no target has a position"),
         ("cam1.csv", b"frame,particle,x,y\n-4,0,1,1\n", "below 0"),
         ("cam1.csv", bytes(range(256)), "not a text file"),
+        ("cam1.csv", b"pt1_cam1_X,pt1_cam1_Y\n12,5,33,25\n", "line 2: 4 cells where the header has 2"),
+        ("cam1.csv", b"pt1_cam1_X,pt1_cam1_Y\n12,33\n12,5,33\n", "line 3: 3 cells where the header has 2"),
+        ("cam1.csv", b"pt1_cam1_X,pt1_cam1_Y,pt1_cam1_X,pt1_cam1_Y\n1,2,3,4\n", "pt1_cam1_X is there twice"),
+        ("cam1.csv", b"frame,particle,x,y\n0.5,0,1,1\n", "frame 0.5 is no whole number"),
+        ("cam1.csv", b"frame,x,y\n0,1,1\n", "no column particle"),
     ],
 )
 def test_what_is_no_file_of_tracks_is_refused_in_one_line(tmp_path, name, data, what):

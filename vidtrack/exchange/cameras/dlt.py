@@ -55,6 +55,11 @@ def read_coefficients(path: Path) -> Array:
         raise VidtrackError(
             f"{path}: {table.shape[0]} x {table.shape[1]} numbers; a camera has 11 coefficients, in a column."
         )
+    if (table == np.round(table)).all():
+        raise VidtrackError(
+            f"{path}: whole numbers alone are no coefficients. Write decimals with a point, or separate cells by "
+            "semicolons."
+        )
     return table
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.exchange.text import Path
 
 Origin = Literal["upper-left", "lower-left"]
 
@@ -120,10 +121,16 @@ def _check_inside(b: Array, size: tuple[int, int], where: str) -> None:
 
 
 def of_rows(
-    frame: Sequence[float] | Array, name: Sequence[object] | NDArray[np.object_], b: Array
+    path: Path, frame: Sequence[float] | Array, name: Sequence[object] | NDArray[np.object_], b: Array
 ) -> tuple[tuple[str, ...], Ints, Array, int]:
-    """Names, frames (k,) and positions (k, n, 2) from rows of one sample each, and how many rows were there twice."""
-    frames, at = np.unique(np.asarray(frame, np.int64), return_inverse=True)
+    """Names, frames (k,) and positions (k, n, 2) from rows of one sample each, and how many rows were there twice.
+
+    VidtrackError for a frame that is no whole number: it may be a time.
+    """
+    given = np.asarray(frame, float)
+    if (odd := given[given != np.floor(given)]).size:
+        raise VidtrackError(f"{path}: frame {odd[0]:g} is no whole number. Write which picture each row is of.")
+    frames, at = np.unique(given.astype(np.int64), return_inverse=True)
     labels = np.asarray([str(each) for each in name], object)
     names, first, which = np.unique(labels.astype(str), return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")  # as they appear in the file

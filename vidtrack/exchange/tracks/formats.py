@@ -23,12 +23,13 @@ def read_tracks(path: Path, said: Convention, where: str) -> Digitised:
 
     said    what the config says of the file; where: its place in config.yaml, for messages
     """
-    head = bytes_of(path)[:512]
+    content = bytes_of(path)
+    head = content[:512]
     if head.startswith(HDF5):
         return _checked(path, _of_h5(path, said, where))
     if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
         return _checked(path, _of_xml(path))
-    text = text_of(path)
+    text = text_of(path, content)
     if looks_like_tracks(text):
         return _checked(path, _taped(path))
     if (named := osp_tracker.named_table(text)) is not None:
@@ -48,10 +49,13 @@ def _of_table(path: Path, text: str, first: list[str], table: Table, said: Conve
     )
     for fits, read in readers:
         if fits(first):
+            if twice := [cell for k, cell in enumerate(first) if cell and cell in first[:k]]:
+                raise VidtrackError(f"{path}: column {twice[0]} is there twice. Keep one of the two.")
             return read()
     if {"x", "y", "frame"} <= {cell.lower() for cell in first}:
         raise VidtrackError(
-            f"{path}: no column particle: these are detections, not tracks. Link them before they are saved."
+            f"{path}: no column particle: these are detections, not tracks. Link them before they are saved, or add "
+            "the column: one number for all rows of a target."
         )
     raise VidtrackError(
         f"{path}: its columns ({some(first)}) are of no program that is known: DLTdv, Argus, trackpy, Tracker, SLEAP, "

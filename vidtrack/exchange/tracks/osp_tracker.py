@@ -21,6 +21,8 @@ from vidtrack.exchange.tracks.digitised import Digitised, of_rows
 from vidtrack.exchange.tracks.table import Table, numbers_of, split
 
 FIRST = (0.5, 0.5)
+HEAD = 2000
+"""Characters in which a table's name and header are."""
 
 
 def is_header(header: list[str]) -> bool:
@@ -31,10 +33,10 @@ def is_header(header: list[str]) -> bool:
 
 def named_table(text: str) -> tuple[str, Table] | None:
     """A track's name and the table below it, as Tracker exports them; None where a text is no such."""
-    name, _, below = text.lstrip("\n").partition("\n")
-    heads, table = split(below)
-    if any(mark in name for mark in ",;\t") or not heads or not is_header(heads[0]):
+    name, _, below = text[:HEAD].lstrip("\n").partition("\n")
+    if any(mark in name for mark in ",;\t") or not (heads := split(below)[0]) or not is_header(heads[0]):
         return None
+    _, table = split(text.lstrip("\n").partition("\n")[2])
     return name.strip(), table._replace(line=table.line + 1)
 
 
@@ -51,7 +53,7 @@ def read_table(path: Path, table: Table, name: str = "mass_A") -> Digitised:
         raise VidtrackError(f"{path}: no column frame: which picture a row is of is not known. Export frame too.")
     values = numbers_of(path, table, [index, at["pixelx"], at["pixely"]])
     values = values[np.isfinite(values[:, 0])]
-    _, frame, b, twice = of_rows(values[:, 0], [name] * len(values), values[:, 1:])
+    _, frame, b, twice = of_rows(path, values[:, 0], [name] * len(values), values[:, 1:])
     if twice:
         raise VidtrackError(f"{path}: {twice} rows repeat a frame. Export one track to a table.")
     return Digitised("tracker", (name,), frame, b, True, "upper-left", FIRST)
@@ -75,7 +77,7 @@ def read_trk(path: Path, root: ElementTree.Element) -> Digitised:
     if not rows:
         raise VidtrackError(f"{path}: no point mass with marked steps in this Tracker file. Save it with its tracks.")
     labels, frame, b, _ = of_rows(
-        [row[0] for row in rows], [row[1] for row in rows], np.array([row[2:] for row in rows])
+        path, [row[0] for row in rows], [row[1] for row in rows], np.array([row[2:] for row in rows])
     )
     delta = number(_value(root, "delta_t") or "")
     rate = 1000.0 / delta if delta and np.isfinite(delta) and delta > 0 else None

@@ -38,7 +38,7 @@ def read(path: Path, table: Table) -> Digitised:
     names = [_name(track, node, several) for track in tracks for node in nodes]
     if not np.isfinite(values[:, 0]).all():
         raise VidtrackError(f"{path}: a row has no frame_idx. Export it again.")
-    labels, frame, b, twice = of_rows(np.repeat(values[:, 0], len(nodes)), names, values[:, 1:].reshape(-1, 2))
+    labels, frame, b, twice = of_rows(path, np.repeat(values[:, 0], len(nodes)), names, values[:, 1:].reshape(-1, 2))
     if twice:
         raise VidtrackError(
             f"{path}: {twice} points of one name in one frame: instances have no tracks. Track them in SLEAP."

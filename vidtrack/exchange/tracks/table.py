@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -45,7 +46,9 @@ def split(text: str, heads: int = 1) -> tuple[list[list[str]], Table]:
     while at < len(text) and len(rows) < heads:
         end = text.find("\n", at)
         head = text[at:] if end < 0 else text[at:end]
-        if head.strip():
+        if re.fullmatch(r"sep=.?", head.strip(), re.IGNORECASE):  # which separator follows, said to Excel
+            pass
+        elif head.strip():
             separator = separator if rows else separator_of(head)
             rows.append(cells_of(head, separator))
         at, line = (len(text) if end < 0 else end + 1), line + 1
@@ -63,11 +66,14 @@ def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int |
     width = len(table.header) if width is None else width
     if not table.text or table.text.isspace():
         raise VidtrackError(f"{path}: no rows below the header. Export it again.")
+    content = table.text.encode()
     try:
         if table.separator == " " or (table.separator == ";" and "," in table.text):
             raise ValueError("spaces, or commas that begin decimals")
+        if _ragged(content, table.separator, width):
+            raise ValueError("rows of other lengths")
         frame = pd.read_csv(
-            io.BytesIO(table.text.encode()),
+            io.BytesIO(content),
             sep=table.separator,
             header=None,
             names=range(width),
@@ -79,17 +85,22 @@ def numbers_of(path: Path, table: Table, columns: Sequence[int], *, width: int |
             index_col=False,
         )
         values = frame[list(columns)].to_numpy(float)
-        if _ragged(table, width):
-            raise ValueError("rows of other lengths")
         return np.where(np.isfinite(values), values, np.nan)
     except (ValueError, pd.errors.ParserError):
         return _one_by_one(path, table, columns, width)
 
 
-def _ragged(table: Table, width: int) -> bool:
-    """Whether the last row breaks off, as that of a file that was not copied whole does."""
-    last = table.text[-200_000:].rstrip().rsplit("\n", 1)[-1]
-    return len(cells_of(last, table.separator)) < width
+def _ragged(content: bytes, separator: str, width: int) -> bool:
+    """Whether a row may have another number of cells: it breaks off, or its decimals have commas as its cells have.
+
+    A separator at the end of every row is none between cells. Blank rows count as others; rows are then read one by
+    one.
+    """
+    whole = np.frombuffer(content, np.uint8)
+    data = whole[: len(content) - len(content[-1000:]) + len(content[-1000:].rstrip())]
+    ends = np.append(np.flatnonzero(data == ord("\n")), len(data))
+    between = np.diff(np.searchsorted(np.flatnonzero(data == ord(separator)), ends), prepend=0)
+    return not ((between == width - 1).all() or ((between == width).all() and (data[ends - 1] == ord(separator)).all()))
 
 
 def _one_by_one(path: Path, table: Table, columns: Sequence[int], width: int) -> Array:

@@ -104,7 +104,7 @@ def _digitised(
     if not rows:
         raise VidtrackError(f"{path}: no tracks in this TrackMate file. Save it after tracking.")
     b = np.array([row[2:] for row in rows], float) / (wide, high)
-    names, frame, b, twice = of_rows([row[0] for row in rows], [row[1] for row in rows], b)
+    names, frame, b, twice = of_rows(path, [row[0] for row in rows], [row[1] for row in rows], b)
     if twice:
         raise VidtrackError(f"{path}: {twice} spots of one track in one frame. Save it again.")
     return Digitised("trackmate", names, frame, b, False, "upper-left", (0.0, 0.0), size, rate=rate)

@@ -29,7 +29,7 @@ def read(path: Path, table: Table) -> Digitised:
     if not known.any():
         raise VidtrackError(f"{path}: no row has a frame and a particle. Link the features before they are saved.")
     values = values[known]
-    names, frame, b, twice = of_rows(values[:, 0], [f"{n:g}" for n in values[:, 1]], values[:, 2:])
+    names, frame, b, twice = of_rows(path, values[:, 0], [f"{n:g}" for n in values[:, 1]], values[:, 2:])
     if twice:
         raise VidtrackError(f"{path}: {twice} rows repeat a particle in one frame. Link the features again.")
     return Digitised("trackpy", tuple(f"p{name}" for name in names), frame, b, False, "upper-left", (0.0, 0.0))
