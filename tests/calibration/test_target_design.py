@@ -79,3 +79,15 @@ def test_nonsense_is_refused():
         centroid_noise(8.0, contrast=0, noise=3)
     with pytest.raises(ValueError, match="weighted, binary"):
         centroid_noise(8.0, contrast=9, noise=3, centroid="mean")
+
+
+def test_the_page_shows_the_published_tables_beside_what_is_predicted():
+    page = open(os.path.join(HERE, "../../docs/old-files.md"), encoding="utf-8").read()
+    rows = [line.split("|")[1:-1] for line in page.split("px across")[1].split("\n\n")[0].split("\n")[2:]]
+    shown = np.array([[float(row[0]), float(row[2]), float(row[4])] for row in rows])
+    np.testing.assert_array_equal(shown[:, 0], TABLE_A1["size_cm"])
+    np.testing.assert_allclose(shown[:, 1], TABLE_A1["centroid_pixels_mean"], atol=0.0501)
+    across = shown[:, 0] / FIELD_CM[1] * ROWS
+    wide = shown[:, 0] / FIELD_CM[0] * COLUMNS
+    predicted = pixels_found(np.sqrt(across * wide), fields=1)
+    np.testing.assert_allclose(shown[:, 2], predicted, atol=0.4)

@@ -4,7 +4,8 @@ from scipy.spatial.transform import Rotation
 
 from tests.exchange.cameras.rig import said
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.cameras.given import chosen, lens_findings, needed_size, rotation
+from vidtrack.exchange.cameras.given import Said, chosen, lens_findings, needed_size, of_lens, rotation
+from vidtrack.geometry.brown import BrownLens
 
 
 def test_a_rotation_is_read_from_nine_numbers_or_three():
@@ -37,3 +38,11 @@ def test_a_size_that_is_not_known_is_asked_for():
 def test_a_lens_that_is_not_met_is_reported_from_a_tenth_of_a_pixel():
     assert lens_findings("x", "cam1", 0.05) == ()
     assert lens_findings("x", "cam1", 0.4)[0].code == "lens-converted"
+
+
+def test_a_lens_that_folds_within_the_picture_is_said():
+    lens = BrownLens(770.0, 770.0, 639.5, 511.5, (1280, 1024), (-0.285,))
+    codes = [finding.code for finding in of_lens("anipose", lens, np.eye(3), np.zeros(3), Said("cam1", "m")).findings]
+    assert codes == ["lens-converted", "lens-folds"]
+    mild = lens._replace(k=(-0.05,))
+    assert of_lens("anipose", mild, np.eye(3), np.zeros(3), Said("cam1", "m")).findings == ()

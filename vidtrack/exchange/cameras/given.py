@@ -15,6 +15,9 @@ from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_conversion import camera_from_brown
 from vidtrack.lengths import METRES
 
+COVERED = 0.995
+"""Share of the picture below which it is said that a lens folds in it; rounding at the edges costs less."""
+
 
 @dataclass(frozen=True)
 class Said:
@@ -68,17 +71,24 @@ def of_lens(format: str, lens: BrownLens, R: Array, T: Array, said: Said, unit: 
         raise VidtrackError(
             f"camera {said.name}: its {format} file holds no camera ({error}). Export it again."
         ) from None
-    findings = lens_findings(format, said.name, done.largest_px)
+    findings = lens_findings(format, said.name, done.largest_px, done.covered)
     return Given(format, done.camera, done.largest_px, unit, findings)
 
 
-def lens_findings(format: str, name: str, largest_px: float) -> tuple[Finding, ...]:
-    """What is to be said where a lens is not met exactly."""
-    if largest_px < 0.1:
-        return ()
-    text = f"{name}: vidtrack's lens differs from the {format} file's by up to {largest_px:.2g} px in the picture"
+def lens_findings(format: str, name: str, largest_px: float, covered: float = 1.0) -> tuple[Finding, ...]:
+    """What is to be said where a lens is not met exactly, or folds within the picture.
+
+    covered   the share of the picture in which the lens of the file has a line of sight
+    """
+    found: list[Finding] = []
     cure = "Calibrate with points or boards, or keep to the middle of the picture."
-    return (Finding("doubtful", "lens-converted", text, cure),)
+    if largest_px >= 0.1:
+        text = f"{name}: vidtrack's lens differs from the {format} file's by up to {largest_px:.2g} px in the picture"
+        found.append(Finding("doubtful", "lens-converted", text, cure))
+    if covered < COVERED:
+        text = f"{name}: the {format} file's lens has no line of sight in {100 * (1 - covered):.0f} % of the picture"
+        found.append(Finding("doubtful", "lens-folds", text, cure))
+    return tuple(found)
 
 
 def rotation(values: object, path: object) -> Array:
