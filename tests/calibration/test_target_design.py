@@ -1,6 +1,7 @@
 """The thesis's table A.3 and drawn discs are the witnesses."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -82,7 +83,7 @@ def test_nonsense_is_refused():
 
 
 def test_the_page_shows_the_published_tables_beside_what_is_predicted():
-    page = open(os.path.join(HERE, "../../docs/old-files.md"), encoding="utf-8").read()
+    page = (Path(HERE) / "../../docs/old-files.md").read_text(encoding="utf-8")
     rows = [line.split("|")[1:-1] for line in page.split("px across")[1].split("\n\n")[0].split("\n")[2:]]
     shown = np.array([[float(row[0]), float(row[2]), float(row[4])] for row in rows])
     np.testing.assert_array_equal(shown[:, 0], TABLE_A1["size_cm"])

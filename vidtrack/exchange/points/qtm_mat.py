@@ -10,7 +10,7 @@ projects.
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def _measurement(data: bytes) -> dict[str, Any] | None:
     from scipy.io.matlab import MatReadError
 
     try:
-        content = loadmat(io.BytesIO(data))
+        content = loadmat(cast(Any, io.BytesIO(data)))
     except MatReadError as error:
         raise ValueError(str(error)) from None
     for name, value in content.items():
