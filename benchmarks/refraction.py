@@ -1,6 +1,7 @@
 """Cameras that look into water: errors beside the floor, sigma, speed, OpenPTV on the same rays, a real tank.
 
     python benchmarks/refraction.py accuracy --trials 10   window, surface and wall against cameras that are exact
+    python benchmarks/refraction.py place                  interfaces stated elsewhere along their normals
     python benchmarks/refraction.py speed                  points a second, as a ratio to cameras in air
     python benchmarks/refraction.py openptv                the same rays through OpenPTV's multimedia model (needs optv)
     python benchmarks/refraction.py real                   proptv_rbc4cam, with and without an interface
@@ -69,10 +70,18 @@ def grid() -> Array:
     return np.stack(np.meshgrid(line, line, np.linspace(-200, 110, 4)), -1).reshape(-1, 3)
 
 
-def calibrated(cameras: tuple[Camera, ...], rng: np.random.Generator, modelled: bool) -> list[Calibration]:
-    """Each camera from its own view of the grid, interfaces given where they are modelled."""
+def calibrated(
+    cameras: tuple[Camera, ...], rng: np.random.Generator, modelled: bool, off: float | None = None
+) -> list[Calibration]:
+    """Each camera from its own view of the grid, interfaces given where they are modelled.
+
+    off  mm, by which they are stated elsewhere along their normal; None: as off as somebody measures them
+    """
     p = grid()
     given = {i.name: config(i, rng) for camera in cameras for i in camera.through}
+    if off is not None:
+        for i in {i.name: i for camera in cameras for i in camera.through}.values():
+            given[i.name] |= {"point": i.point + off * i.normal, "normal": i.normal, "indices": i.indices}
     done = []
     for camera in cameras:
         table = pd.DataFrame({"tag": [str(k) for k in range(len(p))], "sd_x": 0.1, "sd_y": 0.1})
@@ -106,6 +115,31 @@ def accuracy(trials: int) -> None:
             e, f = np.mean(error), np.mean(floor)
             kind = "modelled" if modelled else "not"
             print(f"{name:8} {kind:10} {e:8.3f} {f:7.3f} {e / f:6.3f} {scatter:>20}  {', '.join(sorted(codes))}")
+
+
+def place(trials: int) -> None:
+    print(f"{'':8} {'off mm':>7} {'ratio to the floor':>19} {'scatter over sigma':>19} {'camera off mm':>14}  found")
+    for name, cameras in RIGS.items():
+        for off in (0.0, 20.0, 60.0, 150.0) if name != "air" else ():
+            ratio, z, away, codes = [], [], [], set()
+            for trial in range(trials):
+                rng = np.random.default_rng(trial)
+                found = calibrated(cameras, rng, True, off)
+                q = rng.uniform([-180, -180, -180], [180, 180, 100], (500, 3))
+                b = np.array([project(c, q) for c in cameras]) + rng.normal(0, 0.1, (2, 500, 2))
+                known = [c.uncertainty for c in found]
+                surveys = [Survey(tuple(str(k) for k in range(64)), grid(), np.zeros(64), 0.1)] * 2
+                joint = joint_covariance([c.camera for c in found], known, surveys)
+                ours = locate_points([c.camera for c in found], b, sd=0.1, uncertainties=known, joint=joint)
+                floor = np.linalg.norm(locate_points(cameras, b, sd=0.1).point - q, axis=-1).mean()
+                ratio.append(np.linalg.norm(ours.point - q, axis=-1).mean() / floor)
+                z.append((((ours.point - q) / ours.sigma) ** 2).mean())
+                away.append(np.linalg.norm(found[0].camera.position - cameras[0].position))
+                codes |= {f.code for c in found for f in c.findings if f.code.startswith("interface")}
+            print(
+                f"{name:8} {off:7.0f} {np.mean(ratio):19.3f} {np.sqrt(np.mean(z)):19.2f} {np.mean(away):14.1f}  "
+                f"{', '.join(sorted(codes))}"
+            )
 
 
 def speed(n: int = 200_000, rounds: int = 5) -> None:
@@ -189,11 +223,11 @@ def real() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("accuracy", "speed", "openptv", "real"))
+    parser.add_argument("what", choices=("accuracy", "place", "speed", "openptv", "real"))
     parser.add_argument("--trials", type=int, default=10)
     given = parser.parse_args()
-    if given.what == "accuracy":
-        accuracy(given.trials)
+    if given.what in ("accuracy", "place"):
+        {"accuracy": accuracy, "place": place}[given.what](given.trials)
     else:
         {"speed": speed, "openptv": openptv, "real": real}[given.what]()
 

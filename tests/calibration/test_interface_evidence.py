@@ -42,7 +42,8 @@ def config(interface, **changes):
 def test_a_right_interface_is_left_alone_and_no_point_is_blamed():
     for camera in (WET, ABOVE):
         done = calibrated(camera, *(config(i) for i in camera.through))
-        assert not [f for f in done.findings if f.code.startswith("interface")]
+        said = [f for f in done.findings if f.code.startswith("interface")]
+        assert {(f.level, f.code) for f in said} == {("note", "interface-place-unchecked")}  # all points are wet
         assert done.points["used"].all()
         assert done.record["sigma_px"] == pytest.approx(0.1, rel=0.2)
 
@@ -63,6 +64,16 @@ def test_a_surface_in_a_wrong_place_is_found_though_it_is_said_to_be_exact():
     (wrong,) = found(BOTH, config(MIDDLE, point=MIDDLE.point + np.array([0, 0, 20.0]), sigma=EXACT))
     assert wrong.code == "interface-wrong"
     assert "position -19" in wrong.text
+
+
+@pytest.mark.parametrize("off", [-60, 60])
+def test_a_place_that_wet_points_cannot_check_is_said_and_one_that_dry_points_check_is_not(off):
+    """Off by 60 mm, the camera moves along with the plane, and the points fit as well: docs/refraction.md."""
+    there = {"point": WINDOW.point + off * WINDOW.normal}
+    (said,) = found(WET, config(WINDOW, **there))
+    assert (said.level, said.code) == ("note", "interface-place-unchecked")
+    assert "known to 5 mm from the config alone" in said.text
+    assert not found(BOTH, config(MIDDLE, sigma={"position": 20}))
 
 
 def test_a_surface_that_is_not_level_is_found():

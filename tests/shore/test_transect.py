@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 
+from tests.calibration.test_plane_camera import looking
 from tests.shore.rendered_beach import ENDS, shore
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.interface import Interface
 from vidtrack.shore.transect import along_transect_sd, sampling_map, transect
 
 CAMERA = shore(frames=1).camera
@@ -76,3 +78,13 @@ def test_only_errors_along_the_transect_move_the_edge():
     assert along_transect_sd(line, across_only).max() < 1e-6
     metres_a_px = np.gradient(line.s)
     assert along_transect_sd(line, along_only) == pytest.approx(metres_a_px, rel=0.05)
+
+
+def test_a_transect_behind_a_flumes_glass_wall_is_sampled_where_bent_light_shows_it():
+    """Refraction moves a beach 300 mm behind 20 mm of glass by many px; the camera's own projection is what counts."""
+    wall = Interface("wall", np.array([0.0, 0, 300]), np.array([0.0, 0, -1]), (1.0, 1.52, 1.333), (20.0,))
+    wet, dry = looking((350, -150, 1100), through=(wall,)), looking((350, -150, 1100), through=())
+    ends = ([-200.0, 40, 0], [200.0, 90, 0])
+    line = transect(wet, *ends, step=2.0)
+    np.testing.assert_allclose(line.b, project(wet, line.p), atol=1e-9)
+    assert np.linalg.norm(line.b - project(dry, line.p), axis=-1).min() > 5

@@ -47,6 +47,9 @@ class EvidenceSettings:
     off: float = 4.0
     """Standard deviations of what is known beforehand beyond which an interface is not where the config says."""
 
+    learned: float = 0.8
+    """Standard deviation of a place, over what the config says of it, below which the points have shown it."""
+
     loose_position: float = 0.3
     """Standard deviation of a place that is hardly known, as a share of the distance from the camera to the points."""
 
@@ -69,7 +72,8 @@ def interface_findings(stated: Points, points: Points, answer: Answer, units: st
         return _nothing_behind(unused, stated, points, answer)
     if answer.camera.through:
         found = [_off(interface, units) for interface in answer.camera.through]
-        return [each for each in found if each] or _moved(points, answer, units)
+        wrong = [each for each in found if each] or _moved(points, answer, units)
+        return wrong or _unchecked(points, answer, units)
     return [] if _explained(stated, answer) else _missing(points, answer)
 
 
@@ -110,6 +114,31 @@ def _off(interface: Interface, units: str) -> Finding | None:
         f"{abs(far[name]):.0f} standard deviations of what the config says."
     )
     return Finding("doubtful", "interface-wrong", text, _CURE)
+
+
+def _unchecked(points: Points, answer: Answer, units: str) -> list[Finding]:
+    """Interfaces of whose place along their normal the points, all beyond them, say nothing."""
+    found = []
+    known = answer.uncertainty
+    for interface in answer.camera.through:
+        name = interface.parameters[0]
+        side = np.sign((interface.point - answer.camera.position) @ interface.normal)
+        all_beyond = (side * ((points.p - interface.point) @ interface.normal) > 0).all()
+        if name not in known.names or not all_beyond:
+            continue
+        prior = interface.pull[name][1]
+        k = known.names.index(name)
+        left = float(np.sqrt(known.covariance[k, k])) / prior
+        if left < SETTINGS.learned:
+            continue
+        text = (
+            f"interface {interface.name}: all points lie beyond it and do not check its place along its normal, which "
+            f"is known to {prior:.3g} {units} from the config alone. What lies beyond it is located nearly as well "
+            "wherever it is; the camera, and what lies before it, are not"
+        )
+        cure = "Measure its place with care, or survey one more point on the camera's side of it."
+        found.append(Finding("note", "interface-place-unchecked", text + ".", cure))
+    return found
 
 
 def _moved(points: Points, answer: Answer, units: str) -> list[Finding]:

@@ -33,7 +33,7 @@ def run(job: Job) -> None:
     steadiness, where positions are corrected by it.
 
     settings: run, units, mode, cameras (in the order of the inputs), targets, clocks, crop, tolerance_px, plane,
-    follow, readout_ms[, max_miss, bodies].
+    follow, readout_ms[, max_miss, bodies, through].
     outputs: trajectories, csv, associations, record; or sights alone, for self-calibration.
     """
     from vidtrack.location.associations import COLUMNS
@@ -181,6 +181,7 @@ def _in_plane(job: Job) -> PlaneLocations:
         pictures=pictures,
         image_size=(clip.width, clip.height) if clip else None,
         clock=clock if isinstance(clock, dict) else None,
+        through=job.settings.get("through") or (),
         where=where,
     )
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.interfaces import interfaces_from_settings
+from vidtrack.calibration.plane_camera import PlaneCamera, plane_camera
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.location.associations import COLUMNS as COLUMNS_OF_ASSOCIATIONS
@@ -44,6 +47,10 @@ CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own standard deviation is not known."""
 
 
+Places = Callable[[Array, Array], tuple[Array, Array]]
+"""From px (n, 2) and their sd (n, 2) to positions (n, 2) and covariances (n, 2, 2), world units."""
+
+
 class PlaneLocations(NamedTuple):
     """Trajectories as in mode space, with z and miss NaN; and findings about the plane."""
 
@@ -68,6 +75,7 @@ def locate_plane(
     targets: int | Sequence[str] | Literal["all"] | None = None,
     tracklets: pd.DataFrame | None = None,
     camera: str = "",
+    through: Sequence[Mapping[str, Any]] = (),
     where: str = "mode plane",
 ) -> PlaneLocations:
     """Locate every centroid in the plane in which the targets move.
@@ -84,14 +92,18 @@ def locate_plane(
     clock       offset_s and rate_ppm, added to the camera's time
     targets     their names, or how many there are; all: as many as the motion in the picture shows, each with rows from
                 its first sample to its last; None: those of the centroids
+    through     the interfaces through which it sees the plane, as `interfaces` in config.yaml and their name: light is
+                bent there, where that predicts points left out better than the maps do; the plane is that of z
     tracklets   all that the camera followed, `association.tracklets.COLUMNS`; None: the centroids are the targets
     A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
     """
     if (scale is None) == (points is None):
         raise VidtrackError(f"{where}: plane needs either scale or points, and not both. Give one of them.")
     centroids, associations, open_ = _associated(centroids, tracklets, targets, camera)
+    places: Places
     if scale is not None:
         plane, record = scaled_plane(scale, aspect), _scale_record(scale, aspect, units)
+        places = partial(_by_map, plane)
     else:
         shown, findings = windows(pictures or {}, where)
         part = next(iter(shown.values()), None)
@@ -101,10 +113,16 @@ def locate_plane(
         known = _known_points(points, sightings, where)
         fit = _fitted(known, aspect, centre, model, where)
         plane, record = fit.plane, _points_record(fit, known, aspect, units, image_size)
+        places = partial(_by_map, plane)
+        if through and (bent := _bent(known, through, aspect, centre, image_size, units, where)):
+            record["held_out_by_model"] = {**record["held_out_by_model"], "refracted": bent.held_out}
+            if not record["held_out_rms"] <= bent.held_out:  # also where it is not known
+                record |= {"model": "refracted", "held_out_rms": bent.held_out, "rms_px": bent.fit.rms_px}
+                places = bent.located
         record |= {"pictures": record_of(shown), "findings": as_records(findings)}
     if clock is not None:
         centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))
-    table = located(plane, centroids)
+    table = located(places, centroids)
     record["samples"], record["located"] = len(table), int(table["x"].notna().sum())
     measured = np.isfinite(centroids["Xf"].to_numpy(float))
     unknown = float(np.isnan(_measured_sd(centroids)[measured]).any(1).sum() / max(measured.sum(), 1))
@@ -153,11 +171,41 @@ def _associated(
     return table[found.kept.ravel()].reset_index(drop=True), tied, findings_of_picture(view, found, limit)
 
 
-def located(plane: Plane, centroids: pd.DataFrame) -> pd.DataFrame:
-    """Trajectories of centroids in a known plane; see `locate_plane`."""
-    b = centroids[["Xf", "Yf"]].to_numpy(float)
-    p = world_from_frame_buffer(plane, b)
-    sigma = np.sqrt(np.diagonal(world_covariance(plane, b, _centroid_sd(centroids)), axis1=-2, axis2=-1))
+def _by_map(plane: Plane, b: Array, sd: Array) -> tuple[Array, Array]:
+    return world_from_frame_buffer(plane, b), world_covariance(plane, b, sd)
+
+
+def _bent(
+    known: pd.DataFrame,
+    through: Sequence[Mapping[str, Any]],
+    aspect: float,
+    centre: tuple[float, float] | None,
+    image_size: tuple[int, int] | None,
+    units: str,
+    where: str,
+) -> PlaneCamera | None:
+    """The camera that sees the known points through its interfaces; None where they do not give one."""
+    b = known[["Xf", "Yf"]].to_numpy(float)
+    if "z" not in known or not np.isfinite(known["z"]).all():
+        raise VidtrackError(f"{where}: the known points need z, for light is bent at {through[0]['name']}. Survey it.")
+    size = image_size or (int(np.ceil(b[:, 0].max())) + 1, int(np.ceil(b[:, 1].max())) + 1)
+    sd, sigma = _noise_of(known)
+    return plane_camera(
+        known[["x", "y", "z"]].to_numpy(float),
+        b,
+        interfaces_from_settings(where, through, units),
+        centre=centre or ((size[0] - 1) / 2, (size[1] - 1) / 2),
+        image_size=size,
+        aspect=aspect,
+        sd=sd,
+        sigma=sigma,
+    )
+
+
+def located(places: Places, centroids: pd.DataFrame) -> pd.DataFrame:
+    """Trajectories of centroids in a known plane; see `locate_plane`. places: positions and covariances of px."""
+    p, covariance = places(centroids[["Xf", "Yf"]].to_numpy(float), _centroid_sd(centroids))
+    sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
     n = len(centroids)
     table = pd.DataFrame(
         {
@@ -214,15 +262,20 @@ def _fitted(known: pd.DataFrame, aspect: float, centre: tuple[float, float] | No
                 f"{where}: the known points' z spans {rise:g} over {extent:g} in x and y: no plane of one z. "
                 "Survey points in the plane of motion, with x and y in it, or use two cameras and mode space."
             )
-    sd = known[["sd_x", "sd_y"]].to_numpy(float) if {"sd_x", "sd_y"} <= set(known) else np.full(p.shape, np.nan)
-    sd = np.where(np.isfinite(sd) & (sd > 0), sd, CENTROID_SD_PX)
-    sigma = known["sigma"].fillna(0.0).to_numpy(float) if "sigma" in known else np.zeros(len(p))
+    sd, sigma = _noise_of(known)
     try:
         return fit_plane(
             known[["Xf", "Yf"]].to_numpy(float), p, sd=sd, sigma=sigma, aspect=aspect, centre=centre, model=model
         )
     except ValueError as problem:
         raise VidtrackError(f"{where}: known points: {problem}. Show more points, spread over the picture.") from None
+
+
+def _noise_of(known: pd.DataFrame) -> tuple[Array, Array]:
+    """Of sights (n, 2), px, and of the survey (n,), world units."""
+    sd = known.reindex(columns=["sd_x", "sd_y"]).to_numpy(float)
+    sd = np.where(np.isfinite(sd) & (sd > 0), sd, CENTROID_SD_PX)
+    return sd, known["sigma"].fillna(0.0).to_numpy(float) if "sigma" in known else np.zeros(len(known))
 
 
 def _scale_record(scale: float, aspect: float, units: str) -> dict[str, Any]:

@@ -202,6 +202,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
     """How a run's tracks become positions."""
     own, here = own_of(settings, run), experiment.runs[run]
     plane = own.plane.model_dump() if own.plane else None
+    bent = _through(settings, next(iter(here.videos))) if own.mode == "plane" and plane and plane["points"] else []
     return {
         "units": settings.units,
         "run": run,
@@ -216,6 +217,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "bodies": {name: body.targets for name, body in own.bodies.items()},
         "plane": plane,
         "follow": settings.calibration.follow,
+        **({"through": bent} if bent else {}),
     }
 
 
