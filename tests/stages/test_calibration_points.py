@@ -104,6 +104,32 @@ def test_two_balls_that_touch_are_left_out_with_that_reason():
     assert "6" in set(lost["tag"])
 
 
+def beside(world, offset):
+    """A world point near `world` (3,) that is seen `offset` (2,) px beside it, by Newton's method."""
+    wanted, at = project(CAMERA, world) + offset, world
+    for _ in range(4):
+        here = project(CAMERA, at)
+        slope = np.stack([project(CAMERA, at + step) - here for step in 1e-3 * np.eye(3)], axis=-1) / 1e-3
+        at = at + np.linalg.lstsq(slope, wanted - here, rcond=None)[0]
+    return at
+
+
+@pytest.mark.parametrize("gap", [9.0, 7.5, 6.0])
+def test_two_balls_that_touch_where_both_are_surveyed_are_separated_by_one_fit(gap):
+    world = PLACES.copy()
+    world[5] = beside(world[6], np.array([0.3 * gap, -0.95 * gap]))
+    b = project(CAMERA, world)
+    points = POINTS.assign(x=world[:, 0], y=world[:, 1], z=world[:, 2])
+    found = calibration_points(clips({"row1": b[:12]}), points, picks(*FOUR), camera="cam1", tags=SHOWN)
+    table = found.table.iloc[[5, 6]]
+    assert table["found"].all()
+    error = table[["Xf", "Yf"]].to_numpy() - b[[5, 6]]
+    sd = table[["sd_x", "sd_y"]].to_numpy()
+    assert np.abs(error).max() < 0.1
+    assert (np.abs(error) < 4 * sd).all()
+    assert (sd < 0.1).all()
+
+
 def test_a_ball_at_the_edge_of_the_picture_is_not_measured():
     shifted = {name: [F(f.luma[:, 170:].copy()) for f in frames] for name, frames in clips().items()}
     cut = B[:, 0] - 170

@@ -55,7 +55,7 @@ class Labels(NamedTuple):
 
     blob        (k,) the blob that each point is, -1 for none
     projected   (k, 2) px, where the fit puts each point; NaN where it cannot be seen
-    merged      (k,) whether one blob holds this point and another, so that neither may have it
+    shared      (k,) the blob that holds this point and another, so that neither may have it; -1 for none
     nearest     (k,) px, distance from there to the nearest blob that is no other point's; inf without any
     sd          px, of one coordinate about the fit
     """
@@ -64,9 +64,14 @@ class Labels(NamedTuple):
     pose: Pose
     blob: list[Index]
     projected: list[Array]
-    merged: list[NDArray[np.bool_]]
+    shared: list[Index]
     nearest: list[Array]
     sd: float
+
+    @property
+    def merged(self) -> list[NDArray[np.bool_]]:
+        """Which points (k,) of each view share their blob with another point."""
+        return [shared >= 0 for shared in self.shared]
 
     @property
     def matched(self) -> int:
@@ -194,27 +199,30 @@ def scatter_of(pose: Pose) -> float:
 
 def _assigned(pose: Pose, points: Array, views: Sequence[View], sd: float) -> Labels:
     """Blobs to points, one to one, within the gate; points that share one blob's box have no blob of their own."""
-    blobs, projected, merged, nearest = [], [], [], []
+    blobs, projected, shared, nearest = [], [], [], []
     for view in views:
         at = predicted(pose, points[view.points])[0]
         blob = one_to_one_within(_distances(pose, points, view, sd), GATE**2)
-        shared = _merged(at, blob, view)
-        blob[shared] = -1
+        parts = _shared(at, blob, view)
+        blob[parts >= 0] = -1
         blobs.append(blob)
         projected.append(at)
-        merged.append(shared)
+        shared.append(parts)
         nearest.append(_nearest(at, blob, view))
-    return Labels(views, pose, blobs, projected, merged, nearest, sd)
+    return Labels(views, pose, blobs, projected, shared, nearest, sd)
 
 
-def _merged(at: Array, blob: Index, view: View) -> NDArray[np.bool_]:
-    """Which points (k,) share a blob's box, while one of them has no other blob."""
-    if not len(view.blobs):
-        return np.zeros(len(at), bool)
-    centre, reach = view.blobs[blob], view.reach[blob]
-    inside = (np.abs(at[None] - centre[:, None]) <= reach[:, None]).all(-1)  # (k owners, k others)
-    shares = inside & (blob >= 0)[:, None] & (blob < 0)[None]
-    return np.asarray(shares.any(1) | shares.any(0))
+def _shared(at: Array, blob: Index, view: View) -> Index:
+    """The blob (k,) whose box holds a point and another one, of which one at least has no other blob; else -1.
+
+    Two that touch are one blob half-way between them, which may be within the gate of one of them, or of neither.
+    """
+    out = np.full(len(at), -1, np.intp)
+    for j, (centre, reach) in enumerate(zip(view.blobs, view.reach, strict=True)):
+        inside = (np.abs(at - centre) <= reach).all(-1) & ((blob < 0) | (blob == j))
+        if inside.sum() > 1:
+            out[inside] = j
+    return out
 
 
 def _nearest(at: Array, blob: Index, view: View) -> Array:

@@ -97,14 +97,20 @@ def odd_picks(case: Case, labels: Labels) -> list[str]:
     return [_odd_pick(case, labels, int(i)) for i in np.flatnonzero(~agreeing(labels, case.picks))]
 
 
+OUTSIDE = "outside the picture"
+MERGED = "its picture runs into another ball's"
+AT_EDGE = "touches the edge of the picture"
+"""Why a ball cannot be measured though it may well be where its survey has it."""
+
+
 def missing_because(labels: Labels, view: int, row: int) -> str:
     """Why a point of a view has no blob."""
     at, sd = labels.projected[view][row], labels.sd
     width, height = labels.pose.camera.image_size
     if not (np.isfinite(at).all() and (at > -0.5).all() and at[0] < width - 0.5 and at[1] < height - 0.5):
-        return "outside the picture"
+        return OUTSIDE
     if labels.merged[view][row]:
-        return "its picture runs into another ball's"
+        return MERGED
     there, off = f"({at[0]:.1f}, {at[1]:.1f}), where it should be", labels.nearest[view][row]
     if off < 0.03 * width:
         return f"the nearest blob is {off:.1f} px from {there}; {GATE * sd:.1f} is allowed"

@@ -16,9 +16,10 @@ from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.doubts import clip_moved, disagreeing, doubt, swinging
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
-from vidtrack.labelling.naming_doubts import Case, missing_because, odd_picks, settled
+from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, odd_picks, settled
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
+from vidtrack.labelling.touching import separated
 from vidtrack.tracking.detection.blobs import find_blobs
 
 PLACED = ["Xf", "Yf", "sd"]
@@ -269,11 +270,16 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     table["frames"] = shot.still.frames
     for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("tremble", tremble)):
         table[name] = np.where(has, column[blob], np.nan)
+    apart = separated(shot, labels, i)
+    table.loc[apart.row, ["Xf", "Yf"]] = apart.at
+    table.loc[apart.row, ["sd_x", "sd_y"]] = apart.sd
+    table.loc[apart.row, "pixels"] = apart.pixels
+    has[apart.row] = True
     table["found"] = has
     table["reason"] = ""
     for k in np.flatnonzero(~has):
         if blob[k] >= 0:
-            table.loc[k, "reason"] = "touches the edge of the picture"
+            table.loc[k, "reason"] = AT_EDGE
         elif not _found_after_all(table, int(k), shot, labels, i):
             table.loc[k, "reason"] = missing_because(labels, i, int(k))
     return table

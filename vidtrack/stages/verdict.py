@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.findings import Finding
+from vidtrack.labelling.naming_doubts import AT_EDGE, MERGED, OUTSIDE
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.verdict.calibration_rules import (
     Fit,
@@ -113,10 +114,11 @@ def _of_whole(results: Results) -> list[Finding]:
 
 
 def _seen(points: pd.DataFrame | None) -> dict[str, bool]:
-    """Whether each listed tag was found in any clip of a camera."""
+    """Whether each listed tag was found in any clip of a camera; without those that it cannot see or separate."""
     if points is None or "found" not in points:
         return {}
-    return {str(tag): bool(found) for tag, found in points.groupby("tag", sort=False)["found"].any().items()}
+    able = points if "reason" not in points else points[~points["reason"].isin((OUTSIDE, MERGED, AT_EDGE))]
+    return {str(tag): bool(found) for tag, found in able.groupby("tag", sort=False)["found"].any().items()}
 
 
 def _failures(results: Results, camera: str | None) -> list[Finding]:
