@@ -1,6 +1,7 @@
 """The verdict of an experiment: from records and tables to a word with reasons."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pandas as pd
 import pytest
 
 from vidtrack.findings import Finding, as_records
+from vidtrack.labelling.naming_doubts import MERGED, OUTSIDE
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.verdict import CALIBRATING, _fit, _track, verdict
@@ -182,3 +184,15 @@ def test_each_rule_of_the_calibration_is_known_as_one():
         rules = re.findall(r"account\(\"(\w+)\"", (here / f"{name}.smk").read_text())
         assert rules
         assert set(rules) - {"import_tracks"} <= set(CALIBRATING)
+
+
+@pytest.mark.parametrize(
+    ("reason", "says"), [("the nearest blob is 9 px away", True), (MERGED, False), (OUTSIDE, False)]
+)
+def test_a_ball_that_no_camera_can_separate_or_see_is_no_evidence_against_its_survey(reason, says):
+    points = pd.DataFrame({"tag": ["1", "2"], "found": [True, False], "reason": ["", reason]})
+    results = experiment()
+    cameras = {name: replace(own, points=points) for name, own in results.cameras.items()}
+    record = verdict(replace(results, cameras=cameras), ASKED)
+    codes = {reason["code"] for reason in record["calibration"]["reasons"]}
+    assert ("points-found-by-no-camera" in codes) is says

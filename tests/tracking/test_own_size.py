@@ -1,17 +1,29 @@
 """What is of another size than a target, at the same light, is not it alone."""
 
 import numpy as np
+import pytest
 
 from vidtrack.tracking.own_size import OwnSize
-from vidtrack.tracking.state import CONTRAST, PIXELS, SD_X, SD_Y, VALUES
+from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, VALUES, WIDTH
 
 WHO = np.array([0])
 
 
-def readings(pixels, contrast):
+def readings(pixels, contrast, width=0.0, height=0.0):
     values = np.zeros((VALUES, 1, 1))
     values[[PIXELS, CONTRAST, SD_X, SD_Y], 0, 0] = pixels, contrast, 0.01, 0.01
+    values[[WIDTH, HEIGHT], 0, 0] = width, height
     return values
+
+
+def disc(radius, beside=0.0, away=1.0):
+    """A disc on whole pixels, without what lies more than `beside` px beyond its middle where x + away y grows."""
+    y, x = np.mgrid[-30:31, -30:31]
+    inside = (x - 0.4) ** 2 + (y - 0.2) ** 2 < radius**2
+    if beside:
+        inside &= x + away * y < beside
+    rows, columns = np.nonzero(inside)
+    return readings(inside.sum(), 150.0, np.ptp(columns) + 1, np.ptp(rows) + 1)
 
 
 def known():
@@ -58,3 +70,24 @@ def test_a_rope_that_takes_a_third_within_three_samples_is_still_seen():
     for share in (0.9, 0.8, 0.67):
         own.follow(readings(113.0 * share, 150.0), clear, WHO)
     assert own.doubted(readings(113.0 * 0.67, 150.0), WHO)[SD_X, 0, 0] > 0.3
+
+
+def test_a_target_that_doubles_its_area_in_twelve_samples_is_followed_by_its_shape():
+    own, clear = OwnSize(1), np.ones((1, 1), bool)
+    own.follow(disc(4.0), clear, WHO)
+    for radius in 4.0 * np.exp(0.03 * np.arange(1, 14)):
+        reading = disc(radius)
+        assert not own.unlike(reading, WHO).any()
+        assert own.doubted(reading, WHO)[SD_X, 0, 0] == 0.01
+        own.follow(reading, clear, WHO)
+
+
+@pytest.mark.parametrize("slope", [0.0, 1.0])
+def test_a_part_that_a_straight_edge_leaves_is_of_another_shape(slope):
+    own, clear = OwnSize(1), np.ones((1, 1), bool)
+    for _ in range(20):
+        own.follow(disc(6.0), clear, WHO)
+    for beside in (5.0, 4.0, 3.0, 2.0):
+        reading = disc(6.0, beside * np.hypot(1, slope), slope)
+        own.follow(reading, clear, WHO)
+    assert own.doubted(reading, WHO)[SD_X, 0, 0] > 0.3

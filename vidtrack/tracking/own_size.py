@@ -1,7 +1,8 @@
 """How large each target usually is: what looks like it but covers far more or far fewer pixels is not it alone.
 
 Two that have become one blob, or a target of which something in front leaves a part, differ from the target in size
-and not in light; a lamp that flickers differs in light as well, and a target that comes nearer changes slowly.
+and not in light; a lamp that flickers differs in light as well. A target that comes nearer changes slowly, or keeps
+its shape: a part of it, or two in one, are longer than they are wide, or fill more or less of their box.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.window import WINDOW
-from vidtrack.tracking.state import CONTRAST, PIXELS, SD_X, SD_Y
+from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, WIDTH
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,9 @@ class OwnSizes:
     doubtful_px  of its rim, the error of a pixel count: three of it are no chance
     shift        of the radius, by which a part that is missing or added moves the middle, for each share of the area
     remembered   samples without a measurement after which a size is no longer known
+    shape        |log| of the ratio of width to height, and of the share of the box that is filled, by which a shape may
+                 differ: this, and shape_px over the diameter, for boxes are counted in whole pixels
+    shape_from   px, smallest diameter of which a shape is known
     """
 
     following: float = 0.04
@@ -36,16 +40,19 @@ class OwnSizes:
     doubtful_px: float = 0.45
     shift: float = 0.6
     remembered: int = 8
+    shape: float = 0.06
+    shape_px: float = 1.3
+    shape_from: float = 6.0
 
 
 OWN_SIZES = OwnSizes()
 
 
 class OwnSize:
-    """Usual pixel counts and contrasts (grey levels) of so many places; NaN where none is known."""
+    """Usual pixel counts, contrasts (grey levels), widths and heights of so many places; NaN where none is known."""
 
     def __init__(self, places: int) -> None:
-        self._usual = np.full((2, places), np.nan)
+        self._usual = np.full((4, places), np.nan)
 
     def forget(self, who: Ints) -> None:
         """Whatever is in these places is another thing now."""
@@ -63,21 +70,41 @@ class OwnSize:
         size, explained = self._off(pixels, contrast, who)
         return np.asarray((np.abs(size) > OWN_SIZES.odd + WINDOW.grain / self._usual[0, who]) & ~explained)
 
+    def _same_shape(self, values: Array, who: Ints) -> Bools:
+        """Which readings (k, m) are the target whole and alone, only nearer or farther: of the same shape."""
+        usual = self._usual[:, who]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            area = np.log(values[PIXELS] / usual[0])
+            wide, high = np.log(values[WIDTH] / usual[2]), np.log(values[HEIGHT] / usual[3])
+            diameter = np.sqrt(usual[2] * usual[3])
+            limit = OWN_SIZES.shape + OWN_SIZES.shape_px / diameter
+            alike = (np.abs(wide - high) < limit) & (np.abs(area - wide - high) < limit)
+        return np.asarray(alike & (diameter >= OWN_SIZES.shape_from))
+
     def unlike(self, values: Array, who: Ints) -> Bools:
-        """As `odd`, of readings (VALUES, k, m)."""
-        return self.odd(values[PIXELS], values[CONTRAST], who)
+        """As `odd`, of readings (VALUES, k, m), by their shape too."""
+        return self.odd(values[PIXELS], values[CONTRAST], who) & ~self._same_shape(values, who)
+
+    def _part(self, values: Array, who: Ints) -> tuple[Array, Bools]:
+        """Log of the ratio to the usual count (k, m), and where neither chance nor light explains it."""
+        size, explained = self._off(values[PIXELS], values[CONTRAST], who)
+        usual = self._usual[0, who]
+        chance = 3 * OWN_SIZES.doubtful_px * np.sqrt(2 * np.sqrt(np.pi * usual)) / usual
+        with np.errstate(invalid="ignore"):
+            return size, np.asarray((np.abs(size) > chance) & ~explained)
+
+    def changed(self, values: Array, who: Ints) -> Ints:
+        """Which columns of readings (VALUES, k, m) hold one of another size, whose shape has to be looked at."""
+        return np.flatnonzero(self._part(values, who)[1].any(axis=0))
 
     def doubted(self, values: Array, who: Ints) -> Array:
         """Values (VALUES, k, m) with sd_x, sd_y grown by what a missing or added part may have moved the middle."""
-        size, explained = self._off(values[PIXELS], values[CONTRAST], who)
-        usual = self._usual[0, who]
-        radius = np.sqrt(usual / np.pi)
-        chance = 3 * OWN_SIZES.doubtful_px * np.sqrt(2 * np.pi * radius) / usual
-        with np.errstate(invalid="ignore"):
-            part = (np.abs(size) > chance) & ~explained
+        size, part = self._part(values, who)
+        part &= ~self._same_shape(values, who)
         if not part.any():
             return values
         values = values.copy()
+        radius = np.sqrt(self._usual[0, who] / np.pi)
         shift = np.where(part, OWN_SIZES.shift * np.abs(size) * radius, 0.0)
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shift)
         return values
@@ -86,14 +113,20 @@ class OwnSize:
         """Take in readings (VALUES, k, m) where they are clear (k, m)."""
         count = clear.sum(axis=0)
         share = (1 - (1 - OWN_SIZES.following) ** count) * (count > 0)
-        readings = values[[PIXELS, CONTRAST]]
+        readings = values[[PIXELS, CONTRAST, WIDTH, HEIGHT]]
         mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
+        last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
+        newest = values[:, last, np.arange(who.size)]
+        whole = (self._same_shape(newest[:, None], who) & self._part(newest[:, None], who)[1])[0] & (count > 0)
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.log(mean[0] / old[0])
             at_once = old[0] * np.exp(np.clip(off, -OWN_SIZES.nearer * count, OWN_SIZES.nearer * count))
             known = np.isfinite(old[0]) & (count > 0)
-        further = known & (np.abs(at_once - old[0]) > np.abs(new[0] - old[0]))
-        new[0] = np.where(further, at_once, new[0])
+            further = known & (np.abs(at_once - old[0]) > np.abs(new[0] - old[0]))
+            new[0] = np.where(further, at_once, new[0])
+            new[0] = np.where(whole, newest[PIXELS], new[0])
+            grown = np.sqrt(new[0] / old[0])
+        new[2:] = np.where(whole, old[2:] * grown, new[2:])
         self._usual[:, who] = new

@@ -23,7 +23,7 @@ from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
-from vidtrack.tracking.measurement.dispatch import measure_targets
+from vidtrack.tracking.measurement.dispatch import measure_targets, with_segmented
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.own_size import OwnSize
@@ -250,6 +250,9 @@ class Tracker:
             detection=self.scene.detection,
             careful=len(self.record) % PACE.careful_every == 0,
         )
+        if (changed := self.own_size.changed(seen.values, who)).size:
+            where, level = predicted[:, who], self.levels(who)
+            seen = with_segmented(seen, changed, samples, where, appearance, level, self.scene.detection)
         clear, at = seen.clear & ~self.own_size.unlike(seen.values, who), seen.values[[X, Y]]
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5

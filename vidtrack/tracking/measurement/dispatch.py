@@ -57,6 +57,19 @@ def measure_targets(
     return _joined(Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool)), parts)
 
 
+def with_segmented(
+    seen: Seen, which: Ints, samples: Sequence[Sample], predicted: Array, known: Appearance, level: Array, d: Detection
+) -> Seen:
+    """Seen (n targets) with those of `which` segmented, for a template knows no shape.
+
+    known, level, d  as appearance, threshold and detection of `measure_targets`
+    """
+    of = known.of(which)
+    where, size = predicted[:, which], of.size.T
+    part = segment_windows(samples, where, size=size, pixels=of.pixels, threshold=level[which], detection=d)
+    return _joined(seen, [(which, part)])
+
+
 def _measure_kind(
     samples: Sequence[Sample],
     predicted: Array,
