@@ -44,7 +44,7 @@ class Separated(NamedTuple):
 
 
 def separated(shot: Shot, labels: Labels, view: int) -> Separated:
-    """The balls of a view that share a blob and that one fit of all of them tells apart.
+    """The balls of a view that share a blob and that one fit of all of them separates.
 
     The fit begins where the labels put them; a ball that ends up elsewhere leaves its whole group unmeasured.
     """
