@@ -75,7 +75,7 @@ def calibrated(
 ) -> list[Calibration]:
     """Each camera from its own view of the grid, interfaces given where they are modelled.
 
-    off  mm, by which they are stated elsewhere along their normal; None: as off as somebody measures them
+    off  mm, by which they are stated elsewhere along their normal; None: as off as a hand measurement leaves them
     """
     p = grid()
     given = {i.name: config(i, rng) for camera in cameras for i in camera.through}
