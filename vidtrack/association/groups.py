@@ -10,6 +10,7 @@ from __future__ import annotations
 from bisect import bisect_left, insort
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from math import copysign, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -126,15 +127,29 @@ class Groups:
     def sights(self, g: int, h: int) -> tuple[float, int]:
         """The same, and the number of misses that it is the sum over."""
         (a, b), (c, d) = self.span[g], self.span[h]
-        if max(a, c) > min(b, d):
+        if a > d or c > b:
             return self._by_name(g, h), 0
         if g > h:
             g, h = h, g
-        state = self.joins[g], self.joins[h]
         known = self._known.get((g, h))
-        if known is None or known[:2] != state:
-            known = self._known[g, h] = (*state, self._summed(g, h))
+        if known is None or known[0] != self.joins[g] or known[1] != self.joins[h]:
+            both = self._of_two(g, h) if len(self.members[g]) == 1 == len(self.members[h]) else self._summed(g, h)
+            known = self._known[g, h] = (self.joins[g], self.joins[h], both)
         return known[2]
+
+    def _of_two(self, g: int, h: int) -> tuple[float, int]:
+        """As `_summed`, of groups of one tracklet each, that overlap."""
+        one, other = self.members[g][0], self.members[h][0]
+        if self.nodes.camera[one] == self.nodes.camera[other]:
+            return -np.inf, 0
+        worth, n = self.pair.get((one, other) if one < other else (other, one), UNFIT)
+        if worth is None:
+            (a, b), (c, d) = self.span[g], self.span[h]
+            n = min(b, d) - max(a, c) + 1
+            if n > TOUCHES:
+                return -np.inf, 0
+            worth = -LOSS * n
+        return worth + self._by_name(g, h), n
 
     def _summed(self, g: int, h: int) -> tuple[float, int]:
         if len(self.members[g]) < len(self.members[h]):
@@ -272,17 +287,28 @@ def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list
         partners[g][h] = value
         partners[h][g] = value
     exclude: dict[Pair, bool] = {}
+    best_first: dict[int, list[tuple[int, Worth]]] = {}
+
+    def ranked(g: int) -> list[tuple[int, Worth]]:
+        """The partners of g, the best first."""
+        found = best_first.get(g)
+        if found is None:
+            found = best_first[g] = sorted(partners[g].items(), key=lambda item: -_total(item[1]))
+        return found
 
     def excludes(g: int, h: int) -> bool:
-        key = (min(g, h), max(g, h))
-        if key not in exclude:
-            exclude[key] = groups.value(g, h) < 0
-        return exclude[key]
+        key = (g, h) if g < h else (h, g)
+        found = exclude.get(key)
+        if found is None:
+            found = exclude[key] = groups.value(g, h) < 0
+        return found
 
     def best(g: int, but: Pair, beside: int) -> Worth:
         """The best partner of g that it could not have beside another one."""
-        able = (w for k, w in partners[g].items() if k not in but and excludes(k, beside))
-        return max(able, key=_total, default=NOTHING)
+        for k, w in ranked(g):
+            if k not in but and excludes(k, beside):
+                return w
+        return NOTHING
 
     out = []
     for (g, h), value in worth.items():
@@ -308,10 +334,10 @@ def _lead(ours: tuple[Worth, Worth], theirs: tuple[Worth, Worth]) -> float:
 
     Where both fit, noise alone makes the sums of n misses' chi^2 / 2 differ by sqrt(n / 2): so much says nothing.
     """
-    sights = sum(w.sights for w in ours) - sum(w.sights for w in theirs)
-    noise = CHANCE * np.sqrt(sum(w.n for w in (*ours, *theirs)) / 2)
-    motion = sum(w.motion for w in ours) - sum(w.motion for w in theirs)
-    return float(np.sign(sights) * max(abs(sights) - noise, 0.0) + motion)
+    sights = ours[0].sights + ours[1].sights - theirs[0].sights - theirs[1].sights
+    noise = CHANCE * sqrt((ours[0].n + ours[1].n + theirs[0].n + theirs[1].n) / 2)
+    motion = ours[0].motion + ours[1].motion - theirs[0].motion - theirs[1].motion
+    return copysign(max(abs(sights) - noise, 0.0), sights) + motion
 
 
 def labels(groups: Groups) -> Ints:
