@@ -86,6 +86,7 @@ def associate(
     tolerance_px: float = 3.0,
     names: Sequence[Sequence[str]] | None = None,
     bodies: Sequence[Body] = (),
+    uneven: Sequence[Array] | None = None,
 ) -> Association:
     """Join tracklets of several cameras to trajectories in space.
 
@@ -94,6 +95,8 @@ def associate(
     tolerance_px   what the calibration may leave, px, at most: 3 standard deviations
     names          for each camera the name of each tracklet that begins in a start box, else ''; None: no box is known
     bodies         rigid bodies: their targets with their places in the body, world units
+    uneven         for each camera (N, 2): by how much worse than usual its calibration is in X and Y at each row of its
+                   tracklets, at least 1; None: it is as good everywhere
     A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
     A stretch that goes on as one of several targets, and nothing shows which, is a trajectory of its own (`part_of`).
     """
@@ -102,6 +105,10 @@ def associate(
     most = tolerance_px / 3
     some = moments[:: max(1, moments.size // SOME)]
     bias = bias_of(list(_pairs(cameras, tracklets, rays, most, some).values()), LEAST_BIAS_PX, most)
+    if uneven is not None:
+        tracklets = [
+            t._replace(sd=np.sqrt(t.sd**2 + bias**2 * (by**2 - 1))) for t, by in zip(tracklets, uneven, strict=True)
+        ]
     groups = Groups(nodes_of(tracklets, names), len(cameras))
     for (i, j), pairs in _pairs(cameras, tracklets, rays, bias, moments).items():
         groups.add(i, j, pairs)

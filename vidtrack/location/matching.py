@@ -18,6 +18,7 @@ from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
 from vidtrack.geometry.triangulate import locate_points
+from vidtrack.location.picture_error import unevenness
 from vidtrack.location.views import Labels, Seen, View, by_trajectory, of_samples, tracklets_seen
 
 MAX_SAMPLES = 400
@@ -124,7 +125,10 @@ def _by_association(
     cameras = [v.camera for v in views]
     tracklets, numbers = zip(*(tracklets_seen(s) for s in seen), strict=True)
     given = [np.array(v.given, object)[n].tolist() for v, n in zip(views, numbers, strict=True)]
-    found = associate(cameras, tracklets, targets=limit, tolerance_px=tolerance_px, names=given, bodies=bodies)
+    uneven = [unevenness(v.camera, v.uncertainty, t.b) for v, t in zip(views, tracklets, strict=True)]
+    found = associate(
+        cameras, tracklets, targets=limit, tolerance_px=tolerance_px, names=given, bodies=bodies, uneven=uneven
+    )
     trajectory, reason = [], []
     for view, number, own, why in zip(views, numbers, found.trajectory, found.reason, strict=True):
         trajectory.append(np.full(view.n_pieces, NONE, np.intp))
