@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from vidtrack.location.readout_search import sought_readouts
 from vidtrack.simulate.picture import Picture, empty_scene
 from vidtrack.simulate.recording import Actor, Shutter, frames
 from vidtrack.simulate.rig import thesis_rig
@@ -49,9 +50,15 @@ def run():
 
 
 def located(run, *seconds):
-    tables, cameras = run
-    own = {name: Readout(s, cameras[name][0].image_size) for name, s in zip(cameras, seconds, strict=True)}
-    table, record = locate(tables, cameras, readouts=own)[:2]
+    return judged(locate(run[0], run[1], readouts=readouts(run, *seconds)))
+
+
+def readouts(run, *seconds):
+    return {name: Readout(s, own[0].image_size) for (name, own), s in zip(run[1].items(), seconds, strict=True)}
+
+
+def judged(done):
+    table, record = done[:2]
     rows = table.dropna(subset="x")
     error = rows[["x", "y", "z"]].to_numpy() - path(rows["time_s"].to_numpy())
     return np.sqrt((error**2).sum(1).mean()), record
@@ -73,3 +80,31 @@ def test_a_read_out_that_it_does_not_name_is_reported_with_its_size(run):
     for name, true in zip(names, (READOUT, 0.0, READOUT), strict=True):
         assert abs(sights["readout_s"][name] - true) < 5 * sights["readout_sd_s"][name] + 0.004
     assert f"cameras.{names[0]}.readout_ms" in found[names[0]]["cure"]
+
+
+def test_a_read_out_that_is_sought_is_found_from_the_motion_along_with_the_positions(run):
+    names = list(run[1])
+    found = sought_readouts(
+        lambda own: locate(run[0], run[1], readouts=own), readouts(run, 0.0, 0.0, 0.0), [names[0], names[2]], "runs.x"
+    )
+    for name in (names[0], names[2]):
+        assert found.readouts[name].seconds == pytest.approx(READOUT, abs=5 * found.sd[name] + 5e-4)
+    assert found.readouts[names[1]].seconds == 0.0
+    off, record = judged(found.located)
+    assert off < 0.05  # in: 1 mm, as with the read-out that the config names
+    assert not [f for f in record["findings"] if f["code"] == "rolling-shutter"]
+    assert not found.findings
+
+
+def test_a_read_out_that_the_motion_does_not_show_is_said_to_be_unsure(run):
+    """A target that hardly moves."""
+    still = {
+        name: table.assign(Xf=table["Xf"].iloc[0] + 0.03 * np.sin(table.index), Yf=table["Yf"].iloc[0])
+        for name, table in run[0].items()
+    }
+    names = list(run[1])
+    found = sought_readouts(
+        lambda own: locate(still, run[1], readouts=own), readouts(run, 0.0, 0.0, 0.0), names, "runs.x"
+    )
+    assert {f.code for f in found.findings} == {"readout-unsure"}
+    assert all(own.seconds == 0.0 for own in found.readouts.values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture, picture_from_record
+from vidtrack.location.readout_search import sought_readouts
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
@@ -97,26 +99,38 @@ def _in_space(job: Job) -> Locations:
             law = law_of_camera(camera_shown(own.camera, None, shown.get(name))[0])
             tables[name] = at_rest(tables[name], moved[name], law)
             followed[name] = at_rest(followed[name], moved[name], law)
-    located = locate(
+    where = f"runs.{job.settings['run']}"
+    once = partial(
+        locate,
         tables,
         calibrated,
         pictures=pictures,
         tracklets=followed,
         kept=kept,
         points=points or None,
-        readouts=_readouts(job),
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
-        where=f"runs.{job.settings['run']}",
+        where=where,
         **options,
     )
+    by_motion = [c for c, ms in (job.settings.get("readout_ms") or {}).items() if ms == "motion"]
+    if by_motion:
+        done = sought_readouts(lambda readouts: once(readouts=readouts), _readouts(job), by_motion, where)
+        located: Locations = done.located
+        located.record["readout_by_motion"] = {
+            c: {"seconds": done.readouts[c].seconds if c in done.readouts else None, "sd": sd}
+            for c, sd in done.sd.items()
+        }
+        located.record["findings"] = [*located.record["findings"], *as_records(done.findings)]
+    else:
+        located = once(readouts=_readouts(job))
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
     located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
     return located
 
 
 def _readouts(job: Job) -> dict[str, Readout]:
-    """How each camera reads its picture: as the config says, else all rows at once."""
+    """How each camera reads its picture: as the config says, else, and where it is sought, all rows at once."""
     said = job.settings.get("readout_ms") or {}
     out = {}
     for name, path in zip(job.settings["cameras"], job.paths("readings"), strict=False):
@@ -124,7 +138,8 @@ def _readouts(job: Job) -> dict[str, Readout]:
         if video:
             size = (int(video["width"]), int(video["height"]))
             turn = int(video.get("rotation", 0)), bool(video.get("mirrored", False))
-            out[name] = Readout(said.get(name, 0.0) / 1e3, size, *turn)
+            ms = said.get(name, 0.0)
+            out[name] = Readout(0.0 if ms == "motion" else ms / 1e3, size, *turn)
     return out
 
 

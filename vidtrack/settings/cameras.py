@@ -79,10 +79,11 @@ class Camera(Section):
     camera_file: CameraFile | None = Field(
         None, description="of a camera that another program calibrated: what its file does not say"
     )
-    readout_ms: float | None = Field(
+    readout_ms: float | Literal["motion"] | None = Field(
         None,
         description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below "
-        "0 where it begins at the bottom; 0 for a global shutter; default: 0, reported where motion shows another",
+        "0 where it begins at the bottom; 0 for a global shutter; motion: found from targets that all cameras see; "
+        "default: 0, reported where motion shows another",
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
         None,
