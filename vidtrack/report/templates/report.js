@@ -45,9 +45,15 @@
     const help = "Drag or use the arrow keys to turn, wheel or + and - to zoom, shift and drag to move.";
     const canvas = make("canvas", stage, {role: "img", tabindex: "0", style: "height: 480px", "aria-label": title + ". " + help});
     const bar = make("div", stage, {class: "controls"});
-    const view = {turn: -0.9, tilt: 0.42, zoom: 1, x: 0, y: 0, at: 0};
+    const view = {turn: -0.9, tilt: 0.42, zoom: 1, x: 0, y: 0, at: 0, near: false};
     for (const [name, turn, tilt] of [["turned", -0.9, 0.42], ["from above", 0, Math.PI / 2], ["along y", 0, 0], ["along x", -Math.PI / 2, 0]]) {
       make("button", bar, {type: "button"}, name).addEventListener("click", () => { Object.assign(view, {turn, tilt, zoom: 1, x: 0, y: 0}); draw(); });
+    }
+    if (data.tracks.some(track => track.p.some(p => p))) {
+      for (const [name, near] of [["paths", true], ["all", false]]) {
+        make("button", bar, {type: "button", title: near ? "Fit the paths into the view" : "Fit everything into the view"}, name)
+          .addEventListener("click", () => { Object.assign(view, {near, zoom: 1, x: 0, y: 0}); draw(); });
+      }
     }
     const whole = make("label", bar, {});
     const box = make("input", whole, {type: "checkbox"});
@@ -66,9 +72,9 @@
       const height = 480, [pen, width] = fitted(canvas, height);
       const bounds = [[Infinity, -Infinity], [Infinity, -Infinity], [Infinity, -Infinity]];
       const grow = p => p && p.forEach((v, i) => { bounds[i][0] = Math.min(bounds[i][0], v); bounds[i][1] = Math.max(bounds[i][1], v); });
-      data.points.forEach(grow);
+      if (!view.near) data.points.forEach(grow);
       data.tracks.forEach(track => track.p.forEach(grow));
-      if (box.checked) data.cameras.forEach(camera => grow(camera.centre));
+      if (box.checked && !view.near) data.cameras.forEach(camera => grow(camera.centre));
       const middle = bounds.map(([low, high]) => (low + high) / 2);
       const radius = Math.hypot(...bounds.map(([low, high]) => (high - low) / 2)) || 1;
       const scale = 0.56 * Math.min(width, height) / radius * view.zoom;
@@ -93,7 +99,7 @@
       const dot = (p, colour, size) => { const [x, y] = flat(p); pen.fillStyle = colour; pen.beginPath(); pen.arc(x, y, size, 0, 7); pen.fill(); };
       const word = (p, text, colour) => { const [x, y] = flat(p); pen.fillStyle = colour; pen.fillText(text, x + 7, y - 5); };
       const ink = style("--ink"), faint = style("--faint");
-      data.hull.forEach(([i, j]) => line([data.points[i], data.points[j]], style("--line"), 1));
+      data.hull.forEach(([i, j]) => line([data.points[i], data.points[j]], faint, 0.6));
       data.points.forEach(p => dot(p, faint, 1.6));
       if (box.checked) data.cameras.forEach(camera => {
         line([...camera.corners, camera.corners[0]], camera.colour, 1);
@@ -206,15 +212,16 @@
         panel.lines.forEach(one => {
           const colour = one.colour || style("--ink");
           if (one.sd) {
-            pen.strokeStyle = colour;
-            pen.globalAlpha = 0.25;
-            pen.beginPath();
-            one.t.forEach((t, i) => {
-              if (one.y[i] === null || one.sd[i] === null) return;
-              pen.moveTo(place(t), rise(one.y[i] - 2 * one.sd[i]));
-              pen.lineTo(place(t), rise(one.y[i] + 2 * one.sd[i]));
-            });
-            pen.stroke();
+            pen.fillStyle = colour;
+            pen.globalAlpha = 0.22;
+            const known = i => i < one.t.length && one.y[i] !== null && one.sd[i] !== null;
+            for (let a = 0, b; a < one.t.length; a = b + 1) {
+              for (b = a; known(b); b++);
+              pen.beginPath();
+              for (let i = a; i < b; i++) pen.lineTo(place(one.t[i]), rise(one.y[i] + 2 * one.sd[i]));
+              for (let i = b - 1; i >= a; i--) pen.lineTo(place(one.t[i]), rise(one.y[i] - 2 * one.sd[i]));
+              pen.fill();
+            }
             pen.globalAlpha = 1;
           }
           pen.strokeStyle = colour;
