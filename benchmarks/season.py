@@ -4,7 +4,8 @@
     PYTHONPATH=. python benchmarks/season.py change --runs 100 [--house ANOTHER/CHECKOUT]
 
 plan      how long `snakemake -n` takes where nothing is to do. Results and accounts are pretended: planning reads
-          nothing of a result but its checksum.
+          nothing of a result but its checksum. Then a setting of one run is changed: which jobs are to be done, and
+          so which pages are written again.
 change    one run of a minute is rendered and tracked, and stands under other names as every run of the season; all that
           follows tracking is computed. Then one camera's Cx is fixed elsewhere, and a run is added: how long until
           everything is consistent again, and which rules the time went to.
@@ -85,6 +86,11 @@ def _plan(folder: Path, runs: int, house: Path) -> None:
             raise SystemExit(f"{said}\nsomething was to be done")
     processor, wall = min(took)
     print(f"{runs} runs, {len(jobs)} jobs: planned in {wall:.1f} s ({processor:.1f} s of processor time)", flush=True)
+    config = yaml.safe_load((folder / "config.yaml").read_text())
+    config.setdefault("runs", {})["test0001"] = {"detect": {"min_pixels": 5}}
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    counted = _counted(_snakemake(folder, house, "-n", "-q", "rules"))
+    print("a setting of one run changed: " + ", ".join(f"{n} {rule}" for rule, n in counted.items()), flush=True)
 
 
 def _change(folder: Path, runs: int, seconds: float, house: Path) -> None:

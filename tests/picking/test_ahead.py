@@ -23,3 +23,23 @@ def test_the_next_pictures_in_the_direction_of_travel_are_decoded(tmp_path, befo
     ahead.close()
     assert not ahead._thread.is_alive()
     pictures.close()
+
+
+def test_the_picture_that_is_looked_at_is_measured_once_its_neighbours_are_there(tmp_path):
+    pictures = Pictures(film(tmp_path / "b.mp4", *KINDS["b.mp4"]))
+    ahead, seen = Ahead(), []
+
+    def fails():
+        seen.append("first")
+        raise ValueError("a picture that cannot be measured")
+
+    for number, measure in ((10, fails), (20, lambda: seen.append((pictures.has(21), pictures.has(23))))):
+        pictures.picture(number)
+        ahead.looked_at(pictures, number, measure)
+        for _ in range(200):
+            if len(seen) >= number // 10:
+                break
+            time.sleep(0.02)
+    ahead.close()
+    pictures.close()
+    assert seen == ["first", (True, True)]

@@ -29,15 +29,15 @@ def ball(x, y, bits):
     return np.rint(picture).astype(np.uint8 if bits == 8 else np.uint16)
 
 
-def coded(tile, bits, folder):
-    """hvcC and the sample of a tile."""
+def coded(tile, bits, folder, kind="hvc1"):
+    """hvcC, or av1C, and the sample of a tile."""
     from tests.files.clips import video_frame
 
     path, pix_fmt = folder / "tile.mkv", "yuv420p" if bits == 8 else "yuv420p10le"
     with av.open(str(path), "w") as out:
-        stream = out.add_stream("libx265", rate=Fraction(25))
+        stream = out.add_stream("libx265" if kind == "hvc1" else "libsvtav1", rate=Fraction(25))
         stream.width, stream.height, stream.pix_fmt = TILE, TILE, pix_fmt
-        stream.options = {"x265-params": "lossless=1:log-level=none:info=0"}
+        stream.options = {"x265-params": "lossless=1:log-level=none:info=0"} if kind == "hvc1" else {"crf": "1"}
         out.mux(stream.encode(video_frame(tile, pix_fmt)))
         out.mux(stream.encode())
     with av.open(str(path)) as back:
@@ -45,21 +45,26 @@ def coded(tile, bits, folder):
         return bytes(stream.codec_context.extradata), b"".join(bytes(p) for p in back.demux(stream) if p.size)
 
 
-def heic(folder, picture, bits=8, turns=(), *, idat=True, size=SIZE, missing=0):
+def heic(folder, picture, bits=8, turns=(), *, idat=True, size=SIZE, missing=0, kind="hvc1"):
     """A HEIC whose primary item is a grid; turns: (irot or imir, value) of it."""
     tiles = [
-        coded(np.ascontiguousarray(picture[r * TILE : (r + 1) * TILE, c * TILE : (c + 1) * TILE]), bits, folder)
+        coded(np.ascontiguousarray(picture[r * TILE : (r + 1) * TILE, c * TILE : (c + 1) * TILE]), bits, folder, kind)
         for r in range(ROWS)
         for c in range(COLUMNS)
     ]
     setup, samples = tiles[0][0], [sample for _, sample in tiles]
     n = len(samples)
     grid = struct.pack(">BBBBHH", 0, 0, ROWS - 1, COLUMNS - 1, *size)
-    infe = b"".join(box("infe", struct.pack(">HH4sB", k + 1, 0, b"hvc1", 0), 2, 1) for k in range(n))
+    infe = b"".join(box("infe", struct.pack(">HH4sB", k + 1, 0, kind.encode(), 0), 2, 1) for k in range(n))
     infe += box("infe", struct.pack(">HH4sB", n + 1, 0, b"grid", 0), 2)
     iref = box("dimg", struct.pack(f">HH{n}H", n + 1, n, *range(1, n + 1)))
     ispe = box("ispe", struct.pack(">II", TILE, TILE), 0), box("ispe", struct.pack(">II", *size), 0)
-    ipco = box("hvcC", setup) + ispe[0] + ispe[1] + b"".join(box(name, bytes([value])) for name, value in turns)
+    ipco = (
+        box("hvcC" if kind == "hvc1" else "av1C", setup)
+        + ispe[0]
+        + ispe[1]
+        + b"".join(box(name, bytes([value])) for name, value in turns)
+    )
     ipma = b"".join(struct.pack(">HBBB", k + 1, 2, 0x81, 2) for k in range(n))
     ipma += struct.pack(">HBB", n + 1, 1 + len(turns), 3) + bytes(0x84 + k for k in range(len(turns)))
     props = box("iprp", box("ipco", ipco) + box("ipma", struct.pack(">I", n + 1) + ipma, 0))
@@ -123,6 +128,17 @@ def test_it_is_turned_as_its_properties_ask(tmp_path, turns):
         assert (video.info.width, video.info.height) == size
         luma = next(video.frames()).luma
     assert np.hypot(*np.subtract(found(luma), where)) < 0.05
+
+
+@pytest.mark.parametrize("bits", [8, 10])
+def test_tiles_of_av1_are_put_together_too(tmp_path, bits):
+    place = PLACES[0]
+    path = heic(tmp_path, ball(*place, bits), bits, kind="av01").rename(tmp_path / "cam1.avif")
+    with open_video(str(path)) as video:
+        assert (video.info.width, video.info.height, video.info.bits, video.info.codec) == (*SIZE, bits, "av1")
+        (frame,) = list(video.frames())
+    assert np.hypot(*np.subtract(found(frame.luma), place)) < 0.05
+    assert np.abs(frame.luma.astype(int) - ball(*place, bits)[: SIZE[1], : SIZE[0]]).max() < 12 * 2 ** (bits - 8)
 
 
 def test_numbered_stills_in_tiles_are_a_recording(tmp_path):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from contextlib import suppress
 
 from vidtrack.errors import VidtrackError
 from vidtrack.video.random_access import Pictures
@@ -12,10 +14,13 @@ NEXT = 3
 
 
 class Ahead:
-    """A thread that decodes the neighbours of the picture that was looked at last, and gives up when another one is."""
+    """A thread that decodes the neighbours of the picture that was looked at last, and gives up when another one is.
+
+    Then it measures that picture, so that the first click on it need not wait for it.
+    """
 
     def __init__(self) -> None:
-        self._wanted: tuple[Pictures, int, int] | None = None
+        self._wanted: tuple[Pictures, int, int, Callable[[], object]] | None = None
         self._wake = threading.Event()
         self._ended = False
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -27,11 +32,13 @@ class Ahead:
         self._wake.set()
         self._thread.join(5)
 
-    def looked_at(self, pictures: Pictures, number: int) -> None:
-        """Decode what comes next: after the picture, or before it where the one before this was a later one."""
+    def looked_at(self, pictures: Pictures, number: int, measure: Callable[[], object] = lambda: None) -> None:
+        """Decode what comes next: after the picture, or before it where the one before this was a later one; measure
+        the picture.
+        """
         before = self._wanted
         back = before is not None and before[0] is pictures and number < before[1]
-        self._wanted = pictures, number, -1 if back else 1
+        self._wanted = pictures, number, -1 if back else 1, measure
         self._wake.set()
 
     def _work(self) -> None:
@@ -42,7 +49,7 @@ class Ahead:
                 return
             if self._wanted is None:
                 continue
-            pictures, number, step = self._wanted
+            pictures, number, step, measure = self._wanted
             for n in range(number + step, number + step * (NEXT + 1), step):
                 if self._wake.is_set():
                     break
@@ -51,3 +58,6 @@ class Ahead:
                         pictures.picture(n, self._wake.is_set)
                     except VidtrackError:
                         break
+            if not self._wake.is_set():
+                with suppress(Exception):  # a click on the picture says what is wrong
+                    measure()

@@ -175,7 +175,7 @@ class Desk:
         """A picture for the screen; its neighbours are decoded meanwhile."""
         pictures = self.pictures(kind, name, camera)
         grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
-        self._ahead.looked_at(pictures, number)
+        self._ahead.looked_at(pictures, number, lambda: self.look(kind, name, camera, number, {}))
         return bytes(cv2.imencode(".jpg", grey, JPEG)[1].tobytes())
 
     def mask(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> bytes:

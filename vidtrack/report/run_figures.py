@@ -69,9 +69,7 @@ def _positions(name: str, results: Results, colours: Mapping[str, str], units: s
 
 def _motion(name: str, own: RunResults, units: str) -> Iterator[Chart]:
     if "kinematics" in own.tables and own.tables["kinematics"]["vx"].notna().any():
-        caption = (
-            "Velocity and acceleration; left out, or dotted, where uncertain (flag edge): at ends of the record and of gaps"
-        )
+        caption = "Velocity and acceleration; left out, or dotted, where uncertain (flag edge): at ends and at gaps"
         table = own.tables["kinematics"]
         yield Chart(caption, trajectories.derivatives(table, units, name), live.derivatives(table, units))
     if "motions" in own.tables and len(own.tables["motions"]):

@@ -1,7 +1,7 @@
-"""A still that is stored in tiles (HEIC of telephones), put together: each tile is a picture of its own there.
+"""A still that is stored in tiles (HEIC, AVIF), put together: each tile is a picture of its own there.
 
 Source: ISO/IEC 23008-12, sections 6.5 (properties), 6.6.2.3 (image grid), 9.3; ISO/IEC 14496-12, section 8.11 (the meta
-box, item locations).
+box, item locations); AV1 Image File Format 1.1.0, section 4.
 """
 
 from __future__ import annotations
@@ -26,8 +26,17 @@ LARGEST_META = 16_000_000
 """Bytes of the box that describes all items."""
 
 MOST_TILES = 4096
-_CODECS = {"hvc1": ("hevc", "hvcC")}
-"""Kind of a tile: the decoder, and the property that sets it up."""
+
+
+class _Kind(NamedTuple):
+    """The codec of tiles, its decoder, and the property that sets it up."""
+
+    codec: str
+    decoder: str
+    setup: str
+
+
+_CODECS = {"hvc1": _Kind("hevc", "hevc", "hvcC"), "av01": _Kind("av1", "libdav1d", "av1C")}
 
 
 class Grid(NamedTuple):
@@ -70,7 +79,7 @@ class HeicTiles:
         size = (self._grid.width, self._grid.height)
         width, height = size[::-1] if turn.transposed else size
         bits = bits_of(first.format) if colour is None else colour_bits_of(first)
-        codec = _CODECS[self._grid.kind][0]
+        codec = _CODECS[self._grid.kind].codec
         self.info = StackInfo(
             width, height, bits, codec, first.format.name, None, turn.rotation, turn.mirrored, still=True
         )
@@ -105,11 +114,11 @@ class HeicTiles:
             return luma_reader(picture.format)(picture)
         from vidtrack.video.colour import colour_reader  # cv2, for colour alone
 
-        return colour_reader(picture, _CODECS[self._grid.kind][0], self._colour, self.path)(picture)
+        return colour_reader(picture, _CODECS[self._grid.kind].codec, self._colour, self.path)(picture)
 
     def _decoded(self, data: bytes) -> Any:
         try:
-            codec = av.CodecContext.create(_CODECS[self._grid.kind][0], "r")
+            codec = av.CodecContext.create(_CODECS[self._grid.kind].decoder, "r")
             codec.extradata = self._grid.setup
             pictures = [*codec.decode(av.Packet(data)), *codec.decode(None)]
         except (av.error.FFmpegError, ValueError):
@@ -127,7 +136,7 @@ def _grid(items: _Items) -> Grid:
     rows, columns = rows + 1, columns + 1
     kinds = {items.kinds[tile] for tile in tiles}
     kind = kinds.pop()
-    setups = {dict(items.properties(tile))[_CODECS[kind][1]] for tile in tiles}
+    setups = {dict(items.properties(tile))[_CODECS[kind].setup] for tile in tiles}
     if version or kinds or len(setups) != 1 or len(tiles) != rows * columns or len(tiles) > MOST_TILES:
         raise ValueError("not a grid of equal tiles")
     turn = STORED
