@@ -8,7 +8,11 @@ import pytest
 import yaml
 
 from tests.exchange.thesis.folder import write_old
+from tests.simulate.test_board_picture import shown
+from vidtrack.calibration.board import Board
+from vidtrack.calibration.board_corners import board_seen
 from vidtrack.command import main
+from vidtrack.files.experiment import look_through
 from vidtrack.files.experiment_checks import checked_experiment
 from vidtrack.preview.survey import survey
 from vidtrack.preview.views import opened_with, view_of
@@ -101,3 +105,37 @@ def test_files_of_other_programs_are_read_as_the_workflow_reads_them(tmp_path, m
         Path(path).write_bytes(Path(path).read_bytes()[:left])
     refused = [finding.text for finding in looked_at().findings if finding.level == "failed"]
     assert [text.split(":")[0] for text in refused] == ["calibration, cam1", "run run, cam2"]
+
+
+def test_a_board_is_looked_for_in_a_few_pictures(tmp_path, monkeypatch):
+    board = {"type": "charuco", "columns": 7, "rows": 5, "square": 30}
+    settings, experiment = filmed(tmp_path, "board", {"calibration": {"board": board}}, monkeypatch)
+    assert [f.code for f in survey(settings, experiment, 1, lambda what: None).findings] == ["board-not-found"] * 2
+    picture, _ = shown("charuco")
+    corners = len(board_seen(Board("charuco", 7, 5, 30.0), picture).ids)
+    for camera in ("cam1", "cam2"):
+        for k in range(2):
+            cv2.imwrite(str(tmp_path / "calibration/board" / camera / f"{k}.png"), picture)
+    found = survey(settings, experiment, 1, lambda what: None)
+    said = [what for about, what in found.facts if about == "calibration, cam1"]
+    assert said[1] == f"the board is seen in 2 of 2 pictures looked at, {corners} corners each"
+    assert not found.findings
+
+
+def test_a_camera_of_another_program_is_read_as_the_workflow_reads_it(tmp_path, monkeypatch):
+    (tmp_path / "runs/a").mkdir(parents=True)
+    (tmp_path / "rig.toml").write_text(
+        '[cam_0]\nname = "cam1"\nsize = [640, 480]\nmatrix = [[800.0, 0, 320.0], [0, 800.0, 240.0], [0, 0, 1]]\n'
+        "distortions = [0.0, 0, 0, 0, 0]\nrotation = [0.0, 0, 0]\ntranslation = [0.0, 0, 500.0]\n"
+    )
+    config = {"units": "mm", "cameras": {"cam1": {"camera_file": {"path": "rig.toml", "sigma_px": 0.2}}}}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(config))
+    monkeypatch.chdir(tmp_path)
+    settings = settings_from_config(config)
+    experiment = look_through(settings)[0]
+    facts = survey(settings, experiment, 1, lambda what: None).facts
+    said = "calibrated by another program (anipose); it stands at (0, 0, -500); known to 0.2 px"
+    assert [what.replace("-0,", "0,") for about, what in facts if about == "calibration, cam1"] == [said]
+    (tmp_path / "rig.toml").write_text("[cam_0]\nname = 'cam1'\n")
+    (refused,) = survey(settings, experiment, 1, lambda what: None).findings
+    assert (refused.level, refused.text.split(":")[0]) == ("failed", "calibration, cam1")

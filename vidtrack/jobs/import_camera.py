@@ -19,7 +19,7 @@ from vidtrack.workflow.job import Job
 def run(job: Job) -> None:
     """input file; settings camera, units and what the config says of the file; outputs camera, points, labelling."""
     order = job.settings
-    said = _said(order)
+    said = Said.of(order)
     given = read_camera(job.path("file"), said)
     camera = in_world(given, said)
     sigma = order.get("sigma_px")
@@ -50,26 +50,6 @@ def run(job: Job) -> None:
     write_camera(job.outputs["camera"], camera, known, extra, job.provenance)
     write_parquet(job.outputs["points"], _no_points(), units=said.world, provenance=job.provenance)
     write_json(job.outputs["labelling"], {"pictures": {}, "findings": []}, job.provenance)
-
-
-def _said(order: dict[str, Any]) -> Said:
-    def pair(key: str) -> Any:
-        return None if order.get(key) is None else tuple(order[key])
-
-    return Said(
-        name=order["camera"],
-        world=order["units"],
-        format=order.get("format"),
-        camera=order.get("camera_in_file"),
-        origin=order.get("origin"),
-        first=pair("first_pixel"),
-        size=pair("size"),
-        sensor=pair("sensor"),
-        Cx=order.get("Cx"),
-        Cy=order.get("Cy"),
-        units=order.get("unit_of_file"),
-        lens=order.get("lens"),
-    )
 
 
 def _no_points() -> Any:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vidtrack.exchange.cameras.formats import read_camera
+from vidtrack.exchange.cameras.given import Said, in_world
 from vidtrack.exchange.tracks.digitised import Convention, placed
 from vidtrack.exchange.tracks.formats import read_tracks
 from vidtrack.exchange.tracks.picture_points import needed_size, read_points
@@ -20,6 +22,16 @@ def points_in_files(settings: Settings, experiment: Experiment, camera: str) -> 
     read = [read_points(experiment.clips[clip].videos[camera], said, where) for clip in order["clips"]]
     n = sum(len(own.tags) for own in read)
     return f"{n} points that were digitised ({', '.join(dict.fromkeys(own.format for own in read))})"
+
+
+def camera_in_file(settings: Settings, experiment: Experiment, camera: str) -> str:
+    """What the file of a camera that another program calibrated holds; VidtrackError where it would be refused."""
+    said = Said.of(import_orders.import_camera(settings, camera))
+    given = read_camera(experiment.given[camera], said)
+    at = ", ".join(f"{v:.3g}" for v in in_world(given, said).position)
+    sigma = import_orders.import_camera(settings, camera).get("sigma_px")
+    known = "how well is not known: sigma of positions is NaN" if sigma is None else f"known to {sigma:g} px"
+    return f"calibrated by another program ({given.format}); it stands at ({at}); {known}"
 
 
 def tracks_in_file(settings: Settings, experiment: Experiment, run: str, camera: str) -> str:

@@ -13,12 +13,14 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, Run, target_names
 from vidtrack.findings import Finding
-from vidtrack.preview.digitised import points_in_files, tracks_in_file
+from vidtrack.preview.boards import board_in_clips
+from vidtrack.preview.digitised import camera_in_file, points_in_files, tracks_in_file
 from vidtrack.preview.recordings import LIMITS, Opening, Recording, Target, look_at, targets_in, track_opening
 from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings
 from vidtrack.video.reader import open_video
 from vidtrack.workflow import orders
+from vidtrack.workflow.boarded import board_clips
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -67,7 +69,11 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
     found = Facts([], [])
     views: dict[str, View] = {}
     digitised = {camera for clip in experiment.clips.values() for camera in clip.digitised}
+    for camera in experiment.given:
+        _file(f"calibration, {camera}", found, partial(camera_in_file, settings, experiment, camera))
     for camera in experiment.cameras_in_clips():
+        if camera in experiment.given:
+            continue
         if camera in digitised:  # there is no picture to look at
             _file(f"calibration, {camera}", found, partial(points_in_files, settings, experiment, camera))
             continue
@@ -117,6 +123,8 @@ def _calibration(settings: Settings, experiment: Experiment, camera: str, found:
         found.warn("failed", "calibration-refused", f"{about}: {problem}")
     if view.later:
         found.say(about, f"calibrated by {view.later}; the run says how well")
+        if not view.problems and board_clips(settings, experiment, camera):
+            _board(settings, experiment, camera, about, found)
     if view.sightings is not None:
         table = view.sightings.table
         seen = table[table["found"]]
@@ -134,6 +142,18 @@ def _calibration(settings: Settings, experiment: Experiment, camera: str, found:
         found.say(about, f"{record['rms_px']:.3f} px rms of {record['n_points']} points; it stands at ({at})")
         found.findings.extend(f._replace(text=f"{about}: {f.text}") for f in view.calibration.findings)
     return view
+
+
+def _board(settings: Settings, experiment: Experiment, camera: str, about: str, found: Facts) -> None:
+    try:
+        seen = board_in_clips(settings, experiment, camera)
+    except VidtrackError as error:
+        for problem in error.problems:
+            found.warn("failed", "recording-refused", f"{about}: {problem}")
+        return
+    if seen.said:
+        found.say(about, seen.said)
+    found.findings.extend(f._replace(text=f"{about}: {f.text}") for f in seen.findings)
 
 
 def _recording(

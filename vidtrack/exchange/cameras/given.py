@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -42,6 +43,28 @@ class Said:
     Cy: float | None = None
     units: str | None = None
     lens: str | None = None
+
+    @classmethod
+    def of(cls, order: Mapping[str, Any]) -> Said:
+        """What the order of job import_camera says."""
+
+        def pair(key: str) -> Any:
+            return None if order.get(key) is None else tuple(order[key])
+
+        return cls(
+            name=order["camera"],
+            world=order["units"],
+            format=order.get("format"),
+            camera=order.get("camera_in_file"),
+            origin=order.get("origin"),
+            first=pair("first_pixel"),
+            size=pair("size"),
+            sensor=pair("sensor"),
+            Cx=order.get("Cx"),
+            Cy=order.get("Cy"),
+            units=order.get("unit_of_file"),
+            lens=order.get("lens"),
+        )
 
     @property
     def where(self) -> str:
