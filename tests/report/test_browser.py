@@ -76,6 +76,16 @@ def test_the_view_in_space_draws_camera_and_target_and_turns_by_the_keyboard(ope
     assert abs(camera[0][1] - camera[1][1]) > 10
 
 
+def test_the_paths_alone_fill_the_view_when_they_are_asked_for(opened):
+    click = "[...document.querySelectorAll('.controls button')].find(b => b.textContent === '{}').click();"
+    whole, near, back = (
+        np.ptp(places(pixels(opened, script), (255, 0, 255)), axis=0).max()
+        for script in ("", click.format("paths"), click.format("paths") + click.format("all"))
+    )
+    assert near > 1.5 * whole
+    assert back == whole
+
+
 def test_a_view_out_of_sight_is_drawn_when_it_comes_into_sight(opened):
     """Moved far down and made blank, it is left alone by a redraw, and drawn once it is scrolled to."""
     far = "const stage = document.querySelector('.stage'); stage.style.marginTop = '90000px';"

@@ -179,7 +179,11 @@
         const t0 = low() - data.t0, t1 = high() - data.t0, place = t => left + (width - left - right) * (t - t0) / (t1 - t0 || 1);
         let least = Infinity, most = -Infinity;
         panel.lines.forEach(one => one.t.forEach((t, i) => {
-          if (t >= t0 && t <= t1 && one.y[i] !== null) { least = Math.min(least, one.y[i]); most = Math.max(most, one.y[i]); }
+          if (t >= t0 && t <= t1 && one.y[i] !== null) {
+            const wide = 2 * ((one.sd && one.sd[i]) || 0);
+            least = Math.min(least, one.y[i] - wide);
+            most = Math.max(most, one.y[i] + wide);
+          }
         }));
         if (!(most > least)) { least -= 1; most += 1; }
         if (!isFinite(least)) { least = 0; most = 1; }
