@@ -113,3 +113,10 @@ def test_points_on_both_sides_are_all_used_and_refine_the_surface():
     assert sd["surface.position"] < 1.5  # 5 as it was known
     off = done.camera.through[0].deviation(MIDDLE)[0]
     assert abs(off) < 4 * sd["surface.position"]
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_window_that_leans_by_4_degrees_more_than_stated_is_named(axis):
+    """Known to half a degree, and by the points to half a degree: neither alone moves it by 4 standard deviations."""
+    leaning = WINDOW.normal + np.tan(np.radians(4)) * WINDOW.axes[axis]
+    assert "interface-wrong" in {f.code for f in found(WET, config(WINDOW, normal=leaning))}

@@ -47,6 +47,9 @@ class EvidenceSettings:
     off: float = 4.0
     """Standard deviations of what is known beforehand beyond which an interface is not where the config says."""
 
+    gained: float = 0.05
+    """Share of a parameter's variance that the points must take away, for them to say anything of it."""
+
     learned: float = 0.8
     """Standard deviation of a place, over what the config says of it, below which the points have shown it."""
 
@@ -71,7 +74,7 @@ def interface_findings(stated: Points, points: Points, answer: Answer, units: st
     if unused := _unused(answer.camera, points):
         return _nothing_behind(unused, stated, points, answer)
     if answer.camera.through:
-        found = [_off(interface, units) for interface in answer.camera.through]
+        found = [_off(interface, answer, units) for interface in answer.camera.through]
         wrong = [each for each in found if each] or _moved(points, answer, units)
         return wrong or _unchecked(points, answer, units)
     return [] if _explained(stated, answer) else _missing(points, answer)
@@ -102,16 +105,24 @@ def _nothing_behind(names: list[str], stated: Points, points: Points, answer: An
     return [Finding("doubtful", "interface-wrong", f"{text}, and {each.text}", cure) for each in wet]
 
 
-def _off(interface: Interface, units: str) -> Finding | None:
-    """Whether an interface was refined to far from where it is known to be."""
-    far = {name: -shift / sd for name, (shift, sd) in interface.pull.items()}
+def _off(interface: Interface, answer: Answer, units: str) -> Finding | None:
+    """Whether an interface was refined to far from where it is known to be.
+
+    What the points and the config say of a parameter differs from the config by d sd^2 / (sd^2 - s^2), where the
+    refinement moved it by d and left s of what was known, sd: d is to be compared with the root of sd^2 - s^2.
+    """
+    far = {}
+    for each, (shift, sd) in interface.pull.items():
+        left = _left(answer, each)
+        gained = max(sd**2 - left**2, SETTINGS.gained * sd**2)
+        far[each] = -shift / float(np.sqrt(gained))
     name = max(far, key=lambda each: abs(far[each]), default=None)
     if name is None or abs(far[name]) <= SETTINGS.off:
         return None
     shift, _ = interface.pull[name]
     text = (
         f"interface {interface.name}: the points move its {_kind(name)} by {_amount(name, -shift, units)}, "
-        f"{abs(far[name]):.0f} standard deviations of what the config says."
+        f"{abs(far[name]):.0f} standard deviations from what the config says."
     )
     return Finding("doubtful", "interface-wrong", text, _CURE)
 
@@ -127,9 +138,7 @@ def _unchecked(points: Points, answer: Answer, units: str) -> list[Finding]:
         if name not in known.names or not all_beyond:
             continue
         prior = interface.pull[name][1]
-        k = known.names.index(name)
-        left = float(np.sqrt(known.covariance[k, k])) / prior
-        if left < SETTINGS.learned:
+        if _left(answer, name) < SETTINGS.learned * prior:
             continue
         text = (
             f"interface {interface.name}: all points lie beyond it and do not check its place along its normal, which "
@@ -139,6 +148,16 @@ def _unchecked(points: Points, answer: Answer, units: str) -> list[Finding]:
         cure = "Measure its place with care, or survey one more point on the camera's side of it."
         found.append(Finding("note", "interface-place-unchecked", text + ".", cure))
     return found
+
+
+def _left(answer: Answer, name: str) -> float:
+    """The standard deviation that a refinement left of a parameter, noise as stated."""
+    known = answer.uncertainty
+    if name not in known.names:
+        return 0.0
+    k = known.names.index(name)
+    misfit = answer.fit.misfit
+    return float(np.sqrt(known.covariance[k, k])) / (misfit if np.isfinite(misfit) and misfit > 0 else 1.0)
 
 
 def _moved(points: Points, answer: Answer, units: str) -> list[Finding]:
