@@ -141,7 +141,7 @@ def _first(path: str, key: str) -> str | None:
 
 def _commit() -> str:
     here = Path(__file__).parent
-    told = subprocess.run(
+    answer = subprocess.run(
         ["git", "-C", here, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False
     )
-    return told.stdout.strip() or "unknown"
+    return answer.stdout.strip() or "unknown"

@@ -48,6 +48,22 @@ def test_nothing_to_do_plans_nothing(laboratory):
     assert planned(laboratory) == {}
 
 
+def test_what_is_finished_is_not_gone_through_again_and_can_be_asked_for(laboratory):
+    assert snakemake(laboratory).returncode == 0  # notes that nothing is to be done
+    assert snakemake(laboratory, "-n", "--debug-dag").stderr.count("candidate job") <= 1
+    assert planned(laboratory, "--forceall")["track"] == 4
+    assert planned(laboratory, "--forcerun", "compare")["compare"] == 2
+    os.remove(laboratory / "results/runs/pluck/kinematics.parquet")
+    assert planned(laboratory)["kinematics"] == 1
+
+
+def test_an_edited_rule_runs_again(laboratory, another_house):
+    assert snakemake(laboratory).returncode == 0
+    rules = another_house / "workflow/rules/comparison.smk"
+    rules.write_text(rules.read_text().replace("python -m vidtrack compare ", "python -m vidtrack compare  "))
+    assert planned(laboratory, "-s", str(another_house / "Snakefile"))["compare"] == 2
+
+
 @pytest.mark.parametrize(
     ("path", "value", "jobs"),
     [

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.motion.impacts import velocity_jumps
-from vidtrack.motion.spline_basis import Basis, PieceFit
+from vidtrack.motion.spline_basis import PieceFit, basis_of
 
 DEGREE = 7
 FEWEST = 6
@@ -147,6 +147,7 @@ class _Record:
         self.parts = [np.flatnonzero(piece == k) for k in np.unique(piece[piece >= 0])]
         self.longest = max(float(np.ptp(t[rows])) for rows in self.parts)
         self.interval = float(np.median(np.concatenate([np.diff(t[rows]) for rows in self.parts])))
+        self._scores: dict[Plan, float] = {}
 
     def without(self, outlier: NDArray[np.bool_]) -> _Record:
         """The same record, some of its samples without weight."""
@@ -214,9 +215,14 @@ class _Record:
 
     def score(self, plan: Plan) -> float:
         """Generalised cross-validation, or Mallows' Cp where the noise is known; the lower the better."""
+        if plan not in self._scores:
+            self._scores[plan] = self._scored(plan)
+        return self._scores[plan]
+
+    def _scored(self, plan: Plan) -> float:
         misfit, parameters = 0.0, 0
         for rows in self.parts:
-            basis = Basis(self.t[rows], *plan)
+            basis = basis_of(self.t[rows], *plan)
             c = basis.coefficients(self.y[rows], self.weight[rows])
             if c is None:
                 return np.inf
@@ -232,9 +238,9 @@ class _Record:
 
     def _fit(self, rows: NDArray[np.intp], plan: Plan) -> PieceFit:
         """The fit of one piece; by a parabola where it holds too few samples for the plan."""
-        basis, y, weight = Basis(self.t[rows], *plan), self.y[rows], self.weight[rows]
+        basis, y, weight = basis_of(self.t[rows], *plan), self.y[rows], self.weight[rows]
         if basis.coefficients(y, weight) is None:
-            basis = Basis(self.t[rows], np.inf, 2)
+            basis = basis_of(self.t[rows], np.inf, 2)
         return basis.fit(rows, y, weight)
 
     def factor(self, fits: list[PieceFit]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,20 @@ class PieceFit(NamedTuple):
     state: Array  # (m, 3)
     variance: Array  # (m, 3) for unit factor
     spline: Any
+
+
+SHORT = 8_000
+"""Samples up to which the bases of a piece are kept: those of three coordinates are the same."""
+
+
+def basis_of(t: Array, spacing: float, degree: int) -> Basis:
+    """The basis on a piece; of one that is not too long, the same one again."""
+    return _basis(t.tobytes(), spacing, degree) if len(t) <= SHORT else Basis(t, spacing, degree)
+
+
+@lru_cache(maxsize=128)
+def _basis(t: bytes, spacing: float, degree: int) -> Basis:
+    return Basis(np.frombuffer(t), spacing, degree)
 
 
 class Basis:

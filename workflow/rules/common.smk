@@ -6,6 +6,7 @@ import re
 import sys
 from pathlib import Path
 
+from snakemake.common import __version__ as snakemake_version
 from snakemake.io import IOFile
 from snakemake.settings.types import RerunTrigger
 
@@ -35,6 +36,7 @@ from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
+from vidtrack.workflow.standstill import checksum_of_plan, is_finished, note_finished
 
 set_environment(HOUSE)
 
@@ -67,7 +69,8 @@ SELF_RUNS = self_orders.self_runs(SETTINGS, EXPERIMENT)
 SELF_CAMERAS = self_orders.self_cameras(SETTINGS, EXPERIMENT)
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/.benchmarks"
-BOOK = OrderBook(EXPERIMENT.folder, cache=os.path.dirname(REMEMBERED))
+CACHE = os.path.dirname(REMEMBERED)
+BOOK = OrderBook(EXPERIMENT.folder, cache=CACHE)
 
 
 def order(rule, *names, parts=()):
@@ -104,6 +107,69 @@ def results(paths):
         return [settled(path) for path in answer]
 
     return found
+
+
+def unless_finished(paths):
+    """An input function for all that is wanted: where everything is as it was when all was done, only a file that is.
+
+    Snakemake then finds that nothing is to be done without going through each job again. Whoever wants to see or to
+    force the jobs gets all of them.
+    """
+
+    def found(w):
+        before_planning()
+        if may_be_finished():
+            if is_finished(CACHE, plan(), ACCOUNTS, BOOK.settled):
+                return ancient(f"{HOUSE}/workflow/Snakefile")
+            if not workflow.dryrun:
+                atexit.register(note_what_needs_nothing)
+        return results(paths)(w)
+
+    return found
+
+
+def note_what_needs_nothing():
+    """Note that all is done where Snakemake has planned, holding the lock, and found nothing to do."""
+    planned = workflow.scheduler is not None and not len(workflow.dag)
+    if planned and BOOK.settled.issuperset(ACCOUNTS):
+        note_finished(CACHE, plan())
+
+
+def may_be_finished():
+    """Whether this call only asks for what is missing, of everything, by all that Snakemake looks at."""
+    asked = workflow.dag_settings
+    forced = (
+        asked.forceall,
+        asked.forcetargets,
+        asked.forcerun,
+        asked.until,
+        asked.omit_from,
+        asked.batch,
+    )
+    plain = workflow.execution_settings is not None and not workflow.touch
+    of_all = set(asked.targets) <= {"all"}
+    of_all &= set(workflow.rerun_triggers) == set(RerunTrigger.all())
+    only_some = os.environ.get("VIDTRACK_RUN") or unfinished
+    return (
+        workflow.is_main_process
+        and plain
+        and of_all
+        and not any(forced)
+        and not only_some
+    )
+
+
+def plan():
+    """What decides which jobs there are and what each has to do."""
+    jobs = {key: BOOK.order(*key) for key in BOOK.jobs}
+    return checksum_of_plan(
+        f"{HOUSE}/workflow",
+        snakemake_version,
+        config,
+        EXPERIMENT,
+        OFFERED,
+        sorted(jobs.items()),
+    )
 
 
 def listed(paths):

@@ -49,6 +49,8 @@ onsuccess:
     clean_up()
     BOOK.look_again()
     BOOK.save()
+    if may_be_finished() and BOOK.settled.issuperset(ACCOUNTS):
+        note_finished(CACHE, plan())
     if VERDICT in BOOK.settled:
         say_verdict_last()
 
