@@ -4,6 +4,7 @@
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
 #   bash setup.sh test quick    the same without the slow tests
 #   bash setup.sh release-check    wheel, sdist, lock, vulnerabilities, licences, bill of materials: see .ci/release-check
+#   bash setup.sh benchmark [--quick]    how fast it is beside other programs, and what became slower: python -m benchmarks
 #   bash setup.sh mutate geometry --seed 1 --count 60    whether the tests of a room or module notice small errors in it
 #   bash setup.sh         sets up, no more
 # A second call finds the environment standing and goes straight on.
@@ -101,12 +102,24 @@ mutate() { # cosmic-ray and what it needs lie in a folder of their own
     PYTHONPATH="$PWD:.venv/mutation" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv/bin/python -m benchmarks.mutation "$@"
 }
 
+benchmark() { # other programs lie in a folder of their own, after vidtrack's packages on the path
+    local wanted
+    wanted=$(sha256sum <benchmarks/peers.lock)
+    if [ "$(cat .venv/peers/.locked 2>/dev/null)" != "$wanted" ]; then
+        .venv/bin/uv pip install -q --python .venv/bin/python --target .venv/peers --no-deps --require-hashes -r benchmarks/peers.lock \
+            || stop "the packages in benchmarks/peers.lock could not be installed; what uv said stands above"
+        printf '%s' "$wanted" >.venv/peers/.locked
+    fi
+    PATH="$PWD/.venv/bin:$PATH" .venv/bin/python -m benchmarks --peers .venv/peers "$@"
+}
+
 set_up
 case "${1:-}" in
     "") say "ready: .venv/bin/snakemake --cores all runs the demo" ;;
     demo) demo ;;
     test) shift; run_tests "$@" ;;
+    benchmark) shift; benchmark "$@" ;;
     mutate) shift; mutate "$@" ;;
     release-check) shift; exec bash .ci/release-check "$@" ;;
-    *) stop "no such thing as '$1'; it is demo, test, mutate or release-check" ;;
+    *) stop "no such thing as '$1'; it is demo, test, benchmark, mutate or release-check" ;;
 esac

@@ -33,7 +33,12 @@ def main() -> int:
     parser.add_argument("--save", action="store_true", help="this is what the next run is compared with")
     parser.add_argument("--only", nargs="+", default=[], choices=GROUPS, help="these rows alone")
     parser.add_argument("--last", type=Path, help="what to compare with")
+    parser.add_argument(
+        "--peers", type=Path, help="a folder of packages of other programs, after all others on the path"
+    )
     asked = parser.parse_args()
+    if asked.peers:
+        sys.path.append(str(asked.peers.resolve()))
     place = asked.last or HERE / ("last-quick.json" if asked.quick else "last.json")
     last, about = read_record(place), machine()
     with tempfile.TemporaryDirectory(prefix="vidtrack-benchmarks-") as folder:
