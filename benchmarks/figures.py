@@ -84,9 +84,9 @@ def track(folder: Path, *, frames: int) -> Iterator[Pair]:
 
 def centroids() -> Iterator[Pair]:
     """The kernel that measures most samples, beside those of other programs, on the same pictures."""
+    from vidtrack.tracking.detect_settings import Detection
     from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.sample import Sample
-    from vidtrack.tracking.settings import Detection
 
     n, size = 10, (1920, 1080)
     scene, rng = tracking.Scene(size, n), np.random.default_rng(0)
