@@ -1,15 +1,15 @@
 """Long recordings: whether one uses all cores, and how much memory two hours of it need.
 
     PYTHONPATH=. python benchmarks/long.py cores [--frames 600] [--rounds 5] [--only h264_1080p mpeg2]
-    PYTHONPATH=. python benchmarks/long.py memory [--hours 2] [--targets 3] [--plot memory.png]
+    PYTHONPATH=. python benchmarks/long.py memory [--hours 2] [--targets 3] [--whole] [--plot memory.png]
 
 cores    The track stage on one recording, with as many threads as there are cores and with one, taking turns. Printed:
          the ratio of elapsed times; how large a share of all processor time the busiest thread has, which bounds what
          any number of cores could gain and does not depend on other work; and whether the tables and the record are the
          same to the last bit.
 memory   The track job, as the workflow calls it, on a film of 320 x 240 that is written once for a minute and its
-         packets repeated, each repeat beginning with a key frame; then what follows it for the run. Resident memory is
-         read ten times a second: printed as a table, the peak of each job last; --plot draws it.
+         packets repeated, each repeat beginning with a key frame; with --whole what follows it for the run too.
+         Resident memory is read ten times a second: printed as a table, the peak of each job last; --plot draws it.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ def write_long(path: Path, hours: float, n: int) -> int:
     return total
 
 
-def memory(hours: float, n: int, plot: str | None, folder: Path) -> None:
+def memory(hours: float, n: int, plot: str | None, whole: bool, folder: Path) -> None:
     """The jobs of one run by one camera in a plane: no calibration is needed to see what length costs."""
     path = folder / "long.mp4"
     frames = write_long(path, hours, n)
@@ -169,11 +169,11 @@ def memory(hours: float, n: int, plot: str | None, folder: Path) -> None:
         while process.poll() is None:
             curve += [(time.monotonic() - begun, rule, mb) for rule, mb in _resident(process.pid).items()]
             time.sleep(0.1)
-    if process.returncode:
-        sys.exit((folder / "said").read_text())
     _print_curve(curve)
     if plot:
         _draw(curve, plot)
+    if process.returncode:
+        sys.exit((folder / "said").read_text())
 
 
 def _resident(parent: int) -> dict[str, float]:
@@ -237,6 +237,7 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=3)
     parser.add_argument("--hours", type=float, default=2.0)
     parser.add_argument("--plot")
+    parser.add_argument("--whole", action="store_true")
     parser.add_argument("--path", type=Path)
     parser.add_argument("--threads", type=int, default=1)
     asked: Any = parser.parse_args()
@@ -247,7 +248,7 @@ def main() -> None:
         if asked.what == "cores":
             cores(asked.frames, asked.rounds, asked.only, asked.targets, Path(folder))
         else:
-            memory(asked.hours, asked.targets, asked.plot, Path(folder))
+            memory(asked.hours, asked.targets, asked.plot, asked.whole, Path(folder))
 
 
 if __name__ == "__main__":
