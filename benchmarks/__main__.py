@@ -46,16 +46,16 @@ def main() -> int:
         for pair, rounds in everything(Path(folder), quick=asked.quick, only=asked.only):
             print(f"{pair.name}, beside {pair.peer}", file=sys.stderr, flush=True)
             now.append(measured(pair, rounds))
-    if asked.only and last:
-        last = last | {
-            "figures": {key: old for key, old in last["figures"].items() if key.startswith(tuple(asked.only))}
-        }
+    kept = last["figures"] if asked.only and last else {}
+    if kept:
+        last = last | {"figures": {key: old for key, old in kept.items() if key.startswith(tuple(asked.only))}}
     print(described(about))
     if last:
         print(f"last time: {described(last['machine'])}")
     print("", *lines(now, last), sep="\n")
     if asked.save:
-        write_record(place, as_record(now, about))
+        record = as_record(now, about)
+        write_record(place, record | {"figures": kept | record["figures"]})
         print(f"\nkept in {place.relative_to(HERE.parent) if place.is_relative_to(HERE.parent) else place}")
     worse = slower(now, last)
     for key in worse:
