@@ -7,7 +7,7 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.errors import VidtrackError
-from vidtrack.files.camera_json import camera_record, read_camera, write_camera
+from vidtrack.files.camera_json import camera_record, located_by, read_camera, write_camera
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.interface import Interface
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -74,3 +74,11 @@ def test_interfaces_come_back_to_the_last_digit(fit, tmp_path):
     np.testing.assert_array_equal(back.point, window.point)
     np.testing.assert_array_equal(back.normal, window.normal)
     assert (back.name, back.indices, back.thickness) == ("window", window.indices, window.thickness)
+
+
+def test_runs_are_located_by_the_refined_camera_where_the_config_asks_for_one_and_it_is_there(tmp_path):
+    (tmp_path / "camera.json").write_text("{}")
+    assert located_by(str(tmp_path), True) == str(tmp_path / "camera.json")
+    (tmp_path / "refined.json").write_text("{}")
+    assert located_by(str(tmp_path), True) == str(tmp_path / "refined.json")
+    assert located_by(str(tmp_path), False) == str(tmp_path / "camera.json")

@@ -86,6 +86,7 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[M
     """
     from vidtrack.exchange.formats import FORMATS, places, written
     from vidtrack.exchange.results import axes_of, read_run, result_paths
+    from vidtrack.files.camera_json import located_by
     from vidtrack.files.experiment import within
     from vidtrack.naming import did_you_mean
 
@@ -107,6 +108,9 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[M
                 continue
             axes = axes_of(settings, run)
             paths = result_paths(results, FORMATS[name], layout)
+            refined = settings.calibration.self_calibration is not None
+            if "cameras" in paths:
+                paths["cameras"] = [located_by(os.path.dirname(path), refined) for path in paths["cameras"]]
             if missing := [path for several in paths.values() for path in several if not os.path.isfile(path)]:
                 reasons.append(f"{missing[0]}: not there yet, or run {run} failed. Call vidtrack run first.")
                 continue

@@ -105,6 +105,12 @@ def read_camera(path: str | os.PathLike[str]) -> Calibrated:
     return Calibrated(camera, uncertainty, record)
 
 
+def located_by(folder: str, refined: bool) -> str:
+    """The file of a camera's folder that runs are located by: refined.json where a body refines the cameras."""
+    own = os.path.join(folder, "refined.json")
+    return own if refined and os.path.isfile(own) else os.path.join(folder, "camera.json")
+
+
 def _interface_record(interface: Interface) -> dict[str, Any]:
     return {
         "name": interface.name,

@@ -66,7 +66,10 @@ class LoadedExperiment:
     cameras   name: CalibratedCamera
     """
 
-    def __init__(self, folder: str, results: str, units: str, axes: Mapping[str, Mapping[str, str]]) -> None:
+    def __init__(
+        self, folder: str, results: str, units: str, axes: Mapping[str, Mapping[str, str]], refined: bool = False
+    ) -> None:
+        self._refined = refined
         self.folder, self.results, self.units = folder, results, units
         self.runs: Mapping[str, LoadedRun] = Lazy("run", _folders(results, "runs", "trajectories.parquet"), self._run)
         self.cameras: Mapping[str, CalibratedCamera] = Lazy(
@@ -114,7 +117,9 @@ class LoadedExperiment:
         return LoadedRun(name, os.path.join(self.results, "runs", name), self.units, self._axes.get(name))
 
     def _camera(self, name: str) -> CalibratedCamera:
-        return CalibratedCamera(os.path.join(self.results, "calibration", name, "camera.json"))
+        from vidtrack.files.camera_json import located_by
+
+        return CalibratedCamera(located_by(os.path.join(self.results, "calibration", name), self._refined))
 
 
 def load(folder: str | os.PathLike[str]) -> LoadedExperiment:
@@ -139,7 +144,7 @@ def load(folder: str | os.PathLike[str]) -> LoadedExperiment:
         own = settings.runs.get(name)
         if found := (own.axes if own else None) or settings.axes:
             axes[name] = found.model_dump()
-    return LoadedExperiment(folder, results, settings.units, axes)
+    return LoadedExperiment(folder, results, settings.units, axes, settings.calibration.self_calibration is not None)
 
 
 def _checked(results: str, folder: str) -> str:
