@@ -19,7 +19,7 @@ def blobs(*at, pixels=50, contrast=150.0):
     n = x.size
     pixels = np.broadcast_to(pixels, n)
     side = np.full(n, 8)
-    rest = Blobs(*np.zeros((12, n)))
+    rest = Blobs(*np.zeros((15, n)))
     return rest._replace(Xf=x, Yf=y, pixels=pixels, mass=pixels * contrast, width=side, height=side)
 
 

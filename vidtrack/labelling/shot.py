@@ -117,7 +117,7 @@ def with_placed(shot: Shot, placed: Array) -> Shot:
     keep = ~(in_x & in_y).any(axis=0)
     none, whole, never = np.zeros(n), np.zeros(n, np.intp), np.zeros(n, bool)
     left, top = np.rint(x).astype(np.intp), np.rint(y).astype(np.intp)
-    own = Blobs(x, y, whole, none, sd, sd, left, top, whole, whole, never, never)
+    own = Blobs(x, y, whole, none, sd, sd, left, top, whole, whole, never, never, none, none, none)
     return shot._replace(
         blobs=Blobs._make(np.concatenate([old[keep], new]) for old, new in zip(b, own, strict=True)),
         at=np.concatenate([shot.at[keep], placed[:, :2]]),

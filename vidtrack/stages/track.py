@@ -35,6 +35,8 @@ from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import chosen_clock
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
+from vidtrack.tracking.measurement.shape_change import with_shape_told
+from vidtrack.tracking.measurement.still_pattern import without_pull
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
     begun_anywhere,
@@ -45,7 +47,7 @@ from vidtrack.tracking.starts import (
     named_boxes,
     with_earlier,
 )
-from vidtrack.tracking.state import CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
+from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
 from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
 from vidtrack.tracking.track_record import diagnosed, record_scatter
 from vidtrack.tracking.tracker import Tracker
@@ -159,7 +161,7 @@ def track(
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
     earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static, tracker.windows)
-    stamps, waiting = _stamps(clip.opening), begun.waiting
+    stamps, waiting, late = _stamps(clip.opening), begun.waiting, samples[-2:]
     clip.opening, samples = [], []
     for batch in clip.batches:
         samples = clip.samples(batch)
@@ -177,6 +179,10 @@ def track(
     time = lines * (elapsed * float(info.rate) + moment.offset)
     repeated = np.repeat(np.array(repeats.flags, bool), lines)
     rows = with_resting(rows, repeated, lines)
+    parity = (moment.field == "bottom").astype(int)
+    rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
+    values, exposure = with_shape_told(rows.values, time, lines)
+    rows = rows._replace(values=values)
     rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
@@ -184,9 +190,8 @@ def track(
     cut = cut_tracks(rows, tracker.others(), grown)
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     windows = _window_table(tracker.windows.kept, columns, clip.detection.noise, grown)
-    diagnostics = (
-        diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record() | {"begun": begun.how}
-    )
+    diagnostics = diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record()
+    diagnostics |= {"begun": begun.how, "exposure": exposure}
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
@@ -255,7 +260,7 @@ def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> D
     from pandas import DataFrame
 
     k, n = rows.flag.shape
-    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values)
+    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values[: BACKGROUND + 1])
     return DataFrame(
         {
             **columns.of(np.repeat(np.arange(k), n)),

@@ -245,7 +245,8 @@ class Reacquisition:
         contrast = contrast_of(blobs)[b]
         background, top = levels_beside(sample, blobs, b, self.scene.detection)
         columns = (blobs.Xf, blobs.Yf, blobs.sd_x, blobs.sd_y, blobs.pixels, blobs.mass)
-        values = np.stack([*(column[b] for column in columns), contrast, background])
+        shape = (blobs.xx[b], blobs.yy[b], blobs.xy[b])
+        values = np.stack([*(column[b] for column in columns), contrast, background, *shape])
         flag = again * RECOVERED + blobs.saturated[b] * SATURATED
         self._pending[got[got < self._n]] = np.nan
         size = np.stack([blobs.width[b], blobs.height[b]]).astype(float)

@@ -172,6 +172,7 @@ def _with(
             fit.mass,
             fit.mass / np.maximum(pixels, 1),
             piece.background,
+            *np.full((3, who.size), np.nan),
         ]
     )
     row, column = np.rint(fit.y).astype(int), np.rint(fit.x).astype(int)

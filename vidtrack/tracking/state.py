@@ -15,13 +15,13 @@ LOST, RECOVERED, PREDICTED, EDGE, SATURATED, MERGED, SMALL, CORRUPT, REPEATED = 
 FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small", "corrupt", "repeated")
 """The words of the flags, by bit."""
 
-X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(13)
-"""Rows of measured values: frame-buffer px, grey levels; HEIGHT in rows of the sample; the last three as in
+X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, XX, YY, XY, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(16)
+"""Rows of measured values: frame-buffer px, grey levels; XX to XY px^2, second moments of the light; HEIGHT in rows of the sample; the last three as in
 `Centroids`."""
 VALUES = PLATEAU + 1
 """Their number."""
-MEASURED = BACKGROUND + 1
-"""Values that are kept of every sample: X to BACKGROUND."""
+MEASURED = XY + 1
+"""Values that are kept of every sample: X to XY."""
 
 
 @dataclass(frozen=True)

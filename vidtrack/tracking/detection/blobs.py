@@ -44,6 +44,7 @@ class Blobs(NamedTuple):
     left, top, width, height   px, the box that holds the pixels above the threshold
     edge                       the blob touches the picture's edge: its centroid is not the target's
     saturated                  part of it is at full scale
+    xx, yy, xy                 px^2, second moments of its light, as in `Centroids`
     """
 
     Xf: Array
@@ -58,6 +59,9 @@ class Blobs(NamedTuple):
     height: Ints
     edge: Bools
     saturated: Bools
+    xx: Array
+    yy: Array
+    xy: Array
 
 
 def find_blobs(
@@ -174,7 +178,7 @@ def measure_mask(
 
 def no_blobs() -> Blobs:
     """What an empty picture shows."""
-    kinds = [float, float, np.intp, float, float, float, np.intp, np.intp, np.intp, np.intp, bool, bool]
+    kinds = [float, float, np.intp, float, float, float, np.intp, np.intp, np.intp, np.intp, bool, bool, *[float] * 3]
     return Blobs._make(np.empty(0, kind) for kind in kinds)
 
 
@@ -207,9 +211,8 @@ def _measure_boxes(
     box_left, box_top = boxes[:, 0], boxes[:, 1]
     box_width, box_height = boxes[:, 2], boxes[:, 3]
     edge = (box_left == 0) | (box_top == 0) | (box_left + box_width == columns) | (box_top + box_height == rows)
-    return Blobs(
-        c.x, c.y, c.pixels, c.mass, c.sd_x, c.sd_y, box_left, box_top, box_width, box_height, edge, c.saturated
-    )
+    box = (box_left, box_top, box_width, box_height)
+    return Blobs(c.x, c.y, c.pixels, c.mass, c.sd_x, c.sd_y, *box, edge, c.saturated, c.xx, c.yy, c.xy)
 
 
 def rough_blobs(image: Picture, mask: NDArray[np.uint8], *, scale: float, min_pixels: int) -> Blobs:
@@ -234,7 +237,7 @@ def rough_blobs(image: Picture, mask: NDArray[np.uint8], *, scale: float, min_pi
     unknown = np.full(x.size, np.nan)
     edge = (left == 0) | (top == 0) | (left + width == columns) | (top + height == rows)
     order = np.lexsort((x, y))
-    found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, left, top, width, height, edge, edge & False)
+    found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, left, top, width, height, edge, edge & False, *[unknown] * 3)
     return Blobs._make(column[order] for column in found)
 
 
@@ -247,6 +250,8 @@ def in_frame_buffer(blobs: Blobs, sample: Sample, left: int = 0, top: int = 0) -
         Xf=blobs.Xf + left,
         Yf=(blobs.Yf + top) * sample.lines + sample.parity,
         sd_y=blobs.sd_y * sample.lines,
+        yy=blobs.yy * sample.lines**2,
+        xy=blobs.xy * sample.lines,
         left=blobs.left + left,
         top=(blobs.top + top) * sample.lines + sample.parity,
     )

@@ -42,6 +42,7 @@ class Centroids(NamedTuple):
     soft           px, how far the target's soft edge reaches beyond the threshold
     pull           px by which things in the background would have moved x or y, had they not been left out
     saturated      at least a twentieth of the target is at full scale
+    xx, yy, xy     px^2, second moments of its light; NaN where a disc was fitted beside something bright
     """
 
     x: Array
@@ -58,6 +59,9 @@ class Centroids(NamedTuple):
     soft: Array
     pull: Array
     saturated: Bools
+    xx: Array
+    yy: Array
+    xy: Array
 
 
 def measure(
@@ -93,7 +97,7 @@ def measure(
     level = plane.value + np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise)
     low = _low(windows, level, target.shape)
     region = soft_edge(low, target, None if alone else found.mask)
-    x, y, mass, sd_x, sd_y, area = weighted(grey, region, plane, sums)
+    x, y, mass, sd_x, sd_y, area, xx, yy, xy = weighted(grey, region, plane, sums)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if kind == "binary":
         x, y, sd_x, sd_y = binary(target, sums)
@@ -107,7 +111,7 @@ def measure(
                 grey, target, found.mask, who, sums, rise=rise, pixels=pixels, noise=noise, always_fitted=fitted
             )
             plateau += plane.value
-            for values, better in zip((x, y, mass, sd_x, sd_y, area, *plane), beside, strict=True):
+            for values, better in zip((x, y, mass, sd_x, sd_y, area, xx, yy, xy, *plane), beside, strict=True):
                 values[..., who] = better
             plateau -= plane.value
             contrast = mass / np.where(pixels > 0, pixels, np.nan)
@@ -129,6 +133,9 @@ def measure(
         np.sqrt(area / np.pi) - np.sqrt(pixels / np.pi),
         np.abs(plane.tilt[1:]).max(axis=0) * area * area / (4 * np.pi) / mass,  # sum of x^2 over a disc, over the mass
         _saturated(windows, target, pixels),
+        xx,
+        yy,
+        xy,
     )
 
 

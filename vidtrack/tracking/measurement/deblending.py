@@ -57,6 +57,9 @@ class Beside(NamedTuple):
     sd_x: Array
     sd_y: Array
     area: Array
+    xx: Array
+    yy: Array
+    xy: Array
     slope: Array
     variance: Array
     noise: Array
@@ -115,6 +118,7 @@ def measure_beside(
     if always_fitted:
         near = np.arange(who.size)
     if near.size:
+        values[6:, near] = np.nan
         values[5, near] = _area(region[:, near], target[:, near], hidden[:, near])
         values[:5, near] = _fitted(
             (grey - on_grid(plane.slope, sums))[:, near],

@@ -38,8 +38,9 @@ def soft_edge(low: NDArray[np.uint8], target: NDArray[np.uint8], mask: NDArray[n
 
 def weighted(
     grey: Picture, region: NDArray[np.uint8], plane: Plane, sums: Sums
-) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """x, y (from the window's middle), mass, sd_x, sd_y over the region, the plane taken off; and its area, px^2.
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array]:
+    """x, y (from the window's middle), mass, sd_x, sd_y over the region, the plane taken off; its area, px^2; and the
+    second moments of the light about x, y: xx, yy, xy, px^2.
 
     The noise of each pixel moves x by (x_i - x) / mass; an error of the plane's slope by sum(x_i^2) / mass.
     """
@@ -50,12 +51,21 @@ def weighted(
     mass = np.where(mass > 0, mass, np.nan)
     x = (w[0, 1] - a * g[0, 1] - b * g[0, 2] - c * g[1, 1]) / mass
     y = (w[1, 0] - a * g[1, 0] - b * g[1, 1] - c * g[2, 0]) / mass
-    across = g[0, 2] - (2 * g[0, 1] - g[0, 0] * x) * x
-    down = g[2, 0] - (2 * g[1, 0] - g[0, 0] * y) * y
+    across, down, slant = _about(g, x, y)
+    level = a + b * x + c * y  # of the plane at x, y, about which the region is nearly symmetric
+    of_region = (across, down, slant)
+    spread = [(light - level * bare) / mass for light, bare in zip(_about(w, x, y), of_region, strict=True)]
     share = plane.noise / mass
     sd_x = share * np.sqrt(np.maximum(across, 0) + plane.variance[0] * across * across)
     sd_y = share * np.sqrt(np.maximum(down, 0) + plane.variance[1] * down * down)
-    return x, y, mass, sd_x, sd_y, g[0, 0]
+    return x, y, mass, sd_x, sd_y, g[0, 0], *spread
+
+
+def _about(sums: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
+    """Second moments about x, y (n,) of sums (3, 3, n): of x x, y y, x y."""
+    xx = sums[0, 2] - (2 * sums[0, 1] - sums[0, 0] * x) * x
+    yy = sums[2, 0] - (2 * sums[1, 0] - sums[0, 0] * y) * y
+    return xx, yy, sums[1, 1] - x * sums[1, 0] - y * sums[0, 1] + x * y * sums[0, 0]
 
 
 def binary(target: NDArray[np.uint8], sums: Sums) -> tuple[Array, Array, Array, Array]:

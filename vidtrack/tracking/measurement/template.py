@@ -38,6 +38,9 @@ from vidtrack.tracking.state import (
     UNREST,
     VALUES,
     WIDTH,
+    XX,
+    XY,
+    YY,
     X,
     Y,
 )
@@ -74,8 +77,9 @@ MASK = Mask()
 
 
 class Weights(NamedTuple):
-    """Windows (m, height * width) times `linear` (.., 8) are mass, m_x, m_y, the background, and how the ring differs
-    from a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1.
+    """Windows (m, height * width) times `linear` (.., 11) are mass, m_x, m_y, the background; how the ring differs from
+    a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1; and the second
+    moments of the light.
 
     pull           px by which one grey level of those may have moved the target, times its mass
     inside            weights of what is counted: 1 within the mask, MASK.stray without
@@ -107,7 +111,8 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     m_x = disc * x - (disc * x * x).sum() * plane[1]
     m_y = disc * y - (disc * y * y).sum() * plane[2]
     uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
-    linear = np.stack([mass, m_x, m_y, plane[0], *uneven], axis=1).astype(np.float32)
+    second = [disc * along - (disc * along).sum() * plane[0] for along in (x * x, y * y, x * y)]
+    linear = np.stack([mass, m_x, m_y, plane[0], *uneven, *second], axis=1).astype(np.float32)
     pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
     inside = (disc + MASK.stray * (1 - disc)).astype(np.float32)
     noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
@@ -160,7 +165,7 @@ def apply_template(
     count = _counted(bright, known.threshold, w, detection).reshape(k, n)
     noise = _noise(bright, w, detection, n) if careful else known.unrest
     saturated = _at_full_scale(bright, count, w, detection)
-    mass, m_x, m_y, background, uneven = moments.reshape(5, k, n)
+    mass, m_x, m_y, background, uneven, *second = moments.reshape(8, k, n)
     mass = np.where(mass > 0, mass, np.nan)
     off = np.stack([m_x / mass, m_y / mass])
     unlike = np.exp(WINDOW.same_size + WINDOW.grain / known.pixels)
@@ -180,6 +185,11 @@ def apply_template(
         values[Y] *= 2
         values[Y] += np.array([[sample.parity] for sample in samples])
         values[SD_Y] *= 2
+    for row, along, across in ((XX, 0, 0), (YY, 1, 1), (XY, 0, 1)):
+        np.subtract(second[row - XX] / mass, off[along] * off[across], out=values[row])
+    if samples[0].lines == 2:
+        values[YY] *= 4
+        values[XY] *= 2
     count = np.maximum(count, 1)
     scaled = np.sqrt(count / known.pixels)
     values[PIXELS], values[MASS], values[BACKGROUND] = count, mass, background
@@ -193,7 +203,7 @@ def apply_template(
 def _centred(
     samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
 ) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
-    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (5, k n); their middle pixels
+    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (8, k n); their middle pixels
     (2, k n), column and row of the sample; and whether their masks lie within the picture (k n).
     """
     k, n = predicted.shape[:2]
@@ -276,13 +286,16 @@ def _windows(
 
 
 def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
-    """Mass, m_x, m_y and background of windows, grey levels and px, and the sum of the harmonics squared, (5, m)."""
+    """Mass, m_x, m_y and background of windows, grey levels and px, the sum of the harmonics squared, and the second
+    moments about the window's middle, (8, m).
+    """
     found = np.empty((len(bright), w.linear.shape[1]), np.float32)
     for some in _chunks(bright):
         np.matmul(bright[some].astype(np.float32), w.linear, out=found[some])
-    moments = np.empty((5, len(bright)))
+    moments = np.empty((8, len(bright)))
     np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
-    np.einsum("mu,mu->m", found[:, 4:], found[:, 4:], out=moments[4])
+    np.multiply(found[:, 8:].T, detection.scale, out=moments[5:])
+    np.einsum("mu,mu->m", found[:, 4:8], found[:, 4:8], out=moments[4])
     moments[4] *= detection.scale * detection.scale
     return moments
 
