@@ -1,0 +1,190 @@
+"""What a still pattern of the background does to the centroids of targets that move over it.
+
+The pixels of a target's soft rim show the background in part, and the plane under it is fitted to what is about it. A
+background with a grain pulls the centroid to its brighter side: an error of about a tenth of a pixel and more that
+varies along the path and that the scatter of the path shows only where the target is quick. The pull is linear in the
+background's pixels, so that a picture of the background without the targets says what it is at each place; it is taken
+off, and a share of its usual size is added to the sd for what that picture does not know.
+
+A codec's noise may stand still for a while. So the pattern must be there at the end of the recording too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import MASS, PIXELS, SD_X, SD_Y, Rows, X, Y
+
+
+@dataclass(frozen=True)
+class StillPatterns:
+    """How the pull of a pattern is estimated.
+
+    soft_px      width of a target's rim, over which the background shows through less and less
+    mask_px      about the radius of its pixels that its centroid is taken over
+    free_px      about that radius from where on pixels show the background alone; ring_px: the width of their ring
+    step_px      radii that differ by less have the same weights
+    places       where the pull is compared between the beginning and the end of the recording, about
+    fewest       so few places say nothing
+    telling      times the sd of its estimate from which on a pull is more than chance
+    worth        share of the centroids' sd below which a pull adds nothing to it
+    bright       standard deviations of the background beyond which a pixel is of a thing that stands about, no pattern
+    coarse       px of the background that are one of the picture of its light
+    unknown      share of the pull's local size that is not known
+    """
+
+    soft_px: float = 0.8
+    mask_px: float = 2.0
+    free_px: float = 4.0
+    ring_px: float = 4.0
+    step_px: float = 0.5
+    places: int = 400
+    fewest: int = 20
+    telling: float = 4.0
+    worth: float = 0.3
+    bright: float = 5.0
+    coarse: int = 8
+    unknown: float = 0.4
+
+
+STILL_PATTERN = StillPatterns()
+
+
+@lru_cache(maxsize=64)
+def kernels(half_width: float, half_height: float) -> Array:
+    """Weights (2, height, width) of the background's pixels for the moments m_x, m_y of an elliptical target there."""
+    room = STILL_PATTERN.free_px + STILL_PATTERN.ring_px
+    half_w, half_h = int(np.ceil(half_width + room)), int(np.ceil(half_height + room))
+    y, x = np.mgrid[-half_h : half_h + 1, -half_w : half_w + 1].astype(float)
+    mean = np.sqrt(half_width * half_height)
+    away = (np.hypot(x / half_width, y / half_height) - 1) * mean  # px beyond the rim, about
+    within = (away <= STILL_PATTERN.mask_px).astype(float)
+    ring = ((away > STILL_PATTERN.free_px) & (away <= room)).astype(float)
+    shown = np.clip(0.5 + away / (2 * STILL_PATTERN.soft_px), 0.0, 1.0)
+    powers = np.stack([np.ones_like(x), x, y])
+    plane = np.linalg.pinv((powers * ring).reshape(3, -1).T).reshape(3, *x.shape) * ring
+    pulls = []
+    for along in (x, y):
+        moments = (powers * (within * along)).sum(axis=(1, 2))  # of the plane
+        pulls.append(within * along * shown - np.tensordot(moments, plane, 1))
+    return np.stack(pulls)
+
+
+def without_pull(
+    rows: Rows,
+    parity: Ints,
+    backgrounds: Mapping[int, NDArray[Any]],
+    late: Sequence[Sample],
+    detection: Detection,
+    lines: int = 1,
+) -> Rows:
+    """The rows with the pull of a still pattern taken off the positions, and what is not known of it added to the sd.
+
+    parity       (samples,) of their fields; lines: of the frame buffer to a row of a sample
+    backgrounds  from the opening of the recording, as `background_of` makes them; late: its last samples
+    Where no pattern shows, or one too weak to matter, the rows are the same.
+    """
+    values = rows.values
+    mass, pixels = values[MASS], values[PIXELS]
+    measured = np.isfinite(values[X]) & (mass > 0) & (pixels > 0)
+    if not measured.any():
+        return rows
+    radius = np.sqrt(lines * pixels / np.pi)
+    usual = _rounded(float(np.median(radius[measured])))
+    weights = kernels(usual, usual / lines)
+    # of a centroid along x and along y
+    least = STILL_PATTERN.worth * np.median(values[[SD_X, SD_Y]][:, measured] * mass[measured], axis=1) / (1, lines)
+    changed = None
+    for one, background in backgrounds.items():
+        last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
+        own = measured & (parity == one)[:, None]
+        if last is None or not own.any():
+            continue
+        grey = _grey(background, detection)
+        if not (_pull(grey, _grey(detection.bright(last.luma), detection), weights) > least).any():
+            continue
+        changed = values.copy() if changed is None else changed
+        _correct(changed, own, radius, one, _pattern(grey), lines)
+    return rows if changed is None else rows._replace(values=changed)
+
+
+def _grey(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
+    return picture.astype(np.float32) * np.float32(detection.scale)
+
+
+def _rounded(radius: float) -> float:
+    return max(1.0, round(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px)
+
+
+def _pull(early: NDArray[np.float32], late: NDArray[np.float32], weights: Array) -> Array:
+    """sd (2,) of the moments that what stands still makes at places of the picture; 0 where it may be chance."""
+    height, width = weights.shape[1:]
+    rows, columns = early.shape[0] - height, early.shape[1] - width
+    if rows < 1 or columns < 1:
+        return np.zeros(2)
+    step = max(1, int(np.sqrt(rows * columns / STILL_PATTERN.places)))
+    moments = []
+    for picture in (early, late):
+        views = np.lib.stride_tricks.sliding_window_view(picture, (height, width))[::step, ::step]
+        moments.append(np.tensordot(views.astype(float), weights, ((2, 3), (1, 2))).reshape(-1, 2))
+    count = len(moments[0])
+    if count < STILL_PATTERN.fewest:
+        return np.zeros(2)
+    alike, unlike = (_spread((moments[0] + sign * moments[1]) / 2) ** 2 for sign in (1, -1))
+    still = alike - unlike  # the covariance of both
+    chance = 2.33 / np.sqrt(count) * np.hypot(alike, unlike)  # of a variance by the median of deviations
+    return np.where(still > STILL_PATTERN.telling * chance, np.sqrt(np.maximum(still, 0.0)), 0.0)
+
+
+def _spread(values: Array) -> Array:
+    return np.asarray(1.4826 * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
+
+
+def _pattern(grey: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The background without the things that stand about in it."""
+    rows, columns = grey.shape
+    small = (max(1, columns // STILL_PATTERN.coarse), max(1, rows // STILL_PATTERN.coarse))
+    light = cv2.medianBlur(cv2.resize(grey, small, interpolation=cv2.INTER_AREA), 5)
+    light = cv2.resize(light, (columns, rows), interpolation=cv2.INTER_LINEAR)
+    over = grey - light
+    usual = float(_spread(over.ravel()[:: 1 + over.size // 40_000, None])[0])
+    over[np.abs(over) > STILL_PATTERN.bright * usual] = 0.0
+    return np.asarray(light + over, np.float32)
+
+
+def _correct(
+    values: Array, own: NDArray[np.bool_], radius: Array, parity: int, pattern: NDArray[np.float32], lines: int
+) -> None:
+    """Take the pull off values (MEASURED, samples, n), in place, where they are measurements of this parity."""
+    rounded = np.where(own, np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0), 0.0)
+    for size in np.unique(rounded[own]).tolist():
+        here = rounded == size
+        x, y, mass = values[X][here], (values[Y][here] - parity) / lines, values[MASS][here]
+        for weights, place, sd, unit in zip(kernels(size, size / lines), (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
+            moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
+            about = 2 * int(np.ceil(size)) + 1
+            local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0))
+            pull, unknown = (_at(picture, x, y) / mass * unit for picture in (moment, local))
+            values[place][here] -= pull
+            values[sd][here] = np.hypot(values[sd][here], STILL_PATTERN.unknown * unknown)
+
+
+def _at(picture: NDArray[np.float32], x: Array, y: Array) -> Array:
+    """The picture between its pixels."""
+    rows, columns = picture.shape
+    x, y = np.clip(x, 0, columns - 1.001), np.clip(y, 0, rows - 1.001)
+    left, top = x.astype(np.intp), y.astype(np.intp)
+    across, down = x - left, y - top
+    above = picture[top, left] * (1 - across) + picture[top, left + 1] * across
+    below = picture[top + 1, left] * (1 - across) + picture[top + 1, left + 1] * across
+    return np.asarray(above * (1 - down) + below * down, float)
