@@ -82,11 +82,12 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     if len(samples) >= LINKING.shortest:
         backgrounds = background_of(samples, detection)
         for first in range(0, len(samples) - LINKING.shortest + 1, INITIALISATION.samples):
-            moving = find_movers(samples[first : first + INITIALISATION.samples + 1], backgrounds, detection, n)
-            here = [
-                trail._replace(sample=trail.sample + first)
-                for trail in best_together(moving, n, INITIALISATION.samples + 1)
-            ]
+            some = samples[first : first + INITIALISATION.samples + 1]
+            moving = find_movers(some, backgrounds, detection, n)
+            if len(moving) > n and len(samples) - first > len(some):  # the targets are what lasts
+                some = samples[first:]
+                moving = find_movers(some, backgrounds, detection, n)
+            here = [trail._replace(sample=trail.sample + first) for trail in best_together(moving, n, len(some))]
             trails = here if len(here) > len(trails) else trails
             if len(trails) >= INITIALISATION.enough_moving * n:
                 break
