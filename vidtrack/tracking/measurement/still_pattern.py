@@ -40,7 +40,7 @@ class StillPatterns:
     worth        share of the centroids' sd below which a pull adds nothing to it
     bright       standard deviations of the background beyond which a pixel is of a thing that stands about, no pattern
     coarse       px of the background that are one of the picture of its light
-    unknown      share of the pull's local size that is not known
+    unknown      share of the pull, and of its local size, that is not known
     """
 
     soft_px: float = 0.8
@@ -54,7 +54,7 @@ class StillPatterns:
     worth: float = 0.3
     bright: float = 5.0
     coarse: int = 8
-    unknown: float = 0.4
+    unknown: float = 0.45
 
 
 STILL_PATTERN = StillPatterns()
@@ -173,7 +173,7 @@ def _correct(
         for weights, place, sd, unit in zip(kernels(size, size / lines), (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
             moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
             about = 2 * int(np.ceil(size)) + 1
-            local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0))
+            local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0) + moment * moment)
             pull, unknown = (_at(picture, x, y) / mass * unit for picture in (moment, local))
             values[place][here] -= pull
             values[sd][here] = np.hypot(values[sd][here], STILL_PATTERN.unknown * unknown)

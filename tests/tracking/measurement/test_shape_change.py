@@ -1,0 +1,110 @@
+import numpy as np
+import pytest
+
+from vidtrack.tracking.measurement.shape_change import with_shape_told
+from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
+
+K, RADIUS, SD = 80, 5.0, 0.01
+TIME = np.arange(K, dtype=float)
+
+
+def moments(light: np.ndarray) -> tuple[float, ...]:
+    """Mass, middle and second moments of a picture of light."""
+    y, x = np.indices(light.shape)
+    mass = light.sum()
+    mx, my = (light * x).sum() / mass, (light * y).sum() / mass
+    return mass, mx, my, *((light * a).sum() / mass for a in ((x - mx) ** 2, (y - my) ** 2, (x - mx) * (y - my)))
+
+
+def disc(x: float, y: float) -> np.ndarray:
+    off = np.hypot(np.arange(60) - x, np.arange(40)[:, None] - y)
+    return np.clip(RADIUS + 0.5 - off, 0, 1)
+
+
+def filmed(course, spoil=lambda light, i: light, stations: int = 1, exposure: float = 0.0) -> np.ndarray:
+    """Values of a target on a course over whole samples: a picture of 60 x 40 px about it."""
+    rng = np.random.default_rng(5)
+    values = np.zeros((MEASURED, K, 1))
+    for i in range(K):
+        home = np.rint(course(float(i))) - (30, 20)
+        late = ((np.arange(stations) + 0.5) / stations - 0.5) * exposure
+        light = np.mean([disc(*(course(i + t) - home)) for t in late], axis=0)
+        light = spoil(light, i) + rng.normal(0, 0.004, light.shape) * (light > 0.01)
+        mass, x, y, *second = moments(np.maximum(light, 0))
+        values[[X, Y, MASS, PIXELS], i, 0] = (x + home[0], y + home[1], 100 * mass, (light > 0.5).sum())
+        values[[XX, YY, XY], i, 0] = second
+    values[[SD_X, SD_Y]] = SD
+    return values
+
+
+def slow(t: float) -> np.ndarray:
+    return np.array([100 + 20 * np.sin(t / 15), 80 + 12 * np.cos(t / 11)])
+
+
+def quick(t: float) -> np.ndarray:
+    return np.array([300 + 60 * np.sin(t / 5), 200 + 40 * np.cos(t / 6)])
+
+
+def error(values: np.ndarray, course) -> np.ndarray:
+    return values[[X, Y], :, 0].T - np.array([course(t) for t in TIME])
+
+
+def test_a_clean_target_keeps_its_sd_and_its_place():
+    values = filmed(slow)
+    told, exposure = with_shape_told(values, TIME)
+    assert exposure == 0
+    assert np.array_equal(told[[X, Y]], values[[X, Y]])
+    assert (told[SD_X] > 1.001 * SD).mean() < 0.02
+
+
+def rope(light: np.ndarray, i: int) -> np.ndarray:
+    light = light.copy()
+    if 30 <= i < 44:  # it goes from one rim to the other
+        light[:, 30 - 6 + (i - 30) : 30 - 6 + (i - 30) + 2] = 0
+    return light
+
+
+def spot(light: np.ndarray, i: int) -> np.ndarray:
+    light = light.copy()
+    if i % 20 == 5:
+        light[22:25, 32:35] += 0.8
+    return light
+
+
+@pytest.mark.parametrize("spoil", [rope, spot], ids=["a dark rope before it", "a flash on its rim"])
+def test_what_hides_or_lights_a_part_of_a_target_is_in_its_sd(spoil):
+    values = filmed(slow, spoil)
+    told, _ = with_shape_told(values, TIME)
+    off = np.abs(error(values, slow))
+    hurt = np.array([not np.array_equal(spoil(disc(30, 20), i), disc(30, 20)) for i in range(K)])
+    assert (off[hurt] > 5 * SD).any(axis=1).sum() >= 4  # wrong, by what noise alone says
+    assert (off < 5 * told[[SD_X, SD_Y], :, 0].T).all()
+    assert (told[SD_X, ~hurt] < 1.5 * SD).mean() > 0.98
+
+
+def test_the_middle_of_a_streak_is_put_to_the_middle_of_the_exposure():
+    values = filmed(quick, stations=24, exposure=0.8)
+    told, exposure = with_shape_told(values, TIME)
+    assert exposure == pytest.approx(0.8, abs=0.05)
+    inner = slice(1, -1)
+    before, after = (np.sqrt(np.mean(error(one, quick)[inner] ** 2)) for one in (values, told))
+    assert before > 3 * SD
+    assert after < before / 4
+    assert (np.abs(error(told, quick)) < 5 * told[[SD_X, SD_Y], :, 0].T).all()
+
+
+def test_rows_of_a_field_count_in_px_of_the_frame():
+    """An exposure of a target in fields, whose moments are those of the frame buffer already."""
+    values = filmed(quick, stations=24, exposure=0.8)
+    values[PIXELS] /= 2
+    told, exposure = with_shape_told(values, TIME, lines=2)
+    assert exposure == pytest.approx(0.8, abs=0.05)
+    assert np.isfinite(told[[X, Y, SD_X, SD_Y]]).all()
+
+
+def test_samples_without_moments_stay_as_they_are():
+    values = filmed(slow)
+    values[[XX, YY, XY]] = np.nan
+    told, exposure = with_shape_told(values, TIME)
+    assert exposure == 0
+    assert np.array_equal(told, values, equal_nan=True)

@@ -1,0 +1,91 @@
+import cv2
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from vidtrack.tracking.measurement.still_pattern import kernels, without_pull
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.settings import Detection
+from vidtrack.tracking.state import BACKGROUND, MASS, MEASURED, PIXELS, SD_X, SD_Y, Rows, X, Y
+
+RADIUS, LEVEL, SHAPE = 5.0, 210.0, (120, 220)
+MASS_OF = 11_000.0
+NOISE = 1.5
+
+
+def rough(seed: int, grain: float, contrast: float) -> np.ndarray:
+    picture = cv2.GaussianBlur(np.random.default_rng(seed).normal(0, 1, SHAPE).astype(np.float32), (0, 0), grain)
+    return 90 + picture / picture.std() * np.float32(contrast)
+
+
+def noisy(picture: np.ndarray, seed: int) -> np.ndarray:
+    return np.rint(picture + np.random.default_rng(seed).normal(0, NOISE, picture.shape)).astype(np.uint8)
+
+
+def with_ball(picture: np.ndarray, x: float, y: float) -> np.ndarray:
+    off = np.hypot(np.arange(SHAPE[1]) - x, np.arange(SHAPE[0])[:, None] - y)
+    return picture + ndtr((RADIUS - off) / 0.75) * (LEVEL - picture)
+
+
+def centroid(picture: np.ndarray, x: float, y: float) -> tuple[float, float, float]:
+    """First moments of the light about the nearest pixel, over the plane of a ring, and their mass."""
+    column, row = round(x), round(y)
+    down, across = np.mgrid[-14:15, -14:15]
+    here = picture[row - 14 : row + 15, column - 14 : column + 15].astype(float)
+    d = np.hypot(across, down)
+    ring, within = (d > 9) & (d <= 13), d <= RADIUS + 2
+    basis = np.stack([np.ones(29 * 29), across.ravel(), down.ravel()], 1)
+    over = here - (basis @ np.linalg.lstsq(basis[ring.ravel()], here[ring], rcond=None)[0]).reshape(29, 29)
+    mass = over[within].sum()
+    return column + (over * across)[within].sum() / mass, row + (over * down)[within].sum() / mass, mass
+
+
+def measured(pattern: np.ndarray) -> tuple[Rows, np.ndarray]:
+    """What a ball that goes over a pattern shows, and where it truly is (60, 2)."""
+    t = np.arange(60)
+    true = np.stack([20 + 3.1 * t, 60 + 30 * np.sin(t / 9)], 1)
+    values = np.zeros((MEASURED, 60, 1))
+    for i, (x, y) in enumerate(true):
+        values[[X, Y, MASS], i, 0] = centroid(noisy(with_ball(pattern, x, y), 100 + i), x, y)
+    values[PIXELS], values[BACKGROUND] = np.pi * RADIUS**2, 90.0
+    values[[SD_X, SD_Y]] = 0.008
+    return Rows(values, np.zeros((60, 1, 2)), np.zeros((60, 1), np.int64), np.zeros(60)), true
+
+
+def changed(pattern: np.ndarray, late: np.ndarray) -> tuple[Rows, Rows, np.ndarray]:
+    rows, true = measured(pattern)
+    detection, none = Detection(noise=NOISE), np.zeros(60, int)
+    return rows, without_pull(rows, none, {0: noisy(pattern, 1)}, [Sample(late, 99.0)], detection), true
+
+
+def z2(rows: Rows, true: np.ndarray) -> np.ndarray:
+    error = rows.values[[X, Y], :, 0].T - true
+    return np.square(error / rows.values[[SD_X, SD_Y], :, 0].T)
+
+
+@pytest.mark.parametrize(("grain", "contrast"), [(1.5, 15.0), (3.0, 10.0), (6.0, 15.0)])
+def test_a_pattern_behind_a_moving_target_is_taken_off_and_what_is_left_is_in_the_sd(grain, contrast):
+    pattern = rough(3, grain, contrast)
+    before, after, true = changed(pattern, noisy(pattern, 2))
+    assert np.sqrt(z2(before, true).mean()) > 2.5  # wrong by far more than noise says
+    assert np.sqrt(z2(after, true).mean()) < 1.3
+    assert z2(after, true).max() < 16
+    off = [np.sqrt(np.mean((rows.values[[X, Y], :, 0].T - true) ** 2)) for rows in (before, after)]
+    assert off[1] < 0.6 * off[0]
+
+
+def test_where_there_is_no_pattern_not_a_digit_changes():
+    plain = np.full(SHAPE, 40, np.float32)
+    before, after, _ = changed(plain, noisy(plain, 2))
+    assert after is before
+
+
+def test_noise_that_stood_still_only_in_the_beginning_is_no_pattern():
+    pattern = rough(3, 2.0, 12.0)
+    before, after, _ = changed(pattern, noisy(rough(4, 2.0, 12.0), 2))
+    assert after is before
+
+
+def test_even_light_pulls_nothing():
+    for weights in kernels(5.0, 5.0):
+        assert abs(weights.sum()) < 1e-9
