@@ -93,3 +93,23 @@ def test_a_thing_that_is_gone_by_the_last_sample_is_no_clutter():
     gone = samples_of(circle(6, 1, period=40.0), still=STILL[:1])
     left = clutter_besides([*samples[:5], gone[5]], np.array([[150.0, 100.0]]), np.array([[9.0, 9.0]]), DETECTION)
     assert left.Xf.round().tolist() == [40]
+
+
+def test_what_lasts_is_a_target_before_what_glitters_more_brightly():
+    """Spots of four samples each, brighter than the targets, drift all over the picture."""
+    path = circle(12, 2, period=40.0)
+    rng = np.random.default_rng(3)
+    lit = []
+    for sample in samples_of(path):
+        lit.append(np.array(sample.luma))
+    for first in range(-3, 12):
+        for x, y in rng.uniform((15, 15), (SHAPE[1] - 15, SHAPE[0] - 15), (3, 2)):
+            for j in range(max(first, 0), min(first + 4, 12)):
+                column, row = round(x + 0.8 * (j - first)), round(y)
+                lit[j][row - 3 : row + 4, column - 3 : column + 4] = 250
+    samples = [Sample(luma, float(k)) for k, luma in enumerate(lit)]
+    opening = find_targets(samples, 2, DETECTION)
+    assert len(opening.trails) == 2
+    for trail in opening.trails:
+        off = np.linalg.norm(path[trail.sample] - trail.position[:, None], axis=-1)
+        assert np.median(off.min(axis=1)) < 2

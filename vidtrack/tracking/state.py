@@ -16,8 +16,8 @@ FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small
 """The words of the flags, by bit."""
 
 X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, XX, YY, XY, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(16)
-"""Rows of measured values: frame-buffer px, grey levels; XX to XY px^2, second moments of the light; HEIGHT in rows of the sample; the last three as in
-`Centroids`."""
+"""Rows of measured values: frame-buffer px, grey levels; XX to XY second moments of the light, px^2; HEIGHT in rows of
+the sample; the last three as in `Centroids`."""
 VALUES = PLATEAU + 1
 """Their number."""
 MEASURED = XY + 1

@@ -3,9 +3,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.still_pattern import kernels, without_pull
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import BACKGROUND, MASS, MEASURED, PIXELS, SD_X, SD_Y, Rows, X, Y
 
 RADIUS, LEVEL, SHAPE = 5.0, 210.0, (120, 220)

@@ -237,7 +237,8 @@ def rough_blobs(image: Picture, mask: NDArray[np.uint8], *, scale: float, min_pi
     unknown = np.full(x.size, np.nan)
     edge = (left == 0) | (top == 0) | (left + width == columns) | (top + height == rows)
     order = np.lexsort((x, y))
-    found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, left, top, width, height, edge, edge & False, *[unknown] * 3)
+    box, whole = (left, top, width, height), edge & False
+    found = Blobs(x, y, pixels, contrast * pixels, unknown, unknown, *box, edge, whole, unknown, unknown, unknown)
     return Blobs._make(column[order] for column in found)
 
 

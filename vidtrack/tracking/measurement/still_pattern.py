@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.settings import Detection
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, SD_Y, Rows, X, Y
 
 

@@ -23,7 +23,7 @@ from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.components import CUTTING
-from vidtrack.tracking.measurement.window import WINDOW, Seen
+from vidtrack.tracking.measurement.window import WINDOW, Seen, doubled
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import (
     BACKGROUND,
@@ -175,8 +175,8 @@ def apply_template(
     quiet = np.maximum(known.unrest, max(detection.noise, SURROUNDINGS.quantisation_sd))
     clear &= noise <= 2 * quiet
     clear &= uneven <= np.maximum(MASK.uneven_ring * quiet, mass * (WINDOW.pull_px / w.pull)) ** 2
-    if n > 1 and (doubled := _doubled(centre, k, n)) is not None:
-        clear &= ~doubled
+    if n > 1 and (twice := doubled(centre, k, n)) is not None:
+        clear &= ~twice
     values = np.empty((VALUES, k, n))
     np.add(centre.reshape(2, k, n), off, out=values[X : Y + 1])
     np.divide(noise * w.x_noise, mass, out=values[SD_X])
@@ -347,16 +347,3 @@ def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Ar
     squares = np.einsum("nr,nr->n", values, values) - np.einsum("nc,nc->n", slopes, slopes)
     noise = np.sqrt(np.maximum(squares, 0) / (w.ring.size - 3))
     return np.asarray(np.maximum(noise, SURROUNDINGS.quantisation_sd), float)
-
-
-def _doubled(centre: Ints, k: int, n: int) -> NDArray[np.bool_] | None:
-    """Where two targets of one sample have the same middle pixel, or nearly, (k, n); None: nowhere."""
-    key = ((centre[1] // 2 << 20) + centre[0] // 2).reshape(k, n)
-    if not (np.diff(np.sort(key, axis=1), axis=1) == 0).any():
-        return None
-    order = np.argsort(key, axis=1, kind="stable")
-    same = np.diff(np.take_along_axis(key, order, axis=1), axis=1) == 0
-    doubled = np.zeros((k, n), bool)
-    sample, place = np.nonzero(same)
-    doubled[sample, order[sample, place]] = doubled[sample, order[sample, place + 1]] = True
-    return doubled

@@ -192,3 +192,16 @@ def _alone(box: Ints, sample: Ints) -> Bools:
     alone = np.ones(key.size, bool)
     alone[order[same]] = alone[order[same + 1]] = False
     return alone
+
+
+def doubled(centre: Ints, k: int, n: int) -> Bools | None:
+    """Where two targets of one sample have the same middle pixel, or nearly, (k, n); None: nowhere."""
+    key = ((centre[1] // 2 << 20) + centre[0] // 2).reshape(k, n)
+    if not (np.diff(np.sort(key, axis=1), axis=1) == 0).any():
+        return None
+    order = np.argsort(key, axis=1, kind="stable")
+    same = np.diff(np.take_along_axis(key, order, axis=1), axis=1) == 0
+    out = np.zeros((k, n), bool)
+    sample, place = np.nonzero(same)
+    out[sample, order[sample, place]] = out[sample, order[sample, place + 1]] = True
+    return out
