@@ -48,6 +48,8 @@ class Initialisation:
     enough_moving  of the targets that are found moving; the others may stand still
     compact        of 1 for a disc: what is less compact is a target only where it plainly moves
     dim            times the least level: where even the brighter of what moves asks for no higher one, all of it is dim
+    blinks         samples at the end in one of which a trail must still be seen; most: share of all that it lasts
+    gone           share of its merit that is left to one that does not
     blobs_at_most  in a sample that are linked, the most massive ones
     """
 
@@ -55,6 +57,9 @@ class Initialisation:
     enough_moving: float = 0.9
     compact: float = 0.45
     dim: float = 1.05
+    blinks: int = 2
+    most: float = 0.5
+    gone: float = 0.25
     blobs_at_most: int = 400
 
 
@@ -109,7 +114,15 @@ def find_movers(
     found = [_moving_blobs(sample, backgrounds[sample.parity], detection) for sample in samples]
     trails = link(found, samples, detection.max_step)
     moving = [trail for trail in trails if moves(trail, detection.min_motion)]
-    return moving if len(moving) <= n else sorted(moving, key=merit, reverse=True)
+    if len(moving) <= n:
+        return moving
+    k = len(samples)
+
+    def lasting(trail: Trail) -> float:  # what glitters is bright, and soon gone
+        lasts = trail.sample[-1] >= k - INITIALISATION.blinks and len(trail.sample) >= INITIALISATION.most * k
+        return merit(trail) * (1.0 if lasts else INITIALISATION.gone)
+
+    return sorted(moving, key=lasting, reverse=True)
 
 
 def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detection) -> list[Trail]:

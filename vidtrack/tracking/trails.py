@@ -110,10 +110,8 @@ def moves(trail: Trail, least_px: float) -> bool:
 
 
 def merit(trail: Trail) -> float:
-    """Length squared times contrast times compactness, less for what changes its size or jerks: what glitters is bright
-    and soon gone.
-    """
-    length = len(trail.sample) ** 2
+    """Length times contrast times compactness, less for what changes its size or jerks."""
+    length = np.log1p(len(trail.sample))
     steady = 1 / (1 + 4 * float(np.std(np.log(trail.pixels))))
     bend = np.diff(trail.position, n=2, axis=0)
     jerk = float(np.median(np.abs(np.diff(bend, axis=0)))) if len(bend) > 1 else 0.0

@@ -40,6 +40,7 @@ class StillPatterns:
     worth        share of the centroids' sd below which a pull adds nothing to it
     bright       standard deviations of the background beyond which a pixel is of a thing that stands about, no pattern
     coarse       px of the background that are one of the picture of its light
+    about        radii of the target about a place, even, over which the local size of the pull is taken
     unknown      share of the pull, and of its local size, that is not known
     """
 
@@ -52,8 +53,9 @@ class StillPatterns:
     fewest: int = 20
     telling: float = 4.0
     worth: float = 0.3
-    bright: float = 5.0
-    coarse: int = 8
+    bright: float = 6.0
+    coarse: int = 16
+    about: int = 6
     unknown: float = 0.45
 
 
@@ -172,7 +174,7 @@ def _correct(
         x, y, mass = values[X][here], (values[Y][here] - parity) / lines, values[MASS][here]
         for weights, place, sd, unit in zip(kernels(size, size / lines), (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
             moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
-            about = 2 * int(np.ceil(size)) + 1
+            about = STILL_PATTERN.about * int(np.ceil(size)) + 1
             local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0) + moment * moment)
             pull, unknown = (_at(picture, x, y) / mass * unit for picture in (moment, local))
             values[place][here] -= pull
