@@ -35,7 +35,7 @@ from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import chosen_clock
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
-from vidtrack.tracking.measurement.shape_change import with_shape_told
+from vidtrack.tracking.measurement.shape_change import told_by_shape
 from vidtrack.tracking.measurement.still_pattern import without_pull
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -181,9 +181,8 @@ def track(
     rows = with_resting(rows, repeated, lines)
     parity = (moment.field == "bottom").astype(int)
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
-    values, exposure = with_shape_told(rows.values, time, lines)
-    rows = rows._replace(values=values)
-    rows, seen = with_grown_sd(rows, time, lines=lines, kind=centroid)
+    shapes = told_by_shape(rows.values, time, lines)
+    rows, seen = with_grown_sd(rows, time, shapes, lines=lines, kind=centroid)
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     grown = np.median(seen.factor, axis=1) if names else np.ones(2)
@@ -191,7 +190,7 @@ def track(
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     windows = _window_table(tracker.windows.kept, columns, clip.detection.noise, grown)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record()
-    diagnostics |= {"begun": begun.how, "exposure": exposure}
+    diagnostics |= {"begun": begun.how, "exposure": shapes.exposure}
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),

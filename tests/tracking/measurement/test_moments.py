@@ -49,11 +49,13 @@ def test_some_rows_are_those_rows():
 def test_without_noise_the_weighted_centroid_is_the_disc_s_and_its_mass_the_disc_s_light():
     raw, truth = windows(N, 5.0, noise=0.0, side=SIDE)
     grey, _, region, _, plane, sums, _ = measured(raw)
-    x, y, mass, _, _, area = weighted(grey, region, plane, sums)
+    x, y, mass, _, _, area, xx, yy, xy = weighted(grey, region, plane, sums)
     middle = (SIDE - 1) / 2
     np.testing.assert_allclose(np.stack([x, y], -1) + middle, truth, atol=0.01)
     np.testing.assert_allclose(mass, 200 * np.pi * 25, rtol=0.01)
     assert (area > np.pi * 25).all()
+    np.testing.assert_allclose(np.stack([xx, yy]), 25 / 4, rtol=0.04)
+    np.testing.assert_allclose(xy, 0, atol=0.02)
 
 
 def test_the_weighted_centroid_is_the_same_on_a_slope():
@@ -71,7 +73,7 @@ def test_sd_of_the_weighted_centroid_is_its_scatter():
     n = 400
     raw, truth = windows(n, 4.0, noise=4.0, side=SIDE, seed=3)
     grey, _, region, _, plane, sums, _ = measured(raw, noise=4.0)
-    x, y, _, sd_x, sd_y, _ = weighted(grey, region, plane, sums)
+    x, y, _, sd_x, sd_y, *_ = weighted(grey, region, plane, sums)
     z = (np.stack([x, y], -1) + (SIDE - 1) / 2 - truth) / np.stack([sd_x, sd_y], -1)
     assert np.mean(z**2) == pytest.approx(1, abs=0.25)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
+from vidtrack.tracking.measurement.shape_change import Told
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 
@@ -29,8 +30,10 @@ class Growth:
 GROWTH = Growth()
 
 
-def with_grown_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> tuple[Rows, Scatter]:
-    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much.
+def with_grown_sd(
+    rows: Rows, time: Array, shapes: Told | None = None, *, lines: int, kind: str
+) -> tuple[Rows, Scatter]:
+    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes tell.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     """
@@ -39,9 +42,12 @@ def with_grown_sd(rows: Rows, time: Array, *, lines: int, kind: str) -> tuple[Ro
         sd = np.hypot(sd, _clipped(rows, lines, kind))
     if (moved := _half_lit(rows, lines)).any():
         sd = np.hypot(sd, moved)
-    seen = scatter(rows.values[[X, Y]], sd, rows.values[MASS], rows.values[PIXELS], time, lines=lines)
+    position = rows.values[[X, Y]] if shapes is None else shapes.position
+    seen = scatter(position, sd, rows.values[MASS], rows.values[PIXELS], time, lines=lines)
     values = rows.values.copy()
-    values[[SD_X, SD_Y]] = sd * seen.factor[:, None]
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, sd * seen.factor[:, None]
+    if shapes is not None:  # what they add is of single samples: it is no scatter of all
+        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
     return rows._replace(values=values), seen
 
 

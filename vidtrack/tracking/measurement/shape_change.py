@@ -12,11 +12,12 @@ of the exposure by T^2/24 times the acceleration; T shows in how the moments go 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.state import PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
+from vidtrack.tracking.state import PIXELS, XX, XY, YY, X, Y
 
 
 @dataclass(frozen=True)
@@ -47,32 +48,41 @@ class Shapes:
 SHAPES = Shapes()
 
 
-def with_shape_told(values: Array, time: Array, lines: int = 1) -> tuple[Array, float]:
-    """Values (MEASURED, k, n) with sd_x, sd_y grown where the shape is not the target's own, and positions moved to
-    the middle of the exposure; and the exposure, samples (0: too short to tell).
+class Told(NamedTuple):
+    """What shapes tell.
+
+    position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
+    exposure  samples; 0: too short to tell
+    """
+
+    position: Array
+    sd: Array
+    exposure: float
+
+
+def told_by_shape(values: Array, time: Array, lines: int = 1) -> Told:
+    """What the shapes in values (MEASURED, k, n) tell.
 
     time  (k,) samples; lines: of the frame buffer to a row of a sample
     """
-    second = values[[XX, YY, XY]]
+    second, position = values[[XX, YY, XY]], values[[X, Y]]
+    sd = np.zeros(position.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
-        return values, 0.0
-    values = values.copy()
-    velocity, acceleration = _motion(values[[X, Y]], time)
+        return Told(position, sd, 0.0)
+    velocity, acceleration = _motion(position, time)
     streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
     square = _exposure(second, streak, seen)
     if square:
         late = square / 24 * acceleration
         usual = np.sqrt(np.nanmean(np.square(late), axis=1, keepdims=True))
-        values[[X, Y]] -= np.nan_to_num(late)
+        position = position - np.nan_to_num(late)
         unknown = np.where(np.isfinite(late), SHAPES.unknown * np.abs(late), usual)
         ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
-        for more in (unknown, ends):
-            values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], np.nan_to_num(more))
+        sd = np.hypot(np.nan_to_num(unknown), np.nan_to_num(ends))
         second = second - square * np.nan_to_num(streak)
     shift = _shift(second, np.where(seen, values[PIXELS], np.nan) * lines)
-    values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], np.nan_to_num(shift))
-    return values, float(np.sqrt(square))
+    return Told(position, np.hypot(sd, np.nan_to_num(shift)), float(np.sqrt(square)))
 
 
 def _motion(position: Array, time: Array) -> tuple[Array, Array]:
