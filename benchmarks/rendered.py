@@ -60,6 +60,7 @@ def located(s: Scene, found: list[Tracked]) -> tuple[Array, Array, Array]:
         cameras,
         targets=s.targets if s.known else None,
         tracklets=dict(zip(names, (one.tracklets for one in found), strict=True)),
+        kept=dict(zip(names, (one.windows for one in found), strict=True)),
         clocks=clocks,
     ).trajectories
     at = np.unique(table["time_s"])

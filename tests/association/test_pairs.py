@@ -5,7 +5,7 @@ import pytest
 
 from tests.association.swarm import as_tracklets, seen, swarm
 from tests.geometry.underwater import SURFACE, looking
-from vidtrack.association.pairs import GAIN, LOSS, bias_of, pairs_of, rays_of
+from vidtrack.association.pairs import GAIN, LOSS, Side, bias_of, pairs_of, rays_of
 from vidtrack.association.tracklets import tracklets_of
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.epipolar import epipolar_distance
@@ -14,10 +14,14 @@ from vidtrack.simulate.rig import thesis_rig
 CAMERAS = tuple(thesis_rig(2))
 
 
+def sides(cameras, pieces):
+    return [Side(*own) for own in zip(cameras, pieces, rays_of(cameras, [p.b for p in pieces]), strict=True)]
+
+
 def pairs(tracks, bias_px=0.0, moments=None, noise=0.1):
     pieces = tuple(as_tracklets(t, noise)[0] for t in tracks)
-    rays = tuple(rays_of(CAMERAS, [p.b for p in pieces]))
-    return pairs_of(CAMERAS, pieces, rays, bias_px, np.arange(tracks[0].shape[1]) if moments is None else moments)
+    moments = np.arange(tracks[0].shape[1]) if moments is None else moments
+    return pairs_of(*sides(CAMERAS, pieces), bias_px, moments)
 
 
 def test_a_true_pair_is_worth_its_gain_less_half_a_nat_a_moment():
@@ -48,8 +52,7 @@ def test_chi2_is_the_squared_epipolar_distance_over_its_variance():
     tracks[1] = tracks[1] + [0.3, 0.4]
     # all noise in the second picture: there the first-order distance over its sd is chi
     pieces = tuple(as_tracklets(t, sd)[0] for t, sd in zip(tracks, (1e-9, 0.2), strict=True))
-    rays = tuple(rays_of(CAMERAS, [p.b for p in pieces]))
-    found = pairs_of(CAMERAS, pieces, rays, 0.0, np.arange(1))
+    found = pairs_of(*sides(CAMERAS, pieces), 0.0, np.arange(1))
     d = epipolar_distance(*CAMERAS, tracks[0][0], tracks[1][0])[0]
     assert GAIN - found.value[0] == pytest.approx((d / 0.2) ** 2 / 2, rel=1e-6)
 
@@ -91,8 +94,7 @@ def test_targets_above_and_in_the_water_both_find_their_images():
         )
         for c in cameras
     )
-    rays = tuple(rays_of(cameras, [p.b for p in pieces]))
-    found = pairs_of(cameras, pieces, rays, 0.05, t)
+    found = pairs_of(*sides(cameras, pieces), 0.05, t)
     value = dict(zip(zip(found.a.tolist(), found.b.tolist(), strict=True), found.value, strict=True))
     for own in (0, 1):
         assert value[own, own] > 0.9 * 40 * GAIN

@@ -21,7 +21,7 @@ from vidtrack.association.bridging import LASTS, Bridges
 from vidtrack.association.courses import Course, rows_of
 from vidtrack.association.groups import MARGIN, Groups, nodes_of
 from vidtrack.association.mirror import images_among
-from vidtrack.association.pairs import Pairs, Rays, bias_of, by_moment, pairs_of, rays_of
+from vidtrack.association.pairs import Pairs, Rays, Side, bias_of, by_moment, pairs_of, rays_of
 from vidtrack.association.rigid_bodies import Body, members_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
@@ -147,13 +147,11 @@ def _bridged(bridges: Bridges, targets: int | None, bodies: Sequence[Body] = ())
 def _pairs(
     cameras: Sequence[Camera], tracklets: Sequence[Tracklets], rays: Sequence[Rays], bias_px: float, moments: Ints
 ) -> dict[tuple[int, int], Pairs]:
-    at = [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
-    return {
-        (i, j): pairs_of(
-            (cameras[i], cameras[j]), (tracklets[i], tracklets[j]), (rays[i], rays[j]), bias_px, moments, (at[i], at[j])
-        )
-        for i, j in combinations(range(len(cameras)), 2)
-    }
+    sides = [
+        Side(camera, t, r, by_moment(t, r, bias_px, moments))
+        for camera, t, r in zip(cameras, tracklets, rays, strict=True)
+    ]
+    return {(i, j): pairs_of(sides[i], sides[j], bias_px, moments) for i, j in combinations(range(len(cameras)), 2)}
 
 
 def _beyond_chance(bridges: Bridges, g: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
-from vidtrack.association.pairs import Rays, pairs_of, rays_of
+from vidtrack.association.pairs import Side, pairs_of, rays_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
 
@@ -24,26 +24,21 @@ def shift_worths(
 
     bias_px   what half a sample's motion and the calibration may leave, px, one standard deviation
     """
-    first, second = rays_of(cameras, [t.b for t in tracklets])
-    rays = (first, second)
-    return np.array([_worth(cameras, tracklets, rays, int(shift), bias_px) for shift in shifts])
+    first, second = (
+        Side(camera, own, rays)
+        for camera, own, rays in zip(cameras, tracklets, rays_of(cameras, [t.b for t in tracklets]), strict=True)
+    )
+    return np.array([_worth(first, second, int(shift), bias_px) for shift in shifts])
 
 
-def _worth(
-    cameras: tuple[Camera, Camera],
-    tracklets: tuple[Tracklets, Tracklets],
-    rays: tuple[Rays, Rays],
-    shift: int,
-    bias_px: float,
-) -> float:
-    one, other = tracklets
-    moved = other._replace(sample=other.sample + shift)
-    common = np.intersect1d(one.sample, moved.sample)
+def _worth(one: Side, other: Side, shift: int, bias_px: float) -> float:
+    moved = other._replace(tracklets=other.tracklets._replace(sample=other.tracklets.sample + shift))
+    common = np.intersect1d(one.tracklets.sample, moved.tracklets.sample)
     if not common.size:
         return 0.0
     moments = common[np.linspace(0, common.size - 1, min(common.size, SOME)).round().astype(int)]
-    found = pairs_of(cameras, (one, moved), rays, bias_px, np.unique(moments))
-    best = np.zeros(one.n)
+    found = pairs_of(one, moved, bias_px, np.unique(moments))
+    best = np.zeros(one.tracklets.n)
     np.maximum.at(best, found.a, found.value)
-    there = int(np.isin(one.sample, moments).sum())
+    there = int(np.isin(one.tracklets.sample, moments).sum())
     return float(best.sum()) / max(there, 1)

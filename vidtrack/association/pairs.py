@@ -62,26 +62,27 @@ def rays_of(cameras: Sequence[Camera], b: Sequence[Array]) -> list[Rays]:
     return rays
 
 
-def pairs_of(
-    cameras: tuple[Camera, Camera],
-    tracklets: tuple[Tracklets, Tracklets],
-    rays: tuple[Rays, Rays],
-    bias_px: float,
-    moments: Ints,
-    at_moments: tuple[AtMoments, AtMoments] | None = None,
-) -> Pairs:
+class Side(NamedTuple):
+    """One camera of a pair."""
+
+    camera: Camera
+    tracklets: Tracklets
+    rays: Rays
+    at: AtMoments | None = None  # as `by_moment` makes them, where they are at hand
+
+
+def pairs_of(a: Side, b: Side, bias_px: float, moments: Ints) -> Pairs:
     """All pairs of two cameras' tracklets that fit, at the given moments.
 
-    bias_px      standard deviation, px, of what the calibration leaves, in each picture
-    at_moments   as `by_moment` makes them, where they are at hand
+    bias_px   standard deviation, px, of what the calibration leaves, in each picture
     """
-    if rays[0].above and rays[1].above:
-        wet = rays[0]._replace(above=None), rays[1]._replace(above=None)
-        each = (_fitting(cameras, tracklets, own, bias_px, moments) for own in (wet, (rays[0].above, rays[1].above)))
-        found = _nearer(*each)
+    if a.rays.above and b.rays.above:
+        wet = [side._replace(rays=side.rays._replace(above=None), at=None) for side in (a, b)]
+        dry = a._replace(rays=a.rays.above, at=None), b._replace(rays=b.rays.above, at=None)
+        found = _nearer(_fitting(*wet, bias_px, moments), _fitting(*dry, bias_px, moments))
     else:
-        found = _fitting(cameras, tracklets, rays, bias_px, moments, at_moments)
-    return _summed(tracklets, found, bias_px, moments)
+        found = _fitting(a, b, bias_px, moments)
+    return _summed(a.tracklets, b.tracklets, found, bias_px, moments)
 
 
 class _Fitting(NamedTuple):
@@ -109,22 +110,15 @@ def _nearer(one: _Fitting, other: _Fitting) -> _Fitting:
     return both.rows(order[first])
 
 
-def _fitting(
-    cameras: tuple[Camera, Camera],
-    tracklets: tuple[Tracklets, Tracklets],
-    rays: tuple[Rays, Rays],
-    bias_px: float,
-    moments: Ints,
-    at_moments: tuple[AtMoments, AtMoments] | None = None,
-) -> _Fitting:
-    E = essential(*cameras) if rays[0].u.shape[-1] == 3 else MEET
+def _fitting(a: Side, b: Side, bias_px: float, moments: Ints) -> _Fitting:
+    E = essential(a.camera, b.camera) if a.rays.u.shape[-1] == 3 else MEET
     E = E / max(float(np.linalg.norm(E)), 1e-300)
-    A, B = at_moments or [by_moment(t, r, bias_px, moments) for t, r in zip(tracklets, rays, strict=True)]
     E32 = E.astype(np.float32)
+    A, B = (side.at or by_moment(side.tracklets, side.rays, bias_px, moments) for side in (a, b))
     to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
     to_a = B.u @ E32
-    bound_a = _bound(to_b, A.reach, rays[0].by_x.shape[-1])
-    bound_b = _bound(to_a, B.reach, rays[1].by_x.shape[-1])[..., ::-1]
+    bound_a = _bound(to_b, A.reach, a.rays.by_x.shape[-1])
+    bound_b = _bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1]
     found = []
     for start in range(0, len(moments), CHUNK):
         part = slice(start, start + CHUNK)
@@ -136,18 +130,18 @@ def _fitting(
     row_a, row_b = A.row[at, i], B.row[at, j]
     real = (row_a >= 0) & (row_b >= 0)
     row_a, row_b = row_a[real], row_b[real]
-    chi2, slope, noise = _sampson(E, tracklets, rays, row_a, row_b, bias_px)
+    chi2, slope, noise = _sampson(E, a, b, row_a, row_b, bias_px)
     fits = chi2 < 2 * (GAIN + LOSS)
     return _Fitting(row_a[fits], row_b[fits], chi2[fits], slope[fits], noise[fits])
 
 
-def _summed(tracklets: tuple[Tracklets, Tracklets], found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
+def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
     """The pairs of tracklets to which pairs of rows belong."""
     row_a, row_b, chi2, slope, noise = found
-    code = tracklets[0].owner[row_a].astype(np.int64) * max(tracklets[1].n, 1) + tracklets[1].owner[row_b]
+    code = one.owner[row_a].astype(np.int64) * max(other.n, 1) + other.owner[row_b]
     code, pair, n_fit = np.unique(code, return_inverse=True, return_counts=True)
-    a, b = np.divmod(code, max(tracklets[1].n, 1))
-    common = np.maximum(_common(tracklets, a, b, moments), n_fit)
+    a, b = np.divmod(code, max(other.n, 1))
+    common = np.maximum(_common(one, other, a, b, moments), n_fit)
     worth, square, spread = (
         np.bincount(pair, w, len(code)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
     )
@@ -187,34 +181,26 @@ def _bound(line: Array, reach: Array, k: int) -> Array:
     return np.stack([(line[..., :k] ** 2).sum(-1) * gate, reach**2 * gate], -1)
 
 
-def _sampson(
-    E: Array,
-    tracklets: tuple[Tracklets, Tracklets],
-    rays: tuple[Rays, Rays],
-    row_a: Ints,
-    row_b: Ints,
-    bias_px: float,
-) -> tuple[Array, Array, Array]:
+def _sampson(E: Array, a: Side, b: Side, row_a: Ints, row_b: Ints, bias_px: float) -> tuple[Array, Array, Array]:
     """chi^2, squared gradient of e by the four pixel coordinates and variance of e, (n,), of pairs of rows."""
-    u_a, u_b = rays[0].u[row_a], rays[1].u[row_b]
+    u_a, u_b = a.rays.u[row_a], b.rays.u[row_b]
     line_b, line_a = u_a @ E.T, u_b @ E
     e = np.einsum("ni,ni->n", line_b, u_b)
     slope, noise = np.zeros(e.size), np.zeros(e.size)
-    for line, ray, own, row in ((line_a, rays[0], tracklets[0], row_a), (line_b, rays[1], tracklets[1], row_b)):
-        for axis, by in enumerate((ray.by_x, ray.by_y)):
+    for line, side, row in ((line_a, a, row_a), (line_b, b, row_b)):
+        for axis, by in enumerate((side.rays.by_x, side.rays.by_y)):
             g2 = np.einsum("ni,ni->n", line[:, : by.shape[-1]], by[row]) ** 2
             slope += g2
-            noise += g2 * (own.sd[row, axis] ** 2 + bias_px**2)
+            noise += g2 * (side.tracklets.sd[row, axis] ** 2 + bias_px**2)
     noise = np.maximum(noise, 1e-300)
     return e * e / noise, np.maximum(slope, 1e-300), noise
 
 
-def _common(tracklets: tuple[Tracklets, Tracklets], a: Ints, b: Ints, moments: Ints) -> Ints:
+def _common(A: Tracklets, B: Tracklets, a: Ints, b: Ints, moments: Ints) -> Ints:
     """How many of the moments pairs of tracklets share, (P,), at least: gaps of the two may not coincide."""
-    A, B = tracklets
     low, high = np.maximum(A.first[a], B.first[b]), np.minimum(A.last[a], B.last[b])
     span = np.searchsorted(moments, high, "right") - np.searchsorted(moments, low)
-    gaps = [t.last - t.first + 1 - np.diff(t.start) for t in tracklets]
+    gaps = [t.last - t.first + 1 - np.diff(t.start) for t in (A, B)]
     return np.asarray(np.maximum(span - gaps[0][a] - gaps[1][b], 0), np.intp)
 
 
