@@ -77,9 +77,8 @@ def pairs_of(a: Side, b: Side, bias_px: float, moments: Ints) -> Pairs:
     bias_px   standard deviation, px, of what the calibration leaves, in each picture
     """
     if a.rays.above and b.rays.above:
-        wet = [side._replace(rays=side.rays._replace(above=None), at=None) for side in (a, b)]
         dry = a._replace(rays=a.rays.above, at=None), b._replace(rays=b.rays.above, at=None)
-        found = _nearer(_fitting(*wet, bias_px, moments), _fitting(*dry, bias_px, moments))
+        found = _nearer(_fitting(a, b, bias_px, moments), _fitting(*dry, bias_px, moments))
     else:
         found = _fitting(a, b, bias_px, moments)
     return _summed(a.tracklets, b.tracklets, found, bias_px, moments)
