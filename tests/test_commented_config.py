@@ -57,3 +57,12 @@ def test_with_every_comment_taken_away_it_is_still_a_config():
 def test_any_text_is_read_back_as_it_is(value):
     assert yaml.safe_load(f"k: {flow(value)}") == {"k": value}
     assert yaml.safe_load(f"k: {flow({'a': [value, 1.5, True, None]})}") == {"k": {"a": [value, 1.5, True, None]}}
+
+
+def test_a_section_without_entries_is_an_example_in_comments():
+    """A folder of runs alone has no clip; no camera, clip or run is made up."""
+    given = {"units": "m", "cameras": {"a": {}}, "calibration": {"clips": {}}, "runs": {}}
+    config = yaml.safe_load(commented_config(given))
+    assert not (config["calibration"] or {}).get("clips")
+    assert not config.get("runs")
+    assert settings_from_config(config).calibration.clips == {}

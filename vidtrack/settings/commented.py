@@ -124,13 +124,13 @@ def _section(model: type[BaseModel], values: Mapping[str, Any], path: str, inden
 
 def _key(name: str, field: FieldInfo, values: Mapping[str, Any], path: str, indent: str, mark: str) -> Iterator[str]:
     here = f"{path}.{name}"
-    given = name in values
+    inner, many = inner_section(field)
+    given = name in values and (bool(values[name]) or not many)  # no clip at all: an example as comment
     mark = mark if given else "#"
     if not indent:
         yield ""
     for line in textwrap.wrap(field.description or "", WIDTH - len(indent) - 2):
         yield f"{indent}# {line}"
-    inner, many = inner_section(field)
     value = values.get(name)
     if inner is not None and many and (given or name in ("cameras", "clips", "runs")):
         yield f"{indent}{mark}{name}:"
