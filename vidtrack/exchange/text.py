@@ -49,6 +49,8 @@ def text_of(path: Path, content: bytes | None = None) -> str:
             text = data.decode("latin-1")
     if "\0" in text:
         raise VidtrackError(f"{path}: not a text file. Put the text there that the program exported.")
+    if not text or text.isspace():
+        raise VidtrackError(f"{path}: an empty file. Copy it again.")
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 

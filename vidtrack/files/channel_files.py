@@ -8,7 +8,8 @@ the channel alone where only one group has it.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -95,32 +96,38 @@ def _csv(path: str, names: Sequence[str]) -> ChannelFile:
 
 
 def _parquet(path: str) -> ChannelFile:
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
-        with pq.ParquetFile(path) as file:
-            table = file.read().to_pandas()
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise _unreadable(path, "Parquet", error) from None
+    with _reading(path, "Parquet"), pq.ParquetFile(path) as file:
+        table = file.read().to_pandas()
     return ChannelFile([str(name) for name in table.columns], lambda name: table[name], lambda _: None)
 
 
 def _mat(path: str) -> ChannelFile:
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
-    try:
-        content = loadmat(path, simplify_cells=True)
-    except NotImplementedError:
-        raise VidtrackError(f"{path}: is a MAT file of version 7.3. Save it as level 5: save(..., '-v7').") from None
-    except (MatReadError, ValueError, TypeError, OSError, EOFError, IndexError, KeyError) as error:
-        raise _unreadable(path, "MAT", error) from None
     flat: dict[str, Any] = {}
-    for name, value in content.items():
-        if not name.startswith("__"):
-            _flatten(flat, name, value)
+    with _reading(path, "MAT"):
+        try:
+            content = loadmat(path, simplify_cells=True)
+        except NotImplementedError:
+            text = f"{path}: is a MAT file of version 7.3. Save it as level 5: save(..., '-v7')."
+            raise VidtrackError(text) from None
+        for name, value in content.items():
+            if not name.startswith("__"):
+                _flatten(flat, name, value)
     return ChannelFile(list(flat), flat.__getitem__, lambda _: None)
+
+
+@contextmanager
+def _reading(path: str, kind: str) -> Iterator[None]:
+    """Whatever another program's library raises over a damaged file becomes one line."""
+    try:
+        yield
+    except VidtrackError:
+        raise
+    except Exception as error:
+        raise _unreadable(path, kind, error) from None
 
 
 def _flatten(flat: dict[str, Any], name: str, value: Any) -> None:
@@ -140,22 +147,24 @@ def _tdms(path: str) -> ChannelFile:
     except ImportError:
         text = f"{path}: TDMS files are read by the package npTDMS, which is not installed."
         raise VidtrackError(f"{text} Install it (pip install npTDMS), or save the record as CSV.") from None
-    try:
+    with _reading(path, "TDMS"):
         file = TdmsFile.read(path)
-    except (ValueError, OSError, EOFError, KeyError, IndexError) as error:
-        raise _unreadable(path, "TDMS", error) from None
-    each = {f"{group.name}/{channel.name}": channel for group in file.groups() for channel in group.channels()}
+        each = {f"{group.name}/{channel.name}": channel for group in file.groups() for channel in group.channels()}
     short = [name.split("/", 1)[1] for name in each]
     each |= {name.split("/", 1)[1]: own for name, own in list(each.items()) if short.count(name.split("/", 1)[1]) == 1}
 
     def times(name: str) -> Array | None:
-        channel = each[name]
-        step = channel.properties.get("wf_increment")
-        if not step:
-            return None
-        return np.asarray(float(channel.properties.get("wf_start_offset", 0.0)) + float(step) * np.arange(len(channel)))
+        with _reading(path, "TDMS"):
+            channel = each[name]
+            step = channel.properties.get("wf_increment")
+            first = channel.properties.get("wf_start_offset", 0.0)
+            return np.asarray(float(first) + float(step) * np.arange(len(channel))) if step else None
 
-    return ChannelFile(list(each), lambda name: each[name][:], times)
+    def values(name: str) -> Any:
+        with _reading(path, "TDMS"):
+            return each[name][:]
+
+    return ChannelFile(list(each), values, times)
 
 
 READERS: dict[str, Callable[[str], ChannelFile]] = {

@@ -34,7 +34,10 @@ def cells_of(line: str, separator: str) -> list[str]:
     """The cells of one line."""
     if separator == " ":
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    except csv.Error:  # a cell of more than 131,072 letters
+        return [cell.strip() for cell in line.split(separator)]
 
 
 def split(text: str, heads: int = 1) -> tuple[list[list[str]], Table]:
