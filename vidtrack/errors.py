@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 MOST = 10
@@ -14,9 +13,6 @@ LINES = 60
 
 LONGEST = 2000
 """Characters of a problem that are shown: its beginning and its end, where the cure stands."""
-
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\u202a-\u202e\u2066-\u2069]")
-"""What breaks a line, moves the cursor of a terminal, or cannot be written at all."""
 
 
 class VidtrackError(Exception):
@@ -39,9 +35,15 @@ class VidtrackError(Exception):
 
 def _one_line(problem: str) -> str:
     """A problem as a line, whatever names and values of files stand in it."""
-    if len(problem) > LONGEST:
-        problem = f"{problem[: LONGEST - 400]} ... {problem[-400:]}"
-    return _CONTROL.sub(lambda found: repr(found[0])[1:-1], problem)
+    problem = _shortened(problem)
+    if not problem.isprintable():
+        # what breaks a line, moves the cursor of a terminal, turns the order of letters, is invisible, or is no letter
+        problem = _shortened("".join(c if c.isprintable() else repr(c)[1:-1] for c in problem))
+    return problem
+
+
+def _shortened(problem: str) -> str:
+    return problem if len(problem) <= LONGEST else f"{problem[: LONGEST - 400]} ... {problem[-395:]}"
 
 
 def first_of(problems: Sequence[str], where: object, most: int = MOST) -> list[str]:

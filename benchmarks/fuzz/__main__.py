@@ -4,8 +4,8 @@
     PYTHONPATH=. python -m benchmarks.fuzz --count 200 --kinds points.csv cam1.cine
     PYTHONPATH=. python -m benchmarks.fuzz --first 4711 --count 1 --kinds cam1.ser      one seed again
 
-Bytes are changed, cut out, put in or repeated, a few at a time, more often near the beginning, where headers are; words,
-lines and the encoding of texts too. A file is read in a process of its own kind, which may use 2 GB and 20 s a file.
+Bytes are changed, cut out, put in or repeated, a few at a time, more often near the beginning, where headers are;
+words, lines and the encoding of texts too. Files are read in a forked process, which may use 2 GB, and 20 s a file.
 """
 
 from __future__ import annotations

@@ -73,8 +73,9 @@ def _copied(name: str, folder: Path) -> Path:
 
 
 def _camera(path: str) -> None:
-    said = Said("cam1", "m", camera="cam1" if path.endswith("toml") else None, origin="upper-left", first=(1.0, 1.0), size=SIZE,
-                sensor=(8.8, 6.6), Cx=259.5, Cy=241.25, units="mm")  # fmt: skip
+    camera = "cam1" if path.endswith("toml") else None
+    sensor = {"sensor": (8.8, 6.6), "Cx": 259.5, "Cy": 241.25}
+    said = Said("cam1", "m", camera=camera, origin="upper-left", first=(1.0, 1.0), size=SIZE, units="mm", **sensor)
     in_world(read_camera(path, said), said)
 
 
@@ -153,7 +154,9 @@ CAMERAS = {
         partial(_made, "cam1.csv", lambda path: coefficients(path, "upper-left", (1, 1))), _camera, text=True
     ),
     "outcam1.prn": Reader(
-        partial(_made, "outcam1.prn", lambda path: write_outcam(path, outcam_of(cameras()[0], points()).out)), _camera, text=True
+        partial(_made, "outcam1.prn", lambda path: write_outcam(path, outcam_of(cameras()[0], points()).out)),
+        _camera,
+        text=True,
     ),
     "profile.txt (Argus)": Reader(partial(_text, "profile.txt", _profile), read_profiles, text=True),
 }
@@ -177,12 +180,18 @@ TRACKS = {
     "trackmate.xml": Reader(partial(_text, "cam1.xml", lambda: whole(positions(12))), _tracks, text=True),
     "trackmate.xml (short)": Reader(partial(_text, "cam1.xml", _short_trackmate), _tracks, text=True),
     "cam1vid.prn": Reader(
-        partial(_made, "cam1vid.prn", lambda path: write_taped(path, CODES, positions(60, 1)[:, :1])), _tracks, text=True
+        partial(_made, "cam1vid.prn", lambda path: write_taped(path, CODES, positions(60, 1)[:, :1])),
+        _tracks,
+        text=True,
     ),
 }
 POINTS = {
-    "digitised cam1.prn": Reader(partial(_made, "cam1.prn", lambda path: write_sighted(path, _seen())), _points, text=True),
-    "digitised cam.dat": Reader(partial(_made, "cam.dat", lambda path: write_picture_points(path, _seen())), _points, text=True),
+    "digitised cam1.prn": Reader(
+        partial(_made, "cam1.prn", lambda path: write_sighted(path, _seen())), _points, text=True
+    ),
+    "digitised cam.dat": Reader(
+        partial(_made, "cam.dat", lambda path: write_picture_points(path, _seen())), _points, text=True
+    ),
     "digitised cam1.csv": Reader(
         partial(_text, "cam1.csv", lambda: "tag,Xf,Yf,sd\n" + "".join(f"{k},{k * 7},{k * 5},0.2\n" for k in range(9))),
         _points,
@@ -207,7 +216,9 @@ THESIS = {
         partial(_made, "world.dat", lambda path: write_world(path, Survey(TAGS, points()))), read_world, text=True
     ),
     "taped.prn": Reader(
-        partial(_made, "taped.prn", lambda path: write_taped(path, CODES, np.nan_to_num(positions(60, 1), nan=9.0))), read_taped, text=True
+        partial(_made, "taped.prn", lambda path: write_taped(path, CODES, np.nan_to_num(positions(60, 1), nan=9.0))),
+        read_taped,
+        text=True,
     ),
     "location.prn": Reader(
         partial(_made, "location.prn", lambda path: write_location(path, (CODES[:20], CODES[:20]), points(20))),
@@ -216,7 +227,9 @@ THESIS = {
     ),
     "calced.prn": Reader(partial(_text, "calced.prn", lambda: BY_BACK), read_calced, text=True),
     "list.prn": Reader(
-        partial(_made, "list.prn", lambda path: write_list(path, Listed(TAGS, points(), points()))), read_list, text=True
+        partial(_made, "list.prn", lambda path: write_list(path, Listed(TAGS, points(), points()))),
+        read_list,
+        text=True,
     ),
     "fblocate.prn": Reader(
         partial(_made, "fblocate.prn", lambda path: write_pixels(path, np.tile(_seen().b, (1, 4)), "fblocate.prn")),

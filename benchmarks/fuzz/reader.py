@@ -35,7 +35,9 @@ def outcome(read: Callable[[str], object], path: Path) -> str:
         read(str(path))
     except VidtrackError as error:
         lines = error.problems
-        good = lines and len(lines) <= LINES + 1 and all(line.isprintable() and len(line) <= LONGEST + 5 for line in lines)
+        good = (
+            lines and len(lines) <= LINES + 1 and all(line.isprintable() and len(line) <= LONGEST + 5 for line in lines)
+        )
         return "refused" if good else f"not clear lines: {[line[:200] for line in lines[:3]]}"
     except Exception:
         return traceback.format_exc()

@@ -21,8 +21,16 @@ from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import CAMPAIGN, PROFILE, reference_record
 from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json, read_png, write_png
-from vidtrack.files.tables import read_csv, read_parquet, read_picks, read_points, read_targets, read_truth, read_units
-from vidtrack.files.tables import write_parquet
+from vidtrack.files.tables import (
+    read_csv,
+    read_parquet,
+    read_picks,
+    read_points,
+    read_targets,
+    read_truth,
+    read_units,
+    write_parquet,
+)
 from vidtrack.files.timestack_file import read_timestacks, write_timestacks
 from vidtrack.geometry.camera import project
 from vidtrack.planning.sensitivity_plan import read_sensitivity
@@ -120,7 +128,9 @@ def _of_checksums(path: str) -> None:
 
 def _parquet(folder: Path) -> Path:
     n = 200
-    table = pd.DataFrame({"frame": np.arange(n), "time_s": np.arange(n) / 30, "target": ["t1"] * n, "Xf": np.sin(np.arange(n))})
+    table = pd.DataFrame(
+        {"frame": np.arange(n), "time_s": np.arange(n) / 30, "target": ["t1"] * n, "Xf": np.sin(np.arange(n))}
+    )
     table["flag"] = np.where(np.arange(n) % 7, "", "lost")
     table["axes"] = [[1.0, float(k)] for k in range(n)]
     write_parquet(folder / "centroids.parquet", table, units="in", provenance={"vidtrack": "0"})
@@ -173,7 +183,9 @@ def _of_channels(path: str) -> None:
 READERS: dict[str, Reader] = {
     "config.yaml": _table("config.yaml", CONFIG, _config),
     "board.yaml": _table("board.yaml", BOARD, board_from_yaml),
-    "scenario.yaml": Reader(partial(_text, "scenario.yaml", (HOUSE / "data/demo.yaml").read_text()), _scenario, text=True),
+    "scenario.yaml": Reader(
+        partial(_text, "scenario.yaml", (HOUSE / "data/demo.yaml").read_text()), _scenario, text=True
+    ),
     "sensitivity.yaml": Reader(
         partial(_text, "rig.yaml", (HOUSE / "data/sensitivity/thesis.yaml").read_text()), read_sensitivity, text=True
     ),
@@ -198,12 +210,21 @@ READERS: dict[str, Reader] = {
         partial(checked_csv, columns=CAMPAIGN, others="ignore"),
     ),
     "profile.csv": _table(
-        "profile.csv", "x,y,z\n0,0,0\n1,0,0.1\n2,0,0.3\n", partial(checked_csv, columns=PROFILE, others="ignore", units="m")
+        "profile.csv",
+        "x,y,z\n0,0,0\n1,0,0.1\n2,0,0.3\n",
+        partial(checked_csv, columns=PROFILE, others="ignore", units="m"),
     ),
-    **{f"daq.{e}": Reader(partial(_channels, e), _of_channels, text=e == "csv") for e in ("csv", "parquet", "mat", "tdms")},
+    **{
+        f"daq.{e}": Reader(partial(_channels, e), _of_channels, text=e == "csv")
+        for e in ("csv", "parquet", "mat", "tdms")
+    },
     "camera.json": Reader(_camera, read_camera, text=True),
-    "labelling.json": _table("labelling.json", json.dumps({"clips": {"row1": {"named": 4}}, "findings": []}), read_labelling),
-    "record.json": _table("record.json", json.dumps({"findings": [{"level": "note", "code": "a", "text": "b"}], "n": 1.5}), read_json),
+    "labelling.json": _table(
+        "labelling.json", json.dumps({"clips": {"row1": {"named": 4}}, "findings": []}), read_labelling
+    ),
+    "record.json": _table(
+        "record.json", json.dumps({"findings": [{"level": "note", "code": "a", "text": "b"}], "n": 1.5}), read_json
+    ),
     "account": Reader(_account, read_account, text=True),
     "checksums.json": Reader(_checksums, _of_checksums, text=True),
     "centroids.parquet": Reader(_parquet, _of_parquet),

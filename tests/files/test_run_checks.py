@@ -51,6 +51,10 @@ def test_what_a_run_s_settings_lack_is_said_where_they_stand(folder, own, says):
     assert says in "".join(problems(runs={"pluck": own}))
 
 
+def test_the_basin_s_directions_hold_for_runs_that_name_none_of_their_own(folder):
+    assert checked_experiment(settings(runs={"pluck": {**BODY, "analysis": "decay"}}, **WAVES))
+
+
 def test_a_reference_that_the_config_describes_must_lie_in_the_folder(folder):
     spoil(folder, "runs/pluck/reference.csv")
     assert "there is no reference.csv" in problems(runs={"pluck": {"reference": {"value": "x_in"}}})[0]

@@ -35,6 +35,14 @@ def replacing(path: str | os.PathLike[str], mode: str = "wb") -> Iterator[IO[byt
         raise
 
 
+def meant(path: str) -> str:
+    """The path of the output, where `path` is that of its unfinished file."""
+    folder, name = os.path.split(path)
+    if name.startswith(".") and name.endswith(PARTIAL):
+        name = name[1 : -len(PARTIAL)].rpartition(".")[0]
+    return os.path.join(folder, name)
+
+
 def remove_partial(path: str | os.PathLike[str]) -> None:
     """Remove what writers of `path` left that were killed. Only for the one who alone may write it."""
     folder, prefix = os.path.dirname(os.fspath(path)) or ".", _prefix(os.fspath(path))

@@ -16,6 +16,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
+from vidtrack.files.child_process import in_child
 from vidtrack.files.csv_columns import Columns
 from vidtrack.files.tables import read_csv
 from vidtrack.naming import did_you_mean
@@ -104,19 +105,26 @@ def _parquet(path: str) -> ChannelFile:
 
 
 def _mat(path: str) -> ChannelFile:
+    with _reading(path, "MAT"):
+        flat, refused = in_child(_mat_values, path)
+    if refused is not None:
+        raise VidtrackError(refused)
+    return ChannelFile(list(flat), flat.__getitem__, lambda _: None)
+
+
+def _mat_values(path: str) -> tuple[dict[str, Any], str | None]:
+    """The variables of a MAT file, and why there are none; for a child process: damaged files kill scipy's reader."""
     from scipy.io import loadmat
 
     flat: dict[str, Any] = {}
-    with _reading(path, "MAT"):
-        try:
-            content = loadmat(path, simplify_cells=True)
-        except NotImplementedError:
-            text = f"{path}: is a MAT file of version 7.3. Save it as level 5: save(..., '-v7')."
-            raise VidtrackError(text) from None
-        for name, value in content.items():
-            if not name.startswith("__"):
-                _flatten(flat, name, value)
-    return ChannelFile(list(flat), flat.__getitem__, lambda _: None)
+    try:
+        content = loadmat(path, simplify_cells=True)
+    except NotImplementedError:
+        return flat, f"{path}: is a MAT file of version 7.3. Save it as level 5: save(..., '-v7')."
+    for name, value in content.items():
+        if not name.startswith("__"):
+            _flatten(flat, name, value)
+    return flat, None
 
 
 @contextmanager

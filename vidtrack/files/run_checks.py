@@ -185,7 +185,7 @@ def _check_bodies(case: _Case) -> list[str]:
         problems += [f"{place}.{t}: no such target; {_hint(t, names)}" for t in parts.targets if t not in names]
         if len(parts.targets) < 3:
             problems.append(f"{place}: {len(parts.targets)} targets; six degrees of freedom need three or more.")
-    if case.own.analysis and case.own.bodies and case.own.axes is None:
+    if case.own.analysis and case.own.bodies and (case.own.axes or case.settings.axes) is None:
         problems.append(
             f"{case.place}.axes: motions of a body need directions. Say which way waves travel and which is up, as in "
             "axes: {waves: +x, up: +z}."

@@ -27,18 +27,22 @@ class MrawPictures:
         stored, rate = _number(path, words, "stored"), _number(path, words, "rate")
         if "color" in str(header.get("color type") or header.get("type") or "").lower():
             raise VidtrackError(f"{path}: pictures in colour, which are not read. Save it as AVI or TIFF.")
+        if not width * height:
+            raise VidtrackError(f"{path}: its header gives pictures of {width} x {height}. Copy the .cih again.")
         refuse_giants(path, width, height)
         if stored not in (8, 10, 12, 16) or not (width * height * stored) % 8 == 0:
             raise VidtrackError(f"{path}: {stored} bits a pixel, which are not read. Save it with 8, 12 or 16.")
         self._shape, self._stored = (height, width), stored
         self._bytes = width * height * stored // 8
         there = os.path.getsize(path) // self._bytes
-        claimed = int(float(words["total"])) if words["total"] else there
+        claimed = _number(path, words, "total") if words["total"] else there
         self.notes = [f"the .cih states {claimed} pictures, the .mraw holds {there}"] if there < claimed else []
         self.numbers = list(range(min(there, claimed)))
         if not self.numbers:
             raise VidtrackError(f"{path}: holds no whole picture. Copy the recording again.")
-        effective = int(float(words["effective"])) if words["effective"] else stored
+        effective = _number(path, words, "effective") if words["effective"] else stored
+        if not 0 < effective <= stored:
+            raise VidtrackError(f"{path}: its header gives {effective} of {stored} bits. Copy the .cih again.")
         side = str(words["side"] or "lower").lower()
         self._shift = stored - effective if stored == 16 and side.startswith("higher") else 0
         bits = max(8, min(16, effective))
@@ -91,9 +95,13 @@ def _header(path: str) -> dict[str, str]:
             break
     else:
         raise VidtrackError(f"{path}: its header {os.path.basename(stem)}.cih is not beside it. Put it there.")
-    plain = dict(re.findall(r"^\s*([^:<>\n]+?)\s*:\s*([^\n]*?)\s*$", text, re.MULTILINE))
-    tagged = dict(re.findall(r"<([A-Za-z]+)>([^<>]*)</\1>", text))  # no parser of XML: no entities, no other files
-    return {key.lower(): value.strip() for key, value in (tagged or plain).items()}
+    # no parser of XML: no entities, no other files
+    tagged = {
+        key: value for key, value, end in re.findall(r"<([A-Za-z]{1,40})>([^<>]*)</([^<>]{1,40})>", text) if key == end
+    }
+    lines = (line.partition(":") for line in text.splitlines())
+    plain = {key: value for key, colon, value in lines if colon and not re.search("[<>]", key)}
+    return {key.strip().lower(): value.strip() for key, value in (tagged or plain).items()}
 
 
 def _number(path: str, header: dict[str, str | None], key: str) -> int:

@@ -31,6 +31,7 @@ from vidtrack.workflow.provenance import (
     versions,
     write_account,
 )
+from vidtrack.workflow.speaker import Speaker, refused
 
 OPTIONS = ("--settings", "--input", "--output", "--account", "--log", "--threads", "--help", "-h")
 
@@ -59,10 +60,7 @@ def main(argv: Sequence[str]) -> int:
     except VidtrackError as error:
         return _failed(arguments, error.problems)
     except OSError as error:
-        # a disk that is full names no file
-        where = ", ".join([str(error.filename)] if error.filename else [path for _, path in arguments.output])
-        where += ": " if where else ""
-        return _failed(arguments, [f"{where}{error.strerror or error}. Mend it and run again."])
+        return _failed(arguments, [refused(error, _written(arguments))], cause=error)
     except KeyboardInterrupt:
         return 130
     except Exception as error:
@@ -191,26 +189,43 @@ def _checksums(experiment: str, paths: Iterable[str]) -> dict[str, str]:
     return answer
 
 
-def _failed(arguments: argparse.Namespace, problems: Sequence[str], details: str = "") -> int:
-    lines = [f"vidtrack: {problem}\n" for problem in problems]
-    sys.stderr.write("".join(lines) + ("" if arguments.log else details))
-    with _said():
+def _written(arguments: argparse.Namespace) -> str:
+    """Where a job writes: a disk that is full names no file."""
+    return os.path.dirname(next((path for _, path in arguments.output), "")) or os.curdir
+
+
+def _failed(
+    arguments: argparse.Namespace, problems: Sequence[str], details: str = "", cause: OSError | None = None
+) -> int:
+    """Say and write down why the job failed.
+
+    cause   what the system refused, where it is that
+    """
+    speaker = Speaker()
+    if cause is None:
+        speaker.say(problems)
+    else:
+        speaker.say_refused(cause, _written(arguments))
+    if not arguments.log:
+        sys.stderr.write(details)
+    with _said(speaker):
         if arguments.log:
             if os.path.isfile(arguments.log) and not _is_log(arguments.log):
                 raise OSError(errno.EEXIST, "a file that is no log is there", arguments.log)
             os.makedirs(os.path.dirname(arguments.log) or ".", exist_ok=True)
             with open(arguments.log, "w", encoding="utf-8") as file:
-                file.write("".join(lines) + details)
-    with _said():
+                file.write("".join(f"vidtrack: {problem}\n" for problem in problems) + details)
+    with _said(speaker):
         if arguments.account:
             write_failure(arguments.account, arguments.rule, problems)
     return 1
 
 
 @contextmanager
-def _said() -> Iterator[None]:
+def _said(speaker: Speaker) -> Iterator[None]:
     """One more line where a problem cannot be written down; what the problem was has been said by then."""
     try:
         yield
     except OSError as error:
-        sys.stderr.write(f"vidtrack: {error.filename}: cannot be written ({error.strerror}).\n")
+        error.strerror = f"cannot be written ({error.strerror})"
+        speaker.say_refused(error, "the log")

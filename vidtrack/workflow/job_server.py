@@ -194,10 +194,14 @@ def main(place: str) -> int:
 
 
 def _remove(place: str) -> None:
-    """The socket, and its folder where that holds nothing else."""
+    """The socket, what jobs noted beside it, and its folder where that holds nothing else."""
+    folder = os.path.dirname(os.path.abspath(place))
     with suppress(OSError):
         os.unlink(place)
-        os.rmdir(os.path.dirname(os.path.abspath(place)))
+        for name in os.listdir(folder):
+            if name.startswith("said-"):
+                os.unlink(os.path.join(folder, name))
+        os.rmdir(folder)
 
 
 if __name__ == "__main__":

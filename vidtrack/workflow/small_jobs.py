@@ -48,6 +48,11 @@ class JobServer:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
+def server_folder() -> str:
+    """The folder of the server's socket, which lasts as long as the call of Snakemake; "" where there is no server."""
+    return os.path.dirname(os.environ.get(SERVER, "").split("\n")[0])
+
+
 def run_by_server(arguments: Sequence[str]) -> int | None:
     """The exit code of a job that the server ran; None where no server runs it, and it is still to be done."""
     place, snakemake, python, *_ = [*os.environ.get(SERVER, "").split("\n"), "", ""]

@@ -1,21 +1,11 @@
-"""What a killed, stopped or hindered run leaves: it is called again, and every result must be there, byte for byte.
+"""A whole run killed, stopped, hindered or disturbed at a random moment, and then called again, plainly.
 
-    PYTHONPATH=. python benchmarks/faults.py [--trials 40] [--seed 1] [--fault kill-stage]
-    PYTHONPATH=. python benchmarks/faults.py --stages 20 [--seed 1]
-
-A small experiment is processed once, undisturbed. Then, trial by trial in a fresh copy, one fault hits the run at a
-random moment; what was said is kept; the run is called again, plainly: a lock that is left is not removed by hand. A
-trial is lost where the second call fails, leaves other bytes than the undisturbed run, or leaves a half-written file.
-The table says for each fault how often, how many were lost, and how many lines the user read.
-
-With `--stages N`, the job of each stage is killed N times at random moments of its own length, without Snakemake: what
-it leaves must be whole or absent, its account must not stand without its results, and the same call again must make the
-bytes of an undisturbed run and leave no unfinished file.
+A lock that is left is not removed by hand. A trial is lost where the second call fails, leaves other bytes than the
+undisturbed run, or leaves a half-written file.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import os
 import random
@@ -24,24 +14,17 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import yaml
 
-from benchmarks.campaign.scenes import random_scene
-from benchmarks.season import Planned, planned
-from vidtrack.simulate.laboratory import set_up
-from vidtrack.simulate.scenario import scenario_from
-from vidtrack.workflow.small_jobs import LARGE, JobServer
+from benchmarks.faults.stages import Count
 
-HOUSE = Path(__file__).resolve().parent.parent
+HOUSE = Path(__file__).resolve().parents[2]
 PLAIN = (".parquet", ".json", ".csv", ".html", ".svg", ".png")
 """Endings of results; logs, benchmarks and Snakemake's own records are not results."""
 
@@ -52,55 +35,29 @@ class Said(NamedTuple):
     lines: list[str]  # those of vidtrack and those of errors
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--fault", choices=list(FAULTS), action="append")
-    parser.add_argument("--stages", type=int, metavar="N", help="kill each stage N times, and nothing else")
-    asked = parser.parse_args()
-    rng = random.Random(asked.seed)
-    room = Path(tempfile.mkdtemp(prefix="faults-"))
-    try:
-        raw = room / "raw"
-        _film(raw, asked.seed)
-        calm = room / "calm"
-        shutil.copytree(raw, calm)
-        before = _run(calm)
-        if before.code:
-            raise SystemExit("\n".join(before.lines))
-        wanted = _digests(calm)
-        print(f"undisturbed: {before.seconds:.0f} s, {len(wanted)} results", flush=True)
-        if asked.stages:
-            sys.exit(_kill_stages(calm, asked.stages, rng))
-        faults = asked.fault or list(FAULTS)
-        count: Counter[str] = Counter()
-        lost: Counter[str] = Counter()
-        spoken: Counter[str] = Counter()
-        for k in range(asked.trials):
-            fault = faults[k % len(faults)]
-            folder = room / "trial"
-            shutil.copytree(raw, folder)
-            problems, lines = _trial(folder, fault, before.seconds, wanted, rng)
-            count[fault] += 1
-            lost[fault] += bool(problems)
-            spoken[fault] = max(spoken[fault], lines)
-            print(f"{k + 1}/{asked.trials} {fault}: {'; '.join(problems) or 'nothing lost'}", flush=True)
-            shutil.rmtree(folder)
-    finally:
-        shutil.rmtree(room, ignore_errors=True)
-    print(f"{'fault':24}{'times':>6}{'lost':>6}{'lines':>7}")
-    for fault in faults:
-        print(f"{fault:24}{count[fault]:6d}{lost[fault]:6d}{spoken[fault]:7d}")
-    sys.exit(1 if sum(lost.values()) else 0)
-
-
-def _film(folder: Path, seed: int) -> None:
-    scene = random_scene(np.random.default_rng(seed))
-    scene["cameras"] = dict(list(scene["cameras"].items())[:2])
-    run = scene["runs"]["test"]
-    run["targets"] = dict(list(run["targets"].items())[:1])
-    set_up(scenario_from(scene, "scenario"), str(folder), threads=2)
+def disturbed(raw: Path, room: Path, faults: list[str], trials: int, rng: random.Random) -> dict[str, Count]:
+    """Each fault in turn upon a run of an experiment, `trials` in all; a line a trial."""
+    calm = room / "calm"
+    shutil.copytree(raw, calm)
+    before = _run(calm)
+    if before.code:
+        raise SystemExit("\n".join(before.lines))
+    wanted = digests(calm)
+    print(f"undisturbed: {before.seconds:.0f} s, {len(wanted)} results", flush=True)
+    found = {fault: Count(0, 0, [], 0) for fault in faults}
+    for k in range(trials):
+        fault = faults[k % len(faults)]
+        folder = room / "trial"
+        shutil.copytree(raw, folder)
+        problems, said = _trial(folder, fault, before.seconds, wanted, rng)
+        one = found[fault]
+        lost, most = [*one.lost, *problems], max(one.most, len(said.lines))
+        found[fault] = Count(one.times + 1, one.hit + (said.code != 0), lost, most)
+        print(f"{k + 1}/{trials} {fault}: {'; '.join(problems) or 'nothing lost'}", flush=True)
+        for line in said.lines:
+            print(f"    {line[:200]}", flush=True)
+        shutil.rmtree(folder)
+    return found
 
 
 def _command(folder: Path) -> list[str]:
@@ -122,6 +79,12 @@ def _run(folder: Path, fault: Callable[[subprocess.Popen[str], Path], None] | No
         _end_of_session(running.pid)
     lines = [line for line in said.read_text().splitlines() if line.startswith("vidtrack:") or "Error" in line]
     return Said(code, time.monotonic() - begun, lines)
+
+
+def processed(folder: Path) -> None:
+    """The experiment after an undisturbed run."""
+    if (said := _run(folder)).code:
+        raise SystemExit("\n".join(said.lines))
 
 
 def _end_of_session(leader: int) -> None:
@@ -148,25 +111,25 @@ def _session(leader: int) -> list[int]:
 
 def _trial(
     folder: Path, fault: str, seconds: float, wanted: dict[str, str], rng: random.Random
-) -> tuple[list[str], int]:
-    """What was lost (nothing: an empty list), and how many lines the user read of the disturbed run."""
+) -> tuple[list[str], Said]:
+    """What was lost (nothing: an empty list), and what the user read of the disturbed run."""
     moment = rng.uniform(0.2, 0.95) * seconds
     said = _run(folder, lambda running, where: FAULTS[fault](running, where, moment, rng))
     problems = []
     again = _run(folder)
     if again.code:
         problems.append(f"the second call ended with {again.code}: {' | '.join(again.lines[:3])}")
-    found = _digests(folder)
+    found = digests(folder)
     if missing := set(wanted) - set(found):
         problems.append(f"missing: {', '.join(sorted(missing)[:3])} ({' | '.join(again.lines[:3])})")
     if other := [name for name in wanted if name in found and found[name] != wanted[name]]:
         problems.append(f"other bytes: {', '.join(sorted(other)[:3])}")
     if left := [str(path.relative_to(folder)) for path in folder.rglob("*.partial*")]:
         problems.append(f"left: {', '.join(left[:3])}")
-    return problems, len(said.lines)
+    return problems, said
 
 
-def _digests(folder: Path) -> dict[str, str]:
+def digests(folder: Path) -> dict[str, str]:
     results = folder / "results"
     found = {}
     for path in sorted(results.rglob("*")):
@@ -175,71 +138,6 @@ def _digests(folder: Path) -> dict[str, str]:
         if path.is_file() and path.suffix in PLAIN and not aside:
             found[str(name)] = hashlib.sha256(path.read_bytes()).hexdigest()
     return found
-
-
-def _kill_stages(folder: Path, times: int, rng: random.Random) -> int:
-    """Kill each stage, of which all inputs are there; a line a stage. 1 where anything was lost."""
-    server = JobServer()
-    lost = 0
-    print(f"{'stage':40}{'killed':>8}{'ended before':>14}{'lost':>6}", flush=True)
-    try:
-        for job in sorted(planned(folder, HOUSE, "--forceall"), key=lambda job: job.rule in LARGE):
-            whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
-            begun = time.monotonic()
-            if _stage(folder, job).wait():
-                raise SystemExit(f"{job.account}: fails undisturbed")
-            length = time.monotonic() - begun
-            killed, found = 0, []
-            for _ in range(times):
-                for name in whole:
-                    (folder / name).unlink()
-                running = _stage(folder, job)
-                time.sleep(rng.uniform(0.0, length))
-                killed += running.poll() is None
-                running.kill()
-                running.wait()
-                found += _after_a_kill(folder, job, whole)
-            print(f"{Path(job.account).relative_to('results/.provenance')!s:40}{killed:8d}{times - killed:14d}", end="")
-            print(f"{len(found):6d}", *found[:2], flush=True)
-            lost += len(found)
-    finally:
-        server.end()
-    return 1 if lost else 0
-
-
-def _stage(folder: Path, job: Planned) -> subprocess.Popen[bytes]:
-    running = subprocess.Popen(
-        [sys.executable, "-m", "vidtrack", *job.arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(HOUSE), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    assert running.stdin is not None
-    with suppress(BrokenPipeError), running.stdin as order:
-        order.write("\n".join(job.order).encode())
-    return running
-
-
-def _after_a_kill(folder: Path, job: Planned, whole: dict[str, bytes]) -> list[str]:
-    """What a killed stage spoilt, and what it leaves after a second call."""
-    problems = [
-        f"{name} is not whole"
-        for name, data in whole.items()
-        if (folder / name).exists() and not _is(folder / name, data)
-    ]
-    if (folder / job.account).exists() and not all((folder / name).exists() for name in whole):
-        problems.append("an account without its results")
-    if code := _stage(folder, job).wait():
-        problems.append(f"the second call ended with {code}")
-    problems += [f"{name}: other bytes" for name, data in whole.items() if not _is(folder / name, data)]
-    problems += [f"left {path.name}" for path in (folder / "results").rglob("*.partial")]
-    return problems
-
-
-def _is(path: Path, data: bytes) -> bool:
-    return path.exists() and path.read_bytes() == data
 
 
 def _signal_all(number: int) -> Callable[..., None]:
@@ -408,6 +306,3 @@ FAULTS: dict[str, Callable[..., None]] = {
     "recording-replaced": _recording_replaced,
     "killed-and-copied": _moved,
 }
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,1 @@
+"""What killed, stopped, hindered and disturbed runs leave behind. See `__main__`."""
