@@ -33,6 +33,7 @@ def main() -> int:
     parser.add_argument("--fault", action="append", choices=[*stages.FAULTS, *whole_runs.FAULTS])
     parser.add_argument("--rule", action="append", help="stages: these rules alone")
     parser.add_argument("--of", action="append", choices=list(LABORATORIES), help="stages: these experiments alone")
+    parser.add_argument("--keep", type=Path, help="a folder where the experiments are made, or lie already; it stays")
     asked = parser.parse_args()
     rng = random.Random(asked.seed)
     room = Path(tempfile.mkdtemp(prefix="faults-"))
@@ -44,7 +45,7 @@ def main() -> int:
             found = whole_runs.disturbed(room / "raw", room, faults, asked.times, rng)
         else:
             faults = asked.fault or list(stages.FAULTS)
-            found = _stages(room, faults, asked.times, asked.rule, asked.of or list(LABORATORIES), rng)
+            found = _stages(room, faults, asked.times, asked.rule, asked.of or list(LABORATORIES), rng, asked.keep)
     finally:
         shutil.rmtree(room, ignore_errors=True)
     print(f"\n{'fault':36}{'times':>7}{'failed':>8}{'lost':>6}{'lines':>7}")
@@ -54,16 +55,23 @@ def main() -> int:
 
 
 def _stages(
-    room: Path, faults: list[str], times: int, rules: list[str] | None, of: list[str], rng: random.Random
+    room: Path,
+    faults: list[str],
+    times: int,
+    rules: list[str] | None,
+    of: list[str],
+    rng: random.Random,
+    keep: Path | None,
 ) -> dict[str, stages.Count]:
     """Each fault upon a job of each rule of the laboratories; a line a rule."""
     stages.load_libraries()
     whole = {fault: stages.Count(0, 0, [], 0) for fault in faults}
     seen: set[str] = set()
     for name in of:
-        folder = room / name
-        LABORATORIES[name](folder)
-        whole_runs.processed(folder)
+        folder = (keep or room) / name
+        if not folder.exists():
+            LABORATORIES[name](folder)
+            whole_runs.processed(folder)
         for job in _one_of_each_rule(folder, seen, rules):
             found = stages.disturbed(folder, job, faults, times, rng)
             hit = sum(one.hit for one in found.values())
@@ -74,7 +82,8 @@ def _stages(
                 whole[fault] = stages.Count(
                     before.times + one.times, before.hit + one.hit, before.lost + one.lost, max(before.most, one.most)
                 )
-        shutil.rmtree(folder)
+        if not keep:
+            shutil.rmtree(folder)
     return whole
 
 

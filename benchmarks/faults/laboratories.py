@@ -208,6 +208,7 @@ def _plan(path: Path) -> None:
 
 
 LABORATORIES: dict[str, Callable[[Path], None]] = {
+    "plain": plain,
     "whole": whole,
     "board": board,
     "wand": wand,

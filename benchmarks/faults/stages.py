@@ -27,6 +27,7 @@ from vidtrack.workflow.job import module_of
 from vidtrack.workflow.job_server import LIBRARIES
 
 NOBODY = 65534
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Told(NamedTuple):
@@ -192,6 +193,8 @@ def called(
 ) -> Told:
     """Run a job in a forked process to its end."""
     said = folder.with_name("said")
+    # until the child can answer a signal: it would go on with its parent's work
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     process = os.fork()
     if not process:
         code = 1
@@ -205,9 +208,10 @@ def called(
             signal.signal(signal.SIGINT, signal.default_int_handler)
             if fault and fault.inside and rng:
                 fault.inside(rng)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
             code = entry.main(job.arguments)
             folder.with_name("modules").write_text("\n".join(sys.modules))
-        except KeyboardInterrupt:
+        except KeyboardInterrupt:  # before the job began
             code = 130
         except SystemExit as error:
             code = int(error.code or 0)
@@ -215,6 +219,7 @@ def called(
             with suppress(BaseException):
                 sys.stderr.flush()
             os._exit(code)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     if fault and fault.outside and rng:
         fault.outside(process, length, rng)
     _, status = os.waitpid(process, 0)
@@ -235,9 +240,9 @@ class Count(NamedTuple):
 def disturbed(folder: Path, job: Planned, names: list[str], times: int, rng: random.Random) -> dict[str, Count]:
     """Each fault so many times upon one job, of which all inputs are there."""
     importlib.import_module(module_of(job.rule))
-    whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
     if (told := called(folder, job)).code:
         raise SystemExit(f"{job.account}: fails undisturbed: {told.lines}")
+    whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
     for name in folder.with_name("modules").read_text().split("\n"):
         with suppress(Exception):  # who is nobody may not read Python's own files everywhere
             importlib.import_module(name)
