@@ -279,18 +279,19 @@ def test_a_single_length_is_that_of_a_wand_of_two_balls():
         ("type: charucco\ncolumns: 8\nrows: 6\nsquare: 30", "type: 'charucco' is not"),
         ("columns: 8\nrows: 6\nsquare: 30\nmarkr: 20", "markr: no such setting; did you mean 'marker'?"),
         ("columns: 8\nrows: 6", "square: missing. Give it; it has no default."),
-        ("", "empty. Write type, columns, rows and square"),
+        ("", "empty. Write at least type, columns, rows and square"),
         ("- 8\n- 6", "takes `key: value` lines"),
         ("columns: 8\nrows: 6\nsquare: 30\nmarker: 40", "a marker of 40 does not fit in a square of 30."),
     ],
 )
 def test_mistakes_in_a_board_s_description_read_as_those_of_the_config(tmp_path, text, what):
-    from vidtrack.settings.board import board_from_yaml
+    from vidtrack.files.config_file import read_config
+    from vidtrack.settings.board import board_from_values
 
     path = tmp_path / "board.yaml"
     path.write_text(text)
     with pytest.raises(VidtrackError) as refusal:
-        board_from_yaml(str(path))
+        board_from_values(read_config(str(path), "type, columns, rows and square"), str(path))
     (line,) = refusal.value.problems
     assert line.startswith(f"{path}: ")
     assert what in line

@@ -192,7 +192,7 @@ def called(
     folder: Path, job: Planned, fault: Fault | None = None, rng: random.Random | None = None, length: float = 0.0
 ) -> Told:
     """Run a job in a forked process to its end."""
-    said = folder.with_name("said")
+    said = folder.with_name(f"{folder.name}-said")
     # until the child can answer a signal: it would go on with its parent's work
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     process = os.fork()
@@ -210,7 +210,7 @@ def called(
                 fault.inside(rng)
             signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
             code = entry.main(job.arguments)
-            folder.with_name("modules").write_text("\n".join(sys.modules))
+            folder.with_name(f"{folder.name}-modules").write_text("\n".join(sys.modules))
         except KeyboardInterrupt:  # before the job began
             code = 130
         except SystemExit as error:
@@ -243,7 +243,7 @@ def disturbed(folder: Path, job: Planned, names: list[str], times: int, rng: ran
     if (told := called(folder, job)).code:
         raise SystemExit(f"{job.account}: fails undisturbed: {told.lines}")
     whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
-    for name in folder.with_name("modules").read_text().split("\n"):
+    for name in folder.with_name(f"{folder.name}-modules").read_text().split("\n"):
         with suppress(Exception):  # who is nobody may not read Python's own files everywhere
             importlib.import_module(name)
     for path in (folder, *folder.rglob("*")):

@@ -34,7 +34,7 @@ from vidtrack.files.tables import (
 from vidtrack.files.timestack_file import read_timestacks, write_timestacks
 from vidtrack.geometry.camera import project
 from vidtrack.planning.sensitivity_plan import read_sensitivity
-from vidtrack.settings.board import board_from_yaml
+from vidtrack.settings.board import board_from_values
 from vidtrack.settings.config import settings_from_config
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.simulate.scenario import scenario_from
@@ -182,7 +182,7 @@ def _of_channels(path: str) -> None:
 
 READERS: dict[str, Reader] = {
     "config.yaml": _table("config.yaml", CONFIG, _config),
-    "board.yaml": _table("board.yaml", BOARD, board_from_yaml),
+    "board.yaml": _table("board.yaml", BOARD, lambda path: board_from_values(read_config(path, "columns"), path)),
     "scenario.yaml": Reader(
         partial(_text, "scenario.yaml", (HOUSE / "data/demo.yaml").read_text()), _scenario, text=True
     ),

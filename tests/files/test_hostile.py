@@ -1,11 +1,14 @@
 """Files made to harm (bombs, giants, tags, control characters) are refused in a line, soon and in little memory."""
 
+import os
 import struct
 import zlib
 
 import pytest
 
+from tests.files.folders import problems, spoil
 from vidtrack.errors import VidtrackError
+from vidtrack.exchange.text import bytes_of
 from vidtrack.files.config_file import read_config
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_picks, read_points
@@ -54,7 +57,7 @@ def test_a_config_made_to_harm_is_refused(tmp_path, monkeypatch, text, says):
     [
         pytest.param(CONFIG | {"x" * 5_000_000: 1}, id="a key of 5 MB"),
         pytest.param(CONFIG | {"units": "x" * 5_000_000}, id="a value of 5 MB"),
-        pytest.param(CONFIG | {f"k{i}": 1 for i in range(2_000)}, id="2,000 unknown keys"),
+        pytest.param(CONFIG | {f"k{i}": 1 for i in range(20_000)}, id="20,000 unknown keys"),
         pytest.param(CONFIG | {"a\x1b[2J\nvidtrack: all good": 1}, id="a key that clears the terminal"),
         pytest.param(CONFIG | {"cameras": {"a\nb": {"sensr": 1}}}, id="a camera of two lines"),
         pytest.param(CONFIG | {"units": b"m"}, id="bytes"),
@@ -112,3 +115,19 @@ def test_a_picture_that_unfolds_to_a_giant_is_refused(tmp_path, width, height):
             list(video.frames())
 
     assert refused(read).startswith(str(path))
+
+
+@pytest.mark.parametrize("place", ["points.csv", "config.yaml", "camera.toml", "cam1.mov"])
+@pytest.mark.parametrize("device", [False, True])
+def test_a_pipe_or_a_device_in_place_of_a_file_is_refused_and_not_waited_for(tmp_path, place, device):
+    path = tmp_path / place
+    os.symlink("/dev/zero", path) if device else os.mkfifo(path)
+    read = {"points.csv": read_points, "config.yaml": read_config, "camera.toml": bytes_of, "cam1.mov": open_video}
+    assert f"{place}: no file but" in refused(read[place], str(path))
+
+
+@pytest.mark.parametrize("name", ["runs.csv", "calibration/points.csv", "runs/pluck/cam1.MP4", "calibration/cam9.toml"])
+def test_a_pipe_in_an_experiment_is_named_before_anything_is_read(folder, name):
+    spoil(folder, name) if (folder / name).exists() else None
+    os.mkfifo(folder / name)
+    assert f"{name}: no file but a pipe or a device. Put the file itself there." in problems()

@@ -6,6 +6,7 @@ Latin-1, which differ in letters that no number has. A comma between digits is a
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable, Sequence
@@ -60,12 +61,13 @@ def lines_of(path: Path) -> list[str]:
 
 
 def number(cell: str) -> float | None:
-    """The value of a cell: NaN where it says that there is none, None where it is no number."""
+    """The value of a cell: NaN where it says that there is none, None where it is no number, or one beyond 1e308."""
     cell = cell.strip().strip('"').replace("\u2212", "-")
-    if _NUMBER.fullmatch(cell):
-        return float(cell.replace("d", "e").replace("D", "e"))
     if _COMMA.fullmatch(cell):
-        return float(cell.replace(",", ".").replace("d", "e").replace("D", "e"))
+        cell = cell.replace(",", ".")
+    if _NUMBER.fullmatch(cell):
+        value = float(cell.replace("d", "e").replace("D", "e"))
+        return value if math.isfinite(value) else None
     return float("nan") if cell.lower() in MISSING else None
 
 

@@ -83,10 +83,17 @@ def named_as(folder: str, names: Iterable[str], endings: Iterable[str], problems
     return found
 
 
+def is_pipe(path: str | os.PathLike[str]) -> bool:
+    """Whether something is neither a file nor a folder: who opens it may wait for ever, or read without end."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+
+
 def broken_link(path: str) -> str | None:
     """What is wrong with a link that leads nowhere, or a file that may not be read; None where nothing is."""
     if os.path.islink(path) and not os.path.exists(path):
         return f"{path}: a link to {os.readlink(path)!r}, which is not there. Connect the disk, or correct the link."
+    if is_pipe(path):
+        return f"{path}: no file but a pipe or a device. Put the file itself there."
     if os.path.exists(path) and not os.access(path, os.R_OK):
         return f"{path}: may not be read. Correct its permissions."
     return None
@@ -112,7 +119,7 @@ def table_in(folder: str, name: str, problems: list[str]) -> str | None:
     A file that is meant to be it, and is not named so, is a problem: Points.csv, picks.xlsx, target.csv.
     """
     path = os.path.normpath(os.path.join(folder, name))
-    if os.path.islink(path) or os.path.isfile(path):
+    if os.path.islink(path) or os.path.isfile(path) or is_pipe(path):
         trouble = broken_link(path)
         if trouble:
             problems.append(trouble)

@@ -41,6 +41,7 @@ def in_child(work: Callable[[str], T], given: str) -> T:
 
 
 def _answer(sender: Connection, work: Callable[[str], Any], given: str) -> None:
+    answer: tuple[Any, str | None]
     try:
         answer = work(given), None
     except Exception as error:

@@ -8,19 +8,25 @@ from typing import Any
 import yaml
 
 from vidtrack.errors import VidtrackError
+from vidtrack.files.beside import is_pipe
 
 LARGEST = 200_000
 """Values in a config."""
 
 
-def read_config(path: str) -> dict[str, Any]:
-    """The parsed config; VidtrackError with the line for a missing file, bad YAML or a key given twice."""
+def read_config(path: str, needed: str = "`units` and `cameras`") -> dict[str, Any]:
+    """The parsed config; VidtrackError with the line for a missing file, bad YAML or a key given twice.
+
+    needed   what must stand in it, for messages
+    """
+    if is_pipe(path):
+        raise VidtrackError(f"{path}: no file but a pipe or a device. Put the file itself there.")
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8-sig") as file:
             text = file.read()
     except FileNotFoundError:
         raise VidtrackError(
-            f"{path}: no such file in this folder. Write one (`units` and `cameras` are required), "
+            f"{path}: no such file in this folder. Write one ({needed} are required), "
             "or name the experiment's folder with --directory."
         ) from None
     except OSError as error:
@@ -48,7 +54,7 @@ def read_config(path: str) -> dict[str, Any]:
     if size > LARGEST:
         raise VidtrackError(f"{path}: its aliases (*) stand for more than {LARGEST} values. Write the settings out.")
     if config is None:
-        raise VidtrackError(f"{path}: empty. Write at least `units` and `cameras`.")
+        raise VidtrackError(f"{path}: empty. Write at least {needed}.")
     if not isinstance(config, dict):
         raise VidtrackError(f"{path}: holds no settings, but {str(config)[:40]!r}. Write `key: value` lines.")
     return config

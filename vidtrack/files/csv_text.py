@@ -60,6 +60,8 @@ class CsvText(NamedTuple):
 
 def read_bytes(path: Path) -> bytes:
     """The content of a file that a user put there; VidtrackError where it is not there or may not be read."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise VidtrackError(f"{path}: no file but a folder, a pipe or a device. Put the file itself there.")
     try:
         with open(path, "rb") as file:
             return file.read()

@@ -19,11 +19,12 @@ from vidtrack.files.beside import (
     named_as,
     table_in,
 )
+from vidtrack.files.config_file import read_config
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
 from vidtrack.naming import did_you_mean, tags_meant
-from vidtrack.settings.board import Board, board_from_yaml
+from vidtrack.settings.board import Board, board_from_values
 from vidtrack.settings.config import Settings
 
 
@@ -103,6 +104,7 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         picks = table_in(here, "picks.csv", problems)
         videos = dict(sorted({**_firsts(found), **points}.items()))
         board = next((within(here, f) for f in ("board.yaml", "board.yml") if os.path.isfile(within(here, f))), None)
+        problems += [t for f in ("board.yaml", "board.yml") if (t := broken_link(within(here, f)))]
         clips[name] = Clip(name, videos, picks, _several(found), frozenset(points), board)
     runs = {}
     for name in sorted({*_folders(within(folder, "runs"), problems), *_runs_elsewhere(settings)}):
@@ -118,6 +120,8 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     survey = table_in(within(folder, "calibration"), "points.csv", problems)
     scenarios = _scenarios(within(folder, "sensitivity"))
     listed = within(folder, "runs.csv")
+    if trouble := broken_link(listed):
+        problems.append(trouble)
     campaign = listed if os.path.isfile(listed) else None
     clips = {n: c for n, c in clips.items() if c.videos}
     given = _given(settings, clips, problems)
@@ -135,7 +139,8 @@ def board_of(settings: Settings, experiment: Experiment, clip: str) -> Board | N
     """The board that a clip shows: by its board.yaml, or by the config; None where it shows none."""
     here = experiment.clips[clip]
     if here.board:
-        return board_from_yaml(here.board)
+        needed = "type, columns, rows and square of the board"
+        return board_from_values(read_config(here.board, needed), here.board)
     board, wand = settings.calibration.board, settings.calibration.wand
     if board is None or (wand and clip in wand.clips):
         return None

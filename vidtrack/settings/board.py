@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from vidtrack.errors import VidtrackError
@@ -51,15 +51,12 @@ class Board(Section):
         return self
 
 
-def board_from_yaml(path: str) -> Board:
-    """The board of a board.yaml. VidtrackError, one line a problem."""
+def board_from_values(values: Mapping[str, Any], where: str) -> Board:
+    """The board that a parsed board.yaml means. VidtrackError, one line a problem.
+
+    where   the file
+    """
     try:
-        with open(path, encoding="utf-8-sig") as file:
-            found: Any = yaml.safe_load(file)
-        if found is None:
-            raise VidtrackError(f"{path}: empty. Write type, columns, rows and square of the board.")
-        return Board.model_validate(found)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise VidtrackError(f"{path}: cannot be read as YAML ({str(error).splitlines()[0]}).") from None
+        return Board.model_validate(values)
     except ValidationError as error:
-        raise VidtrackError(*mistakes(path, error.errors(), Board)) from None
+        raise VidtrackError(*mistakes(where, error.errors(), Board)) from None

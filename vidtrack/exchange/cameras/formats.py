@@ -15,6 +15,14 @@ from vidtrack.exchange.xml import parsed
 
 def read_camera(path: Path, said: Said) -> Given:
     """The camera in a file of any format that is known; VidtrackError, one line, for what cannot be read."""
+    try:
+        return _read(path, said)
+    except (ValueError, ArithmeticError) as error:  # numbers of which no camera can be made
+        reason = " ".join(str(error).split())[:150]
+        raise VidtrackError(f"{path}: holds no camera that can be used ({reason}). Export it again.") from None
+
+
+def _read(path: Path, said: Said) -> Given:
     ending = os.path.splitext(os.fspath(path))[1].lower()
     if ending == ".ori":
         return openptv.read(path, said)

@@ -46,7 +46,12 @@ def _yaml(text: str) -> Any:
     import yaml
 
     class Loader(yaml.SafeLoader):
-        """Reads OpenCV's matrices as arrays."""
+        """Reads OpenCV's matrices as arrays; FileStorage writes no aliases, with which a file may fill the memory."""
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            if self.check_event(yaml.AliasEvent):
+                raise yaml.YAMLError("aliases, which OpenCV does not write")
+            return super().compose_node(parent, index)
 
     def matrix(loader: Any, node: Any) -> Any:
         own = loader.construct_mapping(node, deep=True)
@@ -61,7 +66,7 @@ def _yaml(text: str) -> Any:
     try:
         # FileStorage writes `%YAML:1.0`, which is no YAML directive
         return yaml.load(re.sub(r"^%YAML[^\n]*\n", "", text), Loader=Loader)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, RecursionError, AttributeError, OverflowError) as error:
         raise ValueError(str(error)) from None
 
 
