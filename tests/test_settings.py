@@ -280,7 +280,7 @@ def test_a_single_length_is_that_of_a_wand_of_two_balls():
         ("columns: 8\nrows: 6\nsquare: 30\nmarkr: 20", "markr: no such setting; did you mean 'marker'?"),
         ("columns: 8\nrows: 6", "square: missing. Give it; it has no default."),
         ("", "empty. Write at least type, columns, rows and square"),
-        ("- 8\n- 6", "takes `key: value` lines"),
+        ("- 8\n- 6", "Write `key: value` lines"),
         ("columns: 8\nrows: 6\nsquare: 30\nmarker: 40", "a marker of 40 does not fit in a square of 30."),
     ],
 )
