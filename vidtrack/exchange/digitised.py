@@ -55,6 +55,8 @@ class _Frames(NamedTuple):
 
 def digitised(run: Run) -> Digitised:
     """The measured positions of each target in each camera; VidtrackError where nothing joins them."""
+    if not run.cameras:
+        raise VidtrackError("no calibrated camera. Call vidtrack run first.")
     cameras = tuple(straight(run.cameras[name]) for name in sorted(run.cameras))
     names = [camera.name for camera in cameras]
     frames = [_frames(run, name) for name in names]

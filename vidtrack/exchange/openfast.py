@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.errors import VidtrackError
 from vidtrack.exchange.matlab import mat_file
 from vidtrack.exchange.measured import Run, Series, Written, series
 
@@ -38,7 +39,10 @@ class Motion(NamedTuple):
 
 
 def motions(run: Run) -> tuple[list[Motion], list[str]]:
-    """What each body does, and the notes on the axes: from motions where there are any, else from bodies."""
+    """What each body does, and the notes on the axes: from motions where there are any, else from bodies.
+
+    VidtrackError where no body was located.
+    """
     scale = np.array([run.in_unit("m")] * 3 + [1.0] * 3)
     table = run.tables.get("motions")
     if table is not None and len(table):
@@ -49,6 +53,8 @@ def motions(run: Run) -> tuple[list[Motion], list[str]]:
             found.append(Motion(str(body), point, own.time, _stack(own, [f.lower() for f in FREEDOMS]) * scale))
         return found, [f"{m.body}: motion of {m.point} about its place at rest, basin's axes" for m in found]
     own = series(run.tables["bodies"], "body")
+    if not len(own.time):
+        raise VidtrackError(f"run {run.name}: no body was located; there is nothing to write.")
     columns = ("x", "y", "z", "roll", "pitch", "yaw")
     values = own.stacked(*columns) * scale
     note = "position and attitude in the world: name `axes` to have motion about rest, in the basin's axes"

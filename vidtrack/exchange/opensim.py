@@ -67,6 +67,8 @@ def write_mot(run: Run) -> Written:
     move = s.stacked("x", "y", "z") * run.in_unit("m")
     values = np.concatenate([move, s.stacked("roll", "pitch", "yaw")], -1)
     located = np.isfinite(values).any((1, 2))
+    if not located.any():
+        raise VidtrackError(f"run {run.name}: no body was located; there is nothing to write.")
     values, time = values[located].reshape(located.sum(), -1), s.time[located]
     names = [f"{body}_{c}" for body in s.names for c in COORDINATES]
     lines = [run.name, "version=1", f"nRows={len(time)}", f"nColumns={len(names) + 1}", "inDegrees=yes", ""]
