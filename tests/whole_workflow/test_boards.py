@@ -1,12 +1,15 @@
-"""An experiment that has a board and nothing surveyed, from the recordings to a trajectory (docs/boards.md)."""
+"""A board and nothing surveyed, from the recordings to trajectories (docs/boards.md), and a tag (docs/tags.md)."""
 
 import json
+import re
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
 from tests.discs import picture
 from tests.whole_workflow.conftest import snakemake
@@ -18,6 +21,10 @@ SQUARE = 30.0
 BOARD = {"type": "charuco", "columns": 8, "rows": 6, "square": SQUARE, "world": "board/0"}
 PATH = np.stack([120 + 60 * np.sin(np.arange(5) / 3), np.full(5, 90.0), 30.0 + 5 * np.arange(5)], -1)
 """Where the ball is, in the world that the board of the first view makes."""
+TURNS = [cv2.Rodrigues(np.array([0.5 + 0.2 * np.sin(k / 2), 0.3 * np.cos(k / 3), 0.1 * k]))[0] for k in range(6)]
+PLACES = np.stack([100 + 60 * np.sin(np.arange(6) / 3), np.full(6, 90.0), 40.0 + 5 * np.arange(6)], -1)
+"""How a tag of 60 mm stands, and where its centre is, in the same world."""
+PAGE = Path(__file__).parents[2] / "docs/tags.md"
 
 
 def cameras():
@@ -50,8 +57,17 @@ def laboratory(tmp_path_factory):
         for name, camera in cameras().items():
             at = project(camera, world[0] @ p + world[1])
             save(folder / f"runs/swing/{name}/{k:03d}.png", picture(SIZE[::-1], [(*at, 6)], noise=2, rng=rng))
+    bitmap, side = drawing("apriltag", 1, 1, first=7), 60 / 0.75
+    for k, (turn, place) in enumerate(zip(TURNS, PLACES, strict=True)):
+        R = world[0] @ turn
+        T = world[0] @ place + world[1] - R @ np.array([side / 2, side / 2, 0.0])
+        for name, camera in cameras().items():
+            seen = board_picture(camera, R, T, bitmap, side, rng=rng)
+            save(folder / f"runs/both/{name}/{k:03d}.png", seen)
+            if name == "cam1":
+                save(folder / f"runs/one/{name}/{k:03d}.png", seen)
     (folder / "calibration/board/board.yaml").write_text(yaml.safe_dump(BOARD))
-    config = {"units": "mm", "cameras": {name: {"rate": 30} for name in cameras()}}
+    config = yaml.safe_load(re.search(r"```yaml\n(.*?)```", PAGE.read_text(), re.DOTALL)[1])
     (folder / "config.yaml").write_text(yaml.safe_dump(config))
     answer = snakemake(folder)
     assert answer.returncode == 0, answer.stdout + answer.stderr
@@ -78,3 +94,36 @@ def test_the_calibration_is_good_and_the_report_is_there(laboratory):
     assert verdict["calibration"]["verdict"] in ("good", "doubtful")
     assert "board-views" in {note["code"] for note in verdict["calibration"]["notes"]}
     assert (laboratory / "results/report/calibration.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(("run", "body", "offset", "cameras"), [("one", "tag7", 0.0, 1), ("both", "float", -10.0, 2)])
+def test_a_coded_tag_has_its_six_degrees_of_freedom_from_one_camera_and_from_two(
+    laboratory, run, body, offset, cameras
+):
+    """Within 4.5 sigma, and 0.5 mm and 0.3 degrees, of which nearly all is the calibration's by nine small pictures."""
+    found = pd.read_parquet(laboratory / f"results/runs/{run}/bodies.parquet")
+    assert found["body"].unique().tolist() == [body]
+    assert (found["flag"] == "").all()
+    assert (found["n_cameras"] == cameras).all()
+    truth = PLACES + np.array([R @ [0, 0, offset] for R in TURNS])
+    off = found[["x", "y", "z"]].to_numpy() - truth
+    assert np.abs(off).max() < 0.5
+    R = Rotation.from_quat(found[["qx", "qy", "qz", "qw"]].to_numpy())
+    turned = (R * Rotation.from_matrix(TURNS).inv()).as_rotvec()
+    assert np.degrees(np.abs(turned)).max() < 0.3
+    sd = np.sqrt(np.array([np.diag(np.reshape(C, (6, 6))) for C in found["covariance"]]))
+    assert (np.abs(np.concatenate([turned, off], -1)) < 4.5 * sd).all()
+
+
+def test_the_tag_s_centre_is_a_target_and_its_corners_are_those_of_the_page(laboratory):
+    for run in ("one", "both"):
+        table = pd.read_parquet(laboratory / f"results/runs/{run}/trajectories.parquet")
+        assert set(table["target"]) == {"tag7", *(f"tag7_{k}" for k in range(1, 5))}
+        centre = table.loc[table["target"] == "tag7", ["x", "y", "z"]].to_numpy()
+        assert np.abs(centre - PLACES).max() < 0.5
+        assert (laboratory / f"results/report/run_{run}.html").stat().st_size > 10_000
+    record = json.loads((laboratory / "results/runs/both/bodies.json").read_text())
+    assert record["bodies"]["float"]["size"]["factor"] == pytest.approx(1.0, abs=1e-3)
+    verdict = json.loads((laboratory / "results/verdict.json").read_text())
+    codes = {found["code"] for run in ("one", "both") for found in verdict["runs"][run]["reasons"]}
+    assert not {code for code in codes if "tag" in code or code.endswith("failed")}

@@ -128,3 +128,30 @@ def may_change(flag: NDArray[np.object_]) -> Bools:
 def _says(flag: NDArray[np.object_], word: str) -> Bools:
     kinds, which = np.unique(flag.astype(str), return_inverse=True)
     return np.asarray(np.array([word in kind for kind in kinds], bool)[which].reshape(flag.shape))
+
+
+class Ends(NamedTuple):
+    """m tracklets of regular tracks, N samples: see `ends_of_tracks`."""
+
+    row: Ints  # (N,) of a table that has a row a moment and target, by moment
+    number: Ints  # (N,) the tracklet of each sample
+    began: NDArray[np.str_]  # (m,) one of BEGAN; ended (m,) one of ENDED
+    ended: NDArray[np.str_]
+
+
+def ends_of_tracks(b: Array) -> Ends:
+    """The tracklets of tracks b (k, n, 2) px that never meet: one ends where its target is missing for long."""
+    k, n = b.shape[:2]
+    piece = pieces_of(np.swapaxes(b, 0, 1))
+    target, sample = np.nonzero(piece >= 0)
+    number = piece[target, sample]
+    m = int(number.max(initial=-1)) + 1
+    first, last = np.full(m, k), np.full(m, -1)
+    np.minimum.at(first, number, sample)
+    np.maximum.at(last, number, sample)
+    owner = np.zeros(m, np.intp)
+    owner[number] = target
+    before = np.zeros(m, bool)
+    before[1:] = owner[1:] == owner[:-1]
+    began = np.where(first == 0, "first", np.where(before, "lost", "found"))
+    return Ends(sample * n + target, number, began, np.where(last == k - 1, "last", "lost"))

@@ -62,7 +62,7 @@ def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
                     f"config.yaml: runs.{name}.waterline: mode waterline needs transects. Name some, each from and to."
                 ]
             )
-        elif mode == "space" and len(run.videos) < 2:
+        elif mode == "space" and len(run.videos) < 2 and not (own and own.tags):
             problems.append(
                 f"{place}: only camera {next(iter(run.videos))} has a recording, and mode space needs two or more. "
                 f"Add another camera's, or set runs.{name}.mode: plane with a plane to move in."
@@ -178,17 +178,43 @@ def _means(cell: str, column: str) -> bool:
 def _check_bodies(case: _Case) -> list[str]:
     problems = []
     names = target_names(case.settings, case.run)
+    problems += _check_tags(case)
     if case.run.tracks and case.own.targets is None:
         names = [name for body in case.own.bodies.values() for name in body.targets]  # their files know the names
     for body, parts in case.own.bodies.items():
         place = f"{case.place}.bodies.{body}"
         problems += [f"{place}.{t}: no such target; {_hint(t, names)}" for t in parts.targets if t not in names]
-        if len(parts.targets) < 3:
+        if len(parts.targets) < 3 and not parts.tags:
             problems.append(f"{place}: {len(parts.targets)} targets; six degrees of freedom need three or more.")
     if case.own.analysis and case.own.bodies and (case.own.axes or case.settings.axes) is None:
         problems.append(
             f"{case.place}.axes: motions of a body need directions. Say which way waves travel and which is up, as in "
             "axes: {waves: +x, up: +z}."
+        )
+    return problems
+
+
+def _check_tags(case: _Case) -> list[str]:
+    """Whether a run has tags where its bodies do, and each tag is on one body."""
+    problems: list[str] = []
+    on: dict[int, str] = {}
+    for body, parts in case.own.bodies.items():
+        place = f"{case.place}.bodies.{body}.tags"
+        if parts.tags and case.own.tags is None:
+            problems.append(
+                f"{place}: the run has no tags. Give family and size, as in {case.place.split(': ')[-1]}.tags: "
+                "{family: 36h11, size: 4}."
+            )
+        for number in parts.tags:
+            if number in on:
+                problems.append(f"{place}.{number}: this tag is on body {on[number]} too. One number is one tag.")
+            on[number] = body
+    if case.own.tags and case.own.mode != "space":
+        problems.append(f"{case.place}.tags: they are located in mode space, not {case.own.mode}. Take mode out.")
+    if case.own.tags and case.run.tracks:
+        problems.append(
+            f"{case.place}.tags: camera {next(iter(case.run.tracks))} has tracks in place of a recording, and tags are "
+            "found in pictures. Take tags out, or give the recordings."
         )
     return problems
 

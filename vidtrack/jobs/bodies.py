@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from vidtrack.files.records import write_json
+from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
-from vidtrack.stages.bodies import COLUMNS, account, bodies
+from vidtrack.motion.pose_columns import COLUMNS
+from vidtrack.stages.bodies import account, bodies
 from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: trajectories. outputs: bodies, record. settings: units, run, bodies."""
+    """inputs: trajectories; poses and posed, of a run with coded tags.
+
+    outputs: bodies, record. settings: units, run, bodies.
+    """
     units = job.settings["units"]
     table = bodies(
         read_parquet(job.path("trajectories")),
@@ -18,6 +22,16 @@ def run(job: Job) -> None:
         where=f"config.yaml: runs.{job.settings['run']}.bodies",
     )
     located, findings = account(table)
-    write_parquet(job.outputs["bodies"], table, units=units, provenance=job.provenance, columns=COLUMNS)
-    record = {"run": job.settings["run"], "units": units, "bodies": located, "findings": as_records(findings)}
+    found, columns = as_records(findings), dict(COLUMNS)
+    if poses := job.paths("poses"):  # of bodies with coded tags
+        import pandas as pd
+
+        tagged, of_tags = read_parquet(poses[0]), read_json(job.path("posed"))
+        own, _ = account(tagged)
+        located |= {name: own[name] | of_tags["bodies"][name] for name in own}
+        found = [*found, *of_tags["findings"]]
+        table = pd.concat([part for part in (table, tagged) if len(part)] or [tagged], ignore_index=True)
+        columns["n_cameras"] = ""
+    write_parquet(job.outputs["bodies"], table, units=units, provenance=job.provenance, columns=columns)
+    record = {"run": job.settings["run"], "units": units, "bodies": located, "findings": found}
     write_json(job.outputs["record"], record, job.provenance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vidtrack.errors import VidtrackError
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.findings import Finding, as_records
@@ -18,10 +19,12 @@ from vidtrack.progress import Progress
 from vidtrack.stages.track import Tracked, track
 from vidtrack.steadiness.samples import BackgroundSamples
 from vidtrack.steadiness.series import Targets, background_course
-from vidtrack.timing.frame import ReadAccount, VideoInfo
+from vidtrack.timing.excerpt import between
+from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
 from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
 from vidtrack.timing.timebase import TimeBase
+from vidtrack.tracking.tag_reader import TagReader
 from vidtrack.video.account import BLANK
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
@@ -42,14 +45,22 @@ def run(job: Job) -> None:
         info = replace(video.info, time=found.base)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
         label = f"track {settings['run']}/{camera}"
+        tags = _tag_reader(settings, info)
         with Progress(label, info.n_frames_hint, "frames") as progress:
-            tracked = track(
-                meter.over(samples.over(progress.over(video.frames(ahead=True)))),
-                info,
-                targets=settings["targets"],
-                start_boxes=boxes,
-                **settings["detect"],
-            )
+            frames = meter.over(samples.over(progress.over(video.frames(ahead=True))))
+            if settings["targets"] == 0 and tags is not None:
+                used = between(frames, info, settings["detect"]["start"], settings["detect"]["end"], where="detect")
+                tracked = _untracked(tags.over(used), info)
+            else:
+                tracked = track(
+                    frames if tags is None else tags.over(frames),
+                    info,
+                    targets=settings["targets"],
+                    start_boxes=boxes,
+                    **settings["detect"],
+                )
+        if tags is not None:
+            tracked = _with_tags(tracked, tags, settings)
         account = _not_refuted(video.account, tracked.diagnostics["measured"])
     in_fields = bool((tracked.centroids["field"] != "frame").any())
     light = _light(meter, tracked.clock, in_fields)
@@ -82,6 +93,78 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["light"], light, units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], course, units="px", provenance=job.provenance)
     write_png(job.outputs["picture"], _begun(samples, info.bits))
+
+
+def _tag_reader(settings: Mapping[str, Any], info: VideoInfo) -> TagReader | None:
+    """What reads the coded tags of the run; None where it has none."""
+    tags = settings.get("tags")
+    if not tags:
+        return None
+    return TagReader(tags["family"], info, ids=tags["ids"], fields=settings["detect"]["fields"])
+
+
+def _untracked(frames: Iterable[Frame], info: VideoInfo) -> Tracked:
+    """A recording of which no target is followed: its frames are read to the end, and its tables are empty."""
+    n = sum(1 for _ in frames)
+    if not n:
+        raise VidtrackError("the recording has no frame to track in. Give one that has.")
+    from pandas import DataFrame
+
+    from vidtrack.association.tracklets import COLUMNS as TRACKLETS
+    from vidtrack.tracking.windows import COLUMNS as WINDOWS
+
+    columns: tuple[str, ...] = (
+        "frame",
+        "field",
+        "time_s",
+        "timecode",
+        "target",
+        "Xf",
+        "Yf",
+        "sd_x",
+        "sd_y",
+        "pixels",
+        "total_pixels",
+    )
+    columns += ("mass", "contrast", "background", "box_x", "box_y", "box_w", "box_h", "flag")
+    every: list[tuple[str, ...]] = [columns, TRACKLETS, WINDOWS]
+    tables = [DataFrame({name: np.zeros(0) for name in names}) for names in every]
+    diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": []}
+    return Tracked(tables[0], tables[1], tables[2], diagnostics, [], info.time)
+
+
+def _with_tags(tracked: Tracked, tags: TagReader, settings: Mapping[str, Any]) -> Tracked:
+    """The tables with the corners of coded tags behind the targets that were followed."""
+    import pandas as pd
+
+    from vidtrack.stages.coded_tags import coded_tags
+
+    order = settings["tags"]
+    own = coded_tags(
+        tags.seen(), tracked.clock, modules=tags.modules, named=order["named"], where=f"camera {settings['camera']}"
+    )
+    seen = set(tracked.centroids["frame"]) if settings["targets"] != 0 else None
+    corners = own.centroids if seen is None else own.centroids[own.centroids["frame"].isin(seen)]
+    tracklets = own.tracklets.assign(tracklet=own.tracklets["tracklet"] + len(tracked.tracklets))
+    if seen is not None:
+        tracklets = tracklets[tracklets["frame"].isin(seen)]
+    diagnostics = tracked.diagnostics | {"tags": own.record["tags"], "false_tags": own.record["false_tags"]}
+    diagnostics["targets"] = tracked.diagnostics["targets"] | own.record["targets"]
+    if settings["targets"] == 0:
+        diagnostics["pixel_locking"] = own.record["pixel_locking"]
+        shares = [target["measured"] for target in own.record["targets"].values()]
+        diagnostics["measured"] = float(np.mean(shares)) if shares else 0.0
+    tables = [
+        [table for table in pair if len(table)] or [pair[0]]
+        for pair in ((tracked.centroids, corners), (tracked.tracklets, tracklets))
+    ]
+    both = [pd.concat(pair, ignore_index=True) for pair in tables]
+    return tracked._replace(
+        centroids=both[0],
+        tracklets=both[1],
+        diagnostics=diagnostics,
+        findings=[*tracked.findings, *own.findings],
+    )
 
 
 def _of_reading(account: ReadAccount, time: Sequence[str]) -> list[Finding]:

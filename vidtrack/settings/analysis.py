@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from vidtrack.settings.sections import Name, Positive, Section, Vector
+from vidtrack.settings.tags import TagPlaces
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
@@ -122,18 +123,21 @@ class Channels(Section):
 
 
 def body(value: Any) -> Any:
-    """`points` of a body is a table of named points; whatever else stands there are targets."""
-    if isinstance(value, Mapping) and isinstance(value.get("points"), Mapping):
-        targets = {name: place for name, place in value.items() if name != "points"}
-        return {"targets": targets, "named": value["points"]}
-    return {"targets": value, "named": {}} if isinstance(value, Mapping) else value
+    """`points` and `tags` of a body are tables; whatever else stands there are targets."""
+    if not isinstance(value, Mapping):
+        return value
+    tables = {"points": "named", "tags": "tags"}
+    own = {tables[name]: value[name] for name in tables if isinstance(value.get(name), Mapping)}
+    targets = {name: place for name, place in value.items() if tables.get(name) not in own}
+    return {"targets": targets, "named": {}, **own}
 
 
 class Body(Section):
-    """A rigid body: its targets, and points of it whose motions are wanted; both in the body's axes, world units."""
+    """A rigid body: its targets, its coded tags, and points whose motions are wanted; in its axes, world units."""
 
     targets: dict[str, Vector] = Field(description="target: [x, y, z] in the body")
     named: dict[Name, Vector] = Field({}, description="point, such as CoG: [x, y, z] in the body")
+    tags: TagPlaces = Field({}, description="number of a coded tag: where it sits in the body; needs `tags` of the run")
 
 
 def analyses(value: Any) -> Any:

@@ -45,7 +45,8 @@ EXAMPLES: dict[str, str] = {
     "offset_s": "0.0",
     "camera": "cam1",
     "transects": "{profile1: {from: [0, 0, 0], to: [10, 0, 1], step: 0.01, profile: beach.csv}}",
-    "bodies": "{float: {a: [0, 0, 0], b: [6, 0, 0], c: [0, 6, 0], points: {CoG: [2, 2, 0]}}}",
+    "bodies": "{float: {a: [0, 0, 0], b: [6, 0, 0], c: [0, 6, 0], points: {CoG: [2, 2, 0]}, "
+    "tags: {7: {centre: [3, 3, 2], normal: [0, 0, 1]}}}}",
     "videos": "{cam1: elsewhere/cam1.mp4}",
     "start_timecode": '"10:00:00:00"',
     "tolerance_px": "3",
@@ -92,6 +93,10 @@ EXAMPLES: dict[str, str] = {
     "wand.axes.up": "[bob, hook]",
     "wand.axes.level": "[w1, w2, w3]",
     "wand.axes.drop": "fall",
+    "<tag>.up": "[0, 1, 0]",
+    "tags.family": "36h11",
+    "tags.size": "4",
+    "tags.ids": "[7, 9]",
     "title": "my experiment",
 }
 """What stands behind a key that has no default, or an empty one, in the comment that shows it, by its path's end."""

@@ -71,6 +71,13 @@ FORMS: dict[str, str] = {
     "decay": "{series: t1.x, drop_half_cycles: 2}",
     "<target>": "a: [6, 0, 0]",
     "<body>.points": "{CoG: [2, 2, 0]}",
+    "<body>.tags": "{7: {centre: [0, 0, 2]}}",
+    "<run>.tags": "{family: 36h11, size: 4}",
+    "ids": "[7, 9]",
+    "corners": "[[-2, 2, 0], [2, 2, 0], [2, -2, 0], [-2, -2, 0]]",
+    "centre": "[0, 0, 2]",
+    "tags.<tag>.size": "2.5",
+    "tags.size": "4",
     "channels.clock": "{lamp: lamp_V}",
     "decay.start": "2.0",
     "decay.end": "30.0",
@@ -104,7 +111,7 @@ def _section(title: str, model: type[BaseModel], path: str) -> Iterator[str]:
         if issubclass(model, DetectChange) and name in DetectChange.model_fields and model is not DetectChange:
             continue  # they stand under `detect`
         if path.endswith("<body>."):  # whose targets stand in it by their names, beside `points`
-            key = {"named": "points", "targets": "<target>"}[key]
+            key = {"named": "points", "targets": "<target>"}.get(key, key)
         inner, many = inner_section(field)
         here = f"{path}{key}" + (f".<{_singular(key)}>" if many else "")
         if inner is not None and inner is not DetectChange:

@@ -11,10 +11,10 @@ from pydantic import BaseModel
 
 from vidtrack.naming import did_you_mean
 
-_BRANCHES = re.compile(
-    r"^(function-|tuple\[|constrained-|literal\[|float$|int$|str$|Clock$|WandAxes$|\[key\]|nullable)"
-)
+_BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|Clock$|WandAxes$|\[key\]|nullable)")
 """What pydantic adds to a place to say which of several allowed forms it tried."""
+_PLAIN = ("float", "int", "str")
+"""The same of a plain value, at the end of the place: elsewhere it is a name that a person gave, as of a body."""
 
 
 def mistakes(where: str, problems: Sequence[Mapping[str, Any]], kind: type[BaseModel]) -> list[str]:
@@ -27,6 +27,7 @@ def mistakes(where: str, problems: Sequence[Mapping[str, Any]], kind: type[BaseM
     found: dict[str, list[str]] = {}
     for problem in problems:
         path = [str(part) for part in problem["loc"] if not _BRANCHES.match(str(part))]
+        path = path[:-1] if path and path[-1] in _PLAIN else path
         if problem["type"] == "literal_error" and isinstance(problem["input"], Mapping):
             continue  # the other form of this place has reported what is wrong inside
         found.setdefault(".".join(path), []).append(_message(path, problem, kind))

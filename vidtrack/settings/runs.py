@@ -11,6 +11,7 @@ from vidtrack.settings.detection import DetectChange
 from vidtrack.settings.exports import DESCRIPTION, Formats
 from vidtrack.settings.imported import Tracks
 from vidtrack.settings.sections import RATE, STREAM, Crop, Name, Positive, Section, Stream, Vector, names, paths
+from vidtrack.settings.tags import Tags
 
 
 class Reference(Section):
@@ -71,8 +72,8 @@ class Run(DetectChange):
 
     mode: Literal["space", "plane", "waterline"] = Field(
         "space",
-        description="space: positions from two or more cameras; plane: from one camera, in a plane of known scale or "
-        "points; waterline: no targets, only the edge of the water",
+        description="space: positions from two or more cameras, or of coded tags from one; plane: from one camera, "
+        "in a plane of known scale or points; waterline: no targets, only the edge of the water",
     )
     targets: Annotated[
         tuple[str, ...] | Annotated[int, Field(ge=1)] | Literal["all"] | None, BeforeValidator(names)
@@ -89,7 +90,13 @@ class Run(DetectChange):
     bodies: dict[Name, Annotated[Body, BeforeValidator(body)]] = Field(
         {},
         description="body: {target: [x, y, z] in the body}; the body's origin is the point that is reported. "
-        "points: {CoG: [x, y, z], ...} among the targets names further points whose motions are wanted",
+        "points: {CoG: [x, y, z], ...} among the targets names further points whose motions are wanted; "
+        "tags: {7: {centre: [x, y, z]}, ...} the coded tags on it",
+    )
+    tags: Tags | None = Field(
+        None,
+        description="coded tags on what moves: each camera's tables have their corners as targets tag7_1 to tag7_4, "
+        "trajectories their centres as tag7, and bodies their six degrees of freedom; one camera is enough",
     )
     axes: Axes | None = Field(
         None,

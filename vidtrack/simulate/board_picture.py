@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.camera import Camera, line_of_sight
+from vidtrack.geometry.camera import Camera, line_of_sight, project
 
 PER_SQUARE = 96
 """px of the drawing a square: eight modules of a tag fall on whole px of three quarters of it."""
@@ -22,8 +22,13 @@ OVER = 4
 """Positions along each side of a pixel."""
 
 
-def drawing(kind: str, columns: int, rows: int, marker_share: float = 0.75, dictionary: str = "") -> NDArray[np.uint8]:
-    """The board as a bitmap, `MARGIN` squares of white about it: charuco, checkerboard, circles or apriltag."""
+def drawing(
+    kind: str, columns: int, rows: int, marker_share: float = 0.75, dictionary: str = "", first: int = 0
+) -> NDArray[np.uint8]:
+    """The board as a bitmap, `MARGIN` squares of white about it: charuco, checkerboard, circles or apriltag.
+
+    first   number of the first tag of an apriltag board; one column and one row make a tag by itself
+    """
     import cv2
 
     size = (columns * PER_SQUARE, rows * PER_SQUARE)
@@ -43,7 +48,7 @@ def drawing(kind: str, columns: int, rows: int, marker_share: float = 0.75, dict
                 cv2.circle(board, centre, PER_SQUARE // 4, 0, -1, cv2.LINE_AA)
             elif kind == "apriltag":
                 tags = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary or "DICT_APRILTAG_36h11"))
-                tag, gap = tags.generateImageMarker(n, side), (PER_SQUARE - side) // 2
+                tag, gap = tags.generateImageMarker(first + n, side), (PER_SQUARE - side) // 2
                 board[y + gap : y + gap + side, x + gap : x + gap + side] = tag
     edge = round(MARGIN * PER_SQUARE)
     return np.pad(board, edge, constant_values=255)
@@ -72,30 +77,46 @@ def board_picture(
     import cv2
 
     width, height = camera.image_size
+    rows, columns = ((n - 2 * round(MARGIN * PER_SQUARE)) / PER_SQUARE for n in bitmap.shape)
+    left, top, right, bottom = _shown(camera, R, T, columns * square, rows * square, MARGIN * square)
+    level = np.full((OVER * height, OVER * width), background, np.float32)
     offsets = (np.arange(OVER) + 0.5) / OVER - 0.5
-    X = (np.arange(width)[:, None] + offsets).ravel()
-    Y = (np.arange(height)[:, None] + offsets).ravel()
-    b = np.stack(np.meshgrid(X, Y), -1)
-    centre, d = line_of_sight(camera, b)
-    start, along = R.T @ (centre - T), d @ R
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = -start[2] / along[..., 2]
-        p = start + t[..., None] * along
-    rows = (bitmap.shape[0] - 2 * round(MARGIN * PER_SQUARE)) / PER_SQUARE
-    x = (p[..., 0] / square + MARGIN) * PER_SQUARE - 0.5
-    y = (rows - p[..., 1] / square + MARGIN) * PER_SQUARE - 0.5
-    lost = ~np.isfinite(x) | ~np.isfinite(y) | (t <= 0)
-    x, y = np.where(lost, -1e6, x), np.where(lost, -1e6, y)
-    small = cv2.GaussianBlur(bitmap, (0, 0), 0.8)
-    level = cv2.remap(
-        dark + (bright - dark) * small.astype(np.float32) / 255,
-        x.astype(np.float32),
-        y.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=background,
-    )
+    X = (np.arange(left, right)[:, None] + offsets).ravel()
+    Y = (np.arange(top, bottom)[:, None] + offsets).ravel()
+    if X.size and Y.size:
+        centre, d = line_of_sight(camera, np.stack(np.meshgrid(X, Y), -1))
+        start, along = R.T @ (centre - T), d @ R
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = -start[2] / along[..., 2]
+            p = start + t[..., None] * along
+        x = (p[..., 0] / square + MARGIN) * PER_SQUARE - 0.5
+        y = (rows - p[..., 1] / square + MARGIN) * PER_SQUARE - 0.5
+        lost = ~np.isfinite(x) | ~np.isfinite(y) | (t <= 0)
+        x, y = np.where(lost, -1e6, x), np.where(lost, -1e6, y)
+        level[OVER * top : OVER * bottom, OVER * left : OVER * right] = cv2.remap(
+            dark + (bright - dark) * cv2.GaussianBlur(bitmap, (0, 0), 0.8).astype(np.float32) / 255,
+            x.astype(np.float32),
+            y.astype(np.float32),
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=background,
+        )
     picture = level.reshape(height, OVER, width, OVER).mean((1, 3))
     if rng is not None:
         picture = picture + rng.normal(0, noise, picture.shape)
     return np.asarray(np.clip(np.rint(picture), 0, 255), np.uint8)
+
+
+def _shown(camera: Camera, R: Array, T: Array, across: float, up: float, margin: float) -> tuple[int, int, int, int]:
+    """The part of the picture, px, that holds the board: left, top, right, bottom; the whole where that is not sure."""
+    width, height = camera.image_size
+    along = np.linspace(0, 1, 21)
+    x, y = -margin + (across + 2 * margin) * along, -margin + (up + 2 * margin) * along
+    rim = [np.stack(np.broadcast_arrays(a, b, 0.0), -1) for a, b in ((x, y[0]), (x, y[-1]), (x[0], y), (x[-1], y))]
+    b = project(camera, np.concatenate(rim) @ R.T + T)
+    if not np.isfinite(b).all():
+        return 0, 0, width, height
+    low, high = np.floor(b.min(0)).astype(int) - 3, np.ceil(b.max(0)).astype(int) + 4
+    left, right = np.clip([low[0], high[0]], 0, width).tolist()
+    top, bottom = np.clip([low[1], high[1]], 0, height).tolist()
+    return left, top, right, bottom

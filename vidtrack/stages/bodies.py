@@ -10,25 +10,9 @@ import pandas as pd
 
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, Level
-from vidtrack.motion.rigid import angles_by_turn, fit_pose, quaternion, roll_pitch_yaw, unwrapped
+from vidtrack.motion.pose_columns import COLUMNS, pose_columns
+from vidtrack.motion.rigid import fit_pose
 
-COLUMNS = {
-    "time_s": "s",
-    "timecode": "",
-    "body": "",
-    **dict.fromkeys(("x", "y", "z"), "world"),
-    **dict.fromkeys(("roll", "pitch", "yaw"), "deg"),
-    **dict.fromkeys(("qw", "qx", "qy", "qz"), ""),
-    "rms": "world",
-    **dict.fromkeys(("sigma_x", "sigma_y", "sigma_z"), "world"),
-    **dict.fromkeys(("sigma_roll", "sigma_pitch", "sigma_yaw"), "deg"),
-    "covariance": "",
-    "n_targets": "",
-    "flag": "",
-}
-
-NEAR_VERTICAL_DEG = 85.0
-"""Beyond this pitch, roll and yaw turn about nearly the same axis and are flagged."""
 MISFIT = 9.0
 """Reduced chi squared beyond which the targets are not where a rigid body has them (3 sd, rms)."""
 
@@ -121,27 +105,19 @@ def _one(trajectories: pd.DataFrame, name: str, targets: Mapping[str, Sequence[f
         pose = fit_pose(grid(("x", "y", "z")), np.array(list(targets.values()), float), sigma)
     except ValueError as problem:
         raise VidtrackError(f"{where}.{name}: {problem}. Name three or more, spread out.") from None
-    angles = roll_pitch_yaw(pose.R)
-    B = angles_by_turn(angles)
-    with np.errstate(invalid="ignore"):
-        turn_sd = np.degrees(
-            np.sqrt(np.diagonal(B @ pose.covariance[:, :3, :3] @ np.swapaxes(B, -1, -2), axis1=1, axis2=2))
-        )
-        shift_sd = np.sqrt(np.diagonal(pose.covariance[:, 3:, 3:], axis1=1, axis2=2))
-    degrees, q = np.degrees(unwrapped(angles)), quaternion(pose.R)
     codes = rows.drop_duplicates("time").set_index("time")["timecode"].reindex(times) if "timecode" in rows else ""
-    columns: dict[str, Any] = {"time_s": times, "timecode": codes if isinstance(codes, str) else codes.to_numpy()}
-    columns |= {"body": name} | {a: pose.origin[:, i] for i, a in enumerate("xyz")}
-    columns |= {a: degrees[:, i] for i, a in enumerate(("roll", "pitch", "yaw"))}
-    columns |= {f"q{a}": q[:, i] for i, a in enumerate("wxyz")} | {"rms": pose.rms}
-    columns |= {f"sigma_{a}": shift_sd[:, i] for i, a in enumerate("xyz")}
-    columns |= {f"sigma_{a}": turn_sd[:, i] for i, a in enumerate(("roll", "pitch", "yaw"))}
-    columns |= {"covariance": list(pose.covariance.reshape(-1, 36)), "n_targets": pose.n_targets}
-    flags = {
-        "missing": pose.n_targets < 3,
-        "collinear": pose.collinear,
-        "misfit": pose.excess > MISFIT,
-        "vertical": np.abs(np.degrees(angles[:, 1])) > NEAR_VERTICAL_DEG,
-    }
-    columns["flag"] = [";".join(f for f, is_so in flags.items() if is_so[i]) for i in range(len(times))]
-    return pd.DataFrame(columns)[list(COLUMNS)]
+    flags = {"missing": pose.n_targets < 3, "collinear": pose.collinear, "misfit": pose.excess > MISFIT}
+    flag = [";".join(word for word, is_so in flags.items() if is_so[i]) for i in range(len(times))]
+    return pd.DataFrame(
+        pose_columns(
+            name,
+            times,
+            codes if isinstance(codes, str) else codes.to_numpy(),
+            pose.origin,
+            pose.R,
+            pose.covariance,
+            pose.rms,
+            pose.n_targets,
+            flag,
+        )
+    )

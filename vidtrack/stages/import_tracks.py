@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.association.tracklets import COLUMNS, pieces_of
+from vidtrack.association.tracklets import COLUMNS, ends_of_tracks
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.timebase import TimeBase
@@ -121,21 +121,8 @@ def import_tracks(
 
 def _tracklets(table: DataFrame, b: Array, named: bool) -> DataFrame:
     """The tracklets of regular tracks: one ends where a target is missing for long."""
-    k, n = b.shape[:2]
-    piece = pieces_of(np.swapaxes(b, 0, 1))
-    target, sample = np.nonzero(piece >= 0)
-    number = piece[target, sample]
-    out = table.take(sample * n + target).reset_index(drop=True)
-    m = int(number.max(initial=-1)) + 1
-    first, last = np.full(m, k), np.full(m, -1)
-    np.minimum.at(first, number, sample)
-    np.maximum.at(last, number, sample)
-    owner = np.zeros(m, np.intp)
-    owner[number] = target
-    before = np.zeros(m, bool)
-    before[1:] = owner[1:] == owner[:-1]
-    began = np.where(first == 0, "first", np.where(before, "lost", "found"))
-    ended = np.where(last == k - 1, "last", "lost")
+    row, number, began, ended = ends_of_tracks(b)
+    out = table.take(row).reset_index(drop=True)
     out["tracklet"], out["began"], out["ended"] = number, _words(began, number), _words(ended, number)
     return out.assign(met="", bound=named, brightness=np.nan)[list(COLUMNS)]
 

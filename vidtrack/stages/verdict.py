@@ -205,7 +205,9 @@ def _fit(points: pd.DataFrame | None, record: Record) -> Fit:
 def _tracks(trajectories: pd.DataFrame | None) -> dict[str, Track]:
     if trajectories is None or not len(trajectories):
         return {}
-    return {str(name): _track(rows) for name, rows in trajectories.groupby("target", sort=False)}
+    tracks = {str(name): rows for name, rows in trajectories.groupby("target", sort=False)}
+    # the corners of a coded tag are seen with it: what is said of the tag is said once
+    return {name: _track(rows) for name, rows in tracks.items() if name.rpartition("_")[0] not in tracks}
 
 
 def _track(rows: pd.DataFrame) -> Track:

@@ -68,7 +68,7 @@ class Clip:
         self._info, self._settings, self._levels = info, detect, self._wanted(info, detect)
         self._noise = noise_sd(self.opening[0].luma, scale=255.0 / (2**info.bits - 1))
         self._stretch()
-        self.order, self._why = _field_order(detect.fields, info, self.opening)
+        self.order, self._why = field_order(detect.fields, info, self.opening)
         self._judge()
 
     def read_on(self, most: int) -> None:
@@ -164,7 +164,7 @@ def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> lis
     return frames
 
 
-def _field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
+def field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
     """ "frame", or the field that comes first; and why."""
     if fields in ("top", "bottom"):
         return _as_shown(fields, info)

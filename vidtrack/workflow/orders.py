@@ -23,6 +23,7 @@ from vidtrack.settings.config import Settings, detect_for
 from vidtrack.settings.lens import Lens
 from vidtrack.settings.runs import Run as RunSettings
 from vidtrack.timing.clock_methods import methods_of
+from vidtrack.workflow.tag_orders import tagged, tags_of_run, untagged
 from vidtrack.workflow.waved import wand_cameras, wand_clips
 
 Order = dict[str, Any]
@@ -40,7 +41,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
         "targets": targets_of(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
         "recording": recording_of(settings, experiment.runs[run], camera),
-    }
+    } | ({"tags": tags} if (tags := tags_of_run(own)) else {})
 
 
 def calibration_points(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> Order:
@@ -214,10 +215,11 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "crop": {c: crop for c in here.videos if (crop := crop_of(settings, run, c))},
         "tolerance_px": own.tolerance_px,
         "max_miss": own.max_miss,
-        "bodies": {name: body.targets for name, body in own.bodies.items()},
+        "bodies": {name: body.targets for name, body in own.bodies.items() if len(body.targets) > 2},
         "plane": plane,
         "follow": settings.calibration.follow,
         **({"through": bent} if bent else {}),
+        **tagged(own),
     }
 
 
@@ -228,8 +230,7 @@ def kinematics(settings: Settings) -> Order:
 
 def bodies(settings: Settings, run: str) -> Order:
     """Which targets make a body, and where they sit in it."""
-    own = own_of(settings, run).bodies
-    return {"units": settings.units, "run": run, "bodies": {name: body.targets for name, body in own.items()}}
+    return {"units": settings.units, "run": run, "bodies": untagged(own_of(settings, run))}
 
 
 def analysis(settings: Settings, experiment: Experiment, run: str) -> Order:
@@ -296,10 +297,10 @@ def own_of(settings: Settings, run: str) -> RunSettings:
 
 
 def targets_of(settings: Settings, run: Run) -> list[str] | int | str:
-    """The targets of a run: their names, how many, or all."""
-    own = own_of(settings, run.name).targets
-    if own is None and run.tracks:
-        return "all"  # as many as the files have
+    """The targets of a run beside coded tags: their names, how many, or all."""
+    own, tags = own_of(settings, run.name).targets, own_of(settings, run.name).tags
+    if own is None and (run.tracks or (tags and not run.targets)):
+        return "all" if run.tracks else 0  # as many as the files have; coded tags alone
     if isinstance(own, int) or own == "all":
         return own
     return target_names(settings, run) if own or run.targets else 1

@@ -29,6 +29,7 @@ from vidtrack.workflow import (
     orders,
     report_orders,
     self_orders,
+    tag_orders,
     wand_orders,
     waved,
 )

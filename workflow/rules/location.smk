@@ -10,7 +10,12 @@ MODES = {
     for name in EXPERIMENT.runs
 }
 STEADY = [run for run in LOCATED if steady(run)]
-BODIED = [name for name, run in SETTINGS.runs.items() if run.bodies and name in LOCATED]
+TAGGED = [name for name, run in SETTINGS.runs.items() if run.tags and name in LOCATED]
+BODIED = [
+    name
+    for name, run in SETTINGS.runs.items()
+    if (run.bodies or run.tags) and name in LOCATED
+]
 ANALYSED = [
     name
     for name, run in SETTINGS.runs.items()
@@ -55,6 +60,13 @@ for run in LOCATED:
 for run in CLOCKED:
     BOOK.add(
         "clocks", orders.clocks(SETTINGS, EXPERIMENT, run), whole_recordings(run), run
+    )
+for run in TAGGED:
+    BOOK.add(
+        "tag_poses",
+        tag_orders.tag_poses(orders.locate(SETTINGS, EXPERIMENT, run)),
+        [],
+        run,
     )
 for run in BODIED:
     BOOK.add("bodies", orders.bodies(SETTINGS, run), [], run)
@@ -205,9 +217,51 @@ rule kinematics:
         " --output record {output.record:q}"
 
 
+rule tag_poses:
+    input:
+        centroids=of_cameras("centroids/{camera}.parquet"),
+        readings=of_cameras("centroids/{camera}.json"),
+        cameras=results(lambda w: calibrations(w.run, "camera.json")),
+        points=results(lambda w: calibrations(w.run, "points.parquet")),
+        labelling=results(lambda w: calibrations(w.run, "labelling.json")),
+        located=results(f"{RESULTS}/runs/{{run}}/locate.json"),
+        trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
+    output:
+        poses=f"{RESULTS}/runs/{{run}}/tag_poses.parquet",
+        record=f"{RESULTS}/runs/{{run}}/tag_poses.json",
+        account=account("tag_poses", "{run}"),
+    log:
+        f"{LOGS}/tag_poses/{{run}}.log",
+    benchmark:
+        f"{BENCHMARKS}/tag_poses/{{run}}.tsv"
+    resources:
+        mem_mb=400,
+        runtime=10,
+    params:
+        **order("tag_poses", "run"),
+    message:
+        "Poses of the coded tags in {wildcards.run}"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack tag_poses --account {output.account:q} --log {log:q}"
+        " --input centroids {input.centroids:q} --input readings {input.readings:q}"
+        " --input cameras {input.cameras:q} --input points {input.points:q} --input labelling {input.labelling:q}"
+        " --input located {input.located:q} --input trajectories {input.trajectories:q}"
+        " --output poses {output.poses:q} --output record {output.record:q}"
+
+
 rule bodies:
     input:
         trajectories=results(f"{RESULTS}/runs/{{run}}/trajectories.parquet"),
+        poses=results(
+            lambda w: (
+                f"{RESULTS}/runs/{w.run}/tag_poses.parquet" if w.run in TAGGED else []
+            )
+        ),
+        posed=results(
+            lambda w: (
+                f"{RESULTS}/runs/{w.run}/tag_poses.json" if w.run in TAGGED else []
+            )
+        ),
     output:
         bodies=f"{RESULTS}/runs/{{run}}/bodies.parquet",
         record=f"{RESULTS}/runs/{{run}}/bodies.json",
@@ -225,7 +279,8 @@ rule bodies:
         "Six degrees of freedom of the bodies in {wildcards.run}"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack bodies --account {output.account:q} --log {log:q}"
-        " --input trajectories {input.trajectories:q} --output bodies {output.bodies:q}"
+        " --input trajectories {input.trajectories:q} --input poses {input.poses:q} --input posed {input.posed:q}"
+        " --output bodies {output.bodies:q}"
         " --output record {output.record:q}"
 
 

@@ -1,0 +1,79 @@
+"""Tables of coded tags are those of a tracked recording, and what is wrong with a tag is found."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from vidtrack.association.tracklets import COLUMNS
+from vidtrack.stages.coded_tags import coded_tags
+from vidtrack.timing.timebase import time_base
+from vidtrack.tracking.tag_reader import TagsSeen
+
+CLOCK = time_base(Fraction(30))
+
+
+def seen(flag, ids=(7,), side=60.0):
+    """Tags with flags (k, n), all of whose corners stand still."""
+    flag = np.array(flag, np.intp)
+    k, n = flag.shape
+    b = np.where((flag == 0)[..., None, None], [[10.0, 10], [70, 10], [70, 70], [10, 70]], np.nan)
+    return TagsSeen(
+        np.array(ids),
+        np.arange(k),
+        np.full(k, "frame", object),
+        np.arange(k) / 30,
+        np.zeros(k),
+        b,
+        np.where(np.isfinite(b), 0.02, np.nan),
+        flag,
+        np.where(flag != 1, side, np.nan),
+        np.full((k, n), 0.6),
+        np.full((k, n), 180.0),
+    )
+
+
+def tables(flag, named=(7,), **how):
+    return coded_tags(seen(flag, **how), CLOCK, modules=8, named=named, where="camera cam1")
+
+
+def codes(done):
+    return [finding.code for finding in done.findings]
+
+
+def test_each_corner_is_a_target_that_names_itself():
+    done = tables([[0]] * 5)
+    assert done.centroids["target"].unique().tolist() == ["tag7_1", "tag7_2", "tag7_3", "tag7_4"]
+    assert len(done.centroids) == 20
+    assert done.centroids.groupby("target")["time_s"].apply(list).iloc[0] == pytest.approx([k / 30 for k in range(5)])
+    assert list(done.tracklets) == list(COLUMNS)
+    assert done.tracklets["bound"].all()
+    assert done.record["tags"]["tag7"]["side_px"] == 60
+    assert codes(done) == []
+
+
+def test_a_tag_that_is_not_seen_is_nan_with_a_flag():
+    done = tables([[0], [1], [2], [3], [0]])
+    one = done.centroids[done.centroids["target"] == "tag7_3"]
+    assert one["flag"].tolist() == ["", "lost", "twice", "blurred", ""]
+    assert one["Xf"].isna().tolist() == [False, True, True, True, False]
+
+
+def test_a_number_that_is_seen_once_and_named_nowhere_is_a_false_reading():
+    done = tables([[0, 1], [0, 0], [0, 1], [0, 1]], ids=(7, 300))
+    assert "tag300_1" not in set(done.centroids["target"])
+    assert done.record["false_tags"] == [300]
+    assert "tag300_1" in set(tables([[0, 1], [0, 0]], ids=(7, 300), named=(7, 300)).centroids["target"])
+
+
+@pytest.mark.parametrize(
+    ("flag", "how", "code"),
+    [
+        ([[1]] * 4, {}, "tag-unseen"),
+        ([[0]] * 9 + [[2]], {}, "tag-twice"),
+        ([[0]] * 9 + [[3]], {}, "tag-blurred"),
+        ([[0]] * 4, {"side": 20.0}, "tag-small"),
+    ],
+)
+def test_what_is_wrong_with_a_tag_is_found(flag, how, code):
+    assert codes(tables(flag, **how)) == [code]

@@ -1,0 +1,156 @@
+"""Stage coded_tags: the coded tags that a camera's recording shows become tables of a tracked recording.
+
+Each corner is a target that names itself: tag7_1 to tag7_4, from the upper left one round as the tag is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vidtrack.association.tracklets import COLUMNS, ends_of_tracks
+from vidtrack.findings import Finding
+from vidtrack.timing.timebase import TimeBase
+from vidtrack.tracking.tag_reader import CORNERS, FLAGS, TagsSeen
+from vidtrack.tracking.tracking_quality import pixel_locking
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True)
+class Limits:
+    """From when something is said of a tag.
+
+    chance    samples with a tag that the config does not name, below which it is taken for a false reading
+    small     px a module of its code, median: below it tags are missed, and their angles are poor
+    share     of a tag's samples in which a fault makes a finding
+    """
+
+    chance: int = 3
+    small: float = 3.0
+    share: float = 0.02
+
+
+LIMITS = Limits()
+
+
+class TagTables(NamedTuple):
+    """What the stage gives: tables as those of stage track, what belongs in its record, and findings."""
+
+    centroids: DataFrame
+    tracklets: DataFrame
+    record: dict[str, Any]
+    findings: list[Finding]
+
+
+def coded_tags(
+    seen: TagsSeen, clock: TimeBase, *, modules: int, named: Collection[int] = (), where: str = "tags"
+) -> TagTables:
+    """The tables of the tags that a recording shows.
+
+    clock    of the recording
+    modules  along a tag's side
+    named    numbers of the tags that the config names; others are left out where they are seen less than 3 times
+    """
+    from pandas import DataFrame, Series
+
+    counts = (seen.flag == 0).sum(0)
+    kept = np.flatnonzero(np.isin(seen.ids, list(named)) | (counts >= LIMITS.chance))
+    ids, b, sd, flag = seen.ids[kept], seen.b[:, kept], seen.sd[:, kept], seen.flag[:, kept]
+    k, n = flag.shape
+    names = [f"tag{number}_{corner}" for number in ids.tolist() for corner in CORNERS]
+    row, column = np.repeat(np.arange(k), 4 * n), np.tile(np.arange(4 * n), k)
+    time = clock.seconds(seen.stamp, fields=seen.offset)
+    nothing = np.full(row.size, np.nan)
+    good = (flag == 0)[..., None, None]
+    flat = np.where(good, b, np.nan).reshape(-1, 2)
+    flat_sd = np.where(good, sd, np.nan).reshape(-1, 2)
+
+    def words(of: Any, which: Any) -> Any:
+        return Series(np.array(of, object), dtype="str").array.take(which)
+
+    table = DataFrame(
+        {
+            "frame": seen.frame[row],
+            "field": words(seen.field, row) if k else [],
+            "time_s": time[row],
+            "timecode": words(clock.labels(seen.stamp).astype(object), row) if k else [],
+            "target": words(names, column) if names else [],
+            "Xf": flat[:, 0],
+            "Yf": flat[:, 1],
+            "sd_x": flat_sd[:, 0],
+            "sd_y": flat_sd[:, 1],
+            **dict.fromkeys(("pixels", "total_pixels", "mass"), nothing),
+            "contrast": np.repeat(seen.contrast[:, kept].ravel(), 4),
+            "background": nothing,
+            **dict.fromkeys(("box_x", "box_y", "box_w", "box_h"), nothing),
+            "flag": words(FLAGS, np.repeat(flag.ravel(), 4)) if names else [],
+        }
+    )
+    at, number, began, ended = ends_of_tracks(flat.reshape(k, 4 * n, 2))
+    tracklets = table.take(at).reset_index(drop=True).assign(tracklet=number, met="", bound=True, brightness=np.nan)
+    tracklets["began"], tracklets["ended"] = words(began, number), words(ended, number)
+    tracklets = tracklets[list(COLUMNS)]
+    record = _record(seen, kept, modules)
+    return TagTables(table, tracklets, record, _findings(record, [int(i) for i in named], where))
+
+
+def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:
+    tags: dict[str, Any] = {}
+    targets: dict[str, Any] = {}
+    for i in kept.tolist():
+        flag = seen.flag[:, i]
+        name = f"tag{int(seen.ids[i])}"
+        shares = {word: float((flag == f).mean()) for f, word in enumerate(FLAGS) if word and (flag == f).any()}
+        measured = float((flag == 0).mean()) if flag.size else 0.0
+        tags[name] = {
+            "measured": measured,
+            "flags": shares,
+            "side_px": _median(seen.side[:, i]),
+            "module_px": _median(seen.side[:, i]) / modules,
+            "blur_px": _median(seen.blur[:, i]),
+            "sd_px": _median(seen.sd[:, i]),
+        }
+        targets |= {f"{name}_{corner}": {"measured": measured, "flags": shares} for corner in CORNERS}
+    false = [int(seen.ids[i]) for i in range(len(seen.ids)) if i not in kept]
+    positions = np.where((seen.flag == 0)[..., None, None], seen.b, np.nan)[:, kept].reshape(len(seen.frame), -1, 2)
+    locking = {axis: pixel_locking(positions[..., i]) for i, axis in enumerate("xy")}
+    return {"tags": tags, "targets": targets, "false_tags": false, "pixel_locking": locking}
+
+
+def _median(x: Any) -> float:
+    known = x[np.isfinite(x)]
+    return float(np.median(known)) if known.size else float("nan")
+
+
+def _findings(record: dict[str, Any], named: list[int], where: str) -> list[Finding]:
+    found = []
+    tags = record["tags"]
+    never = [f"tag{i}" for i in named if not tags.get(f"tag{i}", {}).get("measured")]
+    if never:
+        text = f"{where}: {', '.join(never[:8])}{' ...' * (len(never) > 8)} was seen in no picture"
+        cure = "Is it in view, of the family that the config names, wholly visible with a white margin, and sharp?"
+        found.append(Finding("doubtful", "tag-unseen", text, cure))
+    for name, own in tags.items():
+        twice = own["flags"].get("twice", 0.0)
+        if twice > 0:
+            text = f"{where}: two tags with the number {name[3:]} are in {100 * twice:.2g} % of the pictures"
+            cure = "Cover one of them, or print another number: one number is one tag."
+            found.append(Finding("bad" if twice > 0.5 else "doubtful", "tag-twice", text, cure))
+        if own["measured"] and own["module_px"] < LIMITS.small:
+            text = (
+                f"{where}: {name} is small: {own['side_px']:.0f} px a side, {own['module_px']:.2g} px a square of its "
+                "code; it is missed in some pictures, and its angles are poor"
+            )
+            found.append(Finding("doubtful", "tag-small", text, "Print it larger, or film it nearer."))
+        if own["flags"].get("blurred", 0.0) > LIMITS.share:
+            text = (
+                f"{where}: {name} is blurred or cut by the picture's edge in {100 * own['flags']['blurred']:.0f} % of "
+                "the pictures: left out there"
+            )
+            found.append(Finding("doubtful", "tag-blurred", text, "Use a shorter exposure and more light."))
+    return found

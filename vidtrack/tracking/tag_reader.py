@@ -1,0 +1,153 @@
+"""Coded tags in a recording: every picture is searched as it passes, field by field where it is interlaced."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.timing.fields import split
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.clip import OPENING, field_order
+from vidtrack.tracking.detection.coded_tags import TagFinder
+from vidtrack.tracking.measurement.tag_corners import tag_corners
+
+CORNERS = ("1", "2", "3", "4")
+"""Of a tag: upper left, upper right, lower right, lower left, as the tag is read."""
+
+
+class TagsSeen(NamedTuple):
+    """What a recording shows of tags: n of them at k samples.
+
+    ids       (n,) in order
+    frame     (k,); field (k,) frame, top or bottom; stamp (k,) s; offset (k,) frames by which a field is later
+    b, sd     (k, n, 4, 2) px; NaN where a corner was not measured
+    flag      (k, n) 0 measured, else one of FLAGS
+    side      (k, n) px, mean side; NaN where the tag was not found
+    blur      (k, n) px, sd of the edges' blur
+    contrast  (k, n) grey levels
+    """
+
+    ids: NDArray[np.intp]
+    frame: NDArray[np.int64]
+    field: NDArray[np.object_]
+    stamp: Array
+    offset: Array
+    b: Array
+    sd: Array
+    flag: NDArray[np.intp]
+    side: Array
+    blur: Array
+    contrast: Array
+
+
+FLAGS = ("", "lost", "twice", "blurred")
+"""lost: not found; twice: two tags of one number, so that neither is named; blurred: found, but a corner is not sharp,
+or at the picture's edge."""
+
+
+class TagReader:
+    """Notes the tags of frames as they pass.
+
+    family  one of `detection.coded_tags.FAMILIES`
+    ids     those that count; None: every one
+    fields  as `detect.fields`
+    """
+
+    def __init__(self, family: str, info: VideoInfo, *, ids: Sequence[int] | None = None, fields: str = "auto") -> None:
+        self._finder, self._info, self._fields = TagFinder(family), info, fields
+        self._ids = None if ids is None else set(ids)
+        self._samples: list[tuple[int, str, float, float]] = []
+        self._found: list[tuple[int, int, Array, Array, float, float, float, int]] = []
+        self.order = "frame"
+        self.modules = self._finder.modules
+
+    def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """The frames unchanged."""
+        frames = iter(frames)
+        opening: list[Frame] = []
+        if self._fields != "frame":
+            opening = list(islice(frames, OPENING.frames))
+            if opening:
+                self.order = field_order(self._fields, self._info, opening)[0]
+        for frame in chain(opening, frames):
+            self._look(frame)
+            yield frame
+
+    def _look(self, frame: Frame) -> None:
+        if self.order == "frame":
+            self._sample(frame, "frame", 0.0, frame.luma, None)
+            return
+        for field in split(frame.luma, self.order):
+            self._sample(frame, field.name, field.offset, field.luma, field.parity)
+
+    def _sample(self, frame: Frame, field: str, offset: float, luma: NDArray[np.generic], parity: int | None) -> None:
+        import cv2
+
+        k = len(self._samples)
+        self._samples.append((frame.index, field, float(frame.time), offset))
+        if frame.corrupt:
+            return
+        picture = _eight_bits(luma, self._info.bits)
+        if parity is not None:  # square again for the detector; the corners are measured in the field itself
+            picture = cv2.resize(picture, (picture.shape[1], 2 * picture.shape[0]))
+        found = self._finder.found(picture)
+        numbers, count = np.unique(found.ids, return_counts=True)
+        for number, several in zip(numbers.tolist(), count.tolist(), strict=True):
+            if self._ids is not None and number not in self._ids:
+                continue
+            rough = found.corners[found.ids == number][0]
+            side = float(np.linalg.norm(np.roll(rough, -1, 0) - rough, axis=-1).mean())
+            if several > 1:
+                nothing = np.full((4, 2), np.nan)
+                self._found.append((k, number, nothing, nothing, side, np.nan, np.nan, 2))
+                continue
+            if parity is not None:
+                rough = rough * [1.0, 0.5] - [0.0, 0.25]
+            own = tag_corners(luma, rough, self.modules)
+            b, sd = own.b, own.sd
+            if parity is not None:
+                b, sd = b * [1.0, 2.0] + [0.0, parity], sd * [1.0, 2.0]
+            flag = 0 if np.isfinite(b).all() else 3
+            self._found.append((k, number, b, sd, side, own.blur, own.contrast, flag))
+
+    def seen(self) -> TagsSeen:
+        """All that was noted."""
+        k = len(self._samples)
+        ids = np.unique([found[1] for found in self._found]).astype(np.intp)
+        if self._ids is not None:
+            ids = np.array(sorted(self._ids), np.intp)
+        n = len(ids)
+        b, sd = np.full((k, n, 4, 2), np.nan), np.full((k, n, 4, 2), np.nan)
+        flag = np.ones((k, n), np.intp)
+        side, blur, contrast = (np.full((k, n), np.nan) for _ in range(3))
+        column = {int(number): i for i, number in enumerate(ids)}
+        for row, number, own_b, own_sd, own_side, own_blur, own_contrast, own_flag in self._found:
+            at = row, column[number]
+            b[at], sd[at], flag[at] = own_b, own_sd, own_flag
+            side[at], blur[at], contrast[at] = own_side, own_blur, own_contrast
+        frame, field, stamp, offset = zip(*self._samples, strict=True) if k else ((), (), (), ())
+        return TagsSeen(
+            ids,
+            np.array(frame, np.int64),
+            np.array(field, object),
+            np.array(stamp, float),
+            np.array(offset, float),
+            b,
+            sd,
+            flag,
+            side,
+            blur,
+            contrast,
+        )
+
+
+def _eight_bits(luma: NDArray[np.generic], bits: int) -> NDArray[np.uint8]:
+    if luma.dtype == np.uint8:
+        return np.ascontiguousarray(luma, np.uint8)
+    scaled = luma.astype(np.float32) * (255 / (2**bits - 1))
+    return np.asarray(np.clip(scaled, 0, 255), np.uint8)
