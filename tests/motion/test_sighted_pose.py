@@ -1,4 +1,4 @@
-"""The pose of a body from pictures is the likeliest one, its covariance is honest, and two that look alike are told."""
+"""The pose of a body from pictures is the likeliest one, its covariance is honest, and of two that look alike neither is taken."""
 
 from dataclasses import replace
 
