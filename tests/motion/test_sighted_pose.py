@@ -1,4 +1,4 @@
-"""The pose of a body from pictures is the likeliest one, its covariance is honest, and of two that look alike neither is taken."""
+"""The pose of a body from pictures is the likeliest, its covariance honest; of two that look alike neither is taken."""
 
 from dataclasses import replace
 
