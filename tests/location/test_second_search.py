@@ -134,5 +134,15 @@ def test_balls_nearly_behind_each_other_are_left_alone():
     assert not (sought & gap).any()
 
 
+@pytest.mark.parametrize(("later", "least", "most"), [(-86400.0, 16, 20), (0.01, 0, 0)])
+def test_pieces_are_of_the_sample_of_their_time_also_past_midnight(later, least, most):
+    cameras = thesis_rig(3)
+    centroids, tracklets, kept = recorded(cameras, courses(cameras, 1.4), np.random.default_rng(0))
+    kept = {name: table.assign(time_s=table["time_s"] + later) for name, table in kept.items()}
+    known = {f"cam{i + 1}": (camera, None) for i, camera in enumerate(cameras)}
+    done = locate(centroids, known, targets=2, tracklets=tracklets, kept=kept)
+    assert least <= done.record["samples"]["sought_again"]["cam1"] <= most
+
+
 def test_a_table_without_pieces_is_read():
     assert kept_of({word: np.zeros(0) for word in COLUMNS}).grey == []

@@ -23,6 +23,9 @@ from vidtrack.location.views import Labels, View, brought, by_target, of_samples
 Columns = Mapping[str, NDArray[Any]]
 LOOKS = ("tracklet", "pixels", "brightness")
 
+SAME_S = 1e-5
+"""s, between the times of one sample in two tables."""
+
 SOUGHT = "sought"
 """The flag of a sample that the second search found."""
 
@@ -130,10 +133,12 @@ def second_search(
         if own is None or not own.time.size or not match.labels or view.name not in looks:
             out.append(nothing)
             continue
-        sample = np.clip(np.searchsorted(view.t, own.time - 1e-6), 0, view.t.size - 1)
+        day = 86400.0 * round((view.t[0] - own.time[0]) / 86400.0)  # a view's time goes on past midnight
+        sample = np.clip(np.searchsorted(view.t, own.time + day - SAME_S), 0, view.t.size - 1)
         moment = moments_of(sample, times[i], at)
         gap = SEEKING.apart * float(np.median(np.diff(at))) if at.size > 1 else 0.0
-        usable = np.flatnonzero(np.abs(at[moment] - times[i][sample]) <= gap)
+        same = np.abs(view.t[sample] - own.time - day) < SAME_S
+        usable = np.flatnonzero(same & (np.abs(at[moment] - times[i][sample]) <= gap))
         if not usable.size:
             out.append(nothing)
             continue
