@@ -192,16 +192,15 @@ def called(
     folder: Path, job: Planned, fault: Fault | None = None, rng: random.Random | None = None, length: float = 0.0
 ) -> Told:
     """Run a job in a forked process to its end."""
-    said = folder.with_name(f"{folder.name}-said")
+    heard, said = os.pipe()  # no file: some faults forbid files to grow
     # until the child can answer a signal: it would go on with its parent's work
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     process = os.fork()
     if not process:
         code = 1
         try:
-            with open(said, "wb") as file:
-                os.dup2(file.fileno(), 1)
-                os.dup2(file.fileno(), 2)
+            for channel in (1, 2):
+                os.dup2(said, channel)
             sys.stdout, sys.stderr = (os.fdopen(n, "w", buffering=1) for n in (1, 2))
             os.chdir(folder)
             sys.stdin = io.StringIO("\n".join(job.order))
@@ -222,10 +221,11 @@ def called(
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     if fault and fault.outside and rng:
         fault.outside(process, length, rng)
+    os.close(said)
+    with open(heard, encoding="utf-8", errors="replace") as file:
+        lines = [line for line in file.read().splitlines() if line]
     _, status = os.waitpid(process, 0)
-    return Told(
-        os.waitstatus_to_exitcode(status), [line for line in said.read_text(errors="replace").splitlines() if line]
-    )
+    return Told(os.waitstatus_to_exitcode(status), lines)
 
 
 class Count(NamedTuple):

@@ -129,6 +129,15 @@ def test_a_log_that_cannot_be_written_hides_no_problem(call, tmp_path, capsys):
     assert "cannot be written" in second
 
 
+def test_what_hinders_the_log_as_it_hindered_the_job_is_said_once(call, tmp_path, capsys, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("vidtrack.workflow.entry.write_failure", full)
+    assert call(raising(OSError(errno.ENOSPC, "No space left on device"))) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
 def test_a_log_that_would_overwrite_another_file_leaves_it_and_hides_no_problem(call, tmp_path, capsys):
     (tmp_path / "points.csv").write_text("tag,x,y,z")
     assert call(writing, log="points.csv") == 0

@@ -208,24 +208,26 @@ def _failed(
         speaker.say_refused(cause, _written(arguments))
     if not arguments.log:
         sys.stderr.write(details)
-    with _said(speaker):
+    with _said(speaker, cause):
         if arguments.log:
             if os.path.isfile(arguments.log) and not _is_log(arguments.log):
                 raise OSError(errno.EEXIST, "a file that is no log is there", arguments.log)
             os.makedirs(os.path.dirname(arguments.log) or ".", exist_ok=True)
             with open(arguments.log, "w", encoding="utf-8") as file:
                 file.write("".join(f"vidtrack: {problem}\n" for problem in problems) + details)
-    with _said(speaker):
+    with _said(speaker, cause):
         if arguments.account:
             write_failure(arguments.account, arguments.rule, problems)
     return 1
 
 
 @contextmanager
-def _said(speaker: Speaker) -> Iterator[None]:
-    """One more line where a problem cannot be written down; what the problem was has been said by then."""
+def _said(speaker: Speaker, cause: OSError | None) -> Iterator[None]:
+    """One more line where a problem cannot be written down, and not for the same reason; the problem has been said."""
     try:
         yield
     except OSError as error:
+        if cause is not None and error.errno == cause.errno:
+            return
         error.strerror = f"cannot be written ({error.strerror})"
         speaker.say_refused(error, "the log")
