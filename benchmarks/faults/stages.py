@@ -26,11 +26,11 @@ from vidtrack.workflow import entry
 from vidtrack.workflow.job import module_of
 from vidtrack.workflow.job_server import LIBRARIES
 
-NOBODY = 65534
+WITHOUT_RIGHTS = 65534
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class Told(NamedTuple):
+class Ended(NamedTuple):
     """How a job ended: its code (negative: the signal), and the lines that the user read."""
 
     code: int
@@ -116,10 +116,10 @@ def _small_files(rng: random.Random) -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
 
-def _as_nobody(rng: random.Random) -> None:
+def _without_rights(rng: random.Random) -> None:
     os.setgroups([])
-    os.setgid(NOBODY)
-    os.setuid(NOBODY)
+    os.setgid(WITHOUT_RIGHTS)
+    os.setuid(WITHOUT_RIGHTS)
 
 
 def _unreadable(folder: Path, job: Planned, rng: random.Random) -> Callable[[], None]:
@@ -174,8 +174,8 @@ FAULTS: dict[str, Fault] = {
     "Ctrl-C": Fault(outside=_interrupt, code=(0, 130, -signal.SIGINT), lines=0),
     "no space from a file operation on": Fault(inside=_at_an_operation(_no_space, True), code=(0, 1)),
     "no space for a large file": Fault(inside=_small_files, code=(0, 1)),
-    "folder may not be written": Fault(inside=_as_nobody, prepare=_closed_folder, code=(0, 1)),
-    "input may not be read": Fault(inside=_as_nobody, prepare=_unreadable, code=(0, 1)),
+    "folder may not be written": Fault(inside=_without_rights, prepare=_closed_folder, code=(0, 1)),
+    "input may not be read": Fault(inside=_without_rights, prepare=_unreadable, code=(0, 1)),
     "folder in the way of an output": Fault(prepare=_in_the_way, code=(1,)),
     "input gone, log cannot be written": Fault(prepare=_log_in_the_way, code=(0, 1), lines=2),
 }
@@ -190,7 +190,7 @@ def load_libraries() -> None:
 
 def called(
     folder: Path, job: Planned, fault: Fault | None = None, rng: random.Random | None = None, length: float = 0.0
-) -> Told:
+) -> Ended:
     """Run a job in a forked process to its end."""
     heard, said = os.pipe()  # no file: some faults forbid files to grow
     # until the child can answer a signal: it would go on with its parent's work
@@ -225,7 +225,7 @@ def called(
     with open(heard, encoding="utf-8", errors="replace") as file:
         lines = [line for line in file.read().splitlines() if line]
     _, status = os.waitpid(process, 0)
-    return Told(os.waitstatus_to_exitcode(status), lines)
+    return Ended(os.waitstatus_to_exitcode(status), lines)
 
 
 class Count(NamedTuple):
@@ -240,11 +240,11 @@ class Count(NamedTuple):
 def disturbed(folder: Path, job: Planned, names: list[str], times: int, rng: random.Random) -> dict[str, Count]:
     """Each fault so many times upon one job, of which all inputs are there."""
     importlib.import_module(module_of(job.rule))
-    if (told := called(folder, job)).code:
-        raise SystemExit(f"{job.account}: fails undisturbed: {told.lines}")
+    if (ended := called(folder, job)).code:
+        raise SystemExit(f"{job.account}: fails undisturbed: {ended.lines}")
     whole = {name: (folder / name).read_bytes() for name in (*job.outputs, job.account)}
     for name in folder.with_name(f"{folder.name}-modules").read_text().split("\n"):
-        with suppress(Exception):  # who is nobody may not read Python's own files everywhere
+        with suppress(Exception):  # who has no rights may not read Python's own files everywhere
             importlib.import_module(name)
     for path in (folder, *folder.rglob("*")):
         path.chmod(0o777 if path.is_dir() else 0o666)
@@ -258,25 +258,25 @@ def disturbed(folder: Path, job: Planned, names: list[str], times: int, rng: ran
             for path in whole:
                 (folder / path).unlink(missing_ok=True)
             mend = fault.prepare(folder, job, rng) if fault.prepare else None
-            told = called(folder, job, fault, rng, length)
+            ended = called(folder, job, fault, rng, length)
             if mend:
                 mend()
-            hit += told.code != 0
-            most = max(most, len(told.lines))
-            lost += _problems(folder, job, fault, told, whole)
+            hit += ended.code != 0
+            most = max(most, len(ended.lines))
+            lost += _problems(folder, job, fault, ended, whole)
         found[name] = Count(times, hit, lost, most)
     return found
 
 
-def _problems(folder: Path, job: Planned, fault: Fault, told: Told, whole: dict[str, bytes]) -> list[str]:
+def _problems(folder: Path, job: Planned, fault: Fault, ended: Ended, whole: dict[str, bytes]) -> list[str]:
     """What a fault spoilt, and what it leaves after a second call."""
     problems = []
-    if told.code not in fault.code:
-        problems.append(f"ended with {told.code}: {told.lines[:3]}")
-    if len(told.lines) > fault.lines or (told.code == 1 and not told.lines):
-        problems.append(f"{len(told.lines)} lines: {told.lines[:3]}")
-    if any(not line.startswith("vidtrack: ") for line in told.lines):
-        problems.append(f"lines of another house: {told.lines[:3]}")
+    if ended.code not in fault.code:
+        problems.append(f"ended with {ended.code}: {ended.lines[:3]}")
+    if len(ended.lines) > fault.lines or (ended.code == 1 and not ended.lines):
+        problems.append(f"{len(ended.lines)} lines: {ended.lines[:3]}")
+    if any(not line.startswith("vidtrack: ") for line in ended.lines):
+        problems.append(f"lines of other words: {ended.lines[:3]}")
     for name, data in whole.items():
         if (folder / name).exists() and (folder / name).read_bytes() != data:
             problems.append(f"{name} is not whole")
