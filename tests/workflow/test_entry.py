@@ -179,6 +179,23 @@ def test_a_recording_that_is_not_the_one_that_was_ordered_is_not_read(call, tmp_
     assert "runs/pluck/raw.csv: is another file than when this run was planned" in capsys.readouterr().err
 
 
+def test_a_file_that_was_ordered_and_is_gone_is_not_done_without(call, tmp_path, capsys):
+    """Optional ones too, such as picks: the account would say that they were used."""
+    ordered = ORDER._replace(files=json.dumps({"runs/pluck/raw.csv": raw_file(tmp_path, b"one")}))
+    os.unlink(tmp_path / "runs/pluck/raw.csv")
+    assert call(writing, order=ordered) == 1
+    assert "runs/pluck/raw.csv: is gone since this run was planned" in capsys.readouterr().err
+    assert not (tmp_path / "results/.provenance/pretended/pluck.json").exists()
+
+
+def test_a_log_of_which_a_full_disk_left_the_beginning_is_written_again(call, tmp_path, capsys):
+    (tmp_path / "results/logs").mkdir()
+    (tmp_path / "results/logs/job.log").write_text("vid")
+    assert call(raising(VidtrackError("one."))) == 1
+    assert capsys.readouterr().err == "vidtrack: one.\n"
+    assert (tmp_path / "results/logs/job.log").read_text() == "vidtrack: one.\n"
+
+
 def test_a_device_as_a_log_stays(call, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     assert call(writing, log=str(tmp_path / "pipe")) == 0

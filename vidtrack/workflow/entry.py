@@ -114,7 +114,7 @@ def _is_log(path: str) -> bool:
         return False
     try:
         with open(path, "rb") as file:
-            return file.read(len(SAID)) in (b"", SAID)
+            return SAID.startswith(file.read(len(SAID)))  # or its beginning, where the disk was full
     except OSError:
         return True
 
@@ -166,6 +166,11 @@ def _raw(arguments: argparse.Namespace, order: Order) -> dict[str, list[int]]:
     experiment, files = experiment_of(arguments.account), json.loads(order.files)
     results = os.path.join(experiment, "results")
     paths = [path for _, *some in arguments.input for path in some if not _inside(path, results)]
+    gone = [path for path in paths if os.path.relpath(path, experiment) in files and not os.path.lexists(path)]
+    if gone:
+        raise VidtrackError(
+            *(f"{path}: is gone since this run was planned. Put it back, or run again." for path in gone)
+        )
     states = {path: state_of(path) for path in paths if os.path.isfile(path)}
     checksums = Checksums(REMEMBERED)
     for path in states:
