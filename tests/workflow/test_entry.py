@@ -15,7 +15,9 @@ from vidtrack.files.atomic import replacing
 from vidtrack.workflow.entry import main
 from vidtrack.workflow.provenance import Order, read_account
 
-ORDER = Order('{"units":"in"}', '{"runs/pluck/raw.csv":"f00"}', '{"code":"abc"}')
+RAW = b"made by a person"
+ORDERED = hashlib.sha256(RAW).hexdigest()
+ORDER = Order('{"units":"in"}', f'{{"runs/pluck/raw.csv":"{ORDERED}"}}', '{"code":"abc"}')
 
 
 @pytest.fixture
@@ -24,6 +26,7 @@ def call(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "results").mkdir()
     (tmp_path / "results/made.parquet").write_bytes(b"made by an earlier rule")
+    raw_file(tmp_path, RAW)
 
     def called(job, log="results/logs/job.log", order=ORDER):
         monkeypatch.setitem(sys.modules, "vidtrack.jobs.pretended", SimpleNamespace(run=job))
@@ -58,7 +61,7 @@ def test_a_job_gets_its_settings_paths_and_checksums(call):
     (job,) = jobs
     assert job.settings == {"units": "in"}
     assert (job.path("raw"), job.paths("none")) == ("runs/pluck/raw.csv", [])
-    assert job.provenance["inputs"]["runs/pluck/raw.csv"] == "f00"
+    assert job.provenance["inputs"]["runs/pluck/raw.csv"] == ORDERED
     assert len(job.provenance["inputs"]["results/made.parquet"]) == 64
 
 
