@@ -23,6 +23,14 @@ def read_tracks(path: Path, said: Convention, where: str) -> Digitised:
 
     said    what the config says of the file; where: its place in config.yaml, for messages
     """
+    try:
+        return _read(path, said, where)
+    except (ValueError, ArithmeticError, LookupError, TypeError, EOFError, MemoryError) as error:  # damaged, or hostile
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise VidtrackError(f"{path}: holds no tracks that can be read ({reason}). Export it again.") from None
+
+
+def _read(path: Path, said: Convention, where: str) -> Digitised:
     content = bytes_of(path)
     head = content[:512]
     if head.startswith(HDF5):
