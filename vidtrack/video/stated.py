@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -91,9 +92,8 @@ def stated_duration(container: Any, stream: Any, rate: Fraction) -> Fraction | N
     if kind in ("mov,mp4,m4a,3gp,3g2,mj2", "mxf") and stream.duration:
         return Fraction(stream.duration) * Fraction(stream.time_base)
     tag = stream.metadata.get("DURATION", "")  # Matroska, 00:01:02.345000000
-    parts = tag.split(":")
-    if len(parts) == 3 and tag.replace(":", "").replace(".", "").isdigit():
-        return Fraction(parts[2]) + 60 * int(parts[1]) + 3600 * int(parts[0])
+    if found := re.fullmatch(r"([0-9]{1,6}):([0-9]{1,2}):([0-9]{1,2}(?:\.[0-9]{0,12})?)", tag):
+        return Fraction(found[3]) + 60 * int(found[2]) + 3600 * int(found[1])
     return None
 
 
