@@ -69,6 +69,8 @@ class PictureStack(Video):
         for note in stack.notes:
             self._log.noted(note)
         own = stack.info
+        if not own.width * own.height:
+            raise VidtrackError(f"{self.path}: its header gives pictures of {own.width} x {own.height}. Copy it again.")
         if rate is None and own.rate is None and not own.still:
             self._log.noted(NO_RATE)
         stated = own.rate or ASSUMED_RATE

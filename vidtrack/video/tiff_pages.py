@@ -57,8 +57,6 @@ class TiffPages:
         if colour is not None and first.tags.get(_SAMPLES, 1) < 3:
             raise VidtrackError(f"{path}: detect.colour is set, and the pages are grey. Take it out for this camera.")
         self.notes: list[str] = []
-        if not width * height:
-            raise VidtrackError(f"{path}: its header gives pictures of {width} x {height}. Save the file again.")
         self._shape, self._bits = (height, width), bits
         self._places = [place for place, page in enumerate(pages) if not page.tags.get(_NEW, 0) & 1]
         self._raw: np.ndarray | None = None
