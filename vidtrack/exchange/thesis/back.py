@@ -13,6 +13,7 @@ vid1iti.prn   a row a point: Xf Yf, and both without distortion; the surveyed po
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -27,7 +28,7 @@ from vidtrack.exchange.thesis.header import RULE, body_of, header, row
 from vidtrack.files.atomic import replacing
 from vidtrack.geometry.camera import Camera
 
-_NUMBERS = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d+)?")
+_NUMBERS = re.compile(r"[-+]?\d*\.?\d+(?:[eE][-+]?\d{1,3})?")
 
 
 class Calced(NamedTuple):
@@ -61,7 +62,7 @@ def read_calced(path: Path) -> Calced:
     for line in lines[at:]:
         for head in heads:
             if line.strip().startswith(head):
-                found[head] = [float(text) for text in _NUMBERS.findall(_values(line))]
+                found[head] = [v for text in _NUMBERS.findall(_values(line)) if math.isfinite(v := float(text))]
     needs = dict(zip(heads, (2, 2, 3, 3, 3, 3), strict=True))
     if short := [head for head in heads if len(found.get(head, ())) < needs[head]]:
         raise VidtrackError(
