@@ -164,6 +164,7 @@ def memory(hours: float, n: int, plot: str | None, whole: bool, folder: Path) ->
         "--cores",
         "2",
     ]
+    command += [] if whole else ["results/runs/long/centroids/cam1.parquet"]
     with (folder / "said").open("w") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said)
         while process.poll() is None:
