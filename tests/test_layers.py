@@ -73,9 +73,13 @@ TESTED_UNDER_ANOTHER_NAME = {
     "exchange/lens_files.py": "tests/exchange/test_lens.py",
     "stages/board_corners.py": "tests/stages/test_boards.py",
     "calibration/doubts.py": "tests/stages/test_calibrate.py",
+    "calibration/wand/projections.py": "tests/stages/test_wand.py",
+    "labelling/touching.py": "tests/stages/test_calibration_points.py",
+    "location/readout_search.py": "tests/stages/test_locate_rolling.py",
     "picking/desk.py": "tests/picking/test_server.py",
 }
-"""Kinds of recordings are tested as the recordings that they are, the desk of the picking page by its requests."""
+"""Kinds of recordings are tested as the recordings that they are, the desk of the picking page by its requests; what
+decides between whole solutions is tested with them."""
 
 
 def computes(module: Path) -> bool:

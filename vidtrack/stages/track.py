@@ -35,7 +35,7 @@ from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import chosen_clock
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
-from vidtrack.tracking.measurement.shape_change import told_by_shape
+from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -181,7 +181,7 @@ def track(
     rows = with_resting(rows, repeated, lines)
     parity = (moment.field == "bottom").astype(int)
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
-    shapes = told_by_shape(rows.values, time, lines)
+    shapes = shape_evidence(rows.values, time, lines)
     rows, seen = with_grown_sd(rows, time, shapes, lines=lines, kind=centroid)
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)

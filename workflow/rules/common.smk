@@ -113,8 +113,8 @@ def results(paths):
 def unless_finished(paths):
     """An input function for all that is wanted: where everything is as it was when all was done, only a file that is.
 
-    Snakemake then finds that nothing is to be done without going through each job again. Whoever wants to see or to
-    force the jobs gets all of them.
+    Snakemake then finds that nothing is to be done without going through each job again. A call that lists or
+    forces jobs gets all of them.
     """
 
     def found(w):

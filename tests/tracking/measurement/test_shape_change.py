@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.shape_change import told_by_shape
+from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
 
 K, RADIUS, SD = 80, 5.0, 0.01
@@ -39,7 +39,7 @@ def filmed(course, spoil=lambda light, i: light, stations: int = 1, exposure: fl
 
 def with_shape_told(values: np.ndarray, time: np.ndarray, lines: int = 1) -> tuple[np.ndarray, float]:
     """The values with what their shapes tell, and the exposure."""
-    told, out = told_by_shape(values, time, lines), values.copy()
+    told, out = shape_evidence(values, time, lines), values.copy()
     out[[X, Y]], out[[SD_X, SD_Y]] = told.position, np.hypot(values[[SD_X, SD_Y]], told.sd)
     return out, told.exposure
 

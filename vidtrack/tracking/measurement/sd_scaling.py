@@ -8,7 +8,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
-from vidtrack.tracking.measurement.shape_change import Told
+from vidtrack.tracking.measurement.shape_change import ShapeEvidence
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 
@@ -31,9 +31,9 @@ GROWTH = Growth()
 
 
 def with_grown_sd(
-    rows: Rows, time: Array, shapes: Told | None = None, *, lines: int, kind: str
+    rows: Rows, time: Array, shapes: ShapeEvidence | None = None, *, lines: int, kind: str
 ) -> tuple[Rows, Scatter]:
-    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes tell.
+    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes say.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     """

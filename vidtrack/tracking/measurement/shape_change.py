@@ -1,4 +1,4 @@
-"""What the shape of a target's light tells of its centroid: something before it, something beside it, motion blur.
+"""What the shape of a target's light says of its centroid: something before it, something beside it, motion blur.
 
 Second moments of the light, over their sum, do not depend on how bright or how far away a target is. Where they differ
 from what is usual of the target, by far more than they scatter, a part of it is hidden (a rope) or something is added
@@ -22,7 +22,7 @@ from vidtrack.tracking.state import PIXELS, XX, XY, YY, X, Y
 
 @dataclass(frozen=True)
 class Shapes:
-    """When a shape tells something.
+    """When a shape says something.
 
     fewest     samples of a target that say what is usual of it, and of blur that say how long the exposure was
     beyond     standard deviations from the usual shape that are no chance
@@ -48,11 +48,11 @@ class Shapes:
 SHAPES = Shapes()
 
 
-class Told(NamedTuple):
-    """What shapes tell.
+class ShapeEvidence(NamedTuple):
+    """What shapes say.
 
     position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
-    exposure  samples; 0: too short to tell
+    exposure  samples; 0: too short to be seen
     """
 
     position: Array
@@ -60,8 +60,8 @@ class Told(NamedTuple):
     exposure: float
 
 
-def told_by_shape(values: Array, time: Array, lines: int = 1) -> Told:
-    """What the shapes in values (MEASURED, k, n) tell.
+def shape_evidence(values: Array, time: Array, lines: int = 1) -> ShapeEvidence:
+    """What the shapes in values (MEASURED, k, n) say.
 
     time  (k,) samples; lines: of the frame buffer to a row of a sample
     """
@@ -69,7 +69,7 @@ def told_by_shape(values: Array, time: Array, lines: int = 1) -> Told:
     sd = np.zeros(position.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
-        return Told(position, sd, 0.0)
+        return ShapeEvidence(position, sd, 0.0)
     velocity, acceleration = _motion(position, time)
     streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
     square = _exposure(second, streak, seen)
@@ -82,7 +82,7 @@ def told_by_shape(values: Array, time: Array, lines: int = 1) -> Told:
         sd = np.hypot(np.nan_to_num(unknown), np.nan_to_num(ends))
         second = second - square * np.nan_to_num(streak)
     shift = _shift(second, np.where(seen, values[PIXELS], np.nan) * lines)
-    return Told(position, np.hypot(sd, np.nan_to_num(shift)), float(np.sqrt(square)))
+    return ShapeEvidence(position, np.hypot(sd, np.nan_to_num(shift)), float(np.sqrt(square)))
 
 
 def _motion(position: Array, time: Array) -> tuple[Array, Array]:
@@ -98,7 +98,7 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
 
 
 def _exposure(second: Array, streak: Array, seen: Bools) -> float:
-    """The square of the exposure, samples^2; 0 where it is too short to tell."""
+    """The square of the exposure, samples^2; 0 where it is too short to be seen."""
     which = seen & np.isfinite(streak).all(axis=0)
     if which.sum() < SHAPES.fewest:
         return 0.0

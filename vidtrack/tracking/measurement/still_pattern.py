@@ -36,7 +36,7 @@ class StillPatterns:
     step_px      radii that differ by less have the same weights
     places       where the pull is compared between the beginning and the end of the recording, about
     fewest       so few places say nothing
-    telling      times the sd of its estimate from which on a pull is more than chance
+    significant  times the sd of its estimate from which on a pull is more than chance
     worth        share of the centroids' sd below which a pull adds nothing to it
     bright       standard deviations of the background beyond which a pixel is of a thing that stands about, no pattern
     coarse       px of the background that are one of the picture of its light
@@ -51,7 +51,7 @@ class StillPatterns:
     step_px: float = 0.5
     places: int = 400
     fewest: int = 20
-    telling: float = 4.0
+    significant: float = 4.0
     worth: float = 0.3
     bright: float = 6.0
     coarse: int = 16
@@ -145,7 +145,7 @@ def _pull(early: NDArray[np.float32], late: NDArray[np.float32], weights: Array)
     alike, unlike = (_spread((moments[0] + sign * moments[1]) / 2) ** 2 for sign in (1, -1))
     still = alike - unlike  # the covariance of both
     chance = 2.33 / np.sqrt(count) * np.hypot(alike, unlike)  # of a variance by the median of deviations
-    return np.where(still > STILL_PATTERN.telling * chance, np.sqrt(np.maximum(still, 0.0)), 0.0)
+    return np.where(still > STILL_PATTERN.significant * chance, np.sqrt(np.maximum(still, 0.0)), 0.0)
 
 
 def _spread(values: Array) -> Array:
