@@ -13,6 +13,7 @@ from vidtrack.findings import Finding, as_records
 from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
 from vidtrack.motion.reference_clock import no_common_time, offset_by_correlation, resolution_of, with_rounding
 from vidtrack.motion.straight import Line, fit_line
+from vidtrack.motion.truth import by_place, error_sizes, exchanged
 from vidtrack.timing.resample import resample
 from vidtrack.timing.time_column import counting_of, regular, seconds_from_cells
 
@@ -288,6 +289,9 @@ def _against_truth(
         pairs = {names[0]: true_names[0]}
     never = sorted(set(true_names) - set(pairs.values()))
     tables, warnings, findings = [], [], []
+    if placed := by_place(_paths(trajectories), _paths(truth), pairs):
+        pairs = placed
+        findings.append(exchanged(pairs))
     if never:
         text = f"truth.csv names {', '.join(never)}, never located (located: {', '.join(names) or 'none'})"
         cure = "Name the targets alike in targets.csv and truth.csv, or see in the tracks why it was lost."
@@ -316,33 +320,19 @@ def _against_truth(
     if not np.isfinite(errors[["error_x", "error_y"]].to_numpy(float)).any():
         warnings.append("truth.csv and the located samples share no time: put both on one clock")
         return {"n": 0, "warnings": warnings, "findings": findings}, errors.drop(columns=[f"z_{a}" for a in "xyz"])
-    by_target = {n: _errors(e, diagonal) for n, e in errors.groupby("target")} | none
-    about = {**_errors(errors, diagonal), "by_target": by_target, "warnings": warnings, "findings": findings}
+    by_target = {n: _sizes(e, diagonal) for n, e in errors.groupby("target")} | none
+    about = {**_sizes(errors, diagonal), "by_target": by_target, "warnings": warnings, "findings": findings}
     return about, errors.drop(columns=[f"z_{a}" for a in "xyz"])
 
 
-def _errors(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
-    e = errors[["error_x", "error_y", "error_z"]].to_numpy(float)
-    used = np.isfinite(e[:, :2]).all(1)
-    e = e[used]
-    if not len(e):
-        return {"n": 0}
-    length = np.sqrt(np.nansum(e**2, axis=1))
-    axes = [k for k in range(3) if np.isfinite(e[:, k]).any()]
-    about: dict[str, Any] = {"n": len(e), "mean": float(length.mean()), "rms": float(np.sqrt((length**2).mean()))}
-    about["max"] = float(length.max())
-    size = np.abs(e)
-    for name, of_axes in (
-        ("mean_abs", np.nanmean(size[:, axes], 0)),
-        ("rms_by_axis", np.sqrt(np.nanmean(size[:, axes] ** 2, 0))),
-        ("max_abs", np.nanmax(size[:, axes], 0)),
-        ("bias", np.nanmean(e[:, axes], 0)),
-    ):
-        about[name] = {"xyz"[k]: float(v) for k, v in zip(axes, of_axes, strict=True)}
-    z = errors[["z_x", "z_y", "z_z"]].to_numpy(float)[used]
-    about["normalised_variance"] = {
-        "xyz"[k]: float(np.nanmean(z[:, k] ** 2)) for k in axes if np.isfinite(z[:, k]).any()
+def _sizes(errors: pd.DataFrame, diagonal: float | None) -> dict[str, Any]:
+    e, z = (errors[[f"{name}_{a}" for a in "xyz"]].to_numpy(float) for name in ("error", "z"))
+    return error_sizes(e, z, diagonal)
+
+
+def _paths(table: pd.DataFrame) -> dict[str, tuple[Array, Array]]:
+    """Times and positions of each target, in order of time."""
+    return {
+        str(name): (own["time_s"].to_numpy(float), own[["x", "y", "z"]].to_numpy(float))
+        for name, own in table.sort_values("time_s", kind="stable").groupby("target")
     }
-    if diagonal is not None:
-        about |= {"field_diagonal": float(diagonal), "one_over": float(diagonal / max(about["mean"], 1e-300))}
-    return about
