@@ -23,6 +23,8 @@ GATE = 5.0
 """sd, how far a ball may lie from where the fit puts it."""
 DISTINCT = 9.0
 """How much worse, in squared sd, the second candidate must be before a match counts as beyond doubt."""
+OVERLARGE, OVERLARGE_FROM = 1.5, 8
+"""Times the usual size, in a clip of so many blobs, beyond which a blob may be several balls that touch."""
 SD_START, SD_LEAST = 1.5, 0.25
 """px, of one coordinate of a ball about the fitted pose: assumed at first, then measured, never less."""
 CROWDING = 1 / 16
@@ -156,10 +158,18 @@ def beyond_doubt(pose: Pose, points: Array, views: Sequence[View], sd: float) ->
         rival[row, blob] = np.inf
         by_row = rival.min(1, initial=np.inf)
         by_blob = rival.min(0, initial=np.inf)[blob]
-        sure = (best < (GATE - 1) ** 2) & (np.minimum(by_row, by_blob) > best + DISTINCT)
+        sure = (best < (GATE - 1) ** 2) & (np.minimum(by_row, by_blob) > best + DISTINCT) & ~_overlarge(view)[blob]
         out.append(np.stack([np.full(sure.sum(), i), row[sure], blob[sure]], -1))
     view_of, row_of, blob_of = np.concatenate(out).T
     return view_of, row_of, blob_of
+
+
+def _overlarge(view: View) -> NDArray[np.bool_]:
+    """Which blobs (n,) may be several balls: their middle is that of none, so that no pose rests on them."""
+    size = view.reach.max(axis=-1)
+    if len(size) < OVERLARGE_FROM:
+        return np.zeros(len(size), bool)
+    return np.asarray(size > OVERLARGE * np.median(size))
 
 
 def _distances(pose: Pose, points: Array, view: View, sd: float) -> Array:
