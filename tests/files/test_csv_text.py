@@ -38,7 +38,7 @@ def test_what_is_no_text_is_refused_by_what_it_is(tmp_path, data, says):
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(VidtrackError, match="no such file"):
         read_text(tmp_path / "t.csv")
-    with pytest.raises(VidtrackError, match="cannot be read"):
+    with pytest.raises(VidtrackError, match="no file but a folder"):
         read_text(tmp_path)
 
 

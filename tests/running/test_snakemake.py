@@ -68,7 +68,11 @@ def test_a_run_that_is_stopped_says_what_is_left_and_goes_on_when_called_again(l
     shutil.rmtree(laboratory / "results/runs/still")  # the calibration stays
     command = [sys.executable, "-m", "vidtrack.command", "run", str(laboratory), "--run", "still", "--cores", "1"]
     log = laboratory / ".snakemake/vidtrack.log"
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT) as child:
+    # a suite that a shell began in the background ignores interrupts, and so would the child
+    heard = signal.signal(signal.SIGINT, signal.SIG_DFL)
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+    signal.signal(signal.SIGINT, heard)
+    with child:
         for _ in range(600):
             if log.exists() and " steps (" in log.read_text():
                 break

@@ -97,10 +97,13 @@ class OwnSize:
         """Which columns of readings (VALUES, k, m) hold one of another size, whose shape has to be looked at."""
         return np.flatnonzero(self._part(values, who)[1].any(axis=0))
 
-    def doubted(self, values: Array, who: Ints) -> Array:
-        """Values (VALUES, k, m) with sd_x, sd_y grown by what a missing or added part may have moved the middle."""
+    def doubted(self, values: Array, who: Ints, shaped: Array | None = None) -> Array:
+        """Values (VALUES, k, m) with sd_x, sd_y grown by what a missing or added part may have moved the middle.
+
+        shaped  the same with widths and heights that know the shape, where values do not
+        """
         size, part = self._part(values, who)
-        part &= ~self._same_shape(values, who)
+        part &= ~self._same_shape(values if shaped is None else shaped, who)
         if not part.any():
             return values
         values = values.copy()

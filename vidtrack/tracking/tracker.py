@@ -23,7 +23,7 @@ from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
-from vidtrack.tracking.measurement.dispatch import measure_targets, with_segmented
+from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
 from vidtrack.tracking.measurement.window import WINDOW, Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.own_size import OwnSize
@@ -250,10 +250,11 @@ class Tracker:
             detection=self.scene.detection,
             careful=len(self.record) % PACE.careful_every == 0,
         )
-        if (changed := self.own_size.changed(seen.values, who)).size:
-            where, level = predicted[:, who], self.levels(who)
-            seen = with_segmented(seen, changed, samples, where, appearance, level, self.scene.detection)
-        clear, at = seen.clear & ~self.own_size.unlike(seen.values, who), seen.values[[X, Y]]
+        shaped = seen.values
+        if (changed := self.own_size.changed(shaped, who)).size:
+            known = appearance, self.levels(who), self.scene.detection
+            shaped = with_shapes(seen, changed, samples, predicted[:, who], *known)
+        clear, at = seen.clear & ~self.own_size.unlike(shaped, who), seen.values[[X, Y]]
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5
             clear = clear & ~near.all(axis=0).any(axis=-1)
@@ -266,8 +267,8 @@ class Tracker:
             where = predicted[:, every]
             where[:, : who.size] = np.where(clear[:, : who.size, None], at.transpose(1, 2, 0), where[:, : who.size])
             clear = cleared(clear, where, self.state.sizes(samples[0].lines, every))[:, : who.size]
-        self.own_size.follow(seen.values, clear, who)
-        return seen._replace(values=self.own_size.doubted(seen.values, who)), clear
+        self.own_size.follow(shaped, clear, who)
+        return seen._replace(values=self.own_size.doubted(seen.values, who, shaped)), clear
 
     def _pixels_of(self, who: Ints) -> float:
         """Pixels of the windows that the targets take, those of templates at their share."""

@@ -12,7 +12,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.template import Known, apply_template
 from vidtrack.tracking.measurement.window import Seen, segment_windows
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import VALUES, Appearance
+from vidtrack.tracking.state import HEIGHT, VALUES, WIDTH, Appearance
 
 
 @dataclass(frozen=True)
@@ -57,17 +57,19 @@ def measure_targets(
     return _joined(Seen(np.empty((VALUES, k, n)), np.empty((k, n), bool), np.empty((k, n), bool)), parts)
 
 
-def with_segmented(
+def with_shapes(
     seen: Seen, which: Ints, samples: Sequence[Sample], predicted: Array, known: Appearance, level: Array, d: Detection
-) -> Seen:
-    """Seen (n targets) with those of `which` segmented, for a template knows no shape.
+) -> Array:
+    """Values (VALUES, k, n) of what was seen, those of `which` with width and height as segmented; NaN where unclear.
 
-    known, level, d  as appearance, threshold and detection of `measure_targets`
+    A template knows no shape. known, level, d  as appearance, threshold and detection of `measure_targets`
     """
     of = known.of(which)
     where, size = predicted[:, which], of.size.T
     part = segment_windows(samples, where, size=size, pixels=of.pixels, threshold=level[which], detection=d)
-    return _joined(seen, [(which, part)])
+    values = seen.values.copy()
+    values[WIDTH : HEIGHT + 1, :, which] = np.where(part.clear, part.values[WIDTH : HEIGHT + 1], np.nan)
+    return values
 
 
 def _measure_kind(
