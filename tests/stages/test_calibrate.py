@@ -1,5 +1,6 @@
 """The calibrate stage: a table of sightings in, a camera out; and what issue 3 of the project asks it to show."""
 
+import functools
 import json
 from pathlib import Path
 
@@ -86,11 +87,16 @@ def test_full_reaches_what_is_attainable_and_not_more():
     assert 1.0 < error / floor <= 1.06
 
 
+@functools.cache
+def without_bad_points():
+    return trials(range(2), 0.1, 1 / 32)[0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("spoil", [swap, six_off_by_ten])
 def test_bad_points_are_all_named_none_wrongly_and_cost_nothing(spoil):
-    clean, _ = trials(range(3), 0.1, 1 / 32)
-    error, tables = trials(range(3), 0.1, 1 / 32, spoil)
+    clean = without_bad_points()
+    error, tables = trials(range(2), 0.1, 1 / 32, spoil)
     assert error <= 1.1 * clean
     for found, bad in tables:
         assert sorted(np.flatnonzero(~found.points["used"])) == sorted(bad)
