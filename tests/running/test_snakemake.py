@@ -65,7 +65,7 @@ def test_a_failure_is_said_in_one_line_and_the_log_is_named(laboratory):  # noqa
 def test_a_run_that_is_stopped_says_what_is_left_and_goes_on_when_called_again(laboratory):  # noqa: F811
     import shutil
 
-    shutil.rmtree(laboratory / "results/runs/still")  # the calibration stays
+    shutil.rmtree(laboratory / "results")
     command = [sys.executable, "-m", "vidtrack.command", "run", str(laboratory), "--run", "still", "--cores", "1"]
     log = laboratory / ".snakemake/vidtrack.log"
     # a suite that a shell began in the background ignores interrupts, and so would the child
