@@ -238,9 +238,7 @@ class Tracker:
         return where
 
     def _measured(self, samples: Sequence[Sample], predicted: Array, who: Ints) -> tuple[Seen, Bools]:
-        """What targets show where they are predicted (k, n, 2), and where they are clear (k, m): whole, alone, and
-        none of what stands still.
-        """
+        """What targets show where they are predicted (k, n, 2), and where they are clear (k, m): whole and alone."""
         appearance = self.state.appearance.of(who)
         seen = measure_targets(
             samples,
@@ -278,9 +276,7 @@ class Tracker:
         return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 
     def _with_occlusions(self, lost_now: Ints, predicted: Array, sample: Sample) -> Array:
-        """Predictions (n, 2), those of targets lost just now that touch another lost one by their courses: they have
-        met it.
-        """
+        """Predictions (n, 2), those of targets lost just now that touch another lost one, and have met it, by courses."""
         missing, occlusions = self.state.missing, self.search.occlusions
         lost = np.flatnonzero((missing > 0) & ((missing <= PACE.sought_each) | occlusions.met))
         together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
