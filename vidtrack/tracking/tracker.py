@@ -276,7 +276,7 @@ class Tracker:
         return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 
     def _with_occlusions(self, lost_now: Ints, predicted: Array, sample: Sample) -> Array:
-        """Predictions (n, 2), those of targets lost just now that touch another lost one, and have met it, by courses."""
+        """Predictions (n, 2), those of targets lost just now that met another lost one by their courses."""
         missing, occlusions = self.state.missing, self.search.occlusions
         lost = np.flatnonzero((missing > 0) & ((missing <= PACE.sought_each) | occlusions.met))
         together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
