@@ -109,6 +109,17 @@ def test_two_balls_in_one_blob_are_both_left_out():
     assert labels.matched == 62
 
 
+def test_no_pose_rests_on_a_blob_that_may_be_several_balls():
+    scene = Scene(missing=0, spurious=0)
+    labels = label_from_picks(POINTS, scene.views, scene.picks(5, 3), SIZE)[0]
+    view = scene.views[0]
+    reach = view.reach.copy()
+    reach[3] *= 2
+    rests_on = [beyond_doubt(labels.pose, POINTS, [own], labels.sd)[2] for own in (view, view._replace(reach=reach))]
+    assert 3 in rests_on[0]
+    assert set(rests_on[0]) - set(rests_on[1]) == {3}
+
+
 def test_labels_are_complete_only_when_the_picks_agree():
     scene = Scene(missing=0, spurious=0)
     picks = scene.picks(5, 0)

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array, Bools, Ints, Picture
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.labelling.label import GATE, Labels
-from vidtrack.labelling.shot import SMALLEST_SD, Shot
-from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, fit_together, shapes_of
+from vidtrack.labelling.shot import Shot
+from vidtrack.tracking.measurement.fit_apart import fit_apart
+from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, shapes_of
 
 
 @dataclass(frozen=True)
@@ -20,14 +21,14 @@ class Touching:
     at_most   balls in one blob
     alike     single balls nearest to them, whose size and contrast they are taken to have
     ring_px   of background about them, to which a plane is fitted
-    full      grey levels from which a pixel is at full scale
+    noise     grey levels of a pixel at least: the mean of many frames has its own of quantisation
     model_px  sd at least: real balls are no even discs
     """
 
     at_most: int = 4
     alike: int = 6
     ring_px: int = 5
-    full: float = 254.5
+    noise: float = 0.05
     model_px: float = 0.02
 
 
@@ -69,28 +70,23 @@ def _group(shot: Shot, labels: Labels, view: int, rows: Ints, single: Ints) -> S
     size = np.repeat([[np.median(blobs.width[like])], [np.median(blobs.height[like])]], len(rows), axis=1)
     contrast = np.full(len(rows), np.median(blobs.mass[like] / blobs.pixels[like]))
     reach = int(np.ceil(size.max() / 2 + JOINT_FIT.reach_px)) + TOUCHING.ring_px
-    low, high = (
-        np.floor(expected.min(axis=0)).astype(int) - reach,
-        np.ceil(expected.max(axis=0)).astype(int) + reach + 1,
-    )
+    low = np.floor(expected.min(axis=0)).astype(int) - reach
+    high = np.ceil(expected.max(axis=0)).astype(int) + reach + 1
     height, width = shot.still.mean.shape
     left, top, right, bottom = max(0, low[0]), max(0, low[1]), min(width, high[0]), min(height, high[1])
-    mean = shot.still.mean[top:bottom, left:right]
-    x, y = (expected - (left, top)).T
-    radius = float(size.max()) / 2 + JOINT_FIT.reach_px
-    others = np.setdiff1d(np.arange(len(blobs.Xf)), labels.shared[view][rows])
-    hidden = _boxes(mean.shape, left, top, shot, others)
+    grey = shot.still.mean[top:bottom, left:right]
+    if shot.settings.get("polarity") == "dark":
+        grey = np.float32(255) - grey
+    hidden = _boxes(grey.shape, left, top, shot, np.setdiff1d(np.arange(len(blobs.Xf)), labels.shared[view][rows]))
     noise = float(np.median(shot.still.sd)) / np.sqrt(max(shot.still.frames, 1))
-    over = _above_background(mean, hidden, x, y, radius, -1.0 if shot.settings.get("polarity") == "dark" else 1.0)
-    if over is None:
+    x, y = (expected - (left, top)).T
+    fit, _ = fit_apart(grey, hidden, x, y, shapes_of(pixels, size, contrast), max(noise, TOUCHING.noise))
+    if fit is None:
         return None
-    known = shapes_of(pixels, size, contrast)
-    fit = fit_together(over, ~hidden, mean >= TOUCHING.full, x, y, known, max(noise, 0.05))
     at = np.stack([fit.x + left, fit.y + top], axis=-1)
-    if not fit.good or (np.linalg.norm(at - expected, axis=-1) > GATE * labels.sd).any():
+    if (np.linalg.norm(at - expected, axis=-1) > GATE * labels.sd).any():
         return None
-    least = max(TOUCHING.model_px, SMALLEST_SD)
-    sd = np.maximum(np.stack([fit.sd_x, fit.sd_y], axis=-1), least)
+    sd = np.maximum(np.stack([fit.sd_x, fit.sd_y], axis=-1), TOUCHING.model_px)
     return Separated(rows, at, sd, np.rint(pixels).astype(np.intp))
 
 
@@ -102,15 +98,3 @@ def _boxes(shape: tuple[int, ...], left: int, top: int, shot: Shot, others: Ints
     for y_0, y_1, x_0, x_1 in np.maximum([y0, y1, x0, x1], 0).T.tolist():
         out[y_0:y_1, x_0:x_1] = True
     return out
-
-
-def _above_background(mean: Picture, hidden: Bools, x: Array, y: Array, radius: float, sign: float) -> Picture | None:
-    """Grey levels above a plane through the pixels that show neither these balls nor others."""
-    rows, columns = np.mgrid[: mean.shape[0], : mean.shape[1]]
-    away = np.hypot(columns[..., None] - x, rows[..., None] - y).min(axis=-1)
-    bare = (away > radius) & ~hidden
-    if np.count_nonzero(bare) < 12:
-        return None
-    design = np.stack([np.ones(mean.shape), columns, rows], axis=-1)
-    plane, *_ = np.linalg.lstsq(design[bare], mean[bare].astype(float), rcond=None)
-    return np.asarray(sign * (mean - design @ plane), np.float32)
