@@ -27,6 +27,7 @@ def test_names_that_contradict_places_are_matched_by_place(z):
     finding = exchanged(pairs)
     assert (finding.level, finding.code) == ("doubtful", "truth-names-differ")
     assert "b is where truth.csv has a" in finding.text
+    assert exchanged(pairs, named=False).level == "note"
 
 
 def test_a_truth_of_another_place_or_time_is_not_matched():

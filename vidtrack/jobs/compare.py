@@ -21,7 +21,7 @@ def run(job: Job) -> None:
     """inputs: trajectories; field (backprojection.json), reference, truth where there are any.
 
     settings: run, units, time, value, axis, target[, offset_s, field_diagonal,
-    longest_lag]. outputs: comparison, series.
+    longest_lag, named]. outputs: comparison, series.
     """
     order = job.settings
     where = f"runs.{order['run']}"
@@ -43,6 +43,7 @@ def run(job: Job) -> None:
         longest_lag=order.get("longest_lag"),
         offset_s=order.get("offset_s"),
         units=order["units"],
+        named=order.get("named", True),
         where=where,
     )
     write_json(job.outputs["comparison"], done.record, job.provenance)

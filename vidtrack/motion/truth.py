@@ -51,11 +51,11 @@ def by_place(located: Paths, truth: Paths, by_name: Mapping[str, str]) -> dict[s
     return {name: true_names[k] for name, k in zip(names, chosen.tolist(), strict=True)}
 
 
-def exchanged(pairs: Mapping[str, str]) -> Finding:
-    """What to say of names that differ."""
+def exchanged(pairs: Mapping[str, str], named: bool = True) -> Finding:
+    """What to say of names that differ: a note where targets were only counted, and have names of no meaning."""
     off = [f"{name} is where truth.csv has {true}" for name, true in pairs.items() if name != true]
     return Finding(
-        "doubtful",
+        "doubtful" if named else "note",
         "truth-names-differ",
         f"names do not agree with truth.csv: {', '.join(off[:6])}{' and so on' if len(off) > 6 else ''}; compared so",
         "Name the targets by start boxes in targets.csv, or correct the names in truth.csv.",

@@ -66,6 +66,7 @@ def compare(
     longest_lag: float | None = None,
     offset_s: float | str | None = None,
     units: str = "",
+    named: bool = True,
     where: str = "compare",
 ) -> Comparison:
     """Compare a run with its contact sensor, before and after the lag between their clocks is removed.
@@ -73,6 +74,7 @@ def compare(
     trajectories    time_s, target, x, y, z; timecode, sigma_x... where there are any
     reference       column `time` (seconds, time code or ISO) and column `value`, in the trajectories' unit
     truth           time_s, target, x, y, z: where the targets truly were
+    named           whether the user named the targets; where they were only counted, names that differ are no doubt
     axis            x | y | z, or auto: the line along which the target moves, as a rod that is skewed to the world
                     axes leads it (thesis figure 6.12)
     target          default: the only one
@@ -94,7 +96,7 @@ def compare(
         record |= about
         parts.append(part)
     if truth is not None:
-        about, errors = _against_truth(trajectories, truth, field_diagonal, where)
+        about, errors = _against_truth(trajectories, truth, field_diagonal, named, where)
         record["warnings"] += about.pop("warnings")
         record["findings"] += as_records(about.pop("findings", ()))
         record["truth"] = about
@@ -281,7 +283,7 @@ def _told_line(line: Line, axis: str) -> dict[str, Any]:
 
 
 def _against_truth(
-    trajectories: pd.DataFrame, truth: pd.DataFrame, diagonal: float | None, where: str
+    trajectories: pd.DataFrame, truth: pd.DataFrame, diagonal: float | None, named: bool, where: str
 ) -> tuple[dict[str, Any], pd.DataFrame]:
     names, true_names = (sorted(table["target"].astype(str).unique()) for table in (trajectories, truth))
     pairs = {n: n for n in names if n in true_names}
@@ -291,7 +293,7 @@ def _against_truth(
     tables, warnings, findings = [], [], []
     if placed := by_place(_paths(trajectories), _paths(truth), pairs):
         pairs = placed
-        findings.append(exchanged(pairs))
+        findings.append(exchanged(pairs, named))
     if never:
         text = f"truth.csv names {', '.join(never)}, never located (located: {', '.join(names) or 'none'})"
         cure = "Name the targets alike in targets.csv and truth.csv, or see in the tracks why it was lost."

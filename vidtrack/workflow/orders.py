@@ -267,6 +267,8 @@ def compare(settings: Settings, experiment: Experiment, run: str) -> Order:
         order["target"] = order["target"] or (None if named else target_names(settings, here)[0])
     if own.truth:
         order["truth"] = own.truth.model_dump()
+    if here.truth:
+        order["named"] = isinstance(own.targets, tuple) or bool(here.targets)
     return order
 
 
