@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
@@ -534,6 +534,7 @@ def test_the_job_writes_what_the_contract_promises(tmp_path):
 
 @pytest.mark.slow
 @settings(max_examples=40, deadline=None)
+@example(743)
 @given(st.integers(0, 100_000))
 def test_whatever_is_sighted_the_answer_is_a_finite_camera_or_one_line(seed):
     """Few points, points in a plane, on a line or at one place, sightings at one pixel, nonsense settings."""

@@ -222,9 +222,10 @@ def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
         with np.errstate(invalid="ignore", divide="ignore"):
             r = np.hypot(d[..., 0], d[..., 1])[..., None]
             d = np.where(r > limit, d * (0.999 * limit / r), d)
-        error = straightened(camera, d) - u
-        J = straightened_jacobian(camera, d)
-        det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+        with np.errstate(invalid="ignore", over="ignore"):  # what lies in the plane of the lens is infinitely far out
+            error = straightened(camera, d) - u
+            J = straightened_jacobian(camera, d)
+            det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             step = (
                 np.stack(
