@@ -3,7 +3,9 @@
     PYTHONPATH=. python benchmarks/picking.py [FOLDER]
 
 Prints the median and the worst of 12 jumps to a random frame, of the first click on each (from the button to the point
-on the page, the moment that the picture is there), of a second one, and of steps to the next frame, ms.
+on the page, the moment that the picture is there), of a second one, and of steps to the next frame, ms. Of clicks also
+what the server needs for the answer: processor time of the thread that answers, which does not depend on what else the
+machine does, and the time from request to answer, which does.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import av
 import numpy as np
 
 from tests.picking.browser import open_page, screen
+from vidtrack.picking import server as serving
 from vidtrack.picking.desk import Desk
 from vidtrack.picking.server import Server
 
@@ -54,6 +57,7 @@ def main(folder: str) -> None:
     with open(f"{folder}/calibration/points.csv", "w", encoding="utf-8") as file:
         file.write("tag,x,y,z\n" + "".join(f"{i},{x},{y},0\n" for i, (x, y) in enumerate(at)))
     os.chdir(folder)
+    answers = answers_timed()
     server = Server(Desk())
     threading.Thread(target=server.serve_forever, daemon=True).start()
     rng = np.random.default_rng(2)
@@ -75,12 +79,31 @@ def main(folder: str) -> None:
     server.server_close()
     print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     for name, times in (
+        ("answer to a click, processor time of the server", [a[0] for a in answers]),
+        ("answer to a click, time at the server", [a[1] for a in answers]),
         ("first click on a new frame", first),
         ("further click", again),
         ("jump to a random frame", jumps),
         ("next frame", steps),
     ):
         print(f"{name}: median {1000 * np.median(times):.0f} ms, worst {1000 * max(times):.0f} ms")
+
+
+def answers_timed() -> list[tuple[float, float]]:
+    """A list that receives, of each answer to a click from now on, the processor time and the time that it took, s."""
+    answers: list[tuple[float, float]] = []
+    measure = serving._POST["/measure"]
+
+    def timed(desk, given):
+        began, used = time.perf_counter(), time.thread_time()
+        try:
+            return measure(desk, given)
+        finally:
+            if given.get("click"):
+                answers.append((time.thread_time() - used, time.perf_counter() - began))
+
+    serving._POST["/measure"] = timed
+    return answers
 
 
 GO = "const s = document.querySelector('#slider'); s.value = {}; s.oninput();"

@@ -25,7 +25,7 @@ def test_the_next_pictures_in_the_direction_of_travel_are_decoded(tmp_path, befo
     pictures.close()
 
 
-def test_the_picture_that_is_looked_at_is_measured_once_its_neighbours_are_there(tmp_path):
+def test_the_picture_that_is_looked_at_is_measured_before_its_neighbours_are_decoded(tmp_path):
     pictures = Pictures(film(tmp_path / "b.mp4", *KINDS["b.mp4"]))
     ahead, seen = Ahead(), []
 
@@ -42,4 +42,4 @@ def test_the_picture_that_is_looked_at_is_measured_once_its_neighbours_are_there
             time.sleep(0.02)
     ahead.close()
     pictures.close()
-    assert seen == ["first", (True, True)]
+    assert seen == ["first", (False, False)]

@@ -24,7 +24,7 @@ def test_a_target_is_measured_alike_on_any_depth_and_polarity(depth, dark):
     assert (blob["Xf"], blob["Yf"]) == pytest.approx((40, 30), abs=0.02)
     assert blob["contrast"] == pytest.approx(120, abs=1)
     assert len(look.blobs.Xf) == 2
-    mask = mask_of(look, detect)
+    mask = mask_of(look)
     assert mask[30, 40] == 255
     assert mask[0, 0] == 0
     assert abs(int((mask[:, :60] > 0).sum()) - blob["pixels"]) <= 2
@@ -51,7 +51,7 @@ def test_a_field_is_measured_in_the_frame_buffers_rows():
     look = look_at(both, 8, None, {"fields": "auto"}, "top")
     blob = nearest(look, 40, 30, 3)
     assert (blob["Xf"], blob["Yf"]) == pytest.approx((40, 30), abs=0.15)
-    assert mask_of(look, {}).shape == (90, 120)
+    assert mask_of(look).shape == (90, 120)
 
 
 def test_grey_levels_are_stretched_between_black_and_white():

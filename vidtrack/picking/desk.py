@@ -18,6 +18,7 @@ from vidtrack.files.experiment import Experiment, look_through, point_tags, tags
 from vidtrack.picking import looking, store
 from vidtrack.picking.ahead import Ahead
 from vidtrack.picking.once import OnceEach
+from vidtrack.picking.rows import point_of, rows_of
 from vidtrack.picking.space import epipolar_curve
 from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings, detect_for, settings_from_config
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
-DETECT = ("polarity", "threshold", "min_pixels", "centroid", "fields", "box", "gain", "offset")
+PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_BILEVEL, 1]
+DETECT = (*looking.DETECT, "box")
 """The detect keys that the page may set."""
 
 
@@ -38,6 +40,7 @@ class Desk:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._pictures: dict[str, Pictures] = {}
+        self._closed = False
         self._views: dict[str, View] = {}
         self._ahead = Ahead()
         self._looks = OnceEach(self._look, 64)
@@ -54,9 +57,12 @@ class Desk:
 
     def close(self) -> None:
         """Stop decoding, and let the recordings go."""
-        self._ahead.close()
-        for pictures in self._pictures.values():
+        with self._lock:
+            self._closed = True
+            opened = list(self._pictures.values())
+        for pictures in opened:
             pictures.close()
+        self._ahead.close()
 
     def read_again(self) -> dict[str, Any]:
         """The state of the folder as it is now: a person, or another window, may have changed it."""
@@ -86,6 +92,8 @@ class Desk:
             raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
         path = folders[name].videos[camera]
         with self._lock:
+            if self._closed:
+                raise VidtrackError("the page is closed. Call vidtrack pick again.")
             how = opened_with(self.settings, self.experiment, kind, name, camera)
             key = f"{path} {how}"
             if key not in self._pictures:
@@ -135,7 +143,7 @@ class Desk:
         from vidtrack.files.tables import read_picks
 
         path = self.experiment.clips[clip].picks
-        return _rows(read_picks(path, camera), store.PICKS[1:]) if path else []
+        return rows_of(read_picks(path, camera), store.PICKS[1:]) if path else []
 
     def boxes(self, run: str, camera: str) -> list[dict[str, Any]]:
         """A camera's start boxes of a run."""
@@ -146,7 +154,7 @@ class Desk:
         if not path:
             return []
         table = read_csv(path, TARGETS)
-        return _rows(table[table["camera"] == camera], store.TARGETS[1:])
+        return rows_of(table[table["camera"] == camera], store.TARGETS[1:])
 
     def detect(self, kind: str, name: str) -> dict[str, Any]:
         """The detect settings in force for a clip or a run."""
@@ -174,19 +182,23 @@ class Desk:
     def jpeg(self, kind: str, name: str, camera: str, number: int, low: float, high: float) -> bytes:
         """A picture for the screen; its neighbours are decoded meanwhile."""
         pictures = self.pictures(kind, name, camera)
-        grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
-        self._ahead.looked_at(pictures, number, lambda: self.look(kind, name, camera, number, {}))
-        return bytes(cv2.imencode(".jpg", grey, JPEG)[1].tobytes())
+        with self._ahead.rests():
+            grey = looking.grey_of(pictures.picture(number), pictures.info.bits, low, high)
+            self._ahead.looked_at(pictures, number, lambda: self.look(kind, name, camera, number, {}))
+            return bytes(cv2.imencode(".jpg", grey, JPEG)[1].tobytes())
 
     def mask(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> bytes:
         """What is above the threshold, as PNG."""
         look = self.look(kind, name, camera, number, detect)
-        return bytes(cv2.imencode(".png", looking.mask_of(look, self._with(kind, name, detect)))[1].tobytes())
+        return bytes(cv2.imencode(".png", looking.mask_of(look), PNG)[1].tobytes())
 
     def look(self, kind: str, name: str, camera: str, number: int, detect: Mapping[str, Any]) -> looking.Look:
         """A picture with its blobs; `detect`: settings that are tried out, beside those in force."""
-        settings = tuple(sorted((k, v) for k, v in self._with(kind, name, detect).items() if _plain(v)))
-        return self._looks(self.pictures(kind, name, camera), number, settings)
+        asked = self._with(kind, name, detect)
+        settings = tuple((key, asked.get(key)) for key in looking.DETECT)  # those of a box change no answer
+        pictures = self.pictures(kind, name, camera)
+        with self._ahead.rests():
+            return self._looks(pictures, number, settings)
 
     def _with(self, kind: str, name: str, detect: Mapping[str, Any]) -> dict[str, Any]:
         tried = {key: value for key, value in detect.items() if value is not None and key in DETECT}
@@ -237,7 +249,7 @@ class Desk:
         if view.sightings is not None:
             answer["problems"] += view.sightings.warnings
             table = view.calibration.points if view.calibration else view.sightings.table
-            answer["points"] = [_point(row) for row in table.to_dict("records")]
+            answer["points"] = [point_of(row) for row in table.to_dict("records")]
         if view.calibration is not None:
             answer["rms"] = view.calibration.record["rms_px"]
             answer["problems"] += view.calibration.warnings
@@ -324,29 +336,3 @@ class Desk:
         jobs = [line.split() for line in text]
         found = [f"{w[1]} x {w[0]}" for w in jobs if len(w) == 2 and w[1].isdigit() and w[0] not in ("all", "total")]
         return found or ["nothing: everything is up to date"]
-
-
-def _plain(value: Any) -> bool:
-    return isinstance(value, (str, int, float, tuple)) or value is None
-
-
-def _rows(table: DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
-    rows = table[[name for name in columns if name in table]].to_dict("records")
-    return [{str(k): None if v != v else v for k, v in row.items()} for row in rows]  # NaN is no JSON
-
-
-def _point(row: Mapping[Any, Any]) -> dict[str, Any]:
-    def number(name: str) -> float | None:
-        value = row.get(name)
-        return float(value) if value is not None and np.isfinite(value) else None
-
-    return {
-        "clip": row["clip"],
-        "tag": str(row["tag"]),
-        "Xf": number("Xf"),
-        "Yf": number("Yf"),
-        "residual_x": number("residual_x"),
-        "residual_y": number("residual_y"),
-        "used": bool(row.get("used", row["found"])),
-        "reason": str(row.get("reason") or ""),
-    }

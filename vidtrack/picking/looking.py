@@ -10,21 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
+from vidtrack.settings.detection import Detect
 from vidtrack.timing.fields import PARITY, split
 from vidtrack.tracking.detection.blobs import (
     Blobs,
-    above,
-    above_local_background,
-    brightened,
-    find_blobs,
     in_frame_buffer,
+    measure_mask,
+    thresholded,
 )
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
-from vidtrack.tracking.detection.threshold import grey_scale, noise_sd
+from vidtrack.tracking.detection.threshold import grey_scale
 from vidtrack.tracking.sample import Sample
 
-FOUND_BY = ("polarity", "threshold", "min_pixels", "centroid")
-"""The detect settings by which blobs are found in one picture."""
+DETECT = ("polarity", "threshold", "min_pixels", "centroid", "fields", "gain", "offset")
+"""The detect settings that change what is seen in one picture."""
 
 
 class Look(NamedTuple):
@@ -32,6 +31,7 @@ class Look(NamedTuple):
 
     image   stretched where the clip needs it; scale: grey levels 0 to 255 of one of its levels
     lines   px of the frame buffer to a row: 2 for a field; parity: its first row
+    mask    1 where the image is above the threshold
     """
 
     image: Picture
@@ -39,6 +39,7 @@ class Look(NamedTuple):
     scale: float
     parity: int
     lines: int
+    mask: NDArray[np.uint8]
     blobs: Blobs
 
 
@@ -63,21 +64,18 @@ def look_at(luma: Picture, bits: int, levels: Stretch | None, detect: Mapping[st
         luma, bits = levels.over(luma), LEVELS.bits
     luma = np.ascontiguousarray(luma)
     scale = grey_scale(luma.dtype, bits)
-    chosen = {name: detect[name] for name in FOUND_BY if detect.get(name) is not None}
-    blobs = find_blobs(luma, bits=bits, **chosen)
+    by = Detect().model_dump() | {name: value for name, value in detect.items() if value is not None}
+    # find_blobs in its two steps: the page shows the mask as well
+    image, mask, noise = thresholded(luma, scale, polarity=by["polarity"], threshold=by["threshold"])
+    blobs = measure_mask(image, mask, scale=scale, noise=noise, min_pixels=by["min_pixels"], centroid=by["centroid"])
     if lines == 2:
         blobs = in_frame_buffer(blobs, Sample(luma, 0.0, parity, lines))
-    return Look(luma, bits, scale, parity, lines, blobs)
+    return Look(luma, bits, scale, parity, lines, mask, blobs)
 
 
-def mask_of(look: Look, detect: Mapping[str, Any]) -> NDArray[np.uint8]:
+def mask_of(look: Look) -> NDArray[np.uint8]:
     """255 where a pixel belongs to something, in the frame buffer's rows."""
-    image, level = brightened(look.image, look.scale, detect.get("polarity", "bright"), detect.get("threshold", "auto"))
-    if level is None:
-        mask = above_local_background(image, look.scale, noise_sd(image, scale=look.scale))
-    else:
-        mask = above(image, level / look.scale)
-    return np.repeat(mask * np.uint8(255), look.lines, axis=0)
+    return np.repeat(look.mask * np.uint8(255), look.lines, axis=0)
 
 
 def grey_of(luma: Picture, bits: int, low: float, high: float) -> NDArray[np.uint8]:

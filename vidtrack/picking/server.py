@@ -47,11 +47,12 @@ class Server(ThreadingHTTPServer):
     def server_close(self) -> None:
         """Close all connections and let the desk go: a thread in a decoder when Python ends would abort it."""
         super().server_close()
-        for request, thread in list(self._open.items()):
+        for request in list(self._open):
             with suppress(OSError):
                 request.shutdown(socket.SHUT_RDWR)
-            thread.join(5)
         self.desk.close()
+        for thread in list(self._open.values()):
+            thread.join(30)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Nothing for a window that was closed; anything else is a fault to be seen."""
@@ -71,6 +72,7 @@ class Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # else the body of an answer waits up to 40 ms for the receipt of its head
     server: Server
 
     def log_message(self, *_: Any) -> None:

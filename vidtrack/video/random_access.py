@@ -61,6 +61,7 @@ class Pictures:
     def __init__(self, path: str, **options: Any) -> None:
         self.path = path
         self._lock = threading.RLock()
+        self._closed = False
         self._kept: OrderedDict[int, Luma] = OrderedDict()
         self.info, self._source = _source(path, options)
 
@@ -75,14 +76,14 @@ class Pictures:
         """One picture, (height, width), levels as stored; the nearest there is for a number beyond either end.
 
         give_up   asked after each picture that is decoded on the way: whether the wanted one is no longer wanted
-        VidtrackError where it cannot be decoded.
+        VidtrackError where it cannot be decoded, or the recording is closed meanwhile.
         """
         number = min(max(number, 0), len(self) - 1)
         if (kept := self._kept.get(number)) is not None:  # at once, though another thread is decoding
             return kept
         with self._lock:
-            if number not in self._kept:
-                self._source.read(number, self._keep, give_up)
+            if number not in self._kept and not self._closed:
+                self._source.read(number, self._keep, lambda: self._closed or give_up())
             if number not in self._kept:
                 raise VidtrackError(f"{self.path}: picture {number} cannot be decoded. Look at another one.")
             self._kept.move_to_end(number)
@@ -93,7 +94,8 @@ class Pictures:
         return number in self._kept
 
     def close(self) -> None:
-        """Let the file go."""
+        """Let the file go; who waits for a picture of it waits no longer."""
+        self._closed = True
         with self._lock:
             self._source.close()
 

@@ -103,10 +103,10 @@ const fetchFrame = latest(async () => {
   if (n === S.n) fetchMask();
 });
 const fetchMask = latest(async () => {
-  const v = view();
-  if (!$("show").checked) return;
-  const image = await ask("/mask?" + query(v, { n: S.n, detect: JSON.stringify(detect(v)) }));
-  if (v === view()) { S.maskImage = image; draw(); }
+  const v = view(), asked = query(v, { n: S.n, detect: JSON.stringify(detect(v)) });
+  if (!$("show").checked || (S.maskImage && S.maskOf === asked)) return;
+  const image = await ask("/mask?" + asked);
+  if (v === view()) { S.maskImage = image; S.maskOf = asked; draw(); }
 });
 async function seek(n) {
   S.n = Math.min(Math.max(Math.round(n), 0), S.info.frames - 1);
@@ -429,7 +429,7 @@ async function up(event) {
   changed();
 }
 async function snapped(v, x, y) { // the blob at a place, as the stages find it
-  const found = await ask("/measure", { ...place(v), n: S.n, detect: detect(v), x, y, reach: Math.max(3, 12 / S.scale) });
+  const found = await ask("/measure", { ...place(v), n: S.n, detect: detect(v), x, y, reach: Math.max(3, 12 / S.scale), click: true });
   S.blob = found.blobs[0] || null;
   fillMeasure(x, y, found.blobs.length, null);
   return S.blob && { Xf: round(S.blob.Xf), Yf: round(S.blob.Yf) };

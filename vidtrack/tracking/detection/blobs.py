@@ -89,10 +89,25 @@ def find_blobs(
     scale = grey_scale(image.dtype, bits)
     if image.dtype.kind == "f":
         image = image.astype(np.float32, copy=False)
+    image, mask, sigma = thresholded(image, scale, polarity=polarity, threshold=threshold, noise=noise)
+    return measure_mask(image, mask, scale=scale, noise=sigma, min_pixels=min_pixels, centroid=centroid)
+
+
+def thresholded(
+    image: Picture,
+    scale: float,
+    *,
+    polarity: str = "bright",
+    threshold: float | Literal["auto"] = "auto",
+    noise: float | None = None,
+) -> tuple[Picture, NDArray[np.uint8], float]:
+    """The picture with targets turned bright, 1 where it is above the threshold, and the noise of a pixel; as in
+    `find_blobs`.
+    """
     image, level = brightened(image, scale, polarity, threshold)
     sigma = noise_sd(image, scale=scale) if noise is None else noise
     mask = above_local_background(image, scale, sigma) if level is None else above(image, level / scale)
-    return measure_mask(image, mask, scale=scale, noise=sigma, min_pixels=min_pixels, centroid=centroid)
+    return image, mask, sigma
 
 
 def brightened(
@@ -116,11 +131,10 @@ def above(image: Picture, level: float) -> NDArray[np.uint8]:
 def above_local_background(image: Picture, scale: float, noise: float) -> NDArray[np.uint8]:
     """1 where the picture stands out of its own background by the automatic threshold, 0 elsewhere."""
     background = background_map(image, scale, noise)
-    if background is None:
-        base = background_level(image, scale=scale)
-        over = image.astype(np.float32) * np.float32(scale) - np.float32(base)
-    else:
-        over = image.astype(np.float32) * np.float32(scale) - background
+    over = image.astype(np.float32)
+    if scale != 1:  # in place: a fresh array of this size costs more than the arithmetic
+        over *= np.float32(scale)
+    over -= np.float32(background_level(image, scale=scale)) if background is None else background
     return (over > np.float32(automatic(over, noise))).view(np.uint8)
 
 
