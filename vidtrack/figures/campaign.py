@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from vidtrack.figures.style import PALETTE, legend, new_figure
+from vidtrack.figures.drawing import Drawing, new_drawing
+from vidtrack.figures.style import PALETTE
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
+MARKS = ("o", "s", "^", "D", "v", "x", "+", ".")
 
 Point = Mapping[str, Any]
 """T (s), H; rao and phase_deg, each {value, half_width}; run."""
 
 
-def response_curves(curves: Mapping[str, Sequence[Point]], unit: str, title: str) -> Figure:
+def response_curves(curves: Mapping[str, Sequence[Point]], unit: str, title: str) -> Drawing:
     """RAO with its 95 % bar and phase over period, a mark for each motion; a line joins each motion's points.
 
     curves   motion: its points; unit: of the ratio, for the axis
     """
-    figure, axes = new_figure(2, 1, height=2.4, sharex=True)
+    drawing = new_drawing(2, 1, height=2.4, shared=True, title=title)
+    ratios, phases = drawing.axes
     for i, (name, points) in enumerate(curves.items()):
         own = sorted(points, key=lambda point: point["T"])
         T = [point["T"] for point in own]
-        look: dict[str, Any] = {"color": PALETTE[i % len(PALETTE)], "marker": MARKS[i % len(MARKS)], "ms": 4, "lw": 0.8}
-        for ax, key in zip(axes, ("rao", "phase_deg"), strict=True):
+        colour = PALETTE[i % len(PALETTE)]
+        for ax, key in ((ratios, "rao"), (phases, "phase_deg")):
             value = [point[key]["value"] if point[key]["value"] is not None else float("nan") for point in own]
             width = [point[key].get("half_width") or 0.0 for point in own]
-            ax.errorbar(T, value, yerr=width, capsize=2, label=name, **look)
-    axes[0].set_ylabel(f"response over wave ({unit})", fontsize=8)
-    axes[0].set_ylim(bottom=0)
-    axes[1].set_ylabel("phase lag (deg)", fontsize=8)
-    axes[1].set_xlabel("period of the waves (s)", fontsize=8)
-    legend(axes[0], fontsize=8)
-    figure.suptitle(title, fontsize=10)
-    return figure
+            ax.plot(T, value, colour, width=0.9, mark=MARKS[i % len(MARKS)], size=6.0, label=name)
+            ax.bars(T, value, width, colour)
+    ratios.ylabel, ratios.ylim, ratios.legend = f"response over wave ({unit})", (0.0, float("nan")), True
+    phases.ylabel, phases.xlabel = "phase lag (deg)", "period of the waves (s)"
+    return drawing

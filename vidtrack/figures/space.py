@@ -3,40 +3,72 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from vidtrack.arrays import Array
+from vidtrack.figures.drawing import INK, Axes, Drawing, new_drawing
+
+TURN, TILT = -0.9, 0.42
+"""rad, from where the view is seen: as the view that turns begins."""
+
+MANY = 8
+"""Beyond so many targets a legend is of no use."""
+
+HULL, SURVEY = "#9aa5b1", "#7a8590"
 
 
-def space(view: Mapping[str, Any], title: str) -> Figure:
-    """Cameras with their view, survey, calibrated volume and trajectories, at equal scales; view: of `space_view`."""
-    from matplotlib.figure import Figure
+def space(view: Mapping[str, Any], title: str) -> Drawing:
+    """Cameras with their view, survey, calibrated volume and trajectories, at equal scales; view: of `space_view`.
 
-    figure = Figure(figsize=(9, 6), layout="constrained", dpi=110)
-    ax: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    The arrows of x, y and z at the lowest corner are as long as the scale says.
+    """
+    drawing = new_drawing(width=9.0, height=5.4, title=title)
+    (ax,) = drawing.axes
+    ax.equal, ax.ticks = "limits", False
     points = view["points"]
     for i, j in view["hull"]:
-        _line(ax, [points[i], points[j]], "#cccccc", 0.6)
+        _line(ax, [points[i], points[j]], HULL, 0.7)
     if points:
-        ax.scatter(*np.array(points, float).T, s=3, color="#777777", depthshade=False)
+        ax.dots(*flat(np.array(points, float)).T, SURVEY, size=3.5)
     for camera in view["cameras"]:
         corners = camera["corners"]
-        _line(ax, [*corners, corners[0]], camera["colour"], 0.8)
+        _line(ax, [*corners, corners[0]], camera["colour"], 1.0)
         for corner in corners:
-            _line(ax, [camera["centre"], corner], camera["colour"], 0.8)
-        ax.text(*camera["centre"], f" {camera['name']}", color=camera["colour"], fontsize=8)
+            _line(ax, [camera["centre"], corner], camera["colour"], 1.0)
+        ax.word(*flat(np.array(camera["centre"], float)), camera["name"], camera["colour"])
     for track in view["tracks"]:
-        _line(ax, [p or [np.nan] * 3 for p in track["p"]], track["colour"], 1.2)
-    ax.set_aspect("equal")
-    ax.tick_params(labelsize=7)
-    for axis in "xyz":
-        getattr(ax, f"set_{axis}label")(f"{axis} ({view['units']})", fontsize=8)
-    ax.set_title(title, fontsize=10)
-    return figure
+        label = track.get("name", "") if len(view["tracks"]) <= MANY else ""
+        _line(ax, [p or [np.nan] * 3 for p in track["p"]], track["colour"], 1.6, label)
+    ax.legend = True
+    _axes(ax, view)
+    return drawing
 
 
-def _line(ax: Any, points: Sequence[Any], colour: str, width: float) -> None:
-    ax.plot(*np.array(points, float).T, color=colour, lw=width)
+def flat(p: Array) -> Array:
+    """Points (..., 3) as they are seen: (..., 2), to the right and up."""
+    (ca, sa), (ce, se) = ((np.cos(v), np.sin(v)) for v in (TURN, TILT))
+    return np.asarray(p) @ np.array([[ca, -sa * se], [sa, ca * se], [0.0, ce]])
+
+
+def _axes(ax: Axes, view: Mapping[str, Any]) -> None:
+    """x, y and z from the lowest corner of all points, each as long as a round number of units."""
+    each = [p for p in view["points"] if p] + [p for track in view["tracks"] for p in track["p"] if p]
+    if not each:
+        return
+    all_of = np.array(each, float)
+    low, size = all_of.min(axis=0), float(np.ptp(all_of, axis=0).max())
+    if not size > 0:
+        return
+    power = 10.0 ** np.floor(np.log10(size / 3))
+    long = power * max(s for s in (1, 2, 5) if s * power <= size / 3 * 1.0001)
+    for name, along in zip("xyz", np.eye(3), strict=True):
+        end = low + long * along
+        _line(ax, [low, end], INK, 1.4)
+        ax.word(*flat(end), name)
+    ax.title = f"x, y and z at the corner are {long:g} {view['units']} long"
+
+
+def _line(ax: Axes, points: Sequence[Any], colour: str, width: float, label: str = "") -> None:
+    ax.plot(*flat(np.array(points, float)).T, colour, width=width, label=label)

@@ -30,16 +30,18 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture by the address of its data, with what it shows.
+    """A picture, by the address of its data or as SVG, with what it shows.
 
     link   the address that the picture leads to: a film; empty: none
     live   what a browser draws in its place (`report.js`), as JSON; the picture stays for print and for no script
+    svg    the picture itself; empty: it lies at its address
     """
 
     caption: str
-    uri: str
+    uri: str = ""
     live: str = ""
     link: str = ""
+    svg: str = ""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def run_figures(name: str, results: Results, colours: Mapping[str, str], units: 
     if "trajectories" in own.tables:
         yield from _positions(name, results, colours, units)
         yield from _motion(name, own, units)
-        yield from _analysed(name, own)
+        yield from _analysed(name, own, units)
     if own.centroids:
         yield from _tracks(name, own, colours)
 
@@ -100,7 +100,7 @@ def _motions(own: RunResults, units: str) -> Iterator[Chart]:
                 yield Chart("From above: horizontal excursions, their envelope, and the watch circle", drawing)
 
 
-def _analysed(name: str, own: RunResults) -> Iterator[Chart]:
+def _analysed(name: str, own: RunResults, units: str) -> Iterator[Chart]:
     decay, waves = own.record("analysis").get("decay") or {}, own.record("analysis").get("waves") or {}
     if decay.get("fit"):
         caption = "Free decay: the equation of motion over the data, what is left, and the decrement of half cycles"
@@ -110,12 +110,12 @@ def _analysed(name: str, own: RunResults) -> Iterator[Chart]:
         moved = [other for other in cycles if other.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM and "@" not in other]
         yield Chart(
             "The mean cycle of the wave and of motions; one standard deviation over the cycles shaded",
-            analysis.mean_cycle(waves, (moved or cycles)[:MOST_CYCLES], name),
+            analysis.mean_cycle(waves, (moved or cycles)[:MOST_CYCLES], units, name),
         )
     found = [other for other, own in (waves.get("responses") or {}).items() if "coherence" in own]
     if found:
         caption = "Response to the waves; 95 % bands shaded, only where the coherence is at least 0.6"
-        yield Chart(caption, analysis.transfer_functions(waves, found[:6], name))
+        yield Chart(caption, analysis.transfer_functions(waves, found[:6], units, name))
 
 
 def _tracks(name: str, own: RunResults, colours: Mapping[str, str]) -> Iterator[Chart]:
