@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from vidtrack.figures.drawing import Drawing
+
 T = np.arange(60) / 30 + 36000.0
 
 
@@ -13,6 +15,8 @@ def run(**columns):
 
 
 def texts(figure):
+    if isinstance(figure, Drawing):
+        return figure.texts()
     found = [t.get_text() for ax in figure.axes for t in (ax.title, ax.xaxis.label, ax.yaxis.label, *ax.texts)]
     for ax in figure.axes:
         if ax.get_legend():

@@ -30,9 +30,9 @@ def test_the_envelope_is_at_equal_scales_with_its_circle():
     hull = np.array([[-1.0, 0], [1, 0], [0, 1]])
     figure = motions.envelope(table(), hull, 1.5, "m", "float")
     (ax,) = figure.axes
-    assert ax.get_aspect() == 1.0
+    assert ax.equal == "limits"
     path, envelope, circle = ax.lines
-    assert len(path.get_xdata()) == len(T)
-    assert len(envelope.get_xdata()) == 4  # closed
-    assert np.hypot(circle.get_xdata(), circle.get_ydata()).max() < 1.5001
+    assert len(path.x) == len(T)
+    assert len(envelope.x) == 4  # closed
+    assert np.hypot(circle.x, circle.y).max() < 1.5001
     assert len(motions.envelope(table(), hull[:0], 1.5, "m", "").axes[0].lines) == 2

@@ -1,6 +1,9 @@
 """The still picture of the rig shows each camera by its name, and the target's path."""
 
-from vidtrack.figures.space import space
+import numpy as np
+import pytest
+
+from vidtrack.figures.space import TILT, TURN, flat, space
 
 VIEW = {
     "units": "m",
@@ -13,12 +16,18 @@ VIEW = {
 
 def test_every_part_of_the_view_is_drawn_at_equal_scales():
     (ax,) = space(VIEW, "pluck").axes
-    assert [text.get_text().strip() for text in ax.texts] == ["cam1"]
-    assert len(ax.lines) == 2 + 1 + 4 + 1
-    assert len(ax.collections) == 1
-    spans = [high - low for low, high in (ax.get_xlim(), ax.get_ylim(), ax.get_zlim())]
-    assert max(spans) / min(spans) < 6
-    assert ax.get_xlabel() == "x (m)"
+    assert [word.text for word in ax.words] == ["cam1", "x", "y", "z"]
+    hull, survey, camera, path, arrows = 2, 1, 1 + 4, 1, 3
+    assert len(ax.lines) == hull + survey + camera + path + arrows
+    assert ax.equal == "limits"
+    assert ax.title == "x, y and z at the corner are 0.2 m long"
+
+
+def test_a_length_across_the_view_is_seen_whole_and_one_along_it_not_at_all():
+    right, toward = np.array([np.cos(TURN), np.sin(TURN), 0]), np.array([-np.sin(TURN), np.cos(TURN), 0]) * np.cos(TILT)
+    toward[2] = -np.sin(TILT)
+    assert flat(right) == pytest.approx([1, 0])
+    assert flat(toward) == pytest.approx([0, 0])
 
 
 def test_an_empty_view_is_an_empty_figure():

@@ -12,4 +12,4 @@ def test_the_waters_edge_lies_on_its_timestack():
     runup = pd.DataFrame({"time_s": T, "transect": "mid", "s": 2.0, "z": 0.5, "sigma_z": 0.01})
     figure = waterline.timestacks(runup, {"mid": stack}, "ft")
     assert "run-up z (ft)" in texts(figure)
-    assert list(figure.axes[0].lines[0].get_ydata()) == [2.0] * 60
+    assert list(figure.axes[0].lines[0].y) == [2.0] * 60

@@ -33,7 +33,7 @@ def free_decay(decay: Mapping[str, Any], title: str) -> Drawing:
     line = np.linspace(0, np.nanmax(amplitude), 50)
     expected = np.pi * zeta / np.sqrt(1 - zeta**2) + 4 / 3 * b * line
     decrements.plot(line, expected, INK, label="equation of motion")
-    decrements.xlabel, decrements.ylabel = f"amplitude ({unit})", "ln of successive amplitudes"
+    decrements.xlabel, decrements.ylabel = f"amplitude ({unit})", "logarithmic decrement"
     decrements.ylim, decrements.legend = (0.0, 1.3 * float(np.nanmax([*decrement, *expected]))), True
     return drawing
 

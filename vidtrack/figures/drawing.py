@@ -108,7 +108,7 @@ class Axes:
 
     def band(self, x: Any, low: Any, high: Any, colour: str) -> None:
         """Shade what lies between two curves."""
-        self.bands.append(Band(*(np.asarray(v, float) for v in (x, low, high)), colour))
+        self.bands.append(Band(np.asarray(x, float), np.asarray(low, float), np.asarray(high, float), colour))
 
     def around(self, x: Any, value: Any, half_width: Any, colour: str) -> None:
         """Shade a value's interval."""
@@ -203,7 +203,8 @@ def picture_axes(ax: Axes, picture: np.ndarray[Any, Any], most: float = 0.0, wit
     within   left, right, top, bottom px that are shown; empty: the whole picture
     """
     height, width = picture.shape[:2]
-    ax.pictures.append(Picture(grey_uri(picture, 0.0, most or float(picture.max())), -0.5, width - 0.5, -0.5, height - 0.5))
+    white = most or float(picture.max())
+    ax.pictures.append(Picture(grey_uri(picture, 0.0, white), -0.5, width - 0.5, -0.5, height - 0.5))
     left, right, top, bottom = within or (-0.5, width - 0.5, -0.5, height - 0.5)
     ax.xlim, ax.ylim, ax.y_down, ax.equal, ax.grid = (left, right), (top, bottom), True, "box", False
     ax.xlabel, ax.ylabel = "Xf (px)", "Yf (px)"

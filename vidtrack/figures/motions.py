@@ -35,7 +35,7 @@ def envelope(table: DataFrame, hull: Array, radius: float, units: str, title: st
     ax.plot(table["surge"], table["sway"], PALETTE[0], width=1.0, label="path")
     if len(hull) > 2:
         around = np.concatenate([hull, hull[:1]])
-        ax.plot(*around.T, PALETTE[1], label="envelope")
+        ax.plot(around[:, 0], around[:, 1], PALETTE[1], label="envelope")
     angle = np.linspace(0, 2 * np.pi, 181)
     label = f"watch circle, {radius:.3g} {units}"
     ax.plot(radius * np.cos(angle), radius * np.sin(angle), INK, width=1.0, dash="5 4", label=label)

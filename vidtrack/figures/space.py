@@ -31,13 +31,15 @@ def space(view: Mapping[str, Any], title: str) -> Drawing:
     for i, j in view["hull"]:
         _line(ax, [points[i], points[j]], HULL, 0.7)
     if points:
-        ax.dots(*flat(np.array(points, float)).T, SURVEY, size=3.5)
+        x, y = flat(np.array(points, float)).T
+        ax.dots(x, y, SURVEY, size=3.5)
     for camera in view["cameras"]:
         corners = camera["corners"]
         _line(ax, [*corners, corners[0]], camera["colour"], 1.0)
         for corner in corners:
             _line(ax, [camera["centre"], corner], camera["colour"], 1.0)
-        ax.word(*flat(np.array(camera["centre"], float)), camera["name"], camera["colour"])
+        x, y = flat(np.array(camera["centre"], float))
+        ax.word(x, y, camera["name"], camera["colour"])
     for track in view["tracks"]:
         label = track.get("name", "") if len(view["tracks"]) <= MANY else ""
         _line(ax, [p or [np.nan] * 3 for p in track["p"]], track["colour"], 1.6, label)
@@ -49,7 +51,7 @@ def space(view: Mapping[str, Any], title: str) -> Drawing:
 def flat(p: Array) -> Array:
     """Points (..., 3) as they are seen: (..., 2), to the right and up."""
     (ca, sa), (ce, se) = ((np.cos(v), np.sin(v)) for v in (TURN, TILT))
-    return np.asarray(p) @ np.array([[ca, -sa * se], [sa, ca * se], [0.0, ce]])
+    return np.asarray(p @ np.array([[ca, -sa * se], [sa, ca * se], [0.0, ce]]))
 
 
 def _axes(ax: Axes, view: Mapping[str, Any]) -> None:
@@ -66,9 +68,11 @@ def _axes(ax: Axes, view: Mapping[str, Any]) -> None:
     for name, along in zip("xyz", np.eye(3), strict=True):
         end = low + long * along
         _line(ax, [low, end], INK, 1.4)
-        ax.word(*flat(end), name)
+        x, y = flat(end)
+        ax.word(x, y, name)
     ax.title = f"x, y and z at the corner are {long:g} {view['units']} long"
 
 
 def _line(ax: Axes, points: Sequence[Any], colour: str, width: float, label: str = "") -> None:
-    ax.plot(*flat(np.array(points, float)).T, colour, width=width, label=label)
+    x, y = flat(np.array(points, float)).T
+    ax.plot(x, y, colour, width=width, label=label)

@@ -27,6 +27,8 @@ class Look:
 
     letter   the width of a figure or letter of the widest usual font: labels never run into each other
     row      the height of a row of text
+    x_tick, y_tick   the least room of a number at an axis
+    legend   how wide a row of the legend may be, of the width of its column
     """
 
     font: float = 12.0
@@ -38,6 +40,7 @@ class Look:
     swatch: float = 18.0
     x_tick: float = 60.0
     y_tick: float = 20.0
+    legend: float = 0.8
     faint: str = "var(--line,#d9dee4)"
 
 
@@ -47,7 +50,7 @@ FONT = "system-ui,'Segoe UI',Roboto,'DejaVu Sans',sans-serif"
 
 
 class Box(NamedTuple):
-    """Where axes lie, px, and what they show."""
+    """Where axes lie, px, and what they show; legend: how wide that may be, px."""
 
     left: float
     top: float
@@ -56,6 +59,7 @@ class Box(NamedTuple):
     x: tuple[float, float]
     y: tuple[float, float]
     y_down: bool
+    legend: float = 0.0
 
     def across(self, x: Array) -> Array:
         """x in px."""
@@ -96,21 +100,20 @@ def boxes(drawing: Drawing) -> list[Box]:
                 same = (min(low for low, _ in ends), max(high for _, high in ends))
                 for i in range(rows):
                     bounds[i][k] = (same, bounds[i][k][1])
-    tops = [max(_above(ax, drawing.width / columns) for ax in row) for row in drawing.grid]
+    wide = LOOK.legend * drawing.width / columns
+    tops = [max(_above(ax, wide) for ax in row) for row in drawing.grid]
     feet = [max(_below(ax, drawing.shared and i < rows - 1) for ax in row) for i, row in enumerate(drawing.grid)]
     ratios = list(drawing.ratios) or [1.0] * rows
     free = drawing.height - sum(tops) - sum(feet) - (LOOK.title if drawing.title else 0.0)
     heights = [max(free, 20.0 * rows) * ratio / sum(ratios) for ratio in ratios]
-    lefts = [
-        max(_beside(drawing.grid[i][k], bounds[i][k][1], heights[i]) for i in range(rows)) for k in range(columns)
-    ]
+    lefts = [max(_beside(drawing.grid[i][k], bounds[i][k][1], heights[i]) for i in range(rows)) for k in range(columns)]
     width = (drawing.width - sum(lefts) - LOOK.gap * columns - LOOK.edge) / columns
     out, top = [], LOOK.title if drawing.title else 0.0
     for i, row in enumerate(drawing.grid):
         top, left = top + tops[i], 0.0
         for k, ax in enumerate(row):
             left += lefts[k]
-            out.append(_fitted(ax, Box(left, top, width, heights[i], *bounds[i][k], ax.y_down)))
+            out.append(_fitted(ax, Box(left, top, width, heights[i], *bounds[i][k], ax.y_down, wide)))
             left += width + LOOK.gap
         top += heights[i] + feet[i]
     return out
@@ -148,9 +151,9 @@ def _legend_rows(ax: Axes, width: float) -> list[list[Line]]:
     return rows
 
 
-def _above(ax: Axes, width: float) -> float:
+def _above(ax: Axes, legend: float) -> float:
     title = LOOK.row * (1 + ax.title.count("\n")) if ax.title else 0.0
-    return max(LOOK.edge, LOOK.row * len(_legend_rows(ax, 0.9 * width)) + title + 4)
+    return max(LOOK.edge, LOOK.row * len(_legend_rows(ax, legend)) + title + 4)
 
 
 def _below(ax: Axes, inner: bool) -> float:
@@ -163,8 +166,17 @@ def _beside(ax: Axes, limits: tuple[float, float], height: float) -> float:
     label = LOOK.row if ax.ylabel else 2.0
     if not ax.ticks:
         return label + 2.0
-    places, step = ticks(*limits, max(3, min(7, int(height / LOOK.y_tick))))
+    places, step = _y_ticks(limits, height)
     return label + LOOK.letter * max((len(tick_text(v, step)) for v in places), default=1) + 10.0
+
+
+def _x_ticks(ax: Axes, box: Box) -> tuple[list[float], float]:
+    low, high = (end - ax.x_first for end in box.x)
+    return ticks(low, high, max(3, min(12, int(box.width / LOOK.x_tick))))
+
+
+def _y_ticks(limits: tuple[float, float], height: float) -> tuple[list[float], float]:
+    return ticks(*limits, max(3, min(7, int(height / LOOK.y_tick))))
 
 
 def ticks(low: float, high: float, most: int) -> tuple[list[float], float]:
@@ -196,8 +208,10 @@ def _axes(ax: Axes, box: Box, numbered: bool) -> Iterator[str]:
     parts = [picture for own in ax.pictures for picture in _picture(own, box)]
     rules: list[str] = []
     if ax.ticks:
-        x_places, x_step = ticks(box.x[0] - ax.x_first, box.x[1] - ax.x_first, max(3, min(12, int(box.width / LOOK.x_tick))))
-        y_places, y_step = ticks(*box.y, max(3, min(7, int(box.height / LOOK.y_tick))))
+        x_places, x_step = ticks(
+            box.x[0] - ax.x_first, box.x[1] - ax.x_first, max(3, min(12, int(box.width / LOOK.x_tick)))
+        )
+        y_places, y_step = _y_ticks(box.y, box.height)
         across = box.across(np.array(x_places) + ax.x_first)
         down = box.down(np.array(y_places))
         if ax.grid:
@@ -233,7 +247,7 @@ def _axes(ax: Axes, box: Box, numbered: bool) -> Iterator[str]:
         far = box.left - 12 - LOOK.letter * (_widest(y_places, y_step) if ax.ticks else 0)
         place = f"{UNIT * far:.0f} {UNIT * (box.top + box.height / 2):.0f}"
         yield f'<text transform="translate({place}) rotate(-90)" text-anchor="middle">{escape(ax.ylabel)}</text>'
-    rows = _legend_rows(ax, 0.9 * box.width)
+    rows = _legend_rows(ax, box.legend)
     if ax.title:
         above = box.top - 6 - LOOK.row * len(rows)
         for k, text in enumerate(reversed(ax.title.split("\n"))):
@@ -327,7 +341,7 @@ def _band(x: Array, low: Array, high: Array, colour: str, box: Box) -> Iterator[
 
 def stretches(*columns: Array) -> Iterator[tuple[Array, ...]]:
     """The columns (n,) between what is not finite in any of them."""
-    seen = np.isfinite(np.stack(columns)).all(axis=0)
+    seen = np.asarray(np.isfinite(np.stack(columns)).all(axis=0))
     if seen.all():
         if len(seen):
             yield columns

@@ -51,11 +51,12 @@ def tracks_over_picture(picture: np.ndarray[Any, Any], table: DataFrame, camera:
     gaps = 0
     for i, (target, rows) in enumerate(table.groupby("target", sort=False)):
         b = rows[["Xf", "Yf"]].to_numpy(float)
-        ax.plot(*b.T, OVER_GREY[i % len(OVER_GREY)], label=str(target))
+        ax.plot(b[:, 0], b[:, 1], OVER_GREY[i % len(OVER_GREY)], label=str(target))
         seen = np.flatnonzero(np.isfinite(b[:, 0]))
         for k in np.flatnonzero(np.diff(seen) > 1):
             gaps += 1
-            ax.plot(*b[[seen[k], seen[k + 1]]].T, FOUND_AGAIN, width=1.6, dash="1 3")
+            ends = b[[seen[k], seen[k + 1]]]
+            ax.plot(ends[:, 0], ends[:, 1], FOUND_AGAIN, width=1.6, dash="1 3")
     ax.title = f"{camera}: tracks" + (f", {gaps} lost stretches dotted red" if gaps else "")
     ax.legend = table["target"].nunique() <= MANY
     return drawing

@@ -31,9 +31,7 @@ def against_time(trajectories: DataFrame, units: str, title: str) -> Drawing:
     last.clock()
     for ax in drawing.axes:
         ax.x_first = last.x_first
-    first.legend = bool(
-        1 < trajectories["target"].nunique() <= MANY or trajectories[axes_shown[0]].isna().any()
-    )
+    first.legend = bool(1 < trajectories["target"].nunique() <= MANY or trajectories[axes_shown[0]].isna().any())
     return drawing
 
 
