@@ -100,10 +100,13 @@ def c3d(path: Path) -> Compared:
 
 
 def qtm(path: Path) -> Compared:
-    """Positions of the body, against pandas."""
+    """Positions of the body, or of all markers, against pandas; the times against the file's own column."""
     own = read_measured(path)
-    theirs = pd.read_csv(path, sep="\t", skiprows=10, encoding="latin-1").to_numpy()[:, 2:5].astype(float)
-    return differing(own.p[:, 0], theirs, "mm", 0.0, "pandas")
+    head = next(i for i, line in enumerate(path.read_text("latin-1").splitlines()) if line.startswith("Frame\t"))
+    table = pd.read_csv(path, sep="\t", skiprows=head, encoding="latin-1")
+    theirs = np.stack([table[[f"{n} {axis}" if f"{n} X" in table else axis for axis in "XYZ"]] for n in own.names], 1)
+    assert np.allclose(own.time_s, table["Time"], atol=5.1e-6)
+    return differing(own.p, np.asarray(theirs, float), "mm", 0.0, "pandas")
 
 
 def profile(path: Path) -> Compared:
@@ -335,6 +338,9 @@ FILES = (
     Public("ROS camera_info", "ros/bb2_left.yaml", "kapture, samples/utbm", ros),
     Public("COLMAP cameras.txt", "colmap/cameras.txt", "kapture, samples/t265", colmap),
     Public("TrackMate XML", "trackmate/trackmate_tracks_with_splitting.xml", "laptrack, tests/data", trackmate),
+    Public("QTM TSV", "qtm/dance.tsv", "mopipe, tests/fixtures", qtm),
+    Public("Argus profile", "argus/hero4_black.csv", "argus_gui, resources/calibrations", profile),
+    Public("anipose TOML", "ammonkey/calibration.toml", "ammonkey, cfgs", anipose),
     Public("anipose TOML", "anipose/calibration.toml", "written by aniposelib", aniposelib),
     Public("SLEAP HDF5, CSV", "sleap/tank.analysis.h5", "written by sleap-io", sleap_io),
     Public("trackpy CSV", "trackpy/tracks.csv", "written by trackpy", trackpy),

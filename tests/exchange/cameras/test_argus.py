@@ -32,7 +32,13 @@ def test_a_library_of_lenses_has_names_of_shooting_modes(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "what"),
-    [("1 2 3\n", "3 numbers"), (LINE.format(1).strip() + " 1 2\n", "omnidirectional"), ("", "empty")],
+    [
+        ("1 2 3\n", "3 numbers"),
+        (LINE.format(1).strip() + " 1 2\n", "omnidirectional"),
+        # a library's mode of twelve cells whose last is xi of an omnidirectional lens, no k3
+        (LINE.format("2.7k-wide (CMei)").replace(" ", ",").replace("wide,(", "wide ("), "omnidirectional"),
+        ("", "empty"),
+    ],
 )
 def test_what_is_no_profile_is_refused_in_one_line(tmp_path, text, what):
     (tmp_path / "p.txt").write_text(text)

@@ -2,13 +2,14 @@
 
 f px (fy = f aspect), w h px the picture; cx, cy px from the upper-left corner, OpenCV's: the centre of the first
 pixel is (0, 0); k1 k2 t1 t2 k3 OpenCV's distortion, from undistorted to distorted. A profile holds a lens and no
-pose: the pose is in DLT coefficients of pixels without that distortion. Lines of more numbers are omnidirectional
-models and are refused. The libraries of lenses that Argus ships begin each line with the name of a shooting mode,
-and have no camera.
+pose: the pose is in DLT coefficients of pixels without that distortion. The libraries of lenses that Argus ships begin each
+line with the name of a shooting mode, and have no camera. Omnidirectional models are refused: lines of more numbers,
+and in a library the modes "(CMei)" and "(Fisheye)". A line "(CMei)" has twelve cells too, the last of them xi, no k3.
 """
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,9 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, lines_of, number
 from vidtrack.geometry.brown import BrownLens
+
+
+_OMNIDIRECTIONAL = re.compile(r"\((cmei|fisheye)\)", re.IGNORECASE)
 
 
 class Profile(NamedTuple):
@@ -40,9 +44,10 @@ def read_profiles(path: Path) -> list[Profile]:
             if values.count(None) > 2:
                 continue  # the names of the columns
             raise VidtrackError(f"{path}, line {i + 1}: not a camera profile. Each line has 12 numbers; correct it.")
-        if len(cells) > 12:
+        if len(cells) > 12 or _OMNIDIRECTIONAL.search(cells[0]):
             raise VidtrackError(
-                f"{path}, line {i + 1}: {len(cells)} numbers, an omnidirectional lens. Only 12 are read."
+                f"{path}, line {i + 1}: {cells[0]}: an omnidirectional lens, which is not read. Keep lines of f w h "
+                "cx cy aspect k1 k2 t1 t2 k3 only."
             )
         if len(cells) < 12:
             raise VidtrackError(f"{path}, line {i + 1}: {len(cells)} numbers; a camera profile has 12. Copy it again.")
