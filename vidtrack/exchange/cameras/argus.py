@@ -18,7 +18,6 @@ from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, lines_of, number
 from vidtrack.geometry.brown import BrownLens
 
-
 _OMNIDIRECTIONAL = re.compile(r"\((cmei|fisheye)\)", re.IGNORECASE)
 
 
