@@ -2,9 +2,10 @@
 
 f px (fy = f aspect), w h px the picture; cx, cy px from the upper-left corner, OpenCV's: the centre of the first
 pixel is (0, 0); k1 k2 t1 t2 k3 OpenCV's distortion, from undistorted to distorted. A profile holds a lens and no
-pose: the pose is in DLT coefficients of pixels without that distortion. The libraries of lenses that Argus ships begin each
-line with the name of a shooting mode, and have no camera. Omnidirectional models are refused: lines of more numbers,
-and in a library the modes "(CMei)" and "(Fisheye)". A line "(CMei)" has twelve cells too, the last of them xi, no k3.
+pose: the pose is in DLT coefficients of pixels without that distortion. The libraries of lenses that Argus ships
+begin each line with the name of a shooting mode, and have no camera. Omnidirectional models are refused: lines of
+more numbers, and in a library the modes "(CMei)" and "(Fisheye)". A line "(CMei)" has twelve cells too, the last of
+them xi, no k3.
 """
 
 from __future__ import annotations
