@@ -2,6 +2,7 @@
 
     PYTHONPATH=. python benchmarks/season.py plan --runs 100 300 1000
     PYTHONPATH=. python benchmarks/season.py change --runs 100 [--house ANOTHER/CHECKOUT]
+    PYTHONPATH=. python benchmarks/season.py export --runs 20
 
 plan      how long `snakemake -n` takes where nothing is to do. Results and accounts are pretended: planning reads
           nothing of a result but its checksum. Then a setting of one run is changed: which jobs are to be done, and
@@ -9,6 +10,9 @@ plan      how long `snakemake -n` takes where nothing is to do. Results and acco
 change    one run of a minute is rendered and tracked, and stands under other names as every run of the season; all that
           follows tracking is computed. Then one camera's Cx is fixed elsewhere, and a run is added: how long until
           everything is consistent again, and which rules the time went to.
+export    one short run is processed, and its results stand for those of every run; three formats of each are written by
+          two jobs at a time. Then a setting of one run is changed: which exports are written again, and which files are
+          others.
 """
 
 from __future__ import annotations
@@ -50,7 +54,7 @@ class Planned(NamedTuple):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("plan", "change"))
+    parser.add_argument("what", choices=("plan", "change", "export"))
     parser.add_argument("--runs", type=int, nargs="+", default=[100])
     parser.add_argument("--seconds", type=float, default=60.0, help="length of a run, for `change`")
     parser.add_argument("--house", type=Path, default=HOUSE, help="the checkout whose workflow is measured")
@@ -61,6 +65,8 @@ def main() -> None:
             folder = room / f"season{runs}"
             if asked.what == "plan":
                 _plan(folder, runs, asked.house)
+            elif asked.what == "export":
+                _export(folder, runs, asked.house)
             else:
                 _change(folder, runs, asked.seconds, asked.house)
             shutil.rmtree(folder)
@@ -116,6 +122,37 @@ def _change(folder: Path, runs: int, seconds: float, house: Path) -> None:
     shutil.copytree(folder / "runs/pluck", folder / "runs/one-more", copy_function=os.link)
     _run(folder, house, "one more run")
     _run(folder, house, "nothing to do")
+
+
+def _export(folder: Path, runs: int, house: Path, formats: tuple[str, ...] = ("c3d", "netcdf", "qtm")) -> None:
+    _film(folder, 1.0)
+    _run(folder, house, "one run")
+    seed = folder / "results/runs/pluck"
+    _multiply(folder, runs)
+    for job in planned(folder, house):
+        name = Path(job.account).parent.name
+        if f"results/runs/{name}/" in job.outputs[0]:
+            _pretend(folder, job, lambda path, name=name: shutil.copy(_of_seed(path, seed, name), path))
+    _run(folder, house, "the pages of all runs")
+    _configure(folder, export=list(formats))
+    _run(folder, house, f"{len(formats)} formats of {runs} runs")
+    before = _exported(folder)
+    _configure(folder, runs={"test0001": {"max_miss": 0.5}})
+    _run(folder, house, "a setting of one run changed")
+    after = _exported(folder)
+    changed = sorted({path.parts[0] for path in after if after[path] != before[path]})
+    print(f"{len(after)} files in {len({path.parts[0] for path in after})} runs; written again: those of {changed}")
+
+
+def _configure(folder: Path, **more: object) -> None:
+    config = yaml.safe_load((folder / "config.yaml").read_text())
+    (folder / "config.yaml").write_text(yaml.safe_dump(config | more))
+
+
+def _exported(folder: Path) -> dict[Path, int]:
+    """The files of other programs, and when each was written."""
+    room = folder / "results/runs"
+    return {path.relative_to(room): path.stat().st_mtime_ns for path in room.glob("*/export/**/*") if path.is_file()}
 
 
 def _of_seed(path: Path, seed: Path, name: str) -> Path:
