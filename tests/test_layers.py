@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "vidtrack"
 ROOMS = ("analysis", "geometry", "calibration", "labelling", "tracking", "location", "timing", "motion", "shore")
-ROOMS += ("steadiness",)
+ROOMS += ("steadiness", "tags")
 FLOOR = sorted(p for room in ROOMS for p in (PACKAGE / room).rglob("*.py") if p.name != "__init__.py")
 NOT_DOWNSTAIRS = {"pandas", "matplotlib", "pathlib", "logging", "os", "pyarrow", "av", "yaml", "pydantic", "snakemake"}
 

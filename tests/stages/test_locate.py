@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.motion.tags import SIDE, SQUARE, poses, rig, seen
 from vidtrack.association.tracklets import COLUMNS as COLUMNS_OF_TRACKLETS
 from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
@@ -12,7 +13,8 @@ from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
-from vidtrack.stages.locate import locate
+from vidtrack.stages.locate import locate, locate_run
+from vidtrack.tags.poses import TagOrder
 
 START = 36000.0
 COLUMNS = ["time_s", "timecode", "target", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "miss", "n_cameras", "flag"]
@@ -535,3 +537,45 @@ def test_a_rigid_body_names_its_targets_where_the_tracker_took_them_as_they_came
     assert "names-by-body" in [f["code"] for f in located.record["findings"]]
     right = {c.name: centroids(c, {n: on_float(n) for n in FLOAT}, rng=rng) for c in cameras}
     assert locate(right, known, targets=list(FLOAT), bodies={"float": FLOAT}).record["findings"] == []
+
+
+def with_tags(n):
+    """Tables and cameras of a tag and, where two cameras see it, of a target beside it."""
+    names = [f"tag7_{k}" for k in range(1, 5)] + ["bow"] * (n > 1)
+    body = np.concatenate([SQUARE, [[30.0, 20, 0]]])[: len(names)]
+    sights = seen(rig(n), body, *poses(T=20)).b
+    time = {"time_s": np.repeat(np.arange(20) / 30, len(names)), "target": names * 20, "flag": "", "timecode": ""}
+    tables = {
+        f"cam{i + 1}": pd.DataFrame(
+            time | {"Xf": b[..., 0].ravel(), "Yf": b[..., 1].ravel(), "sd_x": 0.03, "sd_y": 0.03}
+        )
+        for i, b in enumerate(sights)
+    }
+    return tables, {f"cam{i + 1}": (camera, None) for i, camera in enumerate(rig(n))}
+
+
+def test_a_run_with_coded_tags_has_their_centres_beside_targets_and_corners():
+    tables, cameras = with_tags(2)
+    done = locate_run(
+        tables, cameras, tags=TagOrder(SIDE), targets=["bow"], clocks={"cam1": {}, "cam2": {}}, units="mm"
+    )
+    targets = done.trajectories.groupby("target").size()
+    assert targets.to_dict() == dict.fromkeys(["bow", "tag7", *(f"tag7_{k}" for k in range(1, 5))], 20)
+    origin = poses(T=20)[0]
+    centre = done.trajectories[done.trajectories["target"] == "tag7"][["x", "y", "z"]].to_numpy()
+    assert np.nanmax(np.abs(centre - origin)) < 1.0
+
+
+def test_tags_that_one_camera_sees_are_trajectories_without_lines_of_sight_that_meet():
+    tables, cameras = with_tags(1)
+    done = locate_run(tables, cameras, tags=TagOrder(SIDE), targets=0, clocks={"cam1": "auto"}, units="mm")
+    assert set(done.trajectories["target"]) == {"tag7", *(f"tag7_{k}" for k in range(1, 5))}
+    assert done.record["samples"]["total"] == len(done.trajectories) == 100
+    assert done.record["clocks"]["cameras"]["cam1"]["source"] == "config"
+    assert done.associations.empty
+
+
+def test_a_run_without_tags_and_read_outs_is_located_as_it_stands():
+    tables, cameras = run(2)
+    done = locate_run(tables, cameras, targets=1, clocks={name: {} for name in cameras})
+    pd.testing.assert_frame_equal(done.trajectories, locate(tables, cameras, targets=1).trajectories)

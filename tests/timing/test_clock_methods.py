@@ -1,8 +1,11 @@
 """Which methods estimate which camera's clock."""
 
+from fractions import Fraction
+
 import pytest
 
-from vidtrack.timing.clock_methods import METHODS, methods_of
+from vidtrack.timing.clock_methods import METHODS, clocks_to_use, methods_of
+from vidtrack.timing.timecode import Timecode
 
 
 @pytest.mark.parametrize(
@@ -25,3 +28,25 @@ def test_auto_is_every_method_that_can_be_named():
 
 def test_a_word_that_is_no_method_is_a_clock_that_is_given():
     assert methods_of(["offset", "sound"]) == [(), ("sound",)]
+
+
+CODE = Timecode(0, Fraction(30))
+
+
+@pytest.mark.parametrize(
+    ("codes", "together", "second"),
+    [
+        ({"a": None, "b": None}, False, "motion"),
+        ({"a": None, "b": None}, True, {}),
+        ({"a": None, "b": CODE}, False, {}),
+        ({"a": None}, False, {}),
+        ({}, False, {}),
+    ],
+)
+def test_recordings_that_nothing_relates_are_related_by_the_motion(codes, together, second):
+    given = {"offset_s": 0.1, "rate_ppm": 0.0}
+    assert clocks_to_use({"a": given, "b": None, "c": "sound"}, codes, together) == {
+        "a": given,
+        "b": second,
+        "c": "sound",
+    }

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
@@ -16,11 +13,11 @@ from vidtrack.files.run_inputs import pictures_of, readouts_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture
-from vidtrack.location.readout_search import sought_readouts
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
-from vidtrack.stages.tag_poses import CORNER, TagPoses, tag_poses, trajectories_of
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
+from vidtrack.tags.poses import TagOrder
+from vidtrack.timing.clock_methods import clocks_to_use
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -66,7 +63,7 @@ def _write_sights(job: Job) -> None:
 
 
 def _in_space(job: Job) -> Locations:
-    from vidtrack.stages.locate import locate
+    from vidtrack.stages.locate import locate_run
 
     names = list(job.settings["cameras"])
     options = {
@@ -88,50 +85,24 @@ def _in_space(job: Job) -> Locations:
                 shifted[name]["time_s"] += later
     calibrated = {name: read_camera(path) for name, path in zip(names, job.paths("cameras"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
-    unset = bool(codes) and all(code is None for code in codes.values()) and len(tables) > 1
-    unset = unset and not all((own.get("imported") or {}).get("together") for own in readings.values())
-    options["clocks"] = {  # without any time code nothing says that the recordings began at one moment
-        name: own if own is not None else "motion" if unset else {} for name, own in options["clocks"].items()
-    }
+    together = all((own.get("imported") or {}).get("together") for own in readings.values())
+    options["clocks"] = clocks_to_use(options["clocks"], codes, together)
     pictures = _pictures(job, sizes)
-    readouts = readouts_of(names, job.paths("readings"), job.settings.get("readout_ms") or {})
+    said = job.settings.get("readout_ms") or {}
+    where = f"runs.{job.settings['run']}"
     if moved := _moved(job):
         kept = {}  # they show what the cameras saw, not what they would have seen at rest
-        shown = windows(pictures, f"runs.{job.settings['run']}")[0]
+        shown = windows(pictures, where)[0]
         for name, own in calibrated.items():
             law = law_of_camera(camera_shown(own.camera, None, shown.get(name))[0])
             tables[name] = at_rest(tables[name], moved[name], law)
             followed[name] = at_rest(followed[name], moved[name], law)
-    where = f"runs.{job.settings['run']}"
-    tags: dict[str, Any] = job.settings.get("tags") or {}
-
-    def tags_by(clocks: Mapping[str, Any], trajectories: DataFrame | None) -> TagPoses:
-        return tag_poses(
-            tables,
-            calibrated,
-            size=tags["size"],
-            sigma=tags["sigma"],
-            ids=tags["ids"],
-            bodies=job.settings["tag_bodies"],
-            clocks=clocks,
-            pictures=pictures,
-            points=points or None,
-            readouts=readouts,
-            targets=job.settings["tag_targets"],
-            trajectories=trajectories,
-            where=where,
-        )
-
-    if tags:
-        options["targets"] = _with_corners(options["targets"], _corner_names(tables))
-    if tags and len(names) == 1:
-        clock = options["clocks"][names[0]]
-        clock = clock if isinstance(clock, dict) else {}
-        return _by_one_camera(tags_by({names[0]: clock}, None), names[0], clock, job.settings["units"])
-    once = partial(
-        locate,
+    located = locate_run(
         tables,
         calibrated,
+        tags=_tags(job),
+        by_motion=[camera for camera, ms in said.items() if ms == "motion"],
+        readouts=readouts_of(names, job.paths("readings"), said),
         pictures=pictures,
         tracklets=followed,
         kept=kept,
@@ -141,70 +112,17 @@ def _in_space(job: Job) -> Locations:
         where=where,
         **options,
     )
-    by_motion = [c for c, ms in (job.settings.get("readout_ms") or {}).items() if ms == "motion"]
-    if by_motion:
-        done = sought_readouts(lambda tried: once(readouts=tried), readouts, by_motion, where)
-        located: Locations = done.located
-        readouts = done.readouts
-        located.record["readout_by_motion"] = {
-            c: {"seconds": done.readouts[c].seconds if c in done.readouts else None, "sd": sd}
-            for c, sd in done.sd.items()
-        }
-        located.record["findings"] = [*located.record["findings"], *as_records(done.findings)]
-    else:
-        located = once(readouts=readouts)
-    if tags:
-        located = _with_centres(located, tags_by(located.record["clocks"]["cameras"], located.trajectories))
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
     located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
     return located
 
 
-def _corner_names(tables: Mapping[str, DataFrame]) -> list[str]:
-    """The targets that are corners of coded tags."""
-    named = {name for table in tables.values() for name in table["target"].astype(str).unique() if CORNER.match(name)}
-    return sorted(named, key=lambda name: [int(part) for part in CORNER.match(name).groups()])  # type: ignore[union-attr]
-
-
-def _with_corners(targets: Any, corners: list[str]) -> Any:
-    """The targets of a run, and the corners of its tags."""
-    if targets == "all":
-        return targets
-    return [*([f"t{n + 1}" for n in range(targets)] if isinstance(targets, int) else targets), *corners]
-
-
-def _with_centres(located: Locations, poses: TagPoses) -> Locations:
-    """The trajectories of the tags' centres beside those of their corners."""
-    import pandas as pd
-
-    whole = pd.concat([located.trajectories, trajectories_of(poses, corners=False)], ignore_index=True)
-    if "outside" in located.trajectories:
-        whole["outside"] = whole["outside"].fillna(False).astype(bool)
-    return located._replace(trajectories=whole)
-
-
-def _by_one_camera(poses: TagPoses, camera: str, clock: Any, units: str) -> Locations:
-    """Where one camera alone sees the tags: its trajectories are those that the poses of the tags give."""
-    import pandas as pd
-
-    from vidtrack.location.associations import COLUMNS
-    from vidtrack.location.run_sights import RunSights
-    from vidtrack.stages.locate import Locations
-
-    table = trajectories_of(poses, corners=True)
-    seen = table["x"].notna()
-    record = {
-        "mode": "space",
-        "units": units,
-        "cameras": [camera],
-        "clocks": {"cameras": {camera: {"offset_s": 0.0, "rate_ppm": 0.0, **clock, "source": "config"}}},
-        "samples": {"total": len(table), "located": int(seen.sum())},
-        "findings": [],
-        "warnings": [],
-    }
-    nothing = np.zeros((1, 0, 0, 2))
-    sights = RunSights(np.zeros(0), (), (camera,), nothing, nothing, np.zeros((1, 0, 0), bool), {})
-    return Locations(table, record, pd.DataFrame({name: [] for name in COLUMNS}), sights)
+def _tags(job: Job) -> TagOrder | None:
+    """What the config says of the run's coded tags; None where it has none."""
+    if not (tags := job.settings.get("tags")):
+        return None
+    bodies, others = job.settings["tag_bodies"], job.settings["tag_targets"]
+    return TagOrder(tags["size"], tags["sigma"], tags["ids"], bodies, others)
 
 
 def _moved(job: Job) -> dict[str, DataFrame]:

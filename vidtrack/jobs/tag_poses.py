@@ -10,6 +10,7 @@ from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.motion.pose_columns import COLUMNS
 from vidtrack.stages.tag_poses import table_of, tag_poses
+from vidtrack.tags.poses import TagOrder
 from vidtrack.workflow.job import Job
 
 
@@ -27,18 +28,15 @@ def run(job: Job) -> None:
     points = {name: read_parquet(path) for name, path in zip(names, job.paths("points"), strict=False)}
     sizes = {name: Picture(*own.camera.image_size) for name, own in calibrated.items()}
     used = {name: 1e3 * seconds for name, seconds in (located.get("readout") or {}).items()}
+    tags = order["tags"]
     done = tag_poses(
         tables,
         calibrated,
-        size=order["tags"]["size"],
-        sigma=order["tags"]["sigma"],
-        ids=order["tags"]["ids"],
-        bodies=order["bodies"],
+        TagOrder(tags["size"], tags["sigma"], tags["ids"], order["bodies"], order["targets"]),
         clocks=located["clocks"]["cameras"],
         pictures=pictures_of(names, job.paths("labelling"), job.paths("readings"), sizes, order["crop"] or {}),
         points={name: table for name, table in points.items() if len(table)},
         readouts=readouts_of(names, job.paths("readings"), used or order["readout_ms"] or {}),
-        targets=order["targets"],
         trajectories=read_parquet(job.path("trajectories")),
         where=f"runs.{order['run']}",
     )

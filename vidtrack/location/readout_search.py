@@ -39,6 +39,11 @@ class Sought(NamedTuple):
     sd: dict[str, float]
     findings: list[Finding]
 
+    def as_record(self) -> dict[str, Any]:
+        """By camera, the read-out that was found and its standard error, s."""
+        found = self.readouts
+        return {c: {"seconds": found[c].seconds if c in found else None, "sd": sd} for c, sd in self.sd.items()}
+
 
 def sought_readouts(
     locate: Callable[[Mapping[str, Readout]], Any], readouts: Mapping[str, Readout], sought: Sequence[str], where: str

@@ -67,6 +67,17 @@ class RunClocks(NamedTuple):
         by = np.stack([np.ones_like(np.asarray(t, float)), np.asarray(t, float) * 1e-6])
         return np.asarray(np.sqrt(np.maximum(np.einsum("in,ij,jn->n", by, self.covariance[camera], by), 0.0)))
 
+    def slips(self, b: Array, at: Array) -> Array | None:
+        """By how many px (n_cameras, m, M, 2) the standard error of its clock moves what each camera sees at `at` (M,).
+
+        b   (n_cameras, m, M, 2) px, where targets were seen; None where no clock is estimated
+        """
+        if not any(self.used) or at.size < 2:
+            return None
+        late = np.stack([self.sd_at(i, at - at[0]) for i in range(len(b))])
+        velocity = np.gradient(b, at, axis=2)
+        return np.asarray(np.nan_to_num(velocity * np.nan_to_num(late)[:, None, :, None]))
+
 
 def run_clocks(
     views: Sequence[View],

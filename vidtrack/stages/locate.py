@@ -15,10 +15,11 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
-from vidtrack.location.associations import association_columns
+from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.believed import rows_kept, without_chance, without_far
 from vidtrack.location.budget import calibration_gradients, error_budget
 from vidtrack.location.centroid_noise import noise_factor
+from vidtrack.location.common_moments import check_overlap, recorded_twice
 from vidtrack.location.followed import rows_of, view_of
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.locate_findings import findings_of
@@ -30,32 +31,25 @@ from vidtrack.location.locate_record import (
     sight_line_record,
     volume_record,
 )
-from vidtrack.location.matching import Match, matched
-from vidtrack.location.run_clocks import RunClocks, run_clocks
+from vidtrack.location.matching import matched
+from vidtrack.location.readout_search import sought_readouts
+from vidtrack.location.run_clocks import run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.run_sights import RunSights
+from vidtrack.location.sample_flags import sample_flags
 from vidtrack.location.second_search import searched_again
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
-from vidtrack.location.views import (
-    Labels,
-    Seen,
-    View,
-    brought,
-    by_target,
-    flags_by_trajectory,
-    joined,
-    same_day,
-    timecodes,
-    with_word,
-)
+from vidtrack.location.views import Labels, View, brought, by_target, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
+from vidtrack.tags import one_camera_run
+from vidtrack.tags.corners import corner_names, with_corners
+from vidtrack.tags.poses import TagOrder, TagPoses, tag_poses, trajectory_rows
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.clock_methods import methods_of
 from vidtrack.timing.readout import Readout, at_frame_time
-from vidtrack.timing.resample import COINCIDE, common_times, interval
 
 SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors show it."""
@@ -142,9 +136,9 @@ def locate(
         findings=findings,
     )
     times = [clock.corrected(view.t) for view, clock in zip(views, timed.clocks, strict=True)]
-    _check_overlap(views, times, where)
+    check_overlap(views, times, where)
     findings += cameras_apart(views, times)
-    at, whose = _recorded_twice(times)
+    at, whose = recorded_twice(times)
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
     b, sd = by_target(seen, match.trajectory, len(match.labels))
@@ -162,7 +156,7 @@ def locate(
     sd *= noise.factor
     reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
-    rig, slips = [v.camera for v in views], _slips(timed, b, at)
+    rig, slips = [v.camera for v in views], timed.slips(b, at)
     joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
     points_of = partial(
         locate_points,
@@ -180,7 +174,7 @@ def locate(
         located = without_far(located, max_miss)
     located, sudden = with_grown_sigma(located, sd)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
-    table["flag"] = _flags(views, seen, match, located, max_miss).ravel()
+    table["flag"] = sample_flags(views, seen, match, located, max_miss).ravel()
     table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
     outside = _outside(points, volume, table)
     if outside is not None:
@@ -203,6 +197,68 @@ def locate(
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
     return Locations(table, record, pd.DataFrame(association_columns(*followed)), sights)
+
+
+def locate_run(
+    centroids: Mapping[str, pd.DataFrame],
+    cameras: Mapping[str, Any],
+    *,
+    tags: TagOrder | None = None,
+    by_motion: Sequence[str] = (),
+    targets: int | Sequence[str] | Literal["all"] | None = None,
+    clocks: Mapping[str, Any],
+    readouts: Mapping[str, Readout] | None = None,
+    units: str = "in",
+    where: str = "locate",
+    **how: Any,
+) -> Locations:
+    """A run as its config describes it: `locate`, with coded tags beside the targets and read-outs from the motion.
+
+    tags       of the run: the trajectories of their centres are added; with one camera they are those of their poses
+    by_motion  cameras whose read-out the motion is to show
+    how        all else that `locate` takes
+    """
+    both = {key: how.get(key) for key in ("pictures", "points")}
+    tables = {name: _columns(table) for name, table in centroids.items()}
+    if tags is not None:
+        names = [str(name) for table in tables.values() for name in table["target"]]
+        targets = with_corners(targets, corner_names(names))
+        if len(tables) == 1:
+            (camera,) = tables
+            own = clocks[camera] if isinstance(clocks[camera], Mapping) else {}
+            poses = tag_poses(tables, cameras, tags, clocks={camera: own}, readouts=readouts, where=where, **both)
+            return _by_one_camera(poses, camera, own, units)
+
+    def once(tried: Mapping[str, Readout]) -> Locations:
+        options = how | {"targets": targets, "clocks": clocks, "units": units, "where": where}
+        return locate(centroids, cameras, readouts=tried, **options)
+
+    if by_motion:
+        done = sought_readouts(once, readouts or {}, by_motion, where)
+        located, readouts = done.located, done.readouts
+        located.record["readout_by_motion"] = done.as_record()
+        located.record["findings"] = [*located.record["findings"], *as_records(done.findings)]
+    else:
+        located = once(readouts or {})
+    if tags is None:
+        return located
+    used, at = located.record["clocks"]["cameras"], _columns(located.trajectories)
+    poses = tag_poses(tables, cameras, tags, clocks=used, readouts=readouts, trajectories=at, where=where, **both)
+    whole = pd.concat([located.trajectories, _centres(poses, corners=False)], ignore_index=True)
+    if "outside" in whole:
+        whole["outside"] = whole["outside"].fillna(False).astype(bool)
+    return located._replace(trajectories=whole)
+
+
+def _by_one_camera(poses: TagPoses, camera: str, clock: Mapping[str, Any], units: str) -> Locations:
+    table = _centres(poses, corners=True)
+    record = one_camera_run.record_of(camera, clock, units, len(table), int(table["x"].notna().sum()))
+    return Locations(table, record, pd.DataFrame({n: [] for n in COLUMNS}), one_camera_run.no_sights(camera))
+
+
+def _centres(poses: TagPoses, *, corners: bool) -> pd.DataFrame:
+    """The trajectories of the tags' centres, and where they are asked for their corners."""
+    return pd.concat([pd.DataFrame(part) for part in trajectory_rows(poses, corners=corners)], ignore_index=True)
 
 
 def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) -> Array | None:
@@ -257,38 +313,6 @@ def _given_clocks(
     return given
 
 
-def _check_overlap(views: Sequence[View], times: Sequence[Array], where: str) -> None:
-    spans = [(t[0], t[-1]) for t in times if t.size]
-    overlap = any(a[0] <= b[1] and b[0] <= a[1] for i, a in enumerate(spans) for b in spans[i + 1 :])
-    if not overlap:
-        when = ", ".join(
-            f"{v.name} {t[0]:.3f} to {t[-1]:.3f} s" if t.size else f"{v.name} nothing"
-            for v, t in zip(views, times, strict=True)
-        )
-        raise VidtrackError(
-            f"{where}: no two cameras saw a target at one moment ({when}). "
-            "Check the time codes, or give cameras.<name>.clock.offset_s."
-        )
-
-
-def _recorded_twice(times: Sequence[Array]) -> tuple[Array, NDArray[np.intp]]:
-    """The common moments at which two cameras or more were recording, and whose moments they are."""
-    at, whose = common_times(times)
-    slack = COINCIDE * interval(at) if at.size > 1 else 0.0
-    running = [(at >= t[0] - slack) & (at <= t[-1] + slack) for t in times if t.size]
-    twice = np.sum(running, 0) >= 2
-    return at[twice], whose[twice]
-
-
-def _slips(timed: RunClocks, b: Array, at: Array) -> Array | None:
-    """By how many px (n_cameras, m, M, 2) the standard error of its clock moves what each camera sees."""
-    if not any(timed.used) or at.size < 2:
-        return None
-    late = np.stack([timed.sd_at(i, at - at[0]) for i in range(len(b))])
-    velocity = np.gradient(b, at, axis=2)
-    return np.nan_to_num(velocity * np.nan_to_num(late)[:, None, :, None])
-
-
 def _surveys(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, noise: float) -> list[Survey] | None:
     """The points of each calibration, where they and their tolerances are known of all."""
     if points is None or any(v.uncertainty is None or v.name not in points for v in views):
@@ -317,26 +341,3 @@ def _table(at: Array, timecode: Labels, labels: Sequence[str], located: Located)
     columns |= dict(zip(("sigma_x", "sigma_y", "sigma_z"), located.sigma.reshape(-1, 3).T, strict=True))
     columns |= {"miss": located.miss.ravel(), "n_cameras": located.n_cameras.ravel().astype(np.int64)}
     return pd.DataFrame(columns)
-
-
-def _flags(
-    views: Sequence[View], seen: Sequence[Seen], match: Match, located: Located, max_miss: float | None
-) -> Labels:
-    """What is to be said of every sample (m, M): the fix first, then camera by camera."""
-    flag = np.full(located.miss.shape, "", object)
-    lost = np.isnan(located.point[..., 0])
-    flag[lost] = "lost"
-    flag[lost & (np.isfinite(located.error[..., 0]).sum(0) >= 2)] = "parallel"
-    flag[located.disagree] = "disagree"
-    if max_miss is not None:
-        flag[located.miss > max_miss] = "far"
-    views_and_tracks = zip(views, seen, match.trajectory, match.reason, located.left_out, strict=True)
-    for view, s, trajectory, reason, left_out in views_and_tracks:
-        contested = np.append(reason == "contested", False)[s.piece]
-        with_contested = np.where(contested, joined(s.flag, np.full(s.flag.shape, "contested", object)), s.flag)
-        own = flags_by_trajectory(s._replace(flag=with_contested), trajectory, len(flag))
-        own[left_out] = joined(own[left_out], np.full(int(left_out.sum()), "left_out", object))
-        said = own != ""
-        texts = [";".join(f"{view.name}:{part}" for part in dict.fromkeys(x.split(";"))) for x in own[said]]
-        flag[said] = joined(flag[said], np.array(texts, object))
-    return with_word(flag, match.open, "ambiguous")

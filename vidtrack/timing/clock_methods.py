@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+from vidtrack.timing.timecode import Timecode
 
 METHODS = {
     "auto": ("motion", "sound", "flash"),
@@ -20,3 +22,14 @@ def methods_of(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
     """
     methods = [METHODS.get(own, ()) if isinstance(own, str) else () for own in clocks]
     return methods if () in methods or not methods else [(), *methods[1:]]
+
+
+def clocks_to_use(clocks: Mapping[str, Any], codes: Mapping[str, Timecode | None], together: bool) -> dict[str, Any]:
+    """Each camera's clock as the config says it; where it says nothing, by the motion if no time code relates them.
+
+    clocks    camera: a word of METHODS, offset and rate, or None where the config says nothing
+    codes     camera: time code of its recording's first frame; None where it has none
+    together  whether another program recorded all cameras at the same moments
+    """
+    unrelated = len(codes) > 1 and all(code is None for code in codes.values()) and not together
+    return {name: own if own is not None else "motion" if unrelated else {} for name, own in clocks.items()}

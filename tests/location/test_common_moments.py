@@ -1,0 +1,33 @@
+"""Moments at which two cameras or more were recording."""
+
+import numpy as np
+import pytest
+
+from tests.location.test_views import view
+from vidtrack.errors import VidtrackError
+from vidtrack.location.common_moments import check_overlap, recorded_twice
+
+
+def test_moments_of_one_camera_alone_are_left_out():
+    at, whose = recorded_twice([np.arange(0, 10) / 30, np.arange(5, 15) / 30])
+    np.testing.assert_allclose(at, np.arange(5, 10) / 30)
+    assert set(whose.tolist()) <= {0, 1}
+
+
+def test_a_third_camera_keeps_the_moments_that_two_others_do_not_share():
+    at, _ = recorded_twice([np.arange(0, 5) / 30, np.arange(10, 15) / 30, np.arange(0, 15) / 30])
+    np.testing.assert_allclose(at * 30, [*range(5), *range(10, 15)])
+
+
+def test_two_cameras_that_recorded_one_after_the_other_are_refused_with_when_they_did():
+    views = [view(), view(name="cam2")]
+    with pytest.raises(VidtrackError, match=r"run: no two cameras .*cam1 0.000 to 0.300 s, cam2 9.000 to 9.300 s"):
+        check_overlap(views, [views[0].t, views[1].t + 9], "run")
+    with pytest.raises(VidtrackError, match="cam2 nothing"):
+        check_overlap(views, [views[0].t, np.zeros(0)], "run")
+
+
+def test_cameras_that_share_a_moment_pass_in_whatever_order_they_began():
+    views = [view(), view(name="cam2")]
+    check_overlap(views, [views[0].t, views[1].t + 0.3], "run")
+    check_overlap(views, [views[0].t + 0.3, views[1].t], "run")
