@@ -235,7 +235,8 @@ def locate_run(
 
     if by_motion:
         done = sought_readouts(once, readouts or {}, by_motion, where)
-        located, readouts = done.located, done.readouts
+        located: Locations = done.located
+        readouts = done.readouts
         located.record["readout_by_motion"] = done.as_record()
         located.record["findings"] = [*located.record["findings"], *as_records(done.findings)]
     else:
