@@ -25,7 +25,7 @@ from vidtrack.geometry.epipolar import MEET, about, above_surface, essential, li
 GAIN = 3.0
 """# ASSUME: nats a moment; a false pair's miss is predicted by its last one to some 20 standard deviations."""
 LOSS = 5.0
-CHUNK = 16
+CHUNK = 32
 """Moments looked at together."""
 
 
@@ -117,34 +117,48 @@ def _fitting(a: Side, b: Side, bias_px: float, moments: Ints) -> _Fitting:
     to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
     to_a = B.u @ E32
     bound_a = _bound(to_b, A.reach, a.rays.by_x.shape[-1])
-    bound_b = _bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1]
+    bound_b = np.ascontiguousarray(_bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1])
     found = []
     for start in range(0, len(moments), CHUNK):
         part = slice(start, start + CHUNK)
         e = to_b[part] @ B.u[part].transpose(0, 2, 1)
-        near = e * e <= bound_a[part] @ bound_b[part].transpose(0, 2, 1)
-        at, i, j = np.nonzero(near)
-        found.append((at + start, i, j))
-    at, i, j = (np.concatenate(c) for c in zip(*found, strict=True)) if found else (np.zeros(0, np.intp),) * 3
-    row_a, row_b = A.row[at, i], B.row[at, j]
-    real = (row_a >= 0) & (row_b >= 0)
-    row_a, row_b = row_a[real], row_b[real]
-    chi2, slope, noise = _sampson(E, a, b, row_a, row_b, bias_px)
-    fits = chi2 < 2 * (GAIN + LOSS)
-    return _Fitting(row_a[fits], row_b[fits], chi2[fits], slope[fits], noise[fits])
+        hit = np.flatnonzero(e * e < bound_a[part] @ bound_b[part].transpose(0, 2, 1))  # an empty place: 0 < 0
+        of_a, j = np.divmod(hit, max(e.shape[2], 1))
+        row_a, row_b = A.row[part].take(of_a), B.row[part].take(of_a // max(e.shape[1], 1) * e.shape[2] + j)
+        chi2, slope, noise = _sampson(E, A.packed.take(row_a, axis=0), B.packed.take(row_b, axis=0))
+        found.append(_Fitting(row_a, row_b, chi2, slope, noise).rows(np.flatnonzero(chi2 < 2 * (GAIN + LOSS))))
+    if not found:
+        return _Fitting(*(np.zeros(0, np.intp),) * 2, *(np.zeros(0),) * 3)
+    return _Fitting(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
 def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
     """The pairs of tracklets to which pairs of rows belong."""
     row_a, row_b, chi2, slope, noise = found
-    code = one.owner[row_a].astype(np.int64) * max(other.n, 1) + other.owner[row_b]
-    code, pair, n_fit = np.unique(code, return_inverse=True, return_counts=True)
-    a, b = np.divmod(code, max(other.n, 1))
+    a, b, pair, n_fit = _distinct(one.owner[row_a], other.owner[row_b])
     common = np.maximum(_common(one, other, a, b, moments), n_fit)
     worth, square, spread = (
-        np.bincount(pair, w, len(code)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
+        np.bincount(pair, w, len(a)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
     )
     return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / n_fit, spread / n_fit - bias_px**2)
+
+
+def _distinct(a: Ints, b: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """The distinct pairs (P,), rising, of pairs of numbers (n,); which of them each is (n,), and how many are (P,)."""
+    order = np.argsort(_short(b), kind="stable")
+    order = order[np.argsort(_short(a)[order], kind="stable")]
+    low, high = a[order], b[order]
+    new = np.ones(a.size, bool)
+    new[1:] = (np.diff(low) != 0) | (np.diff(high) != 0)
+    first = np.flatnonzero(new)
+    pair = np.empty(a.size, np.intp)
+    pair[order] = np.cumsum(new) - 1
+    return low[first], high[first], pair, np.diff(np.append(first, a.size))
+
+
+def _short(numbers: Ints) -> Ints:
+    """The same from 0 on in as few bytes as hold them: integers of two bytes are sorted in linear time."""
+    return numbers.astype(np.min_scalar_type(int(numbers.max(initial=0))))
 
 
 class AtMoments(NamedTuple):
@@ -153,6 +167,7 @@ class AtMoments(NamedTuple):
     row: Ints  # (M, m), -1 for none
     u: Array  # (M, m, 3 or 6)
     reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
+    packed: Array  # (N, ..) of every row side by side, so that it is fetched at once: u, by_x, by_y, variances px^2
 
 
 def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -> AtMoments:
@@ -160,18 +175,22 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     place = np.minimum(np.searchsorted(moments, tracklets.sample), max(len(moments) - 1, 0))
     there = np.isfinite(rays.u[:, 0]) & (moments[place] == tracklets.sample if len(moments) else False)
     rows = np.flatnonzero(there)
-    rows = rows[np.argsort(place[rows], kind="stable")]
-    counts = np.bincount(place[rows], minlength=len(moments))
-    slot = np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    shape = (len(moments), int(counts.max(initial=0)))
-    row = np.full(shape, -1, np.intp)
-    row[place[rows], slot] = rows
-    u, reach = np.zeros((*shape, rays.u.shape[-1]), np.float32), np.zeros(shape, np.float32)
-    u[place[rows], slot] = rays.u[rows]
-    sd = np.sqrt(tracklets.sd[rows] ** 2 + bias_px**2)
-    both = (rays.by_x[rows] * sd[:, :1]) ** 2 + (rays.by_y[rows] * sd[:, 1:]) ** 2
-    reach[place[rows], slot] = np.sqrt(both.sum(-1))
-    return AtMoments(row, u, reach)  # type: ignore[arg-type]
+    order = np.argsort(_short(place[rows]), kind="stable")
+    rows = rows[order]
+    place = place[rows]
+    counts = np.bincount(place, minlength=len(moments))
+    m = int(counts.max(initial=0))
+    at = place * m + np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    row = np.full(len(moments) * m, -1, np.intp)
+    row[at] = rows
+    variance = tracklets.sd**2 + bias_px**2
+    packed = np.concatenate([rays.u, rays.by_x, rays.by_y, variance], axis=1)
+    u, reach = np.zeros((row.size, rays.u.shape[-1]), np.float32), np.zeros(row.size, np.float32)
+    u[at] = rays.u.astype(np.float32)[rows]
+    spread = (rays.by_x**2).sum(-1) * variance[:, 0] + (rays.by_y**2).sum(-1) * variance[:, 1]
+    reach[at] = np.sqrt(spread)[rows]
+    shape = len(moments), m
+    return AtMoments(row.reshape(shape), u.reshape(*shape, -1), reach.reshape(shape), packed)
 
 
 def _bound(line: Array, reach: Array, k: int) -> Array:
@@ -180,17 +199,19 @@ def _bound(line: Array, reach: Array, k: int) -> Array:
     return np.stack([(line[..., :k] ** 2).sum(-1) * gate, reach**2 * gate], -1)
 
 
-def _sampson(E: Array, a: Side, b: Side, row_a: Ints, row_b: Ints, bias_px: float) -> tuple[Array, Array, Array]:
-    """chi^2, squared gradient of e by the four pixel coordinates and variance of e, (n,), of pairs of rows."""
-    u_a, u_b = a.rays.u[row_a], b.rays.u[row_b]
+def _sampson(E: Array, a: Array, b: Array) -> tuple[Array, Array, Array]:
+    """chi^2, squared gradient of e by the four pixel coordinates and variance of e, (n,), of rows `packed` (n, ..)."""
+    wide = len(E)
+    u_a, u_b = a[:, :wide], b[:, :wide]
     line_b, line_a = u_a @ E.T, u_b @ E
     e = np.einsum("ni,ni->n", line_b, u_b)
     slope, noise = np.zeros(e.size), np.zeros(e.size)
-    for line, side, row in ((line_a, a, row_a), (line_b, b, row_b)):
-        for axis, by in enumerate((side.rays.by_x, side.rays.by_y)):
-            g2 = np.einsum("ni,ni->n", line[:, : by.shape[-1]], by[row]) ** 2
+    k = (a.shape[1] - wide - 2) // 2
+    for line, side in ((line_a, a), (line_b, b)):
+        for axis in (0, 1):
+            g2 = np.einsum("ni,ni->n", line[:, :k], side[:, wide + axis * k : wide + (axis + 1) * k]) ** 2
             slope += g2
-            noise += g2 * (side.tracklets.sd[row, axis] ** 2 + bias_px**2)
+            noise += g2 * side[:, axis - 2]
     noise = np.maximum(noise, 1e-300)
     return e * e / noise, np.maximum(slope, 1e-300), noise
 
