@@ -63,10 +63,11 @@ def located(s: Scene, found: list[Tracked]) -> tuple[Array, Array, Array]:
         kept=dict(zip(names, (one.windows for one in found), strict=True)),
         clocks=clocks,
     ).trajectories
-    at = np.unique(table["time_s"])
-    m = len(table) // max(at.size, 1)
-    fix = table[["x", "y", "z"]].to_numpy().reshape(m, at.size, 3)
-    sigma = table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy().reshape(m, at.size, 3)
+    at, moment = np.unique(table["time_s"], return_inverse=True)
+    target, _ = pd.factorize(table["target"])
+    fix, sigma = (np.full((target.max(initial=-1) + 1, at.size, 3), np.nan) for _ in range(2))
+    fix[target, moment] = table[["x", "y", "z"]]
+    sigma[target, moment] = table[["sigma_x", "sigma_y", "sigma_z"]]
     return at, fix, sigma
 
 
