@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vidtrack.association.groups import CHANCE, MARGIN, Groups, Worth, clear_pairs, nodes_of
+from vidtrack.association.choices import CHANCE
+from vidtrack.association.groups import MARGIN, Groups, nodes_of
 from vidtrack.association.pairs import LOSS, Pairs
 from vidtrack.association.tracklets import tracklets_of
 
@@ -56,27 +57,6 @@ def test_what_fits_two_about_as_well_is_left_apart_and_what_fits_one_better_is_j
     assert clear.lead[clear.root[0]] == pytest.approx(MARGIN + 0.1)
 
 
-def test_of_two_pairings_the_likelier_is_clear_by_the_difference_of_their_sums():
-    g = groups([tracklets((0, 9), (0, 9), (20, 29), (20, 29))])
-    worth = {p: Worth(0.0, 10 + w, 0) for p, w in {(0, 2): 5.0, (1, 3): 5.0, (0, 3): 1.0, (1, 2): 0.5}.items()}
-    assert clear_pairs(g, worth, 8.0) == [(pytest.approx(8.5), (1, 3), 2), (pytest.approx(8.5), (0, 2), 3)]
-    assert clear_pairs(g, worth, 8.6) == []
-
-
-def test_what_noise_makes_of_two_pairings_that_both_fit_is_no_evidence():
-    g = groups([tracklets((0, 9), (0, 9)), tracklets((0, 9), (0, 9))])
-    alike = {(0, 2): 500.0, (1, 3): 500.0, (0, 3): 480.0, (1, 2): 480.0}
-    assert clear_pairs(g, {p: Worth(w, 0.0, 200) for p, w in alike.items()}, MARGIN) == []
-    told = {p: Worth(w, m, 200) for (p, w), m in zip(alike.items(), (0.0, 0.0, -9.0, 0.0), strict=True)}
-    assert [p for _, p, _ in clear_pairs(g, told, MARGIN)] == [(1, 3), (0, 2)]
-
-
-def test_what_can_be_joined_one_after_the_other_is_no_rival():
-    g = groups([tracklets((0, 9), (20, 29), (40, 49))])
-    worth = {(0, 1): Worth(0.0, 9.0, 0), (0, 2): Worth(0.0, 8.5, 0)}
-    assert {p for _, p, _ in clear_pairs(g, worth, MARGIN)} == {(0, 1), (0, 2)}
-
-
 def test_two_tracklets_of_one_camera_at_one_moment_are_never_one_target():
     out = groups([tracklets((0, 50), (50, 90)), tracklets((0, 90))], c01=[(0, 0, 100), (1, 0, 50)])
     assert out.value(0, 2) == 100
@@ -97,6 +77,20 @@ def test_a_third_camera_undoes_a_coincidence():
     out = groups(cameras, c01=[(0, 0, 95), (0, 1, 100)], c02=[(0, 0, 100)], c12=[(0, 0, 100)])
     out.join_the_clear()
     assert [0, 1, 3] in partition(out)
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3), st.floats(-50, 200)), min_size=1, max_size=16))
+def test_what_is_remembered_of_partners_is_what_a_fresh_look_finds(rows):
+    spans = [(0, 30), (20, 60), (40, 90), (0, 90)]
+    rows = list({(a, b): (a, b, v) for a, b, v in rows}.values())
+    out = groups([tracklets(*spans), tracklets(*spans)], c01=rows)
+    out.join_the_clear()
+    for g, members in out.members.items():
+        fits = {b for a in members for b in range(8) if out.pair.get((min(a, b), max(a, b)), (0, 0))[0] > 0}
+        assert out.kin[g] == {out.root[b] for b in fits} - {g}
+        fresh = {h: out._summed(g, h)[0] for h in out.members if h != g}
+        assert set(out.partners(g)) == {h for h, value in fresh.items() if value > 0}
+        assert all(out.value(g, h) == pytest.approx(value) for h, value in fresh.items())
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3), st.floats(-50, 200)), min_size=1, max_size=16))

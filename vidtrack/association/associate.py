@@ -313,6 +313,6 @@ def _why(groups: Groups, g: int, images: dict[int, int]) -> str:
         return "mirror"
     if groups.cameras(g) > 1 or groups.n_cameras == 1:
         return "surplus"  # fewer fixes than the trajectories chosen, or too few to be believed
-    if any(groups.value(g, h) > 0 for h in groups.neighbours(g)):
+    if any(groups.value(g, h) > 0 for h in groups.kin[g]):
         return "contested"  # fits another camera's, but so do others
     return "alone"  # no other camera shows it

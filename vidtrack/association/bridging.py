@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_left
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import hypot
@@ -15,18 +16,20 @@ from math import hypot
 import numpy as np
 
 from vidtrack.arrays import Ints
+from vidtrack.association.choices import Choices, Pair, Worth
 from vidtrack.association.continuity import UNKNOWN, Evidence, Motion
 from vidtrack.association.courses import (
     AROUND,
     Course,
     Rows,
     courses,
+    end_to_end,
     fewest_of,
     longest_gap,
     motion_of,
     seam_evidence,
 )
-from vidtrack.association.groups import MARGIN, TOUCHES, Groups, Pair, Worth, clear_pairs
+from vidtrack.association.groups import MARGIN, TOUCHES, Groups
 from vidtrack.geometry.camera import Camera
 
 Point = tuple[float, float]
@@ -56,6 +59,7 @@ class Bridges:
         self.order = np.lexsort((rows.moment, rows.node))
         self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
         self.known: dict[Local, float] = {}
+        self._made: dict[int, tuple[int, Course]] = {}
         self._reach: dict[Pair, tuple[int, int, bool]] = {}
         self.first, self.last = groups.nodes.first, groups.nodes.last
         self.farthest = REACHES[0]
@@ -66,8 +70,8 @@ class Bridges:
     def _pictured(self, camera: int) -> Motion:
         """How targets move in one picture."""
         begin = self.groups.nodes.begin
-        own = [self.rows_of_nodes([node]) for node in range(int(begin[camera]), int(begin[camera + 1]))]
-        return motion_of([self._seen(r) for r in own], 2)
+        own = self.order[self.edges[begin[camera]] : self.edges[begin[camera + 1]]]
+        return motion_of(self._seen(own, self.rows.node[own]))
 
     def _seen(self, row: Ints, source: Ints | None = None) -> Course:
         return Course(self.rows.moment[row], self.rows.b[row], np.ones(len(row), np.intp) if source is None else source)
@@ -82,15 +86,18 @@ class Bridges:
 
     def group_courses(self) -> dict[int, Course]:
         """The course of every group that enough cameras show."""
-        several = self.located()
-        chosen = [self.rows_of_nodes(self.groups.members[g]) for g in several]
+        several, joins = self.located(), self.groups.joins
+        new = [g for g in several if self._made.get(g, (-1, None))[0] != joins[g]]
+        chosen = [self.rows_of_nodes(self.groups.members[g]) for g in new]
         made = courses(self.cameras, self.rows, [(r, np.ones(len(r), np.intp)) for r in chosen])
-        return dict(zip(several, made, strict=True))
+        self._made.update({g: (joins[g], course) for g, course in zip(new, made, strict=True)})
+        return {g: self._made[g][1] for g in several}
 
     def learn(self) -> None:
         """Measure how targets move in space, from the groups as they are."""
         several = [c for c in self.group_courses().values() if len(c.moment)]
-        self.space = motion_of(several, 3 if len(self.cameras) > 1 else 2)
+        dimension = 3 if len(self.cameras) > 1 else 2
+        self.space = motion_of(end_to_end(several)) if several else Motion([np.zeros((0, dimension))])
 
     def worths(self) -> dict[Pair, Worth]:
         """What joining is worth, nats, for all pairs of groups that fit or that a short gap parts."""
@@ -152,15 +159,18 @@ class Bridges:
 
     def _ends(self, which: int) -> list[tuple[Point, Point | None, float]]:
         """Place, velocity a moment and sd, px, of each tracklet at its first (0) or last (-1) sample."""
-        out: list[tuple[Point, Point | None, float]] = []
-        for node in range(len(self.groups.root)):
-            rows = self.order[self.edges[node] : self.edges[node + 1]]
-            some = rows[:3] if which == 0 else rows[-3:]
-            b, t = self.rows.b[some], self.rows.moment[some]
-            v = None if len(some) < 3 else tuple(((b[-1] - b[0]) / (t[-1] - t[0])).tolist())
-            at = b[which]
-            out.append(((float(at[0]), float(at[1])), v, float(self.rows.sd[some[which]].max())))
-        return out
+        n = np.diff(self.edges)
+        at = self.edges[:-1] if which == 0 else self.edges[1:] - 1
+        low = at if which == 0 else at - 2
+        first, last = (self.order[np.clip(i, 0, len(self.order) - 1)] for i in (low, low + 2))
+        time = self.rows.moment[last] - self.rows.moment[first]
+        v = (self.rows.b[last] - self.rows.b[first]) / np.where(n < 3, 1, time)[:, None]
+        b, sd = self.rows.b[self.order[at]], self.rows.sd[self.order[at]].max(axis=-1)
+        known = (n >= 3).tolist()
+        return [
+            ((x, y), (vx, vy) if k else None, s)
+            for (x, y), (vx, vy), s, k in zip(b.tolist(), v.tolist(), sd.tolist(), known, strict=True)
+        ]
 
     def _moved(self, course: Course, rows: tuple[Ints, Ints]) -> float:
         """What the motion says, nats: that in space or in one of the pictures, whichever knows most of such gaps.
@@ -206,7 +216,7 @@ class Bridges:
     def _candidates(self) -> list[Pair]:
         """Pairs of groups that fit, or one of which ends shortly before the other begins, altogether or in a camera."""
         groups = self.groups
-        out = {(min(g, h), max(g, h)) for g in groups.members for h in groups.neighbours(g)}
+        out = {(min(g, h), max(g, h)) for g in groups.members for h in groups.kin[g]}
         begins = sorted((s[0], g) for g, s in groups.span.items())
         first = np.array([b for b, _ in begins])
         for g, (_, last) in groups.span.items():
@@ -270,7 +280,10 @@ class Bridges:
         """Join the clear pairs, each group in one of them, at most so many; whether there was any."""
         touched: set[int] = set()
         gain = {p: w for p, w in worth.items() if w.sights + w.motion > 0}
-        clear = clear_pairs(self.groups, gain, margin)
+        partners: dict[int, dict[int, Worth]] = defaultdict(dict)
+        for (g, h), w in gain.items():
+            partners[g][h] = partners[h][g] = w
+        clear = Choices(partners.__getitem__, lambda g, h: self.groups.value(g, h) < 0, margin).clear(gain)
         if only is not None:  # the nearest in time first: none is passed over
             clear = [one for one in clear if only.issuperset(one.pair)]
             nearest = min((self._gap(*one.pair) for one in clear), default=0)

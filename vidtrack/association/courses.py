@@ -15,6 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.association.continuity import FLOOR, LENGTHS, Evidence, Motion
+from vidtrack.association.distinct import distinct_pairs
 from vidtrack.association.tracklets import LONGEST_GAP, Tracklets
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
@@ -33,7 +34,6 @@ class Rows(NamedTuple):
     node: Ints  # (N,)
     b: Array  # (N, 2) px
     sd: Array  # (N, 2) px, the calibration's share included
-    n_moments: int
 
 
 class Course(NamedTuple):
@@ -50,8 +50,7 @@ def rows_of(tracklets: Sequence[Tracklets], begin: Ints, bias_px: float) -> Rows
     moment = np.concatenate([t.sample for t in tracklets])
     node = np.concatenate([t.owner + begin[i] for i, t in enumerate(tracklets)])
     sd = np.sqrt(np.concatenate([t.sd for t in tracklets]) ** 2 + bias_px**2)
-    n = int(moment.max(initial=-1)) + 1
-    return Rows(camera, moment, node, np.concatenate([t.b for t in tracklets]), sd, n)
+    return Rows(camera, moment, node, np.concatenate([t.b for t in tracklets]), sd)
 
 
 def fewest_of(cameras: Sequence[Camera | None]) -> int:
@@ -66,12 +65,12 @@ def courses(cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple
     of = np.repeat(np.arange(len(chosen)), [len(r) for r, _ in chosen])
     row = np.concatenate([r for r, _ in chosen]).astype(np.intp)
     part = np.concatenate([p for _, p in chosen]).astype(np.intp)
-    key, place = np.unique(of * rows.n_moments + rows.moment[row], return_inverse=True)
-    b = np.full((len(cameras), len(key), 2), np.nan)
+    own, moment, place, _ = distinct_pairs(of, rows.moment[row])
+    b = np.full((len(cameras), len(own), 2), np.nan)
     sd = np.ones(b.shape)
     b[rows.camera[row], place] = rows.b[row]
     sd[rows.camera[row], place] = rows.sd[row]
-    first, second = (np.bincount(place[part == k], minlength=len(key)) for k in (1, 2))
+    first, second = (np.bincount(place[part == k], minlength=len(own)) for k in (1, 2))
     fewest = fewest_of(cameras)
     fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= fewest)
     if fewest > 1:
@@ -82,25 +81,27 @@ def courses(cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple
     good = np.isfinite(point[:, 0])
     fixed, point = fixed[good], point[good]
     source = np.where(first[fixed] >= fewest, 1, np.where(second[fixed] >= fewest, 2, 3))
-    owner, moment = np.divmod(key[fixed], max(rows.n_moments, 1))
-    edges = np.searchsorted(owner, np.arange(len(chosen) + 1))
+    moment = moment[fixed]
+    edges = np.searchsorted(own[fixed], np.arange(len(chosen) + 1))
     return [Course(moment[i:j], point[i:j], source[i:j]) for i, j in itertools.pairwise(edges)]
 
 
 def filled(course: Course) -> Course:
     """The same with straight lines over gaps of at most LONGEST_GAP moments between places of one source."""
     gap = np.diff(course.moment)
-    short = (gap > 1) & (gap <= LONGEST_GAP + 1) & (np.diff(course.source) == 0)
-    if not short.any():
+    short = np.flatnonzero((gap > 1) & (gap <= LONGEST_GAP + 1) & (np.diff(course.source) == 0))
+    if not short.size:
         return course
-    extra = np.concatenate([course.moment[i] + np.arange(1, gap[i]) for i in np.flatnonzero(short)])
-    at = np.searchsorted(course.moment, extra) - 1
-    share = ((extra - course.moment[at]) / gap[at])[:, None]
+    missing = gap[short] - 1
+    at = np.repeat(short, missing)
+    later = 1 + np.arange(at.size) - np.repeat(np.cumsum(missing) - missing, missing)
+    share = (later / gap[at])[:, None]
     between = course.place[at] * (1 - share) + course.place[at + 1] * share
-    moment = np.concatenate([course.moment, extra])
-    order = np.argsort(moment)
-    place = np.concatenate([course.place, between])[order]
-    return Course(moment[order], place, np.concatenate([course.source, course.source[at]])[order])
+    return Course(
+        np.insert(course.moment, at + 1, course.moment[at] + later),
+        np.insert(course.place, at + 1, between, axis=0),
+        np.insert(course.source, at + 1, course.source[at]),
+    )
 
 
 def stretches(course: Course) -> list[tuple[int, int]]:
@@ -110,10 +111,18 @@ def stretches(course: Course) -> list[tuple[int, int]]:
     return [(i, j) for i, j in itertools.pairwise(edges) if j > i]
 
 
-def motion_of(some: Sequence[Course], dimension: int) -> Motion:
-    """How the targets of a run move, from their courses."""
-    pieces = [c.place[i:j] for c in map(filled, some) for i, j in stretches(c)]
-    return Motion(pieces or [np.zeros((0, dimension))])
+def end_to_end(some: Sequence[Course]) -> Course:
+    """Several courses one after the other, each of sources of its own."""
+    own = np.repeat(np.arange(len(some)), [len(c.moment) for c in some])
+    moment, place, source = (np.concatenate(column) for column in zip(*some, strict=True))
+    return Course(moment, place, 4 * own + source)
+
+
+def motion_of(course: Course) -> Motion:
+    """How the targets of a run move, from their courses end to end."""
+    whole = filled(course)
+    pieces = [whole.place[i:j] for i, j in stretches(whole)]
+    return Motion(pieces or [course.place])
 
 
 def longest_gap(moment: Ints, source: Ints) -> int:

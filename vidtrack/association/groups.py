@@ -8,14 +8,13 @@ any other choice would gain that excludes it; what remains contested stays apart
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from math import copysign, sqrt
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vidtrack.arrays import Ints
+from vidtrack.association.choices import NONE, Choices, Pair, Worth
 from vidtrack.association.pairs import LOSS, Pairs
 from vidtrack.association.tracklets import Tracklets
 
@@ -24,29 +23,14 @@ MARGIN = float(np.log(1000.0))
 TOUCHES = 2
 """Moments that two tracklets may overlap in without fitting, at a loss; with more they contradict each other."""
 
-CHANCE = 3.0
-"""Standard deviations of the noise in a difference of likelihoods that is taken for chance."""
-
 NAMED = 20.0
 """# ASSUME: nats for one target where the user's start boxes give two tracklets one name, and against it where they
 give two: names are exchanged by mistake now and then, so that lines of sight can refute them."""
 
 Span = tuple[int, int, int]
 """First and last moment of a tracklet, and its node."""
-Pair = tuple[int, int]
 
 UNFIT: tuple[None, int] = (None, 0)
-
-
-class Worth(NamedTuple):
-    """What joining two groups is worth, nats: by their lines of sight, over n misses, and by the motion."""
-
-    sights: float
-    motion: float
-    n: int
-
-
-NOTHING = Worth(0.0, 0.0, 0)
 
 
 class Tie(NamedTuple):
@@ -55,14 +39,6 @@ class Tie(NamedTuple):
     lead: float  # nats by which the join is likelier than any other choice
     fellow: int  # node of the other part that is nearest in time
     rival: int  # a node of what it would be joined with in the next best way; -1 where there is none
-
-
-class Clear(NamedTuple):
-    """A pair of groups that are to be joined, likelier by `lead` nats than if `rival` (-1: none) took a part of it."""
-
-    lead: float
-    pair: Pair
-    rival: int
 
 
 class Nodes(NamedTuple):
@@ -104,7 +80,11 @@ class Groups:
         self.names = [{name} - {""} for name in nodes.name]
         self.tie: dict[int, Tie] = {}
         self._known: dict[Pair, tuple[int, int, tuple[float, int]]] = {}
-        self.friends: list[list[int]] = [[] for _ in range(n)]
+        self.kin: dict[int, set[int]] = {
+            i: set() for i in range(n)
+        }  # groups with a tracklet that fits one of a group's
+        self._foes: dict[int, set[int]] = {i: set() for i in range(n)}  # those that contradict it, as far as known
+        self._partners: dict[int, dict[int, Worth]] = {}
         for i in range(n):
             own: list[list[Span]] = [[] for _ in range(n_cameras)]
             own[nodes.camera[i]].append((nodes.first[i], nodes.last[i], i))
@@ -117,8 +97,8 @@ class Groups:
         for a, b, value, n in zip(*columns, strict=True):
             self.pair[(a, b) if a < b else (b, a)] = value, n
             if value > 0:
-                self.friends[a].append(b)
-                self.friends[b].append(a)
+                self.kin[a].add(b)
+                self.kin[b].add(a)
 
     def value(self, g: int, h: int) -> float:
         """Nats that joining two groups is worth; -inf where they contradict each other."""
@@ -126,6 +106,8 @@ class Groups:
 
     def sights(self, g: int, h: int) -> tuple[float, int]:
         """The same, and the number of misses that it is the sum over."""
+        if h in self._foes[g]:  # a contradiction stays, whatever joins either
+            return -np.inf, 0
         (a, b), (c, d) = self.span[g], self.span[h]
         if a > d or c > b:
             return self._by_name(g, h), 0
@@ -135,6 +117,9 @@ class Groups:
         if known is None or known[0] != self.joins[g] or known[1] != self.joins[h]:
             both = self._of_two(g, h) if len(self.members[g]) == 1 == len(self.members[h]) else self._summed(g, h)
             known = self._known[g, h] = (self.joins[g], self.joins[h], both)
+            if both[0] == -np.inf:
+                self._foes[g].add(h)
+                self._foes[h].add(g)
         return known[2]
 
     def _of_two(self, g: int, h: int) -> tuple[float, int]:
@@ -197,7 +182,7 @@ class Groups:
                 if value > MARGIN:
                     self.join(first, g, value)
 
-    def join(self, g: int, h: int, lead: float = np.inf, rival: int = -1) -> int:
+    def join(self, g: int, h: int, lead: float = np.inf, rival: int = NONE) -> int:
         """Join two groups, likelier by `lead` nats than if `rival` took one; returns the one that holds both."""
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
@@ -215,7 +200,21 @@ class Groups:
                 insort(self.spans[g][camera], span)
         self.members[g] += self.members.pop(h)
         self.joins[g] += 1
+        self._hand_over(g, h)
         return g
+
+    def _hand_over(self, g: int, h: int) -> None:
+        """What fits or contradicts h does so with g, which holds it by now."""
+        for others in (self.kin, self._foes):
+            own = others.pop(h)
+            others[g] |= own
+            for k in own:
+                if k in others:
+                    others[k].discard(h)
+                    others[k].add(g)
+        self.kin[g] -= {g, h}
+        for k in (g, h, *self.kin[g]):
+            self._partners.pop(k, None)
 
     def _nearest(self, g: int, node: int) -> int:
         """The member of a group that is nearest in time to a node."""
@@ -233,111 +232,26 @@ class Groups:
         """How many cameras a group has tracklets of."""
         return sum(bool(s) for s in self.spans[g])
 
-    def neighbours(self, g: int) -> set[int]:
-        """Groups that hold a tracklet that fits one of this group's."""
-        found = {self.root[w] for node in self.members[g] for w in self.friends[node]}
-        found.discard(g)
+    def partners(self, g: int) -> dict[int, Worth]:
+        """Groups that a group gains from by lines of sight, and what."""
+        found = self._partners.get(g)
+        if found is None:
+            sights = {h: self.sights(g, h) for h in self.kin[g]}
+            found = self._partners[g] = {h: Worth(v, 0.0, n) for h, (v, n) in sights.items() if v > 0}
         return found
 
     def join_the_clear(self, margin: float = MARGIN) -> None:
         """Join groups round by round while any choice is clear."""
-        active: Iterable[int] = list(self.members)
+        active = set(self.members)
         while True:
-            changed: set[int] = set()
-            touched: set[int] = set()
-            for lead, (g, h), rival in clear_pairs(self, self._worths(active), margin):
-                if g not in touched and h not in touched:
-                    touched |= {g, h}
-                    changed.add(self.join(g, h, lead, rival))
+            worth = {(g, h) if g < h else (h, g): w for g in active for h, w in self.partners(g).items()}
+            clear = Choices(self.partners, lambda g, h: self.value(g, h) < 0, margin).clear_apart(worth)
+            changed = {self.join(g, h, lead, rival) for lead, (g, h), rival in clear}
             if not changed:
                 return
-            self._forget_inner(changed)
-            active = changed | {n for g in changed for n in self.neighbours(g)}
-
-    def _forget_inner(self, changed: Iterable[int]) -> None:
-        """Fits between tracklets that are of one group by now need not be looked at again."""
-        for g in changed:
-            for node in self.members[g]:
-                self.friends[node] = [w for w in self.friends[node] if self.root[w] != g]
-
-    def _worths(self, active: Iterable[int]) -> dict[Pair, Worth]:
-        """What joining is worth, for all groups that have something to gain from a group that is active or near one."""
-        beside = {g: self.neighbours(g) for g in set(active)}
-        for g in {n for found in beside.values() for n in found} - beside.keys():
-            beside[g] = self.neighbours(g)
-        out: dict[Pair, Worth] = {}
-        for g, found in beside.items():
-            for h in found:
-                key = (g, h) if g < h else (h, g)
-                if key not in out:
-                    value, n = self.sights(g, h)
-                    if value > 0:
-                        out[key] = Worth(value, 0.0, n)
-        return out
-
-
-def clear_pairs(groups: Groups, worth: dict[Pair, Worth], margin: float) -> list[Clear]:
-    """Pairs whose lead over the best other way is above the margin, the clearest first.
-
-    The other way gives a part of the pair to a rival, and what is then left, on both sides, to the best that it could
-    not have otherwise.
-    """
-    partners: dict[int, dict[int, Worth]] = defaultdict(dict)
-    for (g, h), value in worth.items():
-        partners[g][h] = value
-        partners[h][g] = value
-    exclude: dict[Pair, bool] = {}
-    best_first: dict[int, list[tuple[int, Worth]]] = {}
-
-    def ranked(g: int) -> list[tuple[int, Worth]]:
-        """The partners of g, the best first."""
-        found = best_first.get(g)
-        if found is None:
-            found = best_first[g] = sorted(partners[g].items(), key=lambda item: -_total(item[1]))
-        return found
-
-    def excludes(g: int, h: int) -> bool:
-        key = (g, h) if g < h else (h, g)
-        found = exclude.get(key)
-        if found is None:
-            found = exclude[key] = groups.value(g, h) < 0
-        return found
-
-    def best(g: int, but: Pair, beside: int) -> Worth:
-        """The best partner of g that it could not have beside another one."""
-        for k, w in ranked(g):
-            if k not in but and excludes(k, beside):
-                return w
-        return NOTHING
-
-    out = []
-    for (g, h), value in worth.items():
-        lead, rival = _total(value), -1
-        for one, other in ((g, h), (h, g)):
-            for k, w in partners[one].items():
-                if lead <= margin:
-                    break
-                if k != other and excludes(k, other):
-                    less = _lead((value, best(k, (g, h), one)), (w, best(other, (one, k), one)))
-                    lead, rival = (less, k) if less < lead else (lead, rival)
-        if lead > margin:
-            out.append(Clear(lead, (g, h), rival))
-    return sorted(out, reverse=True)
-
-
-def _total(worth: Worth) -> float:
-    return worth.sights + worth.motion
-
-
-def _lead(ours: tuple[Worth, Worth], theirs: tuple[Worth, Worth]) -> float:
-    """Nats by which two pairs are likelier than two others.
-
-    Where both fit, noise alone makes the sums of n misses' chi^2 / 2 differ by sqrt(n / 2): so much says nothing.
-    """
-    sights = ours[0].sights + ours[1].sights - theirs[0].sights - theirs[1].sights
-    noise = CHANCE * sqrt((ours[0].n + ours[1].n + theirs[0].n + theirs[1].n) / 2)
-    motion = ours[0].motion + ours[1].motion - theirs[0].motion - theirs[1].motion
-    return copysign(max(abs(sights) - noise, 0.0), sights) + motion
+            active = changed
+            for _ in range(2):  # what a choice depends on
+                active = active.union(*(self.kin[g] for g in active))
 
 
 def labels(groups: Groups) -> Ints:

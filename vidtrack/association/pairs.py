@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.association.distinct import distinct_pairs, short
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import MEET, about, above_surface, essential, lines
@@ -135,30 +136,12 @@ def _fitting(a: Side, b: Side, bias_px: float, moments: Ints) -> _Fitting:
 def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
     """The pairs of tracklets to which pairs of rows belong."""
     row_a, row_b, chi2, slope, noise = found
-    a, b, pair, n_fit = _distinct(one.owner[row_a], other.owner[row_b])
+    a, b, pair, n_fit = distinct_pairs(one.owner[row_a], other.owner[row_b])
     common = np.maximum(_common(one, other, a, b, moments), n_fit)
     worth, square, spread = (
         np.bincount(pair, w, len(a)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
     )
     return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / n_fit, spread / n_fit - bias_px**2)
-
-
-def _distinct(a: Ints, b: Ints) -> tuple[Ints, Ints, Ints, Ints]:
-    """The distinct pairs (P,), rising, of pairs of numbers (n,); which of them each is (n,), and how many are (P,)."""
-    order = np.argsort(_short(b), kind="stable")
-    order = order[np.argsort(_short(a)[order], kind="stable")]
-    low, high = a[order], b[order]
-    new = np.ones(a.size, bool)
-    new[1:] = (np.diff(low) != 0) | (np.diff(high) != 0)
-    first = np.flatnonzero(new)
-    pair = np.empty(a.size, np.intp)
-    pair[order] = np.cumsum(new) - 1
-    return low[first], high[first], pair, np.diff(np.append(first, a.size))
-
-
-def _short(numbers: Ints) -> Ints:
-    """The same from 0 on in as few bytes as hold them: integers of two bytes are sorted in linear time."""
-    return numbers.astype(np.min_scalar_type(int(numbers.max(initial=0))))
 
 
 class AtMoments(NamedTuple):
@@ -175,7 +158,7 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     place = np.minimum(np.searchsorted(moments, tracklets.sample), max(len(moments) - 1, 0))
     there = np.isfinite(rays.u[:, 0]) & (moments[place] == tracklets.sample if len(moments) else False)
     rows = np.flatnonzero(there)
-    order = np.argsort(_short(place[rows]), kind="stable")
+    order = np.argsort(short(place[rows]), kind="stable")
     rows = rows[order]
     place = place[rows]
     counts = np.bincount(place, minlength=len(moments))
@@ -190,7 +173,8 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     spread = (rays.by_x**2).sum(-1) * variance[:, 0] + (rays.by_y**2).sum(-1) * variance[:, 1]
     reach[at] = np.sqrt(spread)[rows]
     shape = len(moments), m
-    return AtMoments(row.reshape(shape), u.reshape(*shape, -1), reach.reshape(shape), packed)
+    u, reach = u.reshape(*shape, u.shape[1]), reach.reshape(shape)
+    return AtMoments(row.reshape(shape), u, reach, packed)  # type: ignore[arg-type]
 
 
 def _bound(line: Array, reach: Array, k: int) -> Array:
