@@ -173,8 +173,8 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     spread = (rays.by_x**2).sum(-1) * variance[:, 0] + (rays.by_y**2).sum(-1) * variance[:, 1]
     reach[at] = np.sqrt(spread)[rows]
     shape = len(moments), m
-    u, reach = u.reshape(*shape, u.shape[1]), reach.reshape(shape)
-    return AtMoments(row.reshape(shape), u, reach, packed)  # type: ignore[arg-type]
+    whole = row.reshape(shape), u.reshape(*shape, u.shape[1]), reach.reshape(shape), packed
+    return AtMoments(*whole)  # type: ignore[arg-type]
 
 
 def _bound(line: Array, reach: Array, k: int) -> Array:
