@@ -12,6 +12,7 @@ from vidtrack.settings.config import Settings
 from vidtrack.timing.frame import Frame
 from vidtrack.workflow import orders
 from vidtrack.workflow.boarded import board_clips
+from vidtrack.workflow.own_settings import recording_of
 from vidtrack.workflow.waved import wand_cameras
 
 if TYPE_CHECKING:
@@ -119,4 +120,4 @@ def opened_with(settings: Settings, experiment: Experiment, kind: str, name: str
     """How the workflow opens the recording of a clip or a run: rate, stream, further files."""
     if kind == "run":
         return dict(orders.track(settings, experiment, name, camera).get("recording", {}))
-    return dict(orders.recording_of(settings, experiment.clips[name], camera))
+    return dict(recording_of(settings, experiment.clips[name], camera))

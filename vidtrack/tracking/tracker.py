@@ -9,7 +9,7 @@ What is not found stays missing: a prediction moves the box, and never becomes a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,9 +24,10 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
 from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
-from vidtrack.tracking.measurement.window import WINDOW, Seen
+from vidtrack.tracking.measurement.window import Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.own_size import OwnSize
+from vidtrack.tracking.pace import PACE, Pacer, sought_now
 from vidtrack.tracking.reacquisition import Reacquisition
 from vidtrack.tracking.record import Others, Record
 from vidtrack.tracking.sample import Sample
@@ -47,27 +48,6 @@ from vidtrack.tracking.state import (
     Y,
 )
 from vidtrack.tracking.windows import Windows
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How many samples and pixels are measured at once.
-
-    samples_at_once   at most
-    pixels_at_once    about: more no longer fit the processor's caches
-    template_share    share of a segmented window's memory that a template needs
-    sought_each       samples in each of which a lost target is sought; later it is sought in every samples_at_once-th
-    careful_every     every so many readings the unrest of the background is measured as well
-    """
-
-    samples_at_once: int = 8
-    pixels_at_once: int = 140_000
-    template_share: float = 0.3
-    sought_each: int = 10
-    careful_every: int = 4
-
-
-PACE = Pace()
 
 
 class Tracker:
@@ -103,10 +83,9 @@ class Tracker:
         self.record = Record(n)
         self.crops: list[Crop] = []
         self.windows = Windows(n + spare)
-        self._reach, self._lines = 1, 1
+        self._pacer, self._lines = Pacer(), 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
-        self._window_pixels = 1e5
         self._counter = PixelCounter(detection, level)
 
     def follow(self, samples: Sequence[Sample]) -> None:
@@ -146,7 +125,8 @@ class Tracker:
         """Take in one or more of the samples; returns how many."""
         self._lines = samples[0].lines
         self._start(samples[0].time)
-        k = min(self._how_many(), len(samples))
+        met, first = self.search.occlusions.met, self.starts.first
+        k = min(self._pacer.samples(self.state.missing, met, first - self.record.samples), len(samples))
         k = next((j for j, sample in enumerate(samples[:k]) if sample.corrupt or sample.repeated), k)
         if k == 0:
             self._pass_over(samples[0])
@@ -162,18 +142,17 @@ class Tracker:
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             block = self._accept(block, clear_in_last, seen, clear, taken)
             self.windows.odd(self.scene, samples[:taken], self.record.samples, block.values, self.state)
-            self._window_pixels = self._pixels_of(clear_in_last)
+            appearance = self.state.appearance.of(clear_in_last)
+            self._pacer.windows(appearance, templates=self.scene.detection.centroid == "weighted")
         fresh = block.values[:2, :taken].transpose(1, 2, 0)
         lost_now = clear_in_last[~clear[taken - 1]]
         self.state = self.state.remembering(times[:taken], fresh, self.starts.position).missed(lost_now, taken)
         expected = predicted[taken - 1]
         if lost_now.size and (self.state.missing >= 0).sum() > 1:
             expected = self._with_occlusions(lost_now, expected, samples[taken - 1])
-        missing = self.state.missing
-        often = (missing <= PACE.sought_each) | (missing % PACE.samples_at_once == 0) | self.search.occlusions.met
-        if (due := np.flatnonzero((missing > 0) & often)).size:
+        if (due := sought_now(self.state.missing, self.search.occlusions.met)).size:
             self._seek(block, samples[taken - 1], due, expected, taken - 1)
-        self._reach = min(PACE.samples_at_once, self._reach + 1) if taken == k and not lost_now.size else taken
+        self._pacer.went(taken, well=taken == k and not lost_now.size)
         block.total_pixels[:taken] = self._totals[:taken]
         del self._totals[:taken]
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
@@ -217,17 +196,6 @@ class Tracker:
             self.state = self.state.started(who, self.starts, time)
             self._yield(self.starts.position[who].T, self._lines)
 
-    def _how_many(self) -> int:
-        """As many samples as went well lately, but not past one in which something is to be sought or begun."""
-        missing, every = self.state.missing, PACE.samples_at_once
-        k = max(1, min(self._reach, int(PACE.pixels_at_once / max(self._window_pixels, 1.0))))
-        lost = missing[missing > 0]
-        if lost.size:
-            due = np.where(lost < PACE.sought_each, 1, every - lost % every)
-            k = 1 if self.search.occlusions.met.any() else min(k, int(due.min()))
-        later = self.starts.first[missing < 0] - self.record.samples
-        return max(1, min(k, int(later.min()) if later.size else k))
-
     def _predicted(self, times: Array) -> Array:
         active = self.state.missing >= 0
         where = np.full((len(times), active.size, 2), np.nan)
@@ -267,13 +235,6 @@ class Tracker:
             clear = cleared(clear, where, self.state.sizes(samples[0].lines, every))[:, : who.size]
         self.own_size.follow(shaped, clear, who)
         return seen._replace(values=self.own_size.doubted(seen.values, who, shaped)), clear
-
-    def _pixels_of(self, who: Ints) -> float:
-        """Pixels of the windows that the targets take, those of templates at their share."""
-        appearance = self.state.appearance.of(who)
-        width, height = appearance.size + 2 * WINDOW.room_px
-        by_template = np.isfinite(appearance.soft) & (self.scene.detection.centroid == "weighted")
-        return float((width * height * np.where(by_template, PACE.template_share, 1.0)).sum())
 
     def _with_occlusions(self, lost_now: Ints, predicted: Array, sample: Sample) -> Array:
         """Predictions (n, 2), those of targets lost just now that met another lost one by their courses."""

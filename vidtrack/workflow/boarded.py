@@ -5,7 +5,7 @@ from __future__ import annotations
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, board_of
 from vidtrack.settings.config import Settings
-from vidtrack.workflow.orders import Order, recording_of
+from vidtrack.workflow.own_settings import Order, recording_of
 
 
 def board_clips(settings: Settings, experiment: Experiment, camera: str) -> list[str]:

@@ -8,7 +8,8 @@ from vidtrack.files.experiment import Experiment, point_tags, tags_of, within
 from vidtrack.settings.config import Settings, detect_for
 from vidtrack.settings.imported import Tracks
 from vidtrack.settings.runs import Run
-from vidtrack.workflow.orders import Order, clips_of, detect_of_clip, recording_of
+from vidtrack.workflow.orders import clips_of
+from vidtrack.workflow.own_settings import Order, detect_of_clip, recording_of
 
 
 def import_tracks(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:

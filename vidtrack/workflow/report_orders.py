@@ -6,7 +6,7 @@ from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN
 from vidtrack.files.experiment import Experiment, Run
 from vidtrack.settings.config import Settings
-from vidtrack.workflow.orders import Order, crop_of, own_of, recording_of, targets_of
+from vidtrack.workflow.own_settings import Order, crop_of, own_of, recording_of, targets_of
 
 
 def verdict(settings: Settings, experiment: Experiment) -> Order:

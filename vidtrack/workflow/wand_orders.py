@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from vidtrack.files.experiment import Experiment
 from vidtrack.settings.config import Settings, detect_for
-from vidtrack.workflow.orders import Order, clips_of, clock_of, fix_of, prior_of, recording_of, without_colour
+from vidtrack.workflow.orders import clips_of, fix_of, prior_of
+from vidtrack.workflow.own_settings import Order, clock_of, recording_of, without_colour
 from vidtrack.workflow.waved import wand_cameras
 
 
