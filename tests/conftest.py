@@ -1,6 +1,11 @@
 """A small experiment folder on paper: no real video, for what is decided before any is opened."""
 
+import hypothesis
 import pytest
+
+if hypothesis.settings.default.deadline is not None:  # a busy machine is no fault of the code
+    hypothesis.settings.register_profile("untimed", deadline=None)
+    hypothesis.settings.load_profile("untimed")
 
 
 @pytest.fixture

@@ -39,6 +39,11 @@ def test_stages_open_no_files(path):
     assert "open(" not in path.read_text()
 
 
+def test_no_module_is_longer_than_350_lines():
+    lines = {str(p.relative_to(PACKAGE)): p.read_text().count("\n") for p in PACKAGE.rglob("*.py")}
+    assert {path: n for path, n in lines.items() if n > 350} == {}
+
+
 def test_opencv_never_reads_video():
     for path in PACKAGE.rglob("*.py"):
         assert "VideoCapture" not in path.read_text(), f"{path}: OpenCV's reader returns black frames for DV"

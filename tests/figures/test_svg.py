@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vidtrack.figures.drawing import Axes, Drawing, new_drawing
-from vidtrack.figures.svg import UNIT, boxes, stretches, svg, thinned, tick_text, ticks
+from vidtrack.figures.svg import boxes, svg, tick_text, ticks
+from vidtrack.figures.svg_paths import UNIT
 
 
 def paths(text):
@@ -20,19 +21,6 @@ def paths(text):
             steps = np.array(re.findall(r"-?\d+", rest), int).reshape(-1, 2)
             out.append(np.cumsum(np.vstack([np.array(begin.split(), int), steps]), axis=0))
     return out
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(2, 5000))
-def test_a_thinned_line_keeps_the_least_and_the_most_of_every_column_of_pixels(seed, n):
-    rng = np.random.default_rng(seed)
-    x, y = np.sort(rng.uniform(0, 50, n)), rng.normal(0, 100, n)
-    X, Y = thinned(x, y)
-    whole = np.rint(UNIT * x), np.rint(UNIT * y)
-    for column in np.unique(np.floor(whole[0] / UNIT)):
-        own, kept = (b[np.floor(a / UNIT) == column] for a, b in (whole, (X, Y)))
-        assert (own.min(), own.max()) == (kept.min(), kept.max())
-    assert len(X) <= n
-    assert (X[0], Y[0], X[-1], Y[-1]) == (whole[0][0], whole[1][0], whole[0][-1], whole[1][-1])
 
 
 def test_what_is_drawn_lies_where_its_numbers_say():
@@ -121,8 +109,3 @@ def test_an_axis_of_nothing_and_one_of_a_single_value_are_drawn():
         assert high > low
         assert most > least
         assert svg(drawing).startswith("<svg")
-
-
-def test_stretches_end_where_any_column_is_missing():
-    x, y = np.array([0, 1, np.nan, 3, 4]), np.array([0, 1, 2, np.nan, 4.0])
-    assert [part[0].tolist() for part in stretches(x, y)] == [[0, 1], [4]]

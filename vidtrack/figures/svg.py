@@ -1,12 +1,8 @@
-"""A drawing as SVG: fixed margins from the number of letters, lines thinned to what a screen can show.
-
-Coordinates are whole tenths of a px, each point relative to the one before: short text, no rounding that adds up.
-A line of more points than columns of pixels keeps in each column its first, least, most and last: no peak is lost.
-"""
+"""A drawing as SVG: fixed margins from the number of letters, lines thinned to what a screen can show."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import ceil, floor, log10
@@ -16,9 +12,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.figures.drawing import INK, Axes, Drawing, Line, Picture
-
-UNIT = 10
-"""Units of the SVG a px."""
+from vidtrack.figures.svg_paths import UNIT, moves, stretches, thinned
 
 
 @dataclass(frozen=True)
@@ -266,7 +260,7 @@ def _row_of_legend(row: Sequence[Line], right: float, at: float) -> Iterator[str
         x = np.array([left, left + LOOK.swatch])
         y = np.full(2, at - 4.0)
         if line.joined:
-            yield _path(_moves(np.rint(UNIT * x), np.rint(UNIT * y)), line, filled=False)
+            yield _path(moves(np.rint(UNIT * x), np.rint(UNIT * y)), line, filled=False)
         if line.mark:
             yield _marks(np.array([x.mean()]), y[:1], line)
         yield _text(left + LOOK.swatch + 5, at, line.label, "start")
@@ -292,7 +286,7 @@ def _picture(own: Picture, box: Box) -> Iterator[str]:
 def _line(line: Line, box: Box) -> Iterator[str]:
     x, y = box.across(line.x), box.down(line.y)
     if line.joined:
-        data = "".join(_moves(*thinned(*part)) for part in stretches(x, y))
+        data = "".join(moves(*thinned(*part)) for part in stretches(x, y))
         if data:
             yield _path(data, line, filled=False)
     if line.mark:
@@ -334,46 +328,6 @@ def _band(x: Array, low: Array, high: Array, colour: str, box: Box) -> Iterator[
     for u, a, b in stretches(across, top, bottom):
         edges = [thinned(u, v) for v in (a, b)]
         both = [np.concatenate([one, other[::-1]]) for one, other in zip(*edges, strict=True)]
-        data.append(_moves(*both) + "z")
+        data.append(moves(*both) + "z")
     if data:
         yield f'<path d="{"".join(data)}" fill="{colour}" fill-opacity=".2"/>'
-
-
-def stretches(*columns: Array) -> Iterator[tuple[Array, ...]]:
-    """The columns (n,) between what is not finite in any of them."""
-    seen = np.asarray(np.isfinite(np.stack(columns)).all(axis=0))
-    if seen.all():
-        if len(seen):
-            yield columns
-        return
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], seen.astype(np.int8), [0]])))
-    for begin, end in zip(ends[::2], ends[1::2], strict=True):
-        yield tuple(column[begin:end] for column in columns)
-
-
-def thinned(x: Array, y: Array) -> tuple[Array, Array]:
-    """A line in tenths of a px; of many points, in each run within a column of px first, least, most and last."""
-    X, Y = np.rint(UNIT * np.clip(x, -1e6, 1e6)), np.rint(UNIT * np.clip(y, -1e6, 1e6))
-    begins = np.flatnonzero(np.diff(np.floor(X / UNIT), prepend=np.nan))
-    if len(begins) * 4 >= len(X):
-        return X, Y
-    ends = np.append(begins[1:], len(X)) - 1
-    least, most = np.minimum.reduceat(Y, begins), np.maximum.reduceat(Y, begins)
-    down = Y[ends] < Y[begins]
-    middle = [np.where(down, most, least), np.where(down, least, most)]
-    return (
-        np.stack([X[begins], X[begins], X[ends], X[ends]], 1).ravel(),
-        np.stack([Y[begins], *middle, Y[ends]], 1).ravel(),
-    )
-
-
-def _moves(X: Array, Y: Array) -> str:
-    """A path through whole points, each relative to the one before; one point alone is a dot."""
-    steps = np.diff(np.stack([X, Y], 1).astype(np.int64), axis=0)
-    steps = steps[(steps != 0).any(axis=1)]
-    begin = f"M{X[0]:.0f} {Y[0]:.0f}"
-    return begin + ("l" + _joined(steps.ravel().tolist()) if len(steps) else "h0")
-
-
-def _joined(numbers: Iterable[int]) -> str:
-    return " ".join(map(str, numbers)).replace(" -", "-")
