@@ -140,8 +140,10 @@ def _export(folder: Path, runs: int, house: Path, formats: tuple[str, ...] = ("c
     _configure(folder, runs={"test0001": {"max_miss": 0.5}})
     _run(folder, house, "a setting of one run changed")
     after = _exported(folder)
-    changed = sorted({path.parts[0] for path in after if after[path] != before[path]})
-    print(f"{len(after)} files in {len({path.parts[0] for path in after})} runs; written again: those of {changed}")
+    again = [path for path in after if after[path] != before[path]]
+    runs_again = sorted({path.parts[0] for path in again})
+    print(f"{len(after)} files of {len({path.parts[0] for path in after})} runs")
+    print(f"written again: {len(again)}, of {runs_again}")
 
 
 def _configure(folder: Path, **more: object) -> None:

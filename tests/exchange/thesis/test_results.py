@@ -1,5 +1,8 @@
 """A run of two cameras as the thesis's files, read back as the old programs and vidtrack's readers have them."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -192,3 +195,21 @@ def test_a_calibration_without_points_is_refused():
     nothing = {name: table.iloc[:0] for name, table in whole.points.items()}
     with pytest.raises(VidtrackError, match="camera cam1 has no calibration points"):
         write(run(points=nothing))
+
+
+NAMED = (
+    "camparm.dat targets.dat balls.dat calocate.prn cam.dat world.dat calibrat.prn cam1.prn cam2.prn world.prn "
+    "outcam1.prn calced.prn list.prn fblocate.prn leftiti.prn rightiti.prn vid1iti.prn cam1vid.prn location.prn"
+)
+
+
+def test_the_documentation_names_a_test_that_writes_and_reads_each_file():
+    page = (Path(__file__).parents[3] / "docs/old-files.md").read_text()
+    rows = [line.split("|")[1:-1] for line in page.split("## The files")[1].splitlines() if line.startswith("| `")]
+    tests = {name: row[-1] for row in rows for name in re.findall(r"`([\w.]+)`", row[0])}
+    assert set(NAMED.split()) | set(FILES) <= set(tests)
+    for cell in set(tests.values()):
+        file, test = re.search(r"`(\w+\.py)::(\w+)`", cell).groups()
+        text = (Path(__file__).parent / file).read_text().split(f"def {test}(")[1].split("\ndef ")[0]
+        assert "write_" in text
+        assert "read_" in text
