@@ -21,14 +21,20 @@ ANNOUNCED = "VIDTRACK_PROGRESS"
 """The variable of the environment that names the folder."""
 
 
-def announce(job: str, done: int = 0, total: int | None = None, unit: str = "", elapsed: float = 0.0) -> None:
-    """Say what this process is at, where someone asked for it; a full disk is no reason to stop the work."""
+def announce(
+    job: str, done: int = 0, total: int | None = None, unit: str = "", elapsed: float = 0.0, phase: str = ""
+) -> None:
+    """Say what this process is at, where someone asked for it; a full disk is no reason to stop the work.
+
+    phase   what it does while it counts nothing
+    """
     folder = os.environ.get(ANNOUNCED)
     if folder:
         path = os.path.join(folder, f"{os.getpid()}.json")
         with suppress(OSError):
             with open(path + "~", "w", encoding="utf-8") as file:
-                json.dump({"job": job, "done": done, "total": total, "unit": unit, "elapsed": elapsed}, file)
+                record = {"job": job, "done": done, "total": total, "unit": unit, "elapsed": elapsed}
+                json.dump({**record, "phase": phase} if phase else record, file)
             os.replace(path + "~", path)
 
 
@@ -62,6 +68,7 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        announce(self.label, phase=f"{self.done} {self.unit} read, computing")
         if self.live:
             self.stream.write("\r\x1b[K")
             self.stream.flush()

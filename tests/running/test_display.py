@@ -1,6 +1,7 @@
 import io
 import json
 import os
+import re
 
 import pytest
 from rich.console import Console
@@ -57,13 +58,44 @@ def test_the_display_shows_job_frames_rate_and_time_left(tmp_path, monkeypatch):
         display.heard("5 of 11 steps (45%) done")
         display.refresh()
     text = out.getvalue()
-    for part in ("5 of 10 jobs done", "track pluck/cam1", "300 of 900 frames", "100 frames/s", "0:06 left"):
+    for part in ("5 of 10 jobs done", "track pluck/cam1", "300 of 900 frames", "100/s", "0:06 left"):
         assert part in text
 
 
-def test_without_a_terminal_each_job_done_is_a_line(tmp_path):
+def test_a_line_of_80_columns_holds_the_longest_job(tmp_path, monkeypatch):
+    monkeypatch.setenv(ANNOUNCED, str(tmp_path))
+    announce("calibration_points rear-left-of-the-tank/camera-3", 99_000, 100_000, "frames", 400.0)
     out = io.StringIO()
-    with Display(Console(file=out, force_terminal=False), str(tmp_path)) as display:
+    with Display(Console(file=out, force_terminal=True, width=80), str(tmp_path)) as display:
+        display.heard("5 of 11 steps (45%) done")
+        display.refresh()
+    (line,) = {line for line in re.split(r"[\r\n]|\x1b\[\w*", out.getvalue()) if "camera-3" in line}
+    assert len(line) <= 80
+    assert "99000 of 100000 frames" in line
+    assert line.rstrip().endswith("0:04 left")
+
+
+def test_while_nothing_is_counted_the_display_says_what_is_done_and_for_how_long(tmp_path, monkeypatch):
+    monkeypatch.setenv(ANNOUNCED, str(tmp_path))
+    announce("track pluck/cam1", phase="reading its time code")
+    out = io.StringIO()
+    with Display(Console(file=out, force_terminal=True, width=80), str(tmp_path)) as display:
+        display.refresh()
+        assert "planning" in out.getvalue()
+        assert "reading its time code" in out.getvalue()
+        assert "since 0:00" in out.getvalue()
+        announce_end()
+        display.heard("1 of 11 steps (9%) done")
+        display.refresh()
+    assert "the next jobs are being started" in out.getvalue()
+
+
+@pytest.mark.parametrize(
+    "terminal", [{"force_terminal": False}, {"force_terminal": True, "_environ": {"TERM": "dumb"}}]
+)
+def test_without_a_terminal_that_can_be_redrawn_each_job_done_is_a_line(tmp_path, terminal):
+    out = io.StringIO()
+    with Display(Console(file=out, **terminal), str(tmp_path)) as display:
         display.heard("1 of 3 steps (33%) done")
         display.heard("rule x:")
         display.heard("2 of 3 steps (67%) done")

@@ -137,5 +137,5 @@ def _frames(video: Video, clip: str, job: Job) -> Iterator[Frame]:
     if any(isinstance(end, str) for end in ends):  # a time code: the clip's clock may lie on its sound track
         info = replace(info, time=find_time(video.path, info).base)
     frames = between(video.frames(), info, *ends, where=where)
-    with Progress(f"calibration_points {clip}/{job.settings['camera']}", video.info.n_frames_hint, "frames") as shown:
+    with Progress(f"calibration_points {clip}/{job.settings['camera']}", video.info.n_expected, "frames") as shown:
         yield from shown.over(frames)

@@ -15,7 +15,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.findings import Finding, as_records
-from vidtrack.progress import Progress
+from vidtrack.progress import Progress, announce
 from vidtrack.stages.track import Tracked, track
 from vidtrack.steadiness.samples import BackgroundSamples
 from vidtrack.steadiness.series import Targets, background_course
@@ -41,12 +41,13 @@ def run(job: Job) -> None:
     with open_video(job.path("video"), threads=job.threads, **settings.get("recording", {})) as video:
         size = (video.info.width, video.info.height)
         boxes = read_targets(job.path("targets"), camera, size) if job.paths("targets") else None
+        label = f"track {settings['run']}/{camera}"
+        announce(label, phase="reading its time code")  # of a sound track: from beginning to end
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
-        label = f"track {settings['run']}/{camera}"
         tags = _tag_reader(settings, info)
-        with Progress(label, info.n_frames_hint, "frames") as progress:
+        with Progress(label, info.n_expected, "frames") as progress:
             frames = meter.over(samples.over(progress.over(video.frames(ahead=True))))
             if settings["targets"] == 0 and tags is not None:
                 used = between(frames, info, settings["detect"]["start"], settings["detect"]["end"], where="detect")

@@ -42,7 +42,7 @@ def run(job: Job) -> None:
         name = order["camera"]
         shown, assumed = windows({name: Pictures(clip, own, order.get("crop"))}, f"runs.{order['run']}")
         camera, uncertainty = camera_shown(calibrated.camera, calibrated.uncertainty, shown.get(name))
-        with Progress(f"waterline {order['run']}/{order['camera']}", info.n_frames_hint, "frames") as progress:
+        with Progress(f"waterline {order['run']}/{order['camera']}", info.n_expected, "frames") as progress:
             done = waterline(
                 progress.over(video.frames(ahead=True)),
                 info,

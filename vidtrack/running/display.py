@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+import time
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -60,7 +61,10 @@ class Display:
     def __init__(self, console: Console, jobs: str) -> None:
         self._console, self._jobs = console, jobs
         self._steps = Steps()
-        self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
+        self._began = time.monotonic()
+        self._seen: dict[str, float] = {}
+        in_place = console.is_terminal and not console.is_dumb_terminal
+        self._live = Live(console=console, auto_refresh=False, transient=True) if in_place else None
 
     def __enter__(self) -> Display:
         if self._live:
@@ -89,17 +93,46 @@ class Display:
 
     def _drawn(self) -> Group:
         done, total = self._steps
-        table = Table.grid(padding=(0, 2))
-        head = Text(f"{done} of {total} jobs done" if total else "planning")
-        table.add_row(head, ProgressBar(total=total or 1, completed=done, width=24), "", "")
-        for job in jobs_at_work(self._jobs):
-            left = time_left(job)
-            rate = f"{job['done'] / job['elapsed']:.0f} {job['unit']}/s" if job["elapsed"] and job["done"] else ""
-            of = f" of {job['total']}" if job.get("total") else ""
-            table.add_row(
-                f"  {job['job']}",
-                f"{job['done']}{of} {job['unit']}" if job["done"] else "",
-                rate,
-                f"{int(left) // 60}:{int(left) % 60:02d} left" if left is not None else "",
-            )
-        return Group(table)
+        at_work = jobs_at_work(self._jobs)
+        head = Table.grid(padding=(0, 2))
+        what = f"{done} of {total} jobs done" if total else "planning: what is there, what has changed"
+        head.add_row(
+            what, ProgressBar(total=total or 1, completed=done, width=24, pulse=not total), self._since_start()
+        )
+        rows = [(job["job"], *self._columns(job)) for job in at_work]
+        if total and not at_work:
+            rows = [("the next jobs are being started" if done < total else "ending", "", "", "")]
+        self._seen = {job["job"]: self._seen[job["job"]] for job in at_work}
+        return Group(head, *(Text(line, no_wrap=True) for line in in_columns(rows, self._console.width)))
+
+    def _columns(self, job: Mapping[str, Any]) -> tuple[str, str, str]:
+        """How far a job is, how fast it goes, and how long it will take; while it counts nothing, how long it took."""
+        begun = self._seen.setdefault(job["job"], time.monotonic())
+        if not job["done"]:
+            return job.get("phase", ""), "", f"since {clock(time.monotonic() - begun)}"
+        of = f" of {job['total']}" if job.get("total") else ""
+        rate = f"{job['done'] / job['elapsed']:.0f}/s" if job["elapsed"] else ""
+        left = time_left(job)
+        return f"{job['done']}{of} {job['unit']}", rate, f"{clock(left)} left" if left is not None else ""
+
+    def _since_start(self) -> str:
+        return clock(time.monotonic() - self._began)
+
+
+def in_columns(rows: Sequence[tuple[str, ...]], width: int) -> list[str]:
+    """Rows as lines of at most `width` characters; the first column is shortened in its middle where it must be."""
+    sizes = [max((len(cell) for cell in column), default=0) for column in zip(*rows, strict=True)]
+    room = max(width - sum(size + 2 for size in sizes[1:]) - 3, 12)
+    lines = []
+    for name, *cells in rows:
+        half = room // 2
+        name = name if len(name) <= room else f"{name[: room - half - 1]}…{name[len(name) - half :]}"
+        rest = "".join(f"  {cell:>{size}}" for cell, size in zip(cells, sizes[1:], strict=True))
+        lines.append(f"  {name:<{min(sizes[0], room)}}{rest}"[:width])
+    return lines
+
+
+def clock(seconds: float) -> str:
+    """Minutes and seconds, and hours where there are any."""
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}" if minutes >= 60 else f"{minutes}:{rest:02d}"

@@ -49,6 +49,7 @@ class VideoInfo:
     timecodes      where a time code was found -> label of the first frame
     code_bases     where one was found -> labels a second, where the file says how its code counts
     n_frames_hint  how many pictures the container claims; never to be relied on
+    length_hint    s that the container holds by its own count or guess; for displays alone
     duration       s that the container claims, None where it only guesses; shows where a recording is cut off
     is_still       one picture, no time
     start          s, the time stamp of the recording's first picture on the container's scale, which its sound shares
@@ -71,12 +72,20 @@ class VideoInfo:
     timecodes: dict[str, str] = field(default_factory=dict)
     code_bases: dict[str, Fraction] = field(default_factory=dict)
     n_frames_hint: int | None = None
+    length_hint: Fraction | None = None
     duration: Fraction | None = None
     is_still: bool = False
     start: Fraction = Fraction(0)
     first_shown: Fraction = Fraction(0)
     time: TimeBase = field(default_factory=lambda: TimeBase(Fraction(25), Fraction(25)))
     pace: Fraction = Fraction(1)
+
+    @property
+    def n_expected(self) -> int | None:
+        """About how many pictures there are, for a display of progress; MPEG program and transport streams and
+        Matroska do not count theirs.
+        """
+        return self.n_frames_hint or (round(self.length_hint * self.rate) if self.length_hint else None)
 
     @property
     def stated_rate(self) -> Fraction:

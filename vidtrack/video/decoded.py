@@ -249,6 +249,7 @@ class DecodedVideo(Video):
         rate = given or stated
         pace = stated / rate
         duration = None if still or self._own else stated_duration(self._container, stream, stated)
+        length = None if still else self._container.duration
         tick = TICK if self._own else float(stream.time_base * pace)
         codes = {} if still else embedded_timecodes(self._container, stream, first, self._codes.get(first.pts))
         bases = code_bases(self._container, codes)
@@ -269,6 +270,7 @@ class DecodedVideo(Video):
             timecodes=codes,
             code_bases=bases,
             n_frames_hint=stream.frames or None,
+            length_hint=length and Fraction(length, 1_000_000) * pace,
             duration=duration and duration * pace,
             is_still=still,
             start=self._zero * stream.time_base,

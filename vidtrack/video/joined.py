@@ -28,7 +28,7 @@ class JoinedVideo(Video):
     def __init__(self, paths: Sequence[str], opened: Callable[[str], Video]) -> None:
         self.path, self._paths, self._open = paths[0], list(paths), opened
         self._now = opened(paths[0])
-        self.info = replace(self._now.info, n_frames_hint=None, duration=None)
+        self.info = replace(self._now.info, n_frames_hint=None, length_hint=None, duration=None)
         self._accounts: list[ReadAccount] = []
         self._notes: list[str] = []
         self._used = False

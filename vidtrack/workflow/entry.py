@@ -50,6 +50,7 @@ def main(argv: Sequence[str]) -> int:
         order = _order(arguments.settings)
         job, used = _job(arguments, order)
         raw = _raw(arguments, order)
+        announce(_name(arguments))  # a checksum of a long recording was announced meanwhile
         importlib.import_module(module_of(arguments.rule)).run(job)
         if changed := [path for path, state in raw.items() if state_of(path) != state]:
             raise VidtrackError(*(f"{path}: changed while it was read. Run again." for path in changed))

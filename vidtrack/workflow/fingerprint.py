@@ -14,6 +14,7 @@ import sys
 from typing import Any
 
 from vidtrack.files.atomic import replacing
+from vidtrack.progress import Progress, announce_end
 
 PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -93,9 +94,22 @@ def state_of(path: str) -> list[int]:
     return [state.st_size, state.st_mtime_ns, state.st_ctime_ns, state.st_ino]
 
 
+LONG = 256 << 20
+"""Bytes from which on progress is shown while a file is read: a second of a hard disc, or two."""
+
+
 def _digest(path: str) -> str:
     with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        size = os.fstat(file.fileno()).st_size
+        if size < LONG:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+        digest = hashlib.sha256()
+        with Progress(f"checksum of {os.path.basename(path)}", size >> 20, "MB") as progress:
+            while piece := file.read(1 << 23):
+                digest.update(piece)
+                progress.advance(len(piece) >> 20)
+        announce_end()
+        return digest.hexdigest()
 
 
 def _remember(store: str, known: dict[str, list[Any]]) -> None:
