@@ -75,14 +75,62 @@ def test_help_names_every_command(capsys, arguments):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_there_is_has_help(capsys, name):
+def test_the_help_of_every_command_has_an_example_and_fits_80_columns(capsys, monkeypatch, name):
+    monkeypatch.setenv("COLUMNS", "80")
     if name == "rule":
         with pytest.raises(SystemExit) as ended:
             main([name, "--help"])
         assert ended.value.code == 0
     else:
         assert main([name, "--help"]) == 0
-    assert capsys.readouterr().out.lower().startswith("usage:")
+    said = capsys.readouterr().out
+    assert said.lower().startswith("usage:")
+    assert "Example" in said
+    assert f"vidtrack {name}" in said.partition("Example")[2]
+    assert max(map(len, said.splitlines())) <= 80
+
+
+WRONG = [
+    ["init"],
+    ["init", ".", "--units", "furlong"],
+    ["init", ".", "--camera", "x"],
+    *([name, "nowhere"] for name in ("init", "check", "pick", "run", "report", "unlock", "doctor")),
+    *([name, "empty"] for name in ("check", "pick", "run", "report")),
+    *([name, ".", "--wrong"] for name in ("init", "check", "pick", "run", "report", "export", "unlock", "doctor")),
+    ["pick", ".", "--port", "99999"],
+    ["run", ".", "--cores", "0"],
+    ["run", ".", "empty"],
+    ["import", "nowhere", "new", "--units", "m"],
+    ["export", ".", "--to", "nothing"],
+    ["plan"],
+    ["plan", "nowhere", "out"],
+    ["plan", "board", "out.pdf", "--type", "nothing"],
+    ["simulate", "nowhere", "out"],
+    ["simulate", "tutorial", "out", "--seed", "x"],
+    ["schema", "more"],
+    ["completion"],
+    ["completion", "tcsh"],
+    ["rule"],
+    ["rule", "track", "--wrong"],
+]
+
+
+@pytest.mark.parametrize("arguments", WRONG, ids=" ".join)
+def test_wrong_arguments_are_refused_in_one_line_and_nothing_is_written(capsys, monkeypatch, tmp_path, arguments):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty").mkdir()
+    if arguments[0] == "rule":
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        code = ended.value.code
+    else:
+        code = main(arguments)
+    said = capsys.readouterr()
+    assert code in (1, 2)
+    (line,) = said.err.splitlines()
+    assert line.startswith("vidtrack: ")
+    assert said.out == ""
+    assert [path.name for path in tmp_path.rglob("*")] == ["empty"]
 
 
 @pytest.mark.parametrize("arguments", [[], ["init", "--help"], ["run", "--help"]])

@@ -97,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.write(shown.format_message() + "\n")
         return 0
     except click.ClickException as error:
-        sys.stderr.write(f"vidtrack: {error.format_message()}\n")
+        sys.stderr.write(f"vidtrack: {_in_one_line(error)}\n")
         return 2
     except (click.Abort, KeyboardInterrupt):
         sys.stderr.write("vidtrack: stopped.\n")
@@ -110,6 +110,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"vidtrack: {where}{error.strerror or error}. Mend it and call again.\n")
         return 1
     return answer if isinstance(answer, int) else 0
+
+
+def _in_one_line(error: click.ClickException) -> str:
+    """What is wrong with the arguments, and where it stands what they may be."""
+    said = " ".join(error.format_message().split())
+    asked = error.ctx if isinstance(error, click.UsageError) else None
+    return said if asked is None or asked.parent is None else f"{said.rstrip('.')}. See {asked.command_path} --help."
 
 
 if __name__ == "__main__":

@@ -7,17 +7,26 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vidtrack.commands.folder import FOLDER, inside, settings_here
+from vidtrack.commands.folder import FOLDER, NO_COLOR, inside, settings_here
 from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
     from vidtrack.files.experiment import Experiment
     from vidtrack.settings.config import Settings
 
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack check my-lab
+  vidtrack check            the folder that you are in
+  vidtrack check my-lab --no-color > check.txt
+"""
 
-@click.command("check")
+
+@click.command("check", epilog=_EXAMPLES)
 @FOLDER
-def command(folder: str) -> int:
+@NO_COLOR
+def command(folder: str, no_color: bool) -> int:
     """Read every input of FOLDER, decode a few pictures of each, and say what will come of it and what is wrong.
 
     Nothing is processed and nothing is written. Exit code 1 where something would be refused.
@@ -29,7 +38,7 @@ def command(folder: str) -> int:
     from vidtrack.preview.survey import survey
     from vidtrack.verdict.judgement import sentence
 
-    console = Console(stderr=True)
+    console = Console(stderr=True, no_color=no_color or None)
     with inside(folder):
         settings = settings_here()
         try:

@@ -16,8 +16,15 @@ PACKAGES = (
 )
 CODECS = ("h264", "hevc", "mpeg2video", "dvvideo", "mjpeg", "prores", "ffv1", "rawvideo", "vp9", "av1", "png", "tiff")
 
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack doctor            versions, codecs, cores, memory
+  vidtrack doctor my-lab     and the disc and the lock of an experiment
+"""
 
-@click.command("doctor")
+
+@click.command("doctor", epilog=_EXAMPLES)
 @click.argument("folder", required=False, type=click.Path(exists=True, file_okay=False))
 def command(folder: str | None) -> int:
     """Print versions, codecs, cores and memory, and of FOLDER what disc space and which lock it has."""

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 FOLDER = click.argument("folder", default=".", type=click.Path(file_okay=False))
 """The folder that holds config.yaml; this one where none is named."""
 
+NO_COLOR = click.option("--no-color", is_flag=True, help="No colours on the terminal; NO_COLOR=1 does the same.")
+"""As other programs name it."""
+
 
 @contextmanager
 def inside(folder: str) -> Iterator[None]:
@@ -36,5 +39,10 @@ def settings_here() -> Settings:
     from vidtrack.files.config_file import read_config
     from vidtrack.settings.config import settings_from_config
 
+    if not os.path.lexists("config.yaml"):
+        raise VidtrackError(
+            f"config.yaml: no such file in this folder ({os.getcwd()}). Call vidtrack init there, or name the "
+            "experiment's folder."
+        )
     config: dict[str, Any] = read_config("config.yaml")
     return settings_from_config(config)

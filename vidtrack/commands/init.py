@@ -23,7 +23,8 @@ _EXAMPLES = """
 Examples:
   vidtrack init my-lab --units m
   vidtrack init my-lab --units in --link
-  vidtrack init my-lab --units m --camera east='*_A.mp4' --camera west='*_B.mp4' --clip dots='dots_*'
+  vidtrack init my-lab --units m --camera east='*_A.mp4' \\
+      --camera west='*_B.mp4' --clip dots='dots_*'
 """
 
 

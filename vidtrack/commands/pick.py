@@ -9,11 +9,24 @@ import click
 
 from vidtrack.commands.folder import FOLDER, inside
 
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack pick my-lab
+  vidtrack pick my-lab --no-browser --port 8000
+      on a computer without a screen: open the address that is printed on your
+      own, through ssh -L 8000:127.0.0.1:8000 that-computer
+"""
 
-@click.command("pick")
+
+@click.command("pick", epilog=_EXAMPLES)
 @FOLDER
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="Where the page is served; default: any free one."
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    metavar="PORT",
+    help="Where the page is served; default: any free one.",
 )
 @click.option("--no-browser", is_flag=True, help="Only print the address of the page.")
 def command(folder: str, port: int, no_browser: bool) -> None:

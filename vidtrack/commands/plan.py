@@ -8,19 +8,24 @@ import click
 
 _EXAMPLES = """
 \b
-Example:
-  vidtrack plan thesis predicted        the rig of data/sensitivity/thesis.yaml, which comes with vidtrack
-  vidtrack plan board board.pdf --columns 8 --rows 6 --square 30     a board to print
+Examples:
+  vidtrack plan thesis predicted      the rig of the thesis, which comes with
+                                      vidtrack (data/sensitivity/thesis.yaml)
+  vidtrack plan my-rig.yaml predicted
+  vidtrack plan board board.pdf --columns 8 --rows 6 --square 30
+                                      a calibration board to print
 """
 
 
 @click.command("plan", epilog=_EXAMPLES)
 @click.argument("plan", type=click.Path(dir_okay=False))
 @click.argument("folder", type=click.Path())
-@click.option("--type", "kind", default="charuco", help="Of board: charuco, checkerboard, circles or apriltag.")
-@click.option("--columns", default=8, show_default=True, help="Of board: squares in a row.")
-@click.option("--rows", default=6, show_default=True, help="Of board: squares in a column.")
-@click.option("--square", default=30.0, show_default=True, help="Of board: mm, side of a square.")
+@click.option(
+    "--type", "kind", metavar="TYPE", default="charuco", help="Of board: charuco, checkerboard, circles or apriltag."
+)
+@click.option("--columns", metavar="N", default=8, show_default=True, help="Of board: squares in a row.")
+@click.option("--rows", metavar="N", default=6, show_default=True, help="Of board: squares in a column.")
+@click.option("--square", metavar="MM", default=30.0, show_default=True, help="Of board: mm, side of a square.")
 def command(plan: str, folder: str, kind: str, columns: int, rows: int, square: float) -> int:
     """Predict what accuracy the rig of a PLAN will have, and write tables and figures to FOLDER.
 

@@ -10,8 +10,15 @@ import click
 from vidtrack.commands.folder import FOLDER, inside, settings_here
 from vidtrack.errors import VidtrackError
 
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack report my-lab
+  firefox $(vidtrack report my-lab --print)
+"""
 
-@click.command("report")
+
+@click.command("report", epilog=_EXAMPLES)
 @FOLDER
 @click.option("--print", "only_path", is_flag=True, help="Print its path instead of opening it.")
 def command(folder: str, only_path: bool) -> None:

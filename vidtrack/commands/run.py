@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vidtrack.commands.folder import FOLDER, inside, settings_here
+from vidtrack.commands.folder import FOLDER, NO_COLOR, inside, settings_here
 from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
@@ -19,17 +19,19 @@ _EXAMPLES = """
 Examples:
   vidtrack run my-lab
   vidtrack run my-lab --run pluck --cores 4
-  vidtrack run my-lab --yes -- --rerun-triggers mtime      what follows -- is Snakemake's
+  vidtrack run my-lab -- --dry-run      only show what would be done: what
+                                        follows -- is for Snakemake
 """
 
 
 @click.command("run", epilog=_EXAMPLES)
 @FOLDER
 @click.option("--run", "only", metavar="NAME", help="Only this run, and the calibration that it needs.")
-@click.option("--cores", default="all", show_default=True, help="Processor cores used at once.")
+@click.option("--cores", default="all", show_default=True, metavar="N", help="Processor cores used at once.")
 @click.option("--yes", is_flag=True, help="Ask nothing: remove the lock of a killed run.")
+@NO_COLOR
 @click.argument("more", nargs=-1, type=click.UNPROCESSED)
-def command(folder: str, only: str | None, cores: str, yes: bool, more: tuple[str, ...]) -> int:
+def command(folder: str, only: str | None, cores: str, yes: bool, no_color: bool, more: tuple[str, ...]) -> int:
     """Process what is not done yet in FOLDER. What has been done stays; what a change touches is done again.
 
     The text of Snakemake is kept in .snakemake/vidtrack.log of the folder.
@@ -41,12 +43,14 @@ def command(folder: str, only: str | None, cores: str, yes: bool, more: tuple[st
 
     if cores != "all" and not (cores.isdigit() and int(cores)):
         raise VidtrackError(f"--cores {cores}: not a number of cores. Give 1 or more, or all.")
+    if other := next((word for word in more[:1] if os.path.isdir(word)), ""):
+        raise VidtrackError(f"{other}: one experiment at a time. Call vidtrack run {other} after this one.")
     with inside(folder):
         settings = settings_here()
         if only is not None:
             _check_run(settings, only)
     free_lock(folder, yes)
-    console = Console(stderr=True)
+    console = Console(stderr=True, no_color=no_color or None)
     ended = run_snakemake(folder, cores, console, only=only, more=more)
     lines = ending_lines(ended, folder)
     if only and not ended.code and not {"-n", "--dry-run"} & set(more):

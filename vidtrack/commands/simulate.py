@@ -7,9 +7,9 @@ import click
 _EXAMPLES = """
 \b
 Examples:
-  vidtrack simulate tutorial studio          the films of the tutorial
+  vidtrack simulate tutorial studio      the films of the tutorial
   vidtrack simulate my-rig.yaml my-lab --seed 2
-  vidtrack simulate demo nowhere --list      only says which files it would write
+  vidtrack simulate demo nowhere --list   only says which files it would write
 """
 
 
@@ -17,8 +17,10 @@ Examples:
 @click.argument("scenario", type=click.Path(dir_okay=False))
 @click.argument("folder", type=click.Path(file_okay=False))
 @click.option("--list", "only_list", is_flag=True, help="Only say which files it would write.")
-@click.option("--seed", type=int, help="Other random numbers than the scenario's.")
-@click.option("--threads", type=click.IntRange(1), help="Files written at once; default: one a processor core.")
+@click.option("--seed", type=int, metavar="N", help="Other random numbers than the scenario's.")
+@click.option(
+    "--threads", type=click.IntRange(1), metavar="N", help="Files written at once; default: one a processor core."
+)
 def command(scenario: str, folder: str, only_list: bool, seed: int | None, threads: int | None) -> int:
     """Render the experiment FOLDER that a SCENARIO describes: films, survey, picks, reference, truth.
 

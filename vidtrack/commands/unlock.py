@@ -10,8 +10,14 @@ import click
 from vidtrack.commands.folder import FOLDER
 from vidtrack.errors import VidtrackError
 
+_EXAMPLES = """
+\b
+Examples:
+  vidtrack unlock my-lab     after a power cut, or a run that was killed
+"""
 
-@click.command("unlock")
+
+@click.command("unlock", epilog=_EXAMPLES)
 @FOLDER
 def command(folder: str) -> None:
     """Remove the lock that a killed Snakemake left in FOLDER; refused while one works there."""

@@ -12,7 +12,7 @@ import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import Any, NoReturn
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.atomic import remove_partial
@@ -74,9 +74,17 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"vidtrack: {message}. See vidtrack rule --help.\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m vidtrack", description="Run one rule of the workflow; its order comes on the standard input."
+    parser = _Parser(
+        prog="vidtrack rule",
+        description="Run one rule of the workflow; its order comes on the standard input.",
+        epilog="Example, as Snakemake calls it: vidtrack rule verdict --input records results/calibration/*.json "
+        "--output verdict verdict.json --settings verdict-order.json",
     )
     parser.add_argument("rule", help="the rule's name")
     parser.add_argument(
