@@ -3,6 +3,7 @@
 import json
 import shutil
 
+import pandas as pd
 import pytest
 
 from tests.whole_workflow.conftest import REPO, configure, planned, snakemake
@@ -88,25 +89,40 @@ def test_a_calibration_that_fails_is_told_of_the_runs_that_use_it(laboratory):
     assert "Traceback" not in answer.stdout + answer.stderr
 
 
-def test_a_camera_whose_points_cannot_be_named_costs_that_camera(laboratory):
-    for after in ("calibration", "calibration_after"):
-        shutil.rmtree(laboratory / "results" / after, ignore_errors=True)
+def test_a_camera_whose_points_cannot_be_named_costs_that_camera_where_two_others_are_left(laboratory):
+    """A third camera that stands where the second does, and whose picks are wrong."""
+    for film in [*laboratory.glob("calibration/*/cam2.mov"), *laboratory.glob("runs/*/cam2.mov")]:
+        shutil.copy(film, film.with_name("cam3.mov"))
+    configure(laboratory, changed("cameras.cam3", {"sensor": [8.8, 6.6]}))
     picks = next(laboratory.glob("calibration/*/picks.csv"))
-    clip, tags = picks.parent.name, [row.split(",") for row in picks.read_text().splitlines()]
-    where = tags[0].index("camera"), tags[0].index("Xf")
-    for row in tags[1:]:
-        if row[where[0]] == "cam2":
-            row[where[1]] = "99999"
-    picks.write_text("".join(",".join(row) + "\n" for row in tags))
+    head, *rows = [line.split(",") for line in picks.read_text().splitlines()]
+    camera, x = head.index("camera"), head.index("Xf")
+    wrong = [[*row] for row in rows if row[camera] == "cam2"]
+    for row in wrong:
+        row[camera], row[x] = "cam3", "99999"
+    picks.write_text("".join(",".join(row) + "\n" for row in [head, *rows, *wrong]))
+    before = pd.read_parquet(laboratory / "results/runs/pluck/trajectories.parquet")
     answer = snakemake(laboratory)
     assert answer.returncode == 1
-    said = verdict(laboratory)["calibration"]["cameras"]
-    assert said["cam1"]["verdict"] != "failed"
-    assert (laboratory / "results/calibration/cam1/camera.json").exists()
-    assert said["cam2"]["verdict"] == "failed"
-    texts = [reason["text"] for reason in said["cam2"]["reasons"]]
-    assert f"calibration/{clip}/picks.csv, line" in texts[0]
+    said = verdict(laboratory)
+    assert {name: own["verdict"] == "failed" for name, own in said["calibration"]["cameras"].items()} == {
+        "cam1": False,
+        "cam2": False,
+        "cam3": True,
+    }
+    texts = [reason["text"] for reason in said["calibration"]["cameras"]["cam3"]["reasons"]]
+    assert f"calibration/{picks.parent.name}/picks.csv, line" in texts[0]
     assert "outside the picture" in texts[0]
     assert len(texts) == len(set(texts))
     assert "outside the picture" in (laboratory / "results/report.html").read_text()
-    assert "outside the picture" in answer.stdout + answer.stderr
+    for name, own in said["runs"].items():
+        assert own["verdict"] == "doubtful"
+        (reason,) = [reason for reason in own["reasons"] if reason["code"] == "camera-left-out"]
+        assert "without cam3: its calibration failed" in reason["text"]
+        assert "without cam3" in (laboratory / f"results/report/run_{name}.html").read_text()
+    after = pd.read_parquet(laboratory / "results/runs/pluck/trajectories.parquet")
+    pd.testing.assert_frame_equal(after, before)
+    last = [line for line in answer.stderr.splitlines() if line.startswith("vidtrack: ")]
+    assert "vidtrack: run pluck: going on without cam3: its calibration failed" in last
+    assert last[-1] == "vidtrack: report: results/report.html"
+    assert planned(laboratory)["locate"] == 2

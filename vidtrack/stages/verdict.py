@@ -62,7 +62,8 @@ LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
 def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """The record verdict.json.
 
-    runs   what the config asks for, by run: {mode, cameras, targets: how many or their names}
+    runs   what the config asks for, by run: {mode, cameras, targets: how many or their names[, without: why cameras
+           have no part, by camera]}
     Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
     nothing was calibrated), runs ({run: {verdict, reasons, notes}}). A reason is a finding: level, code, text, cure.
     A run inherits the doubts about the calibration that it uses.
@@ -151,8 +152,8 @@ def _of_run(
         found += collected(record)
     for failure in results.failures:
         if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
-            said = collected(failure)
-            found += [f._replace(level="note") for f in said] if failure["rule"].split("_")[0] == "export" else said
+            found += [_weighed(finding, failure, asked) for finding in collected(failure)]
+    found += [_left_out(name, camera, why) for camera, why in asked.get("without", {}).items()]
     locate = own.record("locate")
     ruled = [finding for camera, reading in own.readings.items() for finding in reading_findings(camera, reading)]
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
@@ -168,6 +169,19 @@ def _of_run(
         used = [cameras[c] for c in asked["cameras"] if c in cameras]
         found += inherited("the calibration", judged([*whole, *(f for camera in used for f in camera.reasons)]))
     return found
+
+
+def _weighed(finding: Finding, failure: Mapping[str, Any], asked: Mapping[str, Any]) -> Finding:
+    """Why a job of a run failed: what other programs read, and a recording that is left out, cost less than the run."""
+    if failure["rule"].split("_")[0] == "export":
+        return finding._replace(level="note")
+    return finding._replace(level="doubtful") if set(failure["parts"][1:]) & set(asked.get("without", ())) else finding
+
+
+def _left_out(run: str, camera: str, why: str) -> Finding:
+    text = f"the positions are without {camera}: {why}"
+    cure = f"See the reason under that camera or in the log. Correct it and run again, or remove it from {run}."
+    return Finding("doubtful", "camera-left-out", text, cure)
 
 
 def _not_made(used: Sequence[str], cameras: Mapping[str, Judgement]) -> Finding:

@@ -6,12 +6,13 @@ from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN
 from vidtrack.files.experiment import Experiment, Run
 from vidtrack.settings.config import Settings
+from vidtrack.workflow.left_out import NOTHING, LeftOut
 from vidtrack.workflow.own_settings import Order, crop_of, own_of, recording_of, targets_of
 
 
-def verdict(settings: Settings, experiment: Experiment) -> Order:
+def verdict(settings: Settings, experiment: Experiment, left: LeftOut = NOTHING) -> Order:
     """What the config asks of each run, so that what is missing is seen to be missing."""
-    return {"runs": {name: _asked(settings, run) for name, run in experiment.runs.items()}}
+    return {"runs": {name: _asked(settings, run, left) for name, run in experiment.runs.items()}}
 
 
 def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
@@ -56,14 +57,16 @@ def report_calibration(settings: Settings) -> Order:
     return _titled(settings) | {"cameras": sorted(settings.cameras)}
 
 
-def report_run(settings: Settings, experiment: Experiment, run: str) -> Order:
+def report_run(settings: Settings, experiment: Experiment, run: str, left: LeftOut = NOTHING) -> Order:
     """What the page of a run says of itself, and what is asked of the run."""
-    return report_calibration(settings) | {"run": run, "asked": _asked(settings, experiment.runs[run])}
+    return report_calibration(settings) | {"run": run, "asked": _asked(settings, experiment.runs[run], left)}
 
 
-def _asked(settings: Settings, run: Run) -> Order:
+def _asked(settings: Settings, run: Run, left: LeftOut) -> Order:
     own = own_of(settings, run.name)
+    without = left.of_run(run.name)
     return {
+        **({"without": without} if without else {}),
         "mode": own.mode,
         "cameras": list(run.videos),
         "targets": targets_of(settings, run) if own.mode != "waterline" else None,

@@ -35,6 +35,7 @@ from vidtrack.workflow import (
 )
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
+from vidtrack.workflow.left_out import from_environment, without
 from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
 from vidtrack.workflow.standstill import checksum_of_plan, is_finished, note_finished
@@ -65,6 +66,9 @@ EXPERIMENT = (
     if TO_RENDER
     else or_stop(checked_experiment, SETTINGS)
 )
+# Cameras that runs go on without, where an earlier call found that they fail.
+LEFT_OUT = from_environment(os.environ)
+WHOLE_EXPERIMENT, EXPERIMENT = EXPERIMENT, without(EXPERIMENT, LEFT_OUT)
 RESULTS = EXPERIMENT.results
 SELF_RUNS = self_orders.self_runs(SETTINGS, EXPERIMENT)
 SELF_CAMERAS = self_orders.self_cameras(SETTINGS, EXPERIMENT)
@@ -136,26 +140,32 @@ def note_what_needs_nothing():
         note_finished(CACHE, plan())
 
 
+def is_forced():
+    """Whether this call runs other jobs than those that are needed, or leaves some of them out."""
+    asked = workflow.dag_settings
+    return any(
+        (
+            asked.forceall,
+            asked.forcetargets,
+            asked.forcerun,
+            asked.until,
+            asked.omit_from,
+            asked.batch,
+        )
+    )
+
+
 def may_be_finished():
     """Whether this call only asks for what is missing, of everything, by all that Snakemake looks at."""
-    asked = workflow.dag_settings
-    forced = (
-        asked.forceall,
-        asked.forcetargets,
-        asked.forcerun,
-        asked.until,
-        asked.omit_from,
-        asked.batch,
-    )
     plain = workflow.execution_settings is not None and not workflow.touch
-    of_all = set(asked.targets) <= {"all"}
+    of_all = set(workflow.dag_settings.targets) <= {"all"}
     of_all &= set(workflow.rerun_triggers) == set(RerunTrigger.all())
-    only_some = os.environ.get("VIDTRACK_RUN") or unfinished
+    only_some = os.environ.get("VIDTRACK_RUN") or LEFT_OUT.records or unfinished
     return (
         workflow.is_main_process
         and plain
         and of_all
-        and not any(forced)
+        and not is_forced()
         and not only_some
     )
 

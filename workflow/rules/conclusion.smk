@@ -6,6 +6,7 @@ from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.conclusion import failures, write_without
+from vidtrack.workflow.left_out import also_left_out, to_environment
 from vidtrack.workflow.lock import note_holder
 from vidtrack.workflow.small_jobs import JobServer
 
@@ -28,6 +29,29 @@ def clean_up():
         remove_all_partial(folder)
 
 
+def call_again(environment):
+    """This same call once more; its exit code."""
+    again = [sys.executable, "-m", "snakemake", *sys.argv[1:]]
+    return subprocess.run(again, cwd=workflow.workdir_init, env=environment).returncode
+
+
+def go_on_without(records):
+    """Locate runs without cameras that failed, where two others are left; whether another call did so."""
+    left = also_left_out(SETTINGS, WHOLE_EXPERIMENT, LEFT_OUT, records)
+    if left == LEFT_OUT or is_forced():
+        return False
+    for run in WHOLE_EXPERIMENT.runs:
+        for camera, why in left.of_run(run).items():
+            print(
+                f"vidtrack: run {run}: going on without {camera}: {why}",
+                file=sys.stderr,
+            )
+    BOOK.save()
+    workflow.persistence.unlock()
+    call_again(to_environment(left))
+    return True
+
+
 def say_verdict_last():
     """Print what verdict.json says after all that Snakemake says: a line for the calibration and each run, worst first."""
     if os.path.exists(VERDICT):
@@ -44,14 +68,13 @@ onstart:
 
 onsuccess:
     if TO_RENDER:
-        again = [sys.executable, "-m", "snakemake", *sys.argv[1:]]
-        sys.exit(subprocess.run(again).returncode)
+        sys.exit(call_again(os.environ))
     clean_up()
     BOOK.look_again()
     BOOK.save()
     if may_be_finished() and BOOK.settled.issuperset(ACCOUNTS):
         note_finished(CACHE, plan())
-    if VERDICT in BOOK.settled:
+    if LEFT_OUT.records or VERDICT in BOOK.settled:
         say_verdict_last()
 
 
@@ -64,15 +87,17 @@ onerror:
     }
     if failed:  # and not stopped by the user
         BOOK.look_again()
-        wanted = {"verdict": (JUDGED, VERDICT), "report": (REPORTED, REPORT)}
-        write_without(
-            BOOK,
-            {
-                rule: own
-                for rule, own in wanted.items()
-                if rule not in failed.values()
-            },
-            failures(BOOK, ((rule, path) for path, rule in failed.items())),
-        )
-        BOOK.save()
-        say_verdict_last()
+        records = failures(BOOK, ((rule, path) for path, rule in failed.items()))
+        if not go_on_without(records):
+            wanted = {"verdict": (JUDGED, VERDICT), "report": (REPORTED, REPORT)}
+            write_without(
+                BOOK,
+                {
+                    rule: own
+                    for rule, own in wanted.items()
+                    if rule not in failed.values()
+                },
+                records,
+            )
+            BOOK.save()
+            say_verdict_last()

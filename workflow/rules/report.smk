@@ -88,7 +88,7 @@ BOOK.add(
 for run in PAGED:
     BOOK.add(
         "report_run",
-        report_orders.report_run(SETTINGS, EXPERIMENT, run)
+        report_orders.report_run(SETTINGS, EXPERIMENT, run, LEFT_OUT)
         | {"results": listed(SHOWN_OF[run])},
         [],
         run,

@@ -51,8 +51,10 @@ JUDGED += [path for path in COMPARISONS if path.endswith(".json")]
 JUDGED += [f"{RESULTS}/runs/{run}/bodies.json" for run in BODIED]
 JUDGED += [f"{RESULTS}/runs/{run}/waterline.json" for run in WATERLINES]
 JUDGED += [f"{RESULTS}/runs/{run}/analysis.json" for run in ANALYSED]
+JUDGED += LEFT_OUT.records
 BOOK.add(
-    "verdict", report_orders.verdict(SETTINGS, EXPERIMENT) | {"results": listed(JUDGED)}
+    "verdict",
+    report_orders.verdict(SETTINGS, EXPERIMENT, LEFT_OUT) | {"results": listed(JUDGED)},
 )
 
 
