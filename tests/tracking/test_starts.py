@@ -7,7 +7,7 @@ from tests.tracking.test_tracker import DETECTION, circle, samples_of, starts_at
 from tests.tracking.test_trails import trail
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.starts import followed_backwards, late_comers, starts_in_boxes, starts_of_trails, with_earlier
-from vidtrack.tracking.state import NEVER, RECOVERED, Rows, present
+from vidtrack.tracking.state import MERGED, NEVER, RECOVERED, Rows, present
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import Trail
 from vidtrack.tracking.windows import Windows
@@ -79,6 +79,25 @@ def test_what_was_followed_backwards_stands_before_and_is_no_recovery():
     assert (joined.corner[:2, 1] == 7).all()
     assert not (joined.flag & RECOVERED).any()
     assert (whole.values == 1).all()
+
+
+def test_where_a_target_was_followed_back_onto_another_neither_is_measured():
+    def rows(n, x):
+        values = np.full((13, n, len(x)), 100.0)
+        values[0] = x
+        return Rows(values, np.zeros((n, len(x), 2)), np.zeros((n, len(x)), np.int64), np.zeros(n))
+
+    whole = rows(5, [50.0, np.nan, 90.0])
+    whole.values[:, :2, 1] = np.nan
+    back = rows(2, [50.3])
+    back.values[0, 0] = 65.0  # in the sample before it is apart
+    joined = with_earlier(whole, [(1, back)])
+    measured = np.isfinite(joined.values[0])
+    assert measured[:, 0].tolist() == [True, False, True, True, True]
+    assert measured[:2, 1].tolist() == [True, False]
+    assert measured[:, 2].all()
+    assert (joined.flag[1, :2] & MERGED > 0).all()
+    assert not joined.flag[[0, 2, 3, 4]].any()
 
 
 def test_a_target_that_comes_later_takes_the_place_that_waits_for_it():

@@ -171,9 +171,9 @@ def track(
             tracker.finish()
             waiting = late_comers(tracker, samples, backgrounds, clip.detection, waiting)
     tracker.finish()
-    rows = with_earlier(tracker.rows(), earlier)
     moment = _moments(stamps, clip.order)
     lines = len(set(moment.offset))
+    rows = with_earlier(tracker.rows(), earlier, lines)
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)

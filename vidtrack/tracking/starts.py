@@ -18,10 +18,11 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
+from vidtrack.tracking.following.occlusion import OCCLUSION
 from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import MEMORY, NEVER, RECOVERED, Rows, Starts
+from vidtrack.tracking.state import MEMORY, MERGED, NEVER, PIXELS, PREDICTED, RECOVERED, Rows, Starts, X, Y
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail
 from vidtrack.tracking.windows import Windows
@@ -222,14 +223,26 @@ def followed_backwards(
     return followed
 
 
-def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]]) -> Rows:
-    """The rows with what was followed backwards."""
+def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]], lines: int = 1) -> Rows:
+    """The rows with what was followed backwards; lines: 2 for fields.
+
+    Each target was followed backwards alone: where it came to what another one shows, neither is measured.
+    """
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
     for i, before in earlier:
         k = len(before.flag)
         values[:, :k, i] = before.values[..., 0]
         corner[:k, i] = before.corner[:, 0]
         flag[:k, i] = before.flag[:, 0] & ~RECOVERED
+    for i, before in earlier:
+        k = len(before.flag)
+        apart = np.linalg.norm(values[[X, Y], :k] - values[[X, Y], :k, i : i + 1], axis=0)
+        diameter = 2 * np.sqrt(values[PIXELS, :k, i : i + 1] * lines / np.pi)
+        same = apart < OCCLUSION.inside * diameter  # NaN is never less
+        same[:, i] = False
+        same[:, i] = same.any(axis=1)
+        values[:, :k][:, same] = np.nan
+        flag[:k][same] = MERGED | PREDICTED
     return Rows(values, corner, flag, rows.total_pixels)
 
 
