@@ -1,15 +1,19 @@
 """Boards as the stages give them: views, lenses, places, and what is said of a board that is not as described."""
 
+import re
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
 
 from tests.calibration.test_board_fit import BOARD, SIZE, cameras, views
 from tests.simulate.test_board_picture import shown
+from vidtrack.calibration.adjustment.tied_cameras import moved_camera
 from vidtrack.calibration.board import Board
 from vidtrack.errors import VidtrackError
+from vidtrack.geometry.camera import project
 from vidtrack.stages.board_corners import board_corners
 from vidtrack.stages.boards import boards
 from vidtrack.timing.frame import Frame
@@ -106,13 +110,72 @@ def test_every_nth_picture_is_looked_at_and_counted():
     assert found.background.shape == picture.shape
 
 
-def test_a_clip_without_the_board_is_refused_with_the_likeliest_reason():
+def test_a_clip_without_the_board_is_named_with_the_likeliest_reason():
     picture, _ = shown("charuco")
     mirrored = np.ascontiguousarray(picture[:, ::-1])
-    with pytest.raises(VidtrackError, match=r"calibration/board: camera c shows no charuco.*mirrored"):
+    found = board_corners(
+        {"board": frames(mirrored)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
+    )
+    (finding,) = found.findings
+    assert finding.level == "bad"
+    assert re.search(r"calibration/board: camera c shows no charuco.*mirrored", finding.text)
+    assert len(found.table) == 0
+    assert found.record["clips"]["board"]["with_board"] == 0
+
+
+def test_clips_without_any_picture_are_refused():
+    with pytest.raises(VidtrackError, match="no picture"):
         board_corners(
-            {"board": frames(mirrored)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
+            {"board": frames()}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
         )
+
+
+def test_a_camera_whose_board_is_not_found_is_named_and_the_others_go_on():
+    found = tables(views(1, 14, m=2))
+    found["cam3"] = found["cam1"].head(0)
+    done = boards(found, dict.fromkeys(found, SIZE), BOARD, model="tsai", surveyed=["cam3"])
+    assert set(done.cameras) == {"cam1", "cam2"}
+    assert done.records["cam3"]["found"] is False
+    (lost,) = [f for f in done.findings if f.code == "board-no-lens"]
+    assert lost.level == "doubtful"
+    assert "cam3" in lost.text
+    assert len(done.sightings["cam3"]) == 0
+    bare = boards(found, dict.fromkeys(found, SIZE), BOARD, model="tsai")
+    assert [f.level for f in bare.findings if f.code == "board-no-lens"] == ["bad"]
+
+
+def test_a_camera_without_surveyed_points_is_placed_among_those_that_see_them():
+    """By six points that one of two cameras sees; the world is no longer the board's."""
+    rng = np.random.default_rng(5)
+    R, t = cv2.Rodrigues(np.array([0.3, 1.2, -0.4]))[0], np.array([500.0, -200.0, 90.0])
+    true = [moved_camera(camera, R, t) for camera in cameras(2)]
+    p = rng.uniform([-100, -80, 500], [200, 80, 900], (6, 3)) @ R.T + t
+    sights = pd.DataFrame(np.hstack([p, project(true[0], p)]), columns=["x", "y", "z", "Xf", "Yf"])
+    own = tables(views(1, 16, m=2))
+    how = {"model": "tsai", "surveyed": ["cam1"]}
+    done = boards(own, dict.fromkeys(own, SIZE), BOARD, survey={"cam1": sights}, **how)
+    assert np.abs(done.cameras["cam2"].position - true[1].position).max() < 2.0
+    seen = done.sightings["cam2"]
+    again = project(done.cameras["cam2"], seen[["x", "y", "z"]].to_numpy(float))
+    assert np.abs(again - seen[["Xf", "Yf"]].to_numpy(float)).max() < 1.0
+    assert "boards-not-connected" not in codes(done)
+    few = boards(own, dict.fromkeys(own, SIZE), BOARD, survey={"cam1": sights.head(3)}, **how)
+    assert [f.level for f in few.findings if f.code == "boards-not-connected"] == ["bad"]
+
+
+def test_cameras_that_share_no_view_are_bad_where_nothing_else_places_them():
+    own = tables(views(1, 20, m=2))
+    own["cam1"] = own["cam1"][own["cam1"]["frame"] < 10]
+    own["cam2"] = own["cam2"][own["cam2"]["frame"] >= 10]
+
+    def level(surveyed):
+        done = boards(own, dict.fromkeys(own, SIZE), BOARD, model="tsai", surveyed=surveyed)
+        assert not done.record["together"]
+        return next(f.level for f in done.findings if f.code == "boards-not-connected")
+
+    assert level([]) == "bad"
+    assert level(["cam1", "cam2"]) == "note"
+    assert level(["cam1"]) == "bad"
 
 
 def test_deep_pictures_are_read_as_their_bits_say():

@@ -30,7 +30,7 @@ class Board:
 
     columns, rows  squares of a charuco board or checkerboard, circles, or tags
     square         world units, side of a square; from centre to centre of circles and tags
-    marker         world units, side of a tag; default: three quarters of a square
+    marker         world units, side of a tag, or diameter of a circle; default: three quarters, or half, of a square
     dictionary     of the tags, as OpenCV names it
     """
 
@@ -45,6 +45,11 @@ class Board:
     def tag_side(self) -> float:
         """World units."""
         return self.marker or 0.75 * self.square
+
+    @property
+    def diameter(self) -> float:
+        """World units, of a circle."""
+        return self.marker or 0.5 * self.square
 
     @property
     def tags(self) -> str:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.board import Board
+from vidtrack.calibration.board_circles import disc_centroids
+from vidtrack.tracking.measurement.tag_corners import tag_corners
 
 LEAST_CORNERS = 6
 """Corners from which a view says something of the lens: six unknowns are its own pose."""
@@ -31,12 +33,15 @@ class Seen(NamedTuple):
 
 def board_seen(board: Board, picture: NDArray[np.uint8]) -> Seen | None:
     """The corners of a board in a picture (rows, columns); None where fewer than 6 are found."""
-    found = {"charuco": _charuco, "checkerboard": _checkerboard, "circles": _circles, "apriltag": _tags}[board.type](
-        board, picture
-    )
+    if board.type == "apriltag":
+        own = _tags(board, picture)
+        return None if own is None or len(own[0]) < LEAST_CORNERS else Seen(*own)
+    found = {"charuco": _charuco, "checkerboard": _checkerboard, "circles": _circles}[board.type](board, picture)
     if found is None or len(found[0]) < LEAST_CORNERS:
         return None
     ids, b = found
+    if board.type == "circles":
+        return Seen(ids, *disc_centroids(picture, b))
     return Seen(ids, b, corner_sd(picture, b))
 
 
@@ -62,16 +67,19 @@ def _charuco(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp]
     corners, ids, _, _ = detector.detectBoard(picture)
     if ids is None or corners is None:
         return None
-    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2))
+    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2), (1 - board.tag_side / board.square) / 2)
     return np.asarray(ids, np.intp).ravel(), b
 
 
-def _polished(picture: NDArray[np.uint8], b: Array) -> Array:
-    """Corners (n, 2) where the gradients about them meet, their window within a third of the way to the next."""
+def _polished(picture: NDArray[np.uint8], b: Array, free: float) -> Array:
+    """Corners (n, 2) where the gradients about them meet.
+
+    free  share of the way to the next corner that a window may reach: beyond it other edges begin
+    """
     import cv2
 
     apart = np.linalg.norm(b[:, None] - b[None], axis=-1) + 1e9 * np.eye(len(b))
-    half = int(np.clip(np.median(apart.min(1)) / 4, 2, 7))
+    half = int(np.clip(np.median(apart.min(1)) * free, 2, 7))
     end = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-4)
     refined = cv2.cornerSubPix(picture, b.astype(np.float32)[:, None].copy(), (half, half), (-1, -1), end)[:, 0]
     return np.asarray(np.where(np.linalg.norm(refined - b, axis=-1, keepdims=True) < half, refined, b), float)
@@ -88,7 +96,7 @@ def _checkerboard(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.
     )
     if not good:
         return None
-    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2))
+    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2), 0.25)
     return np.arange(len(b)), _upright(b, size)
 
 
@@ -116,16 +124,21 @@ def _circles(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp]
     return np.arange(board.columns * board.rows), _upright(np.asarray(centres, float).reshape(-1, 2), size)
 
 
-def _tags(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
+def _tags(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array, Array] | None:
+    """Corners of tags, each where its own edges meet, with its sd: a corner alone is no saddle of the grey levels."""
     import cv2
 
-    corners, ids, _ = cv2.aruco.ArucoDetector(_dictionary(board), _parameters()).detectMarkers(picture)
+    dictionary = _dictionary(board)
+    corners, ids, _ = cv2.aruco.ArucoDetector(dictionary, _parameters()).detectMarkers(picture)
     if ids is None:
         return None
     tags = np.asarray(ids, np.intp).ravel()
-    inside = tags < board.columns * board.rows
-    b = np.asarray(corners, float).reshape(-1, 4, 2)[inside]
-    return (tags[inside, None] * 4 + np.arange(4)).ravel(), b.reshape(-1, 2)
+    inside = np.flatnonzero(tags < board.columns * board.rows)
+    rough = np.asarray(corners, float).reshape(-1, 4, 2)
+    fits = [tag_corners(picture, rough[k], dictionary.markerSize + 2) for k in inside]
+    b, sd = np.array([fit.b for fit in fits]).reshape(-1, 2), np.array([fit.sd for fit in fits]).reshape(-1, 2)
+    good = np.isfinite(b).all(-1)
+    return (tags[inside, None] * 4 + np.arange(4)).ravel()[good], b[good], np.sqrt((sd[good] ** 2).mean(-1))
 
 
 def corner_sd(picture: NDArray[np.uint8], b: Array) -> Array:

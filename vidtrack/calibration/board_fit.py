@@ -20,8 +20,9 @@ from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, mi
 from vidtrack.calibration.adjustment.measurements import PointsOf, SharedPriors, Sights
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
 from vidtrack.calibration.board import SHAPE, Board
+from vidtrack.calibration.board_circles import centroid_shift
 from vidtrack.calibration.refine import POSE, Uncertainty, free_parameters, refine
-from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import PARAMETERS
 
 
@@ -38,6 +39,8 @@ class BoardSettings:
     """Standard deviations of itself beyond which a corner's residual is left out."""
     rounds: int = 4
     """Times, at most, that corners are left out and the rest fitted again."""
+    centred: int = 2
+    """Times that centroids of circles are brought to their centres by the last fit; the second changes little."""
     sure: float = 2.0
     """Standard errors by which a richer lens must predict held-out views better."""
     worth: float = 0.01
@@ -56,6 +59,7 @@ class BoardFit(NamedTuple):
 
     cameras: tuple[Camera, ...]
     uncertainties: tuple[Uncertainty, ...]
+    covariance: Array  # (K, K) of all cameras' parameters, one camera after the other
     model: str
     poses: Array  # (n, 3, 4) of the board in the world
     shape: Mapping[str, float]
@@ -81,6 +85,7 @@ def fit_board(
     """
     starts, poses = _starts(board, b, sizes)
     placed, values = _placed(starts, poses, world)
+    values = _nearest(board, b, placed, poses, values, world)
     models = SETTINGS.models if model == "auto" else (model,)
     held_out: dict[str, float] = {}
     taken: tuple[str, Array] | None = None
@@ -98,7 +103,18 @@ def fit_board(
             break
         b = np.where(far[..., None], np.nan, b)  # a corner that is covered in part, or extrapolated
         done = _adjusted(board, b, sd, done.state.cameras, done.state.blocks[0], world, chosen)
+    if board.type == "circles":
+        for _ in range(SETTINGS.centred):
+            shift = np.stack([_shift(board, camera, done) for camera in done.state.cameras])
+            done = _adjusted(board, b - shift, sd, done.state.cameras, done.state.blocks[0], world, chosen)
     return _fitted(board, b, sd, done, chosen, world, held_out)
+
+
+def _shift(board: Board, camera: Camera, done: Adjusted) -> Array:
+    """How far the centroids of circles lie from where their centres are seen (n, q, 2) px; 0 where that is unknown."""
+    p, _ = board.shaped(dict(done.state.shared))
+    poses = done.state.blocks[0]
+    return np.nan_to_num(centroid_shift(camera, poses[..., :3], poses[..., 3], p, board.diameter))
 
 
 def _starts(board: Board, b: Array, sizes: Sequence[tuple[int, int]]) -> tuple[list[Camera], Array]:
@@ -168,6 +184,32 @@ def _placed(cameras: Sequence[Camera], poses: Array, world: int) -> tuple[list[C
         for k in np.flatnonzero(seen[i] & ~known):
             values[k] = _after(_inverse(middle), poses[i, k])
     return [placed[i] for i in range(m)], values
+
+
+def _nearest(board: Board, b: Array, cameras: Sequence[Camera], poses: Array, values: Array, world: int) -> Array:
+    """For each view the pose, of those that each camera alone gives it, that all cameras see best (n, 3, 4).
+
+    A flat board of which a camera sees a few corners has two poses about as likely, and the wrong one may be its own.
+    """
+    if len(cameras) == 1:
+        return values
+    best = values.copy()
+    for k in range(len(values)):
+        own = [_after(_inverse(_pose(c)), poses[i, k]) for i, c in enumerate(cameras) if np.isfinite(poses[i, k, 0, 0])]
+        options = [values[k], *own] if k != world else [values[k]]
+        off = []
+        for pose in options:
+            p = board.corners @ pose[:, :3].T + pose[:, 3]
+            squares = [
+                ((project(c, p) - b[i, k]) ** 2).sum(-1)[np.isfinite(b[i, k, :, 0])] for i, c in enumerate(cameras)
+            ]
+            off.append(float(np.nan_to_num(np.concatenate(squares), nan=1e12).sum()))
+        best[k] = options[int(np.argmin(off))]
+    return best
+
+
+def _pose(camera: Camera) -> Array:
+    return np.concatenate([camera.R, camera.T[:, None]], -1)
 
 
 def _after(second: Array, first: Array) -> Array:
@@ -268,6 +310,7 @@ def _fitted(
     return BoardFit(
         cameras,
         uncertainties,
+        done.covariance[: m * k, : m * k],
         model,
         done.state.blocks[0],
         {name: done.state.shared[name] for name in SHAPE},

@@ -27,6 +27,7 @@ from vidtrack.calibration.adjustment.measurements import (
     Measurement,
     Sights,
 )
+from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
 from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns
 from vidtrack.calibration.normal_equations import Priors
 from vidtrack.calibration.refine import Uncertainty
@@ -78,6 +79,7 @@ def bundle(
     scale_sd: bool = True,
     priors: Priors | None = None,
     lenses: KnownCameras | None = None,
+    tied: Sequence[TiedCameras] = (),
     max_steps: int = 100,
 ) -> Bundle:
     """Refine m cameras and n surveyed points together, from cameras that are nearly right.
@@ -91,6 +93,7 @@ def bundle(
     scale_sd  sd is right but for one factor, which is found from the sights
     priors    for each camera {name: (mean, standard deviation)} of what is known beforehand
     lenses    what is known beforehand of the cameras' lenses, with its covariance
+    tied      what is known beforehand of lenses and of places to each other, of groups of the cameras
     Interfaces that are not known exactly are refined, one of a name for all cameras; they begin as they are known.
     Raises ValueError for shapes that do not match, fewer measurements than unknowns, or measurements that leave
     a parameter open. `converged` is False where the last step still gained.
@@ -102,7 +105,7 @@ def bundle(
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
     survey = _Survey(p, b, sigma)
     cameras = with_common_interfaces(cameras)
-    problem = survey.problem(free, spread, priors or [{} for _ in cameras], scale_sd, cameras, lenses)
+    problem = survey.problem(free, spread, priors or [{} for _ in cameras], scale_sd, cameras, lenses, tied)
     names, place = _with_interfaces(problem.unknowns, cameras)
     found = adjust(problem, State(tuple(cameras), {}, (p,)), max_steps=max_steps)
     factor = found.factors.get("px", 1.0)
@@ -198,20 +201,21 @@ class _Survey:
         scale_sd: bool,
         cameras: Sequence[Camera],
         lenses: KnownCameras | None = None,
+        tied: Sequence[TiedCameras] = (),
     ) -> Problem:
         """What is minimised. Raises ValueError for a camera with fewer measurements than free parameters."""
         shared = tuple(dict.fromkeys(name for camera in cameras for name in free_of(camera.through)))
         free = [[name for name in names if name not in shared] for names in free]
         for i, names in enumerate(free):
             known = 2 * int(self.measured[i].sum()) + sum(name in names for name in priors[i])
-            known += 0 if lenses is None else len(set(lenses.names[i]) & set(names))
+            known += sum(len(set(each.names[i]) & set(names)) for each in (lenses, *tied) if each)
             if known < len(names):
                 raise ValueError(f"camera {i}: {known} measurements for {len(names)} unknown parameters")
         pivot = self.p[self.measured.any(0)].mean(0) if self.measured.any() else np.zeros(3)
         b = np.where(self.measured[..., None], self.b, np.nan)
         sights = [Sights(i, own[:, None], own_sd[:, None]) for i, (own, own_sd) in enumerate(zip(b, sd, strict=True))]
         families = [Family(3, self.p, self.information)]
-        beforehand: list[Measurement] = [CameraPriors(priors), *([lenses] if lenses else [])]
+        beforehand: list[Measurement] = [CameraPriors(priors), *([lenses] if lenses else []), *tied]
         groups = {"px": LEAST_SD / float(sd.mean())} if scale_sd else {}
         if shared:
             beforehand.append(InterfacePriors())

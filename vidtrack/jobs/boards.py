@@ -13,7 +13,8 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """Inputs corners and records (a path a camera, in the order of settings.cameras).
+    """Inputs corners and records (a path a camera, in the order of settings.cameras), and survey: the sightings of
+    settings.placing, cameras among which others are placed by the board.
 
     Outputs record, and for each camera <camera>_lens and <camera>_sightings.
     """
@@ -25,10 +26,18 @@ def run(job: Job) -> None:
         Board(**{**order, "marker": order["marker"] or 0.0}),
         world=job.settings["world"],
         units=units,
+        surveyed=job.settings["surveyed"],
+        survey={
+            name: read_parquet(path) for name, path in zip(job.settings["placing"], job.paths("survey"), strict=True)
+        },
     )
     for finding in done.findings:
         sys.stderr.write(f"warning: {finding.text} {finding.cure}\n")
     for name in names:
+        write_parquet(job.outputs[f"{name}_sightings"], done.sightings[name], units=units, provenance=job.provenance)
+        if name not in done.cameras:
+            write_json(job.outputs[f"{name}_lens"], done.records[name], job.provenance)
+            continue
         write_camera(
             job.outputs[f"{name}_lens"],
             done.cameras[name],
@@ -36,5 +45,4 @@ def run(job: Job) -> None:
             done.records[name],
             job.provenance,
         )
-        write_parquet(job.outputs[f"{name}_sightings"], done.sightings[name], units=units, provenance=job.provenance)
     write_json(job.outputs["record"], done.record, job.provenance)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera, write_camera
+from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet, write_parquet
+from vidtrack.geometry.camera import Camera
 from vidtrack.stages.bundle import refine_together
 from vidtrack.workflow.job import Job
 
-FRESH = ("standard_errors", "correlations", "uncertainty", "misfit", "provenance")
+FRESH = ("standard_errors", "correlations", "uncertainty", "misfit", "joint", "provenance")
 """Keys of the lone calibration that do not hold for the joint one."""
 
 
 def run(job: Job) -> None:
     """inputs alone, points (a path a camera, in the order of settings.cameras); an output for each camera.
 
+    Where a board ties some of them: inputs board (boards.json) and lenses, a path for each of settings.boarded.
     With an output `survey` also a table of where the points are thought to be.
     """
     names, units = job.settings["cameras"], job.settings["units"]
@@ -24,13 +28,24 @@ def run(job: Job) -> None:
     for name, each, path in zip(names, alone, job.paths("alone"), strict=True):
         if each.uncertainty is None:
             raise VidtrackError(f"{path}: does not say which parameters of {name} are free. Run calibrate again.")
+    points = [read_parquet(path) for path in job.paths("points")]
+    ties, boards = _ties(job, names)
+    if not ties and job.settings.get("board_only"):  # the board ties no cameras: nothing is asked of a bundle
+        for name, each in zip(names, alone, strict=True):
+            write_camera(job.outputs[name], each.camera, each.uncertainty, each.record, job.provenance)
+        return
+    bare = job.settings.get("bare", [])
     done = refine_together(
         [each.camera for each in alone],
-        [read_parquet(path) for path in job.paths("points")],
+        # what they saw of the board is in its ties
+        [own.assign(used=False) if name in bare else own for name, own in zip(names, points, strict=True)],
         free=[each.uncertainty.names for each in alone if each.uncertainty],
         sigma=job.settings["sigma"],
         prior=[job.settings["prior"].get(name, {}) for name in job.settings["cameras"]],
         lenses=[each.record.get("lens") for each in alone],
+        ties=ties,
+        boards=boards,
+        alone=[None if name in bare else each.uncertainty for name, each in zip(names, alone, strict=True)],
     )
     for finding in done.records[0]["bundle"]["findings"]:
         sys.stderr.write(f"warning: {finding['text']} {finding['cure']}\n")
@@ -43,3 +58,13 @@ def run(job: Job) -> None:
     if "survey" in job.outputs:
         columns = {f"shift_{axis}": "world" for axis in "xyz"}
         write_parquet(job.outputs["survey"], done.points, units=units, provenance=job.provenance, columns=columns)
+
+
+def _ties(job: Job, names: list[str]) -> tuple[list[dict[str, Any]], dict[str, Camera]]:
+    """What the board says of some of the cameras together, and these cameras in its world."""
+    if not (paths := job.paths("board")):
+        return [], {}
+    ties = [tie for tie in read_json(paths[0])["ties"] if len(set(tie["cameras"]) & set(names)) > 1]
+    tied = {name for tie in ties for name in tie["cameras"]}
+    lenses = zip(job.settings["boarded"], job.paths("lenses"), strict=True)
+    return ties, {name: read_camera(path).camera for name, path in lenses if name in tied}

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 from pandas import DataFrame
 
 from vidtrack.calibration.known_lens import KnownLens
+from vidtrack.errors import VidtrackError
 from vidtrack.exchange.lens import known_lens
 from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.labelling_json import read_labelling
@@ -28,13 +30,14 @@ def run(job: Job) -> None:
         _placed_by_board(job)
         return
     settings = {name: value for name, value in job.settings.items() if name not in ("units", "lens")}
+    board = _board_record(job)
     height, width = read_png(job.path("picture")).shape[:2]
     done = calibrate(
         read_parquet(job.path("sightings")),
         image_size=(width, height),
         units=job.settings["units"],
         left_out=_left_out(job),
-        lens=_lens(job, (width, height)),
+        lens=None if board.get("found") is False else _lens(job, (width, height)),
         **settings,
     )
     for warning in done.warnings:
@@ -47,7 +50,16 @@ def run(job: Job) -> None:
             **dict.fromkeys(("Cx", "Cy", "rms_closed_form", "rms_refined", "rms_px"), "px"),
         }
         write_parquet(job.outputs["search"], done.search, units=units, provenance=provenance, columns=columns)
-    write_camera(job.outputs["camera"], done.camera, done.uncertainty, done.record, provenance)
+    record = done.record | {"findings": [*done.record["findings"], *board.get("findings", [])]}
+    if "board" in board:
+        record["board"] = board["board"]
+    write_camera(job.outputs["camera"], done.camera, done.uncertainty, record, provenance)
+
+
+def _board_record(job: Job) -> dict[str, Any]:
+    """What the board's views gave for the lens, where the lens is theirs."""
+    by_board = (job.settings.get("lens") or {}).get("board")
+    return read_json(job.paths("lens")[0]) if by_board else {}
 
 
 def _left_out(job: Job) -> dict[tuple[str, str], str]:
@@ -59,6 +71,12 @@ def _left_out(job: Job) -> dict[tuple[str, str], str]:
 
 def _placed_by_board(job: Job) -> None:
     """The camera as the board's views placed it: its corners are no surveyed points, and nothing is fitted again."""
+    given = read_json(job.paths("lens")[0])
+    if given.get("found") is False:
+        lines = [
+            f["text"] for f in given["findings"] if f["code"] == "board-no-lens" and f"{given['camera']}:" in f["text"]
+        ]
+        raise VidtrackError(*(lines or [f"cameras.{given['camera']}: the board gives no lens."]))
     found = read_camera(job.paths("lens")[0])
     record = {key: value for key, value in found.record.items() if key not in FRESH}
     units, provenance = job.settings["units"], job.provenance

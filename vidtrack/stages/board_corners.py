@@ -21,6 +21,12 @@ KEPT = 15
 """Pictures whose median is the background: the board moves, all else stays."""
 
 
+_NOTHING = pd.DataFrame(
+    {"clip": np.array([], object), **{name: np.array([], np.int64) for name in ("frame", "corner")}}
+    | {name: np.array([], float) for name in ("Xf", "Yf", "sd")}
+)
+
+
 class BoardCorners(NamedTuple):
     """What the stage gives.
 
@@ -44,7 +50,8 @@ def board_corners(
 ) -> BoardCorners:
     """Find the board's corners in every `every`-th picture of each clip.
 
-    Raises VidtrackError, one line, where no picture shows the board, with the likeliest reason.
+    A clip that does not show the board has a finding, with the likeliest reason.
+    Raises VidtrackError, one line, where no clip has a picture.
     """
     parts, account, findings = [], {}, []
     kept: list[NDArray[np.uint8]] = []
@@ -95,10 +102,9 @@ def board_corners(
                     "Correct the board's description, or leave the clip out.",
                 )
             )
-    if not parts:
+    if shape is None:
         raise VidtrackError(*(f"{finding.text} {finding.cure}" for finding in findings))
-    table = pd.concat(parts, ignore_index=True)
-    assert shape is not None
+    table = pd.concat(parts, ignore_index=True) if parts else _NOTHING
     record = {"camera": camera, "image_size": [shape[1], shape[0]], "clips": account, "findings": as_records(findings)}
     return BoardCorners(table, np.median(np.stack(kept), axis=0).astype(np.uint8), record, tuple(findings))
 

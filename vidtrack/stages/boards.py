@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.adjustment.tied_cameras import moved_camera
+from vidtrack.calibration.board import STRETCH, Board
 from vidtrack.calibration.board_fit import BoardFit, NoLens, fit_board, seen_corners
+from vidtrack.calibration.board_place import FEWEST_SURVEYED, Motion, survey_motion
+from vidtrack.calibration.board_views import (
+    LEAST_CORNERS,
+    View,
+    chosen_views,
+    connected,
+    corner_arrays,
+    views_of,
+    world_view,
+)
 from vidtrack.calibration.gates import hull_area
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
@@ -18,12 +29,6 @@ from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.lens_terms import LENS_MODELS
 
-MOST_VIEWS = 40
-"""Views of a camera that are used: more add little but time."""
-LEAST_CORNERS = 6
-"""Corners of a view below which it says nothing but where the board is."""
-BLURRED = 3.0
-"""Times the camera's median sd of a view's corners beyond which it is too blurred to help."""
 BENT = 4.0
 """Standard deviations of what a board's shape is known by beforehand, from which it is called bent."""
 ROUGH_PX = 0.5
@@ -33,11 +38,12 @@ COVERED = 0.3
 NOT_TOGETHER = 3.0
 """Times the noise of single cameras that the joint fit leaves, from which the clips were not filmed together."""
 
-View = tuple[str, int]
-
 
 class Boards(NamedTuple):
-    """What the stage gives, by camera: the camera (in the world of one view), what is known of it, and its record."""
+    """What the stage gives, by camera: the camera (in the world of one view), what is known of it, and its record.
+
+    A camera whose views give no lens has only a record, with `found` false.
+    """
 
     cameras: dict[str, Camera]
     uncertainties: dict[str, Uncertainty]
@@ -55,45 +61,86 @@ def boards(
     world: str | None = None,
     units: str = "",
     model: str = "auto",
+    surveyed: Collection[str] = (),
+    survey: Mapping[str, pd.DataFrame] | None = None,
 ) -> Boards:
     """The cameras that a board was shown to.
 
-    corners  by camera: clip, frame, corner, Xf, Yf, sd (px)
-    sizes    by camera: px, (width, height)
-    world    "clip/frame" whose board is the world; default: the view that most cameras see best
+    corners   by camera: clip, frame, corner, Xf, Yf, sd (px)
+    sizes     by camera: px, (width, height)
+    world     "clip/frame" whose board is the world; default: the view that most cameras see best
+    surveyed  cameras that surveyed points place, wherever the board was
+    survey    by camera: those points, where a camera that sees none is to be placed among the others: x, y, z, Xf, Yf
     Views of the same clip and frame are taken for one moment: the clips of several cameras run together, or their
-    pictures are numbered alike. Cameras whose joint fit contradicts that are fitted alone.
-    Raises VidtrackError where a camera's views give no lens.
+    pictures are numbered alike. Cameras whose joint fit contradicts that are fitted alone, and a camera whose views
+    give no lens is left out, with a finding.
+    Raises VidtrackError where no camera's views give a lens.
     """
     findings: list[Finding] = []
-    views, left_out = _chosen(corners, sizes)
-    names = list(corners)
-    b, sd = _arrays(corners, names, views, len(board.corners))
-    origin = _world(b, views, world)
-    fits = _fits(board, b, sd, [sizes[name] for name in names], origin, names, views, model, findings)
+    views, left_out = chosen_views(corners, sizes)
+    seeing = [name for name in corners if any(len(own) >= LEAST_CORNERS for own in views_of(corners[name]).values())]
+    why = {name: f"no view shows {LEAST_CORNERS} corners of the board" for name in corners if name not in seeing}
+    b, sd = corner_arrays(corners, seeing, views, len(board.corners))
+    if not seeing:
+        raise VidtrackError(*(f"cameras.{name}: {reason}. Film it nearer." for name, reason in why.items()))
+    origin = world_view(b, views, world)
+    alone = {}
+    for i, name in enumerate(seeing):
+        try:
+            alone[name] = _fitted(board, b, sd, [i], [sizes[name]], origin, model)
+        except NoLens as none:
+            why[name] = str(none)
+    if not alone:
+        raise VidtrackError(*(f"cameras.{name}: {reason}." for name, reason in why.items()))
+    rows = [i for i, name in enumerate(seeing) if name in alone]
+    names = [seeing[i] for i in rows]
+    fits = _fits(board, b[rows], sd[rows], names, sizes, alone, origin, findings, surveyed)
+    findings[:0] = [_used(views, left_out, views[origin]), *(_lost(name, why[name], surveyed) for name in why)]
+    motions = {}
+    for fit in fits:
+        own = {name: survey[name] for name in fit.names if survey and name in survey}
+        motions[id(fit)] = _among_surveyed(fit, own, findings) if survey and set(fit.names) - set(surveyed) else None
     cameras, known, records, sightings = {}, {}, {}, {}
-    findings.insert(0, _used(views, left_out, views[origin]))
     common = list(findings)
-    for i, name in enumerate(names):
-        fit, row, used = fits[i]
-        cameras[name] = fit.cameras[row].with_(name=name)
-        known[name] = fit.uncertainties[row]
-        own = _doubts(name, board, fit, row, sizes[name], units)
-        offered = len(_views(corners[name]))
-        records[name] = _record(fit, row, len(used), offered, units) | {"findings": as_records([*common, *own])}
-        findings += own
-        sightings[name] = _sightings(board, fit, row, [views[k] for k in used])
-    together = len({id(fit) for fit, _, _ in fits}) == 1
+    for fit in fits:
+        moved = motions[id(fit)]
+        for row, name in enumerate(fit.names):
+            cameras[name] = _moved(fit.done.cameras[row], moved).with_(name=name)
+            u = fit.done.uncertainties[row]
+            known[name] = u if moved is None else u._replace(pivot=moved[0] @ u.pivot + moved[1])
+            own_doubts = _doubts(name, board, fit.done, row, sizes[name], units)
+            said = _record(fit.done, row, len(fit.views), len(views_of(corners[name])), units)
+            joint = {"joint": _joint(fit)} if len(fit.names) > 1 else {}
+            records[name] = said | joint | {"findings": as_records([*common, *own_doubts])}
+            findings += own_doubts
+            sightings[name] = _sightings(board, fit.done, row, [views[k] for k in fit.views], moved)
+    for name in why:
+        records[name] = {"camera": name, "found": False, "findings": as_records(common)}
+        sightings[name] = next(iter(sightings.values())).head(0)
     record = {
-        "cameras": names,
+        "cameras": list(corners),
         "units": units,
-        "together": together,
+        "together": len(fits) == 1 and len(names) == len(corners),
+        "ties": [
+            _joint(fit) | {"pivot": known[fit.names[0]].pivot.tolist(), "scale_sd": STRETCH}
+            for fit in fits
+            if len(fit.names) > 1
+        ],
         "world": f"{views[origin][0]}/{views[origin][1]}",
         "views": [f"{clip}/{frame}" for clip, frame in views],
         "left_out": left_out,
         "findings": as_records(findings),
     }
     return Boards(cameras, known, records, sightings, record, tuple(findings))
+
+
+def _lost(name: str, why: str, surveyed: Collection[str]) -> Finding:
+    """A camera whose views of the board give no lens."""
+    if name in surveyed:
+        text = f"cameras.{name}: the board gives no lens: {why}. It is calibrated by its surveyed points alone."
+        return Finding("doubtful", "board-no-lens", text, "Film the board again, or leave its clip out.")
+    text = f"cameras.{name}: the board gives no lens: {why}; and it sees no surveyed points. It is not calibrated."
+    return Finding("bad", "board-no-lens", text, "Film the board again, or survey points that it sees.")
 
 
 def _used(views: Sequence[View], left_out: Mapping[str, Mapping[str, int]], origin: View) -> Finding:
@@ -108,142 +155,94 @@ def _used(views: Sequence[View], left_out: Mapping[str, Mapping[str, int]], orig
     return Finding("note", "board-views", f"{text}.")
 
 
-def _chosen(
-    corners: Mapping[str, pd.DataFrame], sizes: Mapping[str, tuple[int, int]]
-) -> tuple[list[View], dict[str, dict[str, int]]]:
-    """The views that are used: for each camera sharp ones, spread farthest; and how many were not, and why."""
-    chosen: dict[View, None] = {}
-    left_out = {}
-    seen_by: dict[View, int] = {}
-    for table in corners.values():
-        for view in _views(table):
-            seen_by[view] = seen_by.get(view, 0) + 1
-    for name, table in corners.items():
-        width, height = sizes[name]
-        views = []
-        for view, own in _views(table).items():
-            b = own[["Xf", "Yf"]].to_numpy(float)
-            if len(b) < LEAST_CORNERS:
-                continue
-            C = np.cov(b.T)
-            size = np.sqrt(max(np.linalg.det(C), 1e-9)) / (width * height) * 20
-            shape = [C[0, 0] - C[1, 1], 2 * C[0, 1]] / max(np.trace(C), 1e-9)
-            features = np.array([*(b.mean(0) / (width, height)), np.log(size) / 3, *shape])
-            views.append((view, float(own["sd"].median()), len(own), features))
-        if not views:
-            raise VidtrackError(f"cameras.{name}: no view shows {LEAST_CORNERS} corners of the board. Film it nearer.")
-        limit = BLURRED * float(np.median([sd for _, sd, _, _ in views]))
-        sharp = [each for each in views if each[1] <= limit]
-        picked = _spread([v[3] for v in sharp], [v[2] * seen_by[v[0]] for v in sharp], MOST_VIEWS)
-        chosen |= dict.fromkeys(sharp[i][0] for i in picked)
-        left_out[name] = {"blurred": len(views) - len(sharp), "like_others": len(sharp) - len(picked)}
-    return sorted(chosen), left_out
+class Fitted(NamedTuple):
+    """A fit of some cameras, by name in its order, and the views that it used."""
+
+    done: BoardFit
+    names: list[str]
+    views: list[int]
 
 
-def _views(table: pd.DataFrame) -> dict[View, pd.DataFrame]:
-    """The corners of each view."""
-    groups = table.groupby([table["clip"].astype(str), table["frame"].astype(int)])
-    return {(str(key[0]), int(str(key[1]))): own for key, own in groups}
-
-
-def _spread(features: Sequence[Array], weight: Sequence[int], most: int) -> list[int]:
-    """Indices of at most so many, each the farthest from those before it; the first has most corners and cameras."""
-    if not features:
-        return []
-    F, w = np.array(features), np.sqrt(np.array(weight, float) / max(weight))
-    picked = [int(np.argmax(weight))]
-    distance = np.linalg.norm(F - F[picked[0]], axis=-1)
-    while len(picked) < min(most, len(F)):
-        best = int(np.argmax(distance * w))
-        if distance[best] <= 1e-3:
-            break
-        picked.append(best)
-        distance = np.minimum(distance, np.linalg.norm(F - F[best], axis=-1))
-    return picked
-
-
-def _arrays(
-    corners: Mapping[str, pd.DataFrame], names: Sequence[str], views: Sequence[View], q: int
-) -> tuple[Array, Array]:
-    place = {view: k for k, view in enumerate(views)}
-    b, sd = np.full((len(names), len(views), q, 2), np.nan), np.full((len(names), len(views), q), 1.0)
-    for i, name in enumerate(names):
-        table = corners[name]
-        rows = np.array([place.get((str(c), int(f)), -1) for c, f in zip(table["clip"], table["frame"], strict=True)])
-        j, good = table["corner"].to_numpy(int), rows >= 0
-        good &= j < q
-        b[i, rows[good], j[good]] = table[["Xf", "Yf"]].to_numpy(float)[good]
-        sd[i, rows[good], j[good]] = table["sd"].to_numpy(float)[good]
-    return b, sd
-
-
-def _world(b: Array, views: Sequence[View], world: str | None) -> int:
-    """The view that is the world."""
-    counts = np.isfinite(b).all(-1).sum(-1)  # (m, n)
-    if world is None:
-        return int(np.argmax((counts >= 6).sum(0) * 1e6 + counts.sum(0)))
-    clip, _, frame = world.rpartition("/")
-    if (clip, int(frame)) in views:
-        return views.index((clip, int(frame)))
-    near = [f"{c}/{f}" for c, f in views if c == clip]
-    raise VidtrackError(
-        f"calibration.board.world: no camera sees the board in {world}, or that view is blurred. Views that are used: "
-        f"{', '.join(near[:8]) or ', '.join(f'{c}/{f}' for c, f in views[:8])}."
-    )
-
-
-Fitted = tuple[BoardFit, int, list[int]]
+def _fitted(
+    board: Board, b: Array, sd: Array, rows: list[int], sizes: list[tuple[int, int]], origin: int, model: str
+) -> tuple[BoardFit, list[int]]:
+    """Some of the cameras fitted together; the world is the view `origin`, or the best of theirs."""
+    counts = np.isfinite(b[rows]).all(-1).sum(-1)
+    used = np.flatnonzero((counts >= LEAST_CORNERS).any(0))
+    start = int(np.flatnonzero(used == origin)[0]) if origin in used else int(np.argmax(counts[:, used].sum(0)))
+    fit = fit_board(board, b[rows][:, used], sd[rows][:, used], sizes, start, model=model)
+    return fit, used.tolist()
 
 
 def _fits(
     board: Board,
     b: Array,
     sd: Array,
-    sizes: list[tuple[int, int]],
-    origin: int,
     names: list[str],
-    views: Sequence[View],
-    model: str,
+    sizes: Mapping[str, tuple[int, int]],
+    alone: Mapping[str, tuple[BoardFit, list[int]]],
+    origin: int,
     findings: list[Finding],
+    surveyed: Collection[str],
 ) -> list[Fitted]:
-    """For each camera the fit that it is in, its row there and the views of that fit: all together, or each alone."""
-    alone = [_alone(board, b, sd, sizes, origin, names, i, model) for i in range(len(names))]
-    if len(names) == 1:
-        return alone
-    used = np.flatnonzero((np.isfinite(b).all(-1).sum(-1) >= 6).any(0))
+    """The cameras, together where the board connects them, else each alone."""
+    bare = set(names) - set(surveyed)
     cure = "Film the board by all cameras at once, or number their pictures alike."
-    try:
-        chosen = max((fit.model for fit, _, _ in alone), key=list(LENS_MODELS).index)
-        start = int(np.flatnonzero(used == origin)[0])
-        fit = fit_board(board, b[:, used], sd[:, used], sizes, start, model=chosen)
-    except NoLens as none:
-        text = f"calibration: the cameras are not placed to each other by the board: {none}."
-        findings.append(Finding("doubtful", "boards-not-connected", text, cure))
-        return alone
-    noise = float(np.median([each.sigma_px for each, _, _ in alone]))
-    if fit.sigma_px > NOT_TOGETHER * noise:
+    fits: list[Fitted] = []
+    for rows in connected(b):
+        own = [names[i] for i in rows]
+        each = [Fitted(alone[name][0], [name], alone[name][1]) for name in own]
+        if len(own) == 1:
+            fits += each
+            continue
+        model = max((alone[name][0].model for name in own), key=list(LENS_MODELS).index)
+        noise = float(np.median([alone[name][0].sigma_px for name in own]))
+        try:
+            done, views = _fitted(board, b, sd, rows, [sizes[name] for name in own], origin, model)
+            apart = f"{done.sigma_px:.2g} px, {noise:.2g} px each alone" if done.sigma_px > NOT_TOGETHER * noise else ""
+        except NoLens as none:  # each has a lens and they share views: these contradict each other
+            apart = str(none)
+        if apart:
+            text = (
+                f"calibration: the board's views of {', '.join(own)} do not fit together ({apart}): not the same "
+                "moments, or not the same board."
+            )
+            findings.append(Finding("bad" if bare & set(own) else "doubtful", "boards-not-simultaneous", text, cure))
+            fits += each
+        else:
+            fits.append(Fitted(done, own, views))
+    if len(fits) > 1 and not findings:
+        groups = " with ".join(", ".join(fit.names) for fit in fits)
+        text = f"calibration: no view of the board connects {groups}"
+        worlds = [fit for fit in fits if bare & set(fit.names)]
+        lost = len(worlds) > 1 or (bare and any(not set(fit.names) & set(surveyed) for fit in worlds) and surveyed)
+        text += ": each is in a world of its own." if lost else "."
+        findings.append(Finding("bad" if lost else "note", "boards-not-connected", text, cure))
+    return fits
+
+
+def _joint(fit: Fitted) -> dict[str, Any]:
+    """What the cameras' parameters have in common, as camera.json has it."""
+    names = [list(u.names) for u in fit.done.uncertainties]
+    return {"cameras": fit.names, "names": names, "covariance": fit.done.covariance.tolist()}
+
+
+def _among_surveyed(fit: Fitted, survey: Mapping[str, pd.DataFrame], findings: list[Finding]) -> Motion | None:
+    """How the board's world moves to that of the survey; where it cannot, a finding."""
+    motion = survey_motion(dict(zip(fit.names, fit.done.cameras, strict=True)), fit.done.model, survey)
+    if motion is None:
+        bare = ", ".join(name for name in fit.names if name not in survey)
         text = (
-            f"calibration: the board's views of {', '.join(names)} do not fit together ({fit.sigma_px:.2g} px, "
-            f"{noise:.2g} px each alone): not the same moments, or not the same board."
+            f"calibration: {bare} see no surveyed points, and the board shows them to no camera that sees "
+            f"{FEWEST_SURVEYED}: they are in the board's world, not in that of points.csv."
         )
-        findings.append(Finding("doubtful", "boards-not-simultaneous", text, cure))
-        return alone
-    return [(fit, i, used.tolist()) for i in range(len(names))]
+        cure = "Survey points that they see, or film the board by them and the others at once."
+        findings.append(Finding("bad", "boards-not-connected", text, cure))
+    return motion
 
 
-def _alone(
-    board: Board, b: Array, sd: Array, sizes: list[tuple[int, int]], origin: int, names: list[str], i: int, model: str
-) -> Fitted:
-    counts = np.isfinite(b[i]).all(-1).sum(-1)
-    used = np.flatnonzero(counts >= 6)
-    if not len(used):
-        raise VidtrackError(f"cameras.{names[i]}: no view shows 6 corners of the board. Film it nearer.")
-    start = int(np.flatnonzero(used == origin)[0]) if origin in used else int(np.argmax(counts[used]))
-    try:
-        fit = fit_board(board, b[i : i + 1, used], sd[i : i + 1, used], sizes[i : i + 1], start, model=model)
-    except NoLens as none:
-        raise VidtrackError(f"cameras.{names[i]}: {none}.") from None
-    return fit, 0, used.tolist()
+def _moved(camera: Camera, motion: Motion | None) -> Camera:
+    return camera if motion is None else moved_camera(camera, *motion)
 
 
 def _doubts(name: str, board: Board, fit: BoardFit, row: int, size: tuple[int, int], units: str) -> list[Finding]:
@@ -308,12 +307,14 @@ def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dic
     }
 
 
-def _sightings(board: Board, fit: BoardFit, row: int, views: Sequence[View]) -> pd.DataFrame:
+def _sightings(board: Board, fit: BoardFit, row: int, views: Sequence[View], motion: Motion | None) -> pd.DataFrame:
     """Every corner that the camera saw, with its place in the world and its residuals."""
     places = seen_corners(board, fit)
     left = fit.residuals[row]
     k, j = np.nonzero(np.isfinite(left).all(-1))
     b = _predicted(fit, row, board)[k, j] + left[k, j]
+    if motion is not None:
+        places = places @ motion[0].T + motion[1]
     return pd.DataFrame(
         {
             "clip": [views[a][0] for a in k.tolist()],

@@ -12,6 +12,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.adjustment.measurements import KnownCameras
+from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import Bundle, bundle
 from vidtrack.calibration.normal_equations import Priors, priors_for
@@ -19,7 +20,8 @@ from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
-from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.triangulate import locate_points
 
 BY_CHANCE = 0.001
 """ASSUME: a point that is farther off its survey than any of a bundle's points would be so often is not there."""
@@ -45,6 +47,9 @@ def refine_together(
     sigma: float = 0.0,
     prior: Priors | Mapping[str, tuple[float, float]] | None = None,
     lenses: Sequence[Mapping[str, Any] | None] | None = None,
+    ties: Sequence[Mapping[str, Any]] = (),
+    boards: Mapping[str, Camera] | None = None,
+    alone: Sequence[Uncertainty | None] = (),
 ) -> Bundled:
     """Refine m cameras and their calibration points together (see `vidtrack.calibration.bundle`).
 
@@ -54,24 +59,38 @@ def refine_together(
     sigma    units, survey tolerance of points that have none of their own
     prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
     lenses   for each camera what camera.json says of its lens: names, mean and covariance where it is a prior; None
+    ties     what a board says of some cameras together: cameras, names, pivot, covariance, scale_sd (boards.json)
+    boards   by name the cameras that `ties` speaks of, in the board's world
+    alone    for each camera what was known of it before, where the survey placed it: only to say what the board gains
     Raises VidtrackError where no sigma is known, for then there is nothing to gain, or where the sights do not
     settle the parameters.
     """
     shared = side_by_side(points, sigma=sigma)
     names = free or [free_parameters("tsai")] * len(cameras)
     priors = priors_for(prior, names)
-    if not (shared.sigma[shared.used.any(0)] > 0).any():
+    tied = [_tied(tie, boards or {}, [camera.name for camera in cameras]) for tie in ties]
+    if not tied and not (shared.sigma[shared.used.any(0)] > 0).any():
         raise VidtrackError(
             "calibration.sigma: 0, so the survey is taken for exact and a bundle has nothing to share. "
             "Give the survey's tolerance, here or as a column sigma in points.csv, or set calibration.refine: full."
         )
     try:
-        known = _known_lenses(cameras, lenses or [None] * len(cameras))
-        found = bundle(cameras, shared.p, shared.b_used, sigma=shared.sigma, free=names, priors=priors, lenses=known)
+        by_tie = {name for tie in ties for name in tie["cameras"]}  # their lenses are known with their places
+        own = [None if camera.name in by_tie else lens for camera, lens in zip(cameras, lenses or [], strict=False)]
+        known = _known_lenses(cameras, own or [None] * len(cameras))
+        how: dict[str, Any] = {"sigma": shared.sigma, "free": names, "priors": priors}
+        found = bundle(cameras, shared.p, shared.b_used, lenses=known, tied=tied, **how)
     except ValueError as error:
         raise VidtrackError(f"calibration.refine: bundle: {error}. Or set calibration.refine: full.") from None
     findings = _findings(found, shared)
     records = [_record(found, shared, i, findings) for i in range(len(cameras))]
+    if tied:
+        joint = {"cameras": [c.name for c in cameras], "names": [list(n) for n in found.free]}
+        joint["covariance"] = found.covariance.tolist()
+        by_board = {"cameras": [list(tie["cameras"]) for tie in ties]} | _gain(cameras, alone, found, shared)
+        for record in records:
+            record["bundle"]["board"] = by_board
+            record["joint"] = joint
     return Bundled(
         list(found.cameras), [found.uncertainty(i) for i in range(len(cameras))], records, _points(found, shared)
     )
@@ -91,6 +110,42 @@ def _known_lenses(cameras: Sequence[Camera], lenses: Sequence[Mapping[str, Any] 
         start += k
     means = [camera.with_(**lens["mean"]) for camera, lens in zip(cameras, known, strict=True)]
     return KnownCameras(means, names, np.zeros(3), covariance)
+
+
+def _tied(tie: Mapping[str, Any], boards: Mapping[str, Camera], names: Sequence[str]) -> TiedCameras:
+    """What a board says of those of the cameras that it ties, in the order of `names`."""
+    edges = np.cumsum([0, *map(len, tie["names"])])
+    order = [(name, tie["cameras"].index(name)) for name in names if name in tie["cameras"]]
+    columns = [k for _, i in order for k in range(edges[i], edges[i + 1])]
+    own = {name: tuple(tie["names"][i]) for name, i in order}
+    return TiedCameras(
+        [boards[name] if name in own else next(iter(boards.values())) for name in names],
+        [own.get(name, ()) for name in names],
+        np.array(tie["pivot"], float),
+        np.array(tie["covariance"], float)[np.ix_(columns, columns)],
+        float(tie["scale_sd"]),
+    )
+
+
+def _gain(
+    cameras: Sequence[Camera], alone: Sequence[Uncertainty | None], found: Bundle, shared: SharedPoints
+) -> dict[str, float]:
+    """How well a point in the middle of the survey is located: sigma, the root mean square of the axes, world units.
+
+    `alone_sigma` is of the cameras as each was placed by its own points; absent where one saw none.
+    """
+    middle = shared.p[shared.used.any(0)].mean(0)
+    each: dict[str, tuple[Sequence[Camera], Sequence[Uncertainty], Array | None]] = {
+        "sigma": (found.cameras, [found.uncertainty(i) for i in range(len(cameras))], found.covariance)
+    }
+    if sum(known is not None for known in alone) == len(cameras):
+        each["alone_sigma"] = cameras, [known for known in alone if known], None
+    out = {}
+    for name, (rig, known, joint) in each.items():
+        b = np.array([project(camera, middle[None]) for camera in rig])
+        sigma = locate_points(rig, b, sd=found.sigma_px, uncertainties=known, joint=joint).sigma[0]
+        out[name] = float(np.sqrt((sigma**2).mean()))
+    return out
 
 
 def _record(found: Bundle, shared: SharedPoints, i: int, findings: Sequence[Finding]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, board_of
 from vidtrack.settings.config import Settings
+from vidtrack.workflow.orders import clips_of, lens_of
 from vidtrack.workflow.own_settings import Order, recording_of
 
 
@@ -47,3 +48,21 @@ def boards(settings: Settings, experiment: Experiment, cameras: list[str]) -> Or
         )
     world = next((board.world for board in [*described, *([own] if own else [])] if board.world), None)
     return {"units": settings.units, "cameras": cameras, "board": shown[0], "world": world}
+
+
+def tied(settings: Settings, experiment: Experiment, cameras: list[str]) -> list[str]:
+    """Those of the cameras whose places to each other a board may show, where surveyed points place some of them.
+
+    Closed-form calibration has no place for what is known beforehand.
+    """
+    if settings.calibration.refine not in ("full", "bundle"):
+        return []
+    found = [c for c in cameras if board_clips(settings, experiment, c) and lens_of(settings, c) is None]
+    surveyed = [c for c in found if clips_of(settings, experiment, c)]
+    return found if surveyed and len(found) > 1 else []
+
+
+def bundle(settings: Settings, boarded: list[str], tied: list[str], bare: list[str]) -> Order:
+    """What the bundle has beside its own order, where a board ties cameras: see `jobs.bundle`."""
+    own = {"boarded": boarded, "bare": [c for c in bare if c in tied]}
+    return own | {"board_only": settings.calibration.refine != "bundle"}

@@ -109,7 +109,7 @@ def survey(settings: Settings, cameras: list[str]) -> Order:
 
 def calibrate(settings: Settings, camera: str, board: bool = False) -> Order:
     """How one camera is calibrated; board: its lens is that of a board, where the config names no other."""
-    by_board = {"lens": {"use": "prior"}} if board else {}
+    by_board = {"lens": {"use": "prior", "board": True}} if board else {}
     own, how = settings.cameras[camera], settings.calibration
     return {
         "units": settings.units,

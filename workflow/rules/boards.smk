@@ -1,6 +1,7 @@
 # Needs: calibration/<clip>/<camera>.<ext> of a board (calibration/<clip>/board.yaml, or calibration.board in the config).
 # Makes: boards/<camera>/corners.parquet, lens.json and boards.json: lenses, and the cameras' places to each other. A
-# camera without surveyed points has its sightings from there too: the board of one view is the world.
+# camera without surveyed points has its sightings from there too: the board of one view is the world, or it is placed
+# among the cameras that see surveyed points.
 
 BOARDED = [
     camera
@@ -24,8 +25,18 @@ for camera in BOARDED:
         ],
         camera,
     )
+# Cameras that see surveyed points too: among them the board places those that see none.
+BESIDE_SURVEY = [c for c in BOARDED if clips_seen("calibration", c)]
+PLACING = BESIDE_SURVEY if PLACED_BY_BOARD else []
 if BOARDED:
-    BOOK.add("boards", or_stop(boarded.boards, SETTINGS, EXPERIMENT, BOARDED))
+    BOOK.add(
+        "boards",
+        or_stop(boarded.boards, SETTINGS, EXPERIMENT, BOARDED)
+        | {
+            "surveyed": [c for c in BOARDED if c not in PLACED_BY_BOARD],
+            "placing": PLACING,
+        },
+    )
 for camera in PLACED_BY_BOARD:
     BOOK.add("board_sightings", {"units": SETTINGS.units, "camera": camera}, [], camera)
 
@@ -64,6 +75,9 @@ rule boards:
     input:
         corners=of_boards("corners.parquet"),
         records=of_boards("board.json"),
+        survey=results(
+            lambda w: [f"{RESULTS}/calibration/{c}/sightings.parquet" for c in PLACING]
+        ),
     output:
         **{
             f"lens_{i}": f"{RESULTS}/boards/{camera}/lens.json"
@@ -88,7 +102,8 @@ rule boards:
         "Calibrating the lenses by the board"
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack boards --account {output.account:q} --log {log:q}"
-        " --input corners {input.corners:q} --input records {input.records:q} --output record {output.record:q}"
+        " --input corners {input.corners:q} --input records {input.records:q} --input survey {input.survey:q}"
+        " --output record {output.record:q}"
         + "".join(
             f" --output {camera}_lens {{output.lens_{i}:q}}"
             f" --output {camera}_sightings {{output.sightings_{i}:q}}"

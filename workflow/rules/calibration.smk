@@ -2,10 +2,15 @@
 # Makes: calibration/<camera>/sightings, points and camera.json; backprojection tables; overlays.
 # Clips filmed after the test (calibration.after) go the same way, under calibration_after, and end in stability.json.
 
-BUNDLED = SETTINGS.calibration.refine == "bundle"
 SETS = {"calibration": [], "calibration_after": []}
 # A run in a plane needs what its camera sees of the points, and no calibration, for which they may be too few.
 NEEDED = orders.calibrated(SETTINGS, EXPERIMENT)
+# Cameras whose places to each other a board shows, where surveyed points place some of them too.
+TIED = boarded.tied(SETTINGS, EXPERIMENT, NEEDED)
+BUNDLED = {
+    "calibration": bool(TIED) or SETTINGS.calibration.refine == "bundle",
+    "calibration_after": SETTINGS.calibration.refine == "bundle",
+}
 # Cameras whose points another program digitised: see importing.smk.
 DIGITISED = sorted({c for clip in EXPERIMENT.clips.values() for c in clip.digitised})
 
@@ -49,8 +54,10 @@ for clip_set, members in SETS.items():
             )
     if len(surveyed(clip_set)) > 1:
         BOOK.add("survey", orders.survey(SETTINGS, surveyed(clip_set)), [], clip_set)
-    if BUNDLED and members:
-        BOOK.add("bundle", orders.bundle(SETTINGS, members), [], clip_set)
+    if BUNDLED[clip_set] and members:
+        by_board = boarded.bundle(SETTINGS, BOARDED, TIED, PLACED_BY_BOARD)
+        own = by_board if TIED and clip_set == "calibration" else {}
+        BOOK.add("bundle", orders.bundle(SETTINGS, members) | own, [], clip_set)
 CALIBRATED, CALIBRATED_AFTER = SETS.values()
 # Cameras that film a wand are calibrated by it, whether or not they see surveyed points too.
 WAVED = waved.wand_cameras(SETTINGS, EXPERIMENT)
@@ -194,7 +201,7 @@ rule calibrate:
         ),
     output:
         points=f"{RESULTS}/{{set}}/{{camera}}/points.parquet",
-        camera=f"{RESULTS}/{{set}}/{{camera}}/{'alone' if BUNDLED else 'camera'}.json",
+        camera=f"{RESULTS}/{{set}}/{{camera}}/{'alone' if BUNDLED['calibration'] else 'camera'}.json",
         search=f"{RESULTS}/{{set}}/{{camera}}/search.parquet",
         account=account("calibrate", "{set}", "{camera}"),
     log:
@@ -223,11 +230,19 @@ for clip_set, members in SETS.items():
         input:
             alone=of_each(clip_set, "alone.json"),
             points=of_each(clip_set, "points.parquet"),
+            board=(
+                results(lambda w: [f"{RESULTS}/boards/boards.json"] if TIED else [])
+                if clip_set == "calibration"
+                else []
+            ),
+            lenses=(
+                of_boards("lens.json") if TIED and clip_set == "calibration" else []
+            ),
         output:
             **{
                 f"camera_{i}": f"{RESULTS}/{clip_set}/{camera}/camera.json"
                 for i, camera in enumerate(members)
-                if BUNDLED
+                if BUNDLED[clip_set]
             },
             account=account("bundle", clip_set),
         log:
@@ -244,6 +259,7 @@ for clip_set, members in SETS.items():
         shell:
             "printf '%s\\n' {params:q} | python -m vidtrack bundle --account {output.account:q} --log {log:q}"
             " --input alone {input.alone:q} --input points {input.points:q}"
+            " --input board {input.board:q} --input lenses {input.lenses:q}"
             + "".join(
                 f" --output {camera} {{output.camera_{i}:q}}"
                 for i, camera in enumerate(members)
