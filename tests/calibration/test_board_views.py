@@ -1,15 +1,15 @@
 """Which views of a board are used, and which cameras they connect."""
 
 import numpy as np
-import pandas as pd
 
 from tests.calibration.test_board_fit import SIZE, views
+from vidtrack.calibration.board_corners import Seen
 from vidtrack.calibration.board_views import MOST_VIEWS, chosen_views, connected, corner_arrays
 
 
 def table(b):
-    k, j = np.nonzero(np.isfinite(b).all(-1))
-    return pd.DataFrame({"clip": "board", "frame": k, "corner": j, "Xf": b[k, j, 0], "Yf": b[k, j, 1], "sd": 0.1})
+    seen = {("board", k): np.flatnonzero(np.isfinite(own).all(-1)) for k, own in enumerate(b)}
+    return {view: Seen(ids, b[view[1], ids], np.full(len(ids), 0.1)) for view, ids in seen.items() if len(ids)}
 
 
 def test_cameras_are_connected_by_views_that_both_see():
@@ -33,6 +33,6 @@ def test_of_many_views_the_most_different_are_used_and_the_rest_counted():
 
 def test_a_camera_without_any_view_has_none_and_the_others_theirs():
     b = views(3, 10)[0]
-    chosen, left_out = chosen_views({"cam1": table(b), "cam2": table(b).head(0)}, dict.fromkeys(("cam1", "cam2"), SIZE))
+    chosen, left_out = chosen_views({"cam1": table(b), "cam2": {}}, dict.fromkeys(("cam1", "cam2"), SIZE))
     assert chosen
     assert left_out["cam2"] == {"blurred": 0, "like_others": 0}

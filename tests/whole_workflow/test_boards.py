@@ -127,3 +127,81 @@ def test_the_tag_s_centre_is_a_target_and_its_corners_are_those_of_the_page(labo
     verdict = json.loads((laboratory / "results/verdict.json").read_text())
     codes = {found["code"] for run in ("one", "both") for found in verdict["runs"][run]["reasons"]}
     assert not {code for code in codes if "tag" in code or code.endswith("failed")}
+
+
+SURVEYED = np.array(
+    [[x, y, z] for x in (-150.0, 150.0) for y in (-100.0, 100.0) for z in (0.0, 180.0)]
+    + [[0.0, 120, 60], [-120, 0, 90], [90, -60, 140], [30, 50, -60.0]]
+)
+SURVEY_WORLD = cv2.Rodrigues(np.array([2.2, 0.1, -0.2]))[0], np.array([-60.0, 0.0, 720.0])
+"""Where the first camera of `cameras` sees the axes in which points are surveyed."""
+
+
+def surveyed_rig():
+    """Three cameras in the survey's world."""
+    R, T = SURVEY_WORLD
+    own = {name: c.with_(R=c.R @ R, T=c.R @ T + c.T) for name, c in cameras().items()}
+    turn = cv2.Rodrigues(np.array([0.0, -0.45, 0.05]))[0]
+    third = own["cam1"].with_(R=turn @ own["cam1"].R, T=turn @ own["cam1"].T + [300.0, 0, 100.0])
+    return own | {"cam3": third}
+
+
+@pytest.fixture(scope="module")
+def beside_survey(tmp_path_factory):
+    """A board of tags before two cameras, of which one sees surveyed points; a third sees points, but not the board."""
+    folder, rng = tmp_path_factory.mktemp("tied"), np.random.default_rng(4)
+    rig, bitmap, middle = surveyed_rig(), drawing("apriltag", 6, 4), np.array([90.0, 60.0, 0.0])
+    for k in range(8):
+        turn = cv2.Rodrigues(rng.normal(0, 0.4, 3))[0]
+        R = SURVEY_WORLD[0].T @ turn @ np.diag([1.0, -1.0, -1.0])
+        T = SURVEY_WORLD[0].T @ (rng.uniform([-40, -80, 450], [200, 80, 750]) - SURVEY_WORLD[1]) - R @ middle
+        for name, camera in rig.items():
+            seen = board_picture(camera, R, T, bitmap, SQUARE, rng=rng) if name != "cam3" else picture(SIZE[::-1], [])
+            save(folder / f"calibration/board/{name}/{k:03d}.png", seen)
+    for clip, name, kept in (("few", "cam1", range(6, 12)), ("front", "cam3", range(12))):
+        save(folder / f"calibration/{clip}/{name}.png", picture(SIZE[::-1], [], noise=2, rng=rng))
+        b = project(rig[name], SURVEYED) + rng.normal(0, 0.1, (len(SURVEYED), 2))
+        lines = ["camera,tag,Xf,Yf,sd", *(f"{name},p{i},{b[i, 0]:.2f},{b[i, 1]:.2f},0.1" for i in kept)]
+        (folder / f"calibration/{clip}/picks.csv").write_text("\n".join(lines) + "\n")
+    survey = "\n".join(f"p{i},{x:g},{y:g},{z:g}" for i, (x, y, z) in enumerate(SURVEYED))
+    (folder / "calibration/points.csv").write_text(f"tag,x,y,z\n{survey}\n")
+    board = {"type": "apriltag", "columns": 6, "rows": 4, "square": SQUARE}
+    (folder / "calibration/board/board.yaml").write_text(yaml.safe_dump(board))
+    for k, p in enumerate(SWUNG):
+        for name, camera in rig.items():
+            at = project(camera, p)
+            save(folder / f"runs/swing/{name}/{k:03d}.png", picture(SIZE[::-1], [(*at, 6)], noise=2, rng=rng))
+    own = {name: {"rate": 30, "clock": {"offset_s": 0}} for name in rig}
+    config = {"units": "mm", "cameras": own, "calibration": CALIBRATION, "runs": {"swing": {"targets": 1}}}
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    answer = snakemake(folder)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    return folder
+
+
+CALIBRATION = {"sigma": 0.3, "clips": {"few": {"tags": [f"p{i}" for i in range(6, 12)]}}}
+SWUNG = np.stack([40 * np.sin(np.arange(5) / 3), np.full(5, 20.0), 60.0 + 10 * np.arange(5)], -1)
+
+
+def test_a_camera_without_surveyed_points_is_in_the_survey_s_world_by_the_board(beside_survey):
+    """And the ball is where it was, within its sigma: the survey of six points is good to 0.3 mm."""
+    for name, camera in surveyed_rig().items():
+        record = json.loads((beside_survey / f"results/calibration/{name}/camera.json").read_text())
+        off = np.abs(np.array(record["position"]) - camera.position)
+        assert (off < 4.5 * np.array(record["position_sd"]) + 0.05).all(), (name, off, record["position_sd"])
+        assert off.max() < 8
+    found = pd.read_parquet(beside_survey / "results/runs/swing/trajectories.parquet")
+    off = np.abs(found[["x", "y", "z"]].to_numpy() - SWUNG)
+    assert off.max() < 1.5
+    assert (off < 4.5 * found[["sigma_x", "sigma_y", "sigma_z"]].to_numpy()).all()
+
+
+def test_the_record_says_what_the_board_ties_and_the_verdict_which_camera_it_was_not_shown_to(beside_survey):
+    record = json.loads((beside_survey / "results/calibration/cam2/camera.json").read_text())
+    assert record["bundle"]["board"]["cameras"] == [["cam1", "cam2"]]
+    assert record["bundle"]["board"]["sigma"] < 0.5
+    verdict = json.loads((beside_survey / "results/verdict.json").read_text())["calibration"]
+    lost = [found for found in [*verdict["reasons"], *verdict["notes"]] if found["code"] == "board-no-lens"]
+    assert lost
+    assert "cam3" in lost[0]["text"]
+    assert (beside_survey / "results/report/calibration.html").stat().st_size > 10_000

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import pandas as pd
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.board_corners import Seen
 from vidtrack.errors import VidtrackError
 
 MOST_VIEWS = 40
@@ -18,34 +18,37 @@ BLURRED = 3.0
 """Times the camera's median sd of a view's corners beyond which it is too blurred to help."""
 
 View = tuple[str, int]
+"""Clip and frame."""
+Views = Mapping[View, Seen]
+"""What one camera saw of the board, by view."""
 
 
 def chosen_views(
-    corners: Mapping[str, pd.DataFrame], sizes: Mapping[str, tuple[int, int]]
+    corners: Mapping[str, Views], sizes: Mapping[str, tuple[int, int]]
 ) -> tuple[list[View], dict[str, dict[str, int]]]:
     """The views that are used: for each camera sharp ones, spread farthest; and how many were not, and why.
 
-    corners  by camera: clip, frame, corner, Xf, Yf, sd (px)
+    corners  by camera: its views
     sizes    by camera: px, (width, height)
     """
     chosen: dict[View, None] = {}
     left_out = {}
     seen_by: dict[View, int] = {}
-    for table in corners.values():
-        for view in views_of(table):
+    for seen in corners.values():
+        for view in seen:
             seen_by[view] = seen_by.get(view, 0) + 1
-    for name, table in corners.items():
+    for name, seen in corners.items():
         width, height = sizes[name]
         views = []
-        for view, own in views_of(table).items():
-            b = own[["Xf", "Yf"]].to_numpy(float)
+        for view, own in seen.items():
+            b = own.b
             if len(b) < LEAST_CORNERS:
                 continue
             C = np.cov(b.T)
             size = np.sqrt(max(np.linalg.det(C), 1e-9)) / (width * height) * 20
             shape = [C[0, 0] - C[1, 1], 2 * C[0, 1]] / max(np.trace(C), 1e-9)
             features = np.array([*(b.mean(0) / (width, height)), np.log(size) / 3, *shape])
-            views.append((view, float(own["sd"].median()), len(own), features))
+            views.append((view, float(np.median(own.sd)), len(b), features))
         if not views:
             left_out[name] = {"blurred": 0, "like_others": 0}
             continue
@@ -55,12 +58,6 @@ def chosen_views(
         chosen |= dict.fromkeys(sharp[i][0] for i in picked)
         left_out[name] = {"blurred": len(views) - len(sharp), "like_others": len(sharp) - len(picked)}
     return sorted(chosen), left_out
-
-
-def views_of(table: pd.DataFrame) -> dict[View, pd.DataFrame]:
-    """The corners of each view."""
-    groups = table.groupby([table["clip"].astype(str), table["frame"].astype(int)])
-    return {(str(key[0]), int(str(key[1]))): own for key, own in groups}
 
 
 def _spread(features: Sequence[Array], weight: Sequence[int], most: int) -> list[int]:
@@ -80,18 +77,17 @@ def _spread(features: Sequence[Array], weight: Sequence[int], most: int) -> list
 
 
 def corner_arrays(
-    corners: Mapping[str, pd.DataFrame], names: Sequence[str], views: Sequence[View], q: int
+    corners: Mapping[str, Views], names: Sequence[str], views: Sequence[View], q: int
 ) -> tuple[Array, Array]:
     """Where each camera sees each of q corners in each view (m, n, q, 2) px, NaN where it does not, and its sd."""
     place = {view: k for k, view in enumerate(views)}
     b, sd = np.full((len(names), len(views), q, 2), np.nan), np.full((len(names), len(views), q), 1.0)
     for i, name in enumerate(names):
-        table = corners[name]
-        rows = np.array([place.get((str(c), int(f)), -1) for c, f in zip(table["clip"], table["frame"], strict=True)])
-        j, good = table["corner"].to_numpy(int), rows >= 0
-        good &= j < q
-        b[i, rows[good], j[good]] = table[["Xf", "Yf"]].to_numpy(float)[good]
-        sd[i, rows[good], j[good]] = table["sd"].to_numpy(float)[good]
+        for view, own in corners[name].items():
+            if view in place:
+                good = own.ids < q
+                b[i, place[view], own.ids[good]] = own.b[good]
+                sd[i, place[view], own.ids[good]] = own.sd[good]
     return b, sd
 
 

@@ -54,7 +54,8 @@ def _board(path: str, kind: str, columns: int, rows: int, square: float) -> int:
         raise VidtrackError("a board has 3 to 60 columns and rows of 1 to 1000 mm.")
     edge = round(MARGIN * PER_SQUARE)
     bitmap = drawing(kind, columns, rows)[edge:-edge, edge:-edge]
-    words = f"type: {kind}, columns: {columns}, rows: {rows}, square: {square:g} mm, marker: {0.75 * square:g} mm"
+    own = (0.5 if kind == "circles" else 0.75) * square  # a circle's diameter, a tag's side
+    words = f"type: {kind}, columns: {columns}, rows: {rows}, square: {square:g} mm, marker: {own:g} mm"
     with replacing(path) as file:
         board_sheet(bitmap, columns * square, rows * square, words).savefig(file, format="pdf")
     click.echo(f"{path}: print it at 100 %, measure the ruler, and glue it to a flat plate. {words}")

@@ -73,10 +73,7 @@ def _placed_by_board(job: Job) -> None:
     """The camera as the board's views placed it: its corners are no surveyed points, and nothing is fitted again."""
     given = read_json(job.paths("lens")[0])
     if given.get("found") is False:
-        lines = [
-            f["text"] for f in given["findings"] if f["code"] == "board-no-lens" and f"{given['camera']}:" in f["text"]
-        ]
-        raise VidtrackError(*(lines or [f"cameras.{given['camera']}: the board gives no lens."]))
+        raise VidtrackError(*(finding["text"] for finding in given["findings"]))
     found = read_camera(job.paths("lens")[0])
     record = {key: value for key, value in found.record.items() if key not in FRESH}
     units, provenance = job.settings["units"], job.provenance

@@ -27,7 +27,10 @@ class Board(Section):
     square: Positive = Field(
         description="`units`, side of a square, or from centre to centre of circles and tags: measure it on the print",
     )
-    marker: Positive | None = Field(None, description="`units`, side of a tag; default: three quarters of a square")
+    marker: Positive | None = Field(
+        None,
+        description="`units`, side of a tag, or diameter of a circle; default: three quarters, or half, of a square",
+    )
     dictionary: str = Field(
         "",
         pattern=r"^(DICT_\w+)?$",

@@ -1,7 +1,7 @@
 """Boards as a camera sees them: their drawing carried exactly through the camera and its lens, each pixel averaged.
 
-The drawing is a bitmap with many px a square; each pixel of the picture is the mean of some positions in it, each
-followed to the board's plane along its line of sight.
+The drawing is a bitmap with many px a square; each pixel of the picture is the mean of some positions in it, followed
+to the board's plane along its line of sight.
 """
 
 from __future__ import annotations
@@ -80,11 +80,9 @@ def board_picture(
     rows, columns = ((n - 2 * round(MARGIN * PER_SQUARE)) / PER_SQUARE for n in bitmap.shape)
     left, top, right, bottom = _shown(camera, R, T, columns * square, rows * square, MARGIN * square)
     level = np.full((OVER * height, OVER * width), background, np.float32)
-    offsets = (np.arange(OVER) + 0.5) / OVER - 0.5
-    X = (np.arange(left, right)[:, None] + offsets).ravel()
-    Y = (np.arange(top, bottom)[:, None] + offsets).ravel()
-    if X.size and Y.size:
-        centre, d = line_of_sight(camera, np.stack(np.meshgrid(X, Y), -1))
+    X, Y = np.arange(left - 1, right + 1), np.arange(top - 1, bottom + 1)  # one px more on each side
+    if right > left and bottom > top:
+        centre, d = line_of_sight(camera, np.stack(np.meshgrid(X, Y), -1).astype(float))
         start, along = R.T @ (centre - T), d @ R
         with np.errstate(divide="ignore", invalid="ignore"):
             t = -start[2] / along[..., 2]
@@ -92,7 +90,9 @@ def board_picture(
         x = (p[..., 0] / square + MARGIN) * PER_SQUARE - 0.5
         y = (rows - p[..., 1] / square + MARGIN) * PER_SQUARE - 0.5
         lost = ~np.isfinite(x) | ~np.isfinite(y) | (t <= 0)
-        x, y = np.where(lost, -1e6, x), np.where(lost, -1e6, y)
+        # between pixels the way to the board is straight to 1e-3 of the drawing's px
+        x, y, away = (_between(each) for each in (np.where(lost, 0, x), np.where(lost, 0, y), lost.astype(float)))
+        x, y = np.where(away > 0, -1e6, x), np.where(away > 0, -1e6, y)
         level[OVER * top : OVER * bottom, OVER * left : OVER * right] = cv2.remap(
             dark + (bright - dark) * cv2.GaussianBlur(bitmap, (0, 0), 0.8).astype(np.float32) / 255,
             x.astype(np.float32),
@@ -105,6 +105,16 @@ def board_picture(
     if rng is not None:
         picture = picture + rng.normal(0, noise, picture.shape)
     return np.asarray(np.clip(np.rint(picture), 0, 255), np.uint8)
+
+
+def _between(at_pixels: Array) -> Array:
+    """Values (OVER rows, OVER columns) at the positions in each pixel, from those at the pixels' middles and one more
+    on each side."""
+    import cv2
+
+    rows, columns = at_pixels.shape
+    fine = cv2.resize(at_pixels, (OVER * columns, OVER * rows), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(fine[OVER:-OVER, OVER:-OVER])
 
 
 def _shown(camera: Camera, R: Array, T: Array, across: float, up: float, margin: float) -> tuple[int, int, int, int]:

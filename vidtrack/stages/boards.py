@@ -11,6 +11,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.tied_cameras import moved_camera
 from vidtrack.calibration.board import STRETCH, Board
+from vidtrack.calibration.board_corners import Seen
 from vidtrack.calibration.board_fit import BoardFit, NoLens, fit_board, seen_corners
 from vidtrack.calibration.board_place import FEWEST_SURVEYED, Motion, survey_motion
 from vidtrack.calibration.board_views import (
@@ -19,7 +20,6 @@ from vidtrack.calibration.board_views import (
     chosen_views,
     connected,
     corner_arrays,
-    views_of,
     world_view,
 )
 from vidtrack.calibration.gates import hull_area
@@ -77,10 +77,11 @@ def boards(
     Raises VidtrackError where no camera's views give a lens.
     """
     findings: list[Finding] = []
-    views, left_out = chosen_views(corners, sizes)
-    seeing = [name for name in corners if any(len(own) >= LEAST_CORNERS for own in views_of(corners[name]).values())]
+    seen = {name: _views(table) for name, table in corners.items()}
+    views, left_out = chosen_views(seen, sizes)
+    seeing = [name for name, own in seen.items() if any(len(each.ids) >= LEAST_CORNERS for each in own.values())]
     why = {name: f"no view shows {LEAST_CORNERS} corners of the board" for name in corners if name not in seeing}
-    b, sd = corner_arrays(corners, seeing, views, len(board.corners))
+    b, sd = corner_arrays(seen, seeing, views, len(board.corners))
     if not seeing:
         raise VidtrackError(*(f"cameras.{name}: {reason}. Film it nearer." for name, reason in why.items()))
     origin = world_view(b, views, world)
@@ -95,27 +96,30 @@ def boards(
     rows = [i for i, name in enumerate(seeing) if name in alone]
     names = [seeing[i] for i in rows]
     fits = _fits(board, b[rows], sd[rows], names, sizes, alone, origin, findings, surveyed)
-    findings[:0] = [_used(views, left_out, views[origin]), *(_lost(name, why[name], surveyed) for name in why)]
+    lost = {name: _lost(name, reason, surveyed) for name, reason in why.items()}
+    findings.insert(0, _used(views, left_out, views[origin]))
     motions = {}
     for fit in fits:
-        own = {name: survey[name] for name in fit.names if survey and name in survey}
+        own = {name: _surveyed(survey[name]) for name in fit.names if survey and name in survey}
         motions[id(fit)] = _among_surveyed(fit, own, findings) if survey and set(fit.names) - set(surveyed) else None
     cameras, known, records, sightings = {}, {}, {}, {}
     common = list(findings)
     for fit in fits:
         moved = motions[id(fit)]
         for row, name in enumerate(fit.names):
-            cameras[name] = _moved(fit.done.cameras[row], moved).with_(name=name)
+            own_camera = fit.done.cameras[row].with_(name=name)
+            cameras[name] = moved_camera(own_camera, *moved) if moved else own_camera
             u = fit.done.uncertainties[row]
             known[name] = u if moved is None else u._replace(pivot=moved[0] @ u.pivot + moved[1])
             own_doubts = _doubts(name, board, fit.done, row, sizes[name], units)
-            said = _record(fit.done, row, len(fit.views), len(views_of(corners[name])), units)
+            said = _record(fit.done, row, len(fit.views), len(seen[name]), units)
             joint = {"joint": _joint(fit)} if len(fit.names) > 1 else {}
             records[name] = said | joint | {"findings": as_records([*common, *own_doubts])}
             findings += own_doubts
             sightings[name] = _sightings(board, fit.done, row, [views[k] for k in fit.views], moved)
-    for name in why:
-        records[name] = {"camera": name, "found": False, "findings": as_records(common)}
+    findings += lost.values()
+    for name, finding in lost.items():
+        records[name] = {"camera": name, "found": False, "findings": as_records([finding])}
         sightings[name] = next(iter(sightings.values())).head(0)
     record = {
         "cameras": list(corners),
@@ -132,6 +136,22 @@ def boards(
         "findings": as_records(findings),
     }
     return Boards(cameras, known, records, sightings, record, tuple(findings))
+
+
+def _views(table: pd.DataFrame) -> dict[View, Seen]:
+    """The corners of each view."""
+    found = {}
+    for key, own in table.groupby([table["clip"].astype(str), table["frame"].astype(int)]):
+        b, sd = own[["Xf", "Yf"]].to_numpy(float), own["sd"].to_numpy(float)
+        found[str(key[0]), int(str(key[1]))] = Seen(own["corner"].to_numpy(np.intp), b, sd)
+    return found
+
+
+def _surveyed(table: pd.DataFrame) -> tuple[Array, Array]:
+    """Surveyed points (n, 3) that were found, and where (n, 2) px."""
+    columns = table[["x", "y", "z", "Xf", "Yf"]].to_numpy(float)
+    good = np.isfinite(columns).all(1) & (table["found"].to_numpy(bool) if "found" in table else True)
+    return columns[good, :3], columns[good, 3:]
 
 
 def _lost(name: str, why: str, surveyed: Collection[str]) -> Finding:
@@ -227,7 +247,7 @@ def _joint(fit: Fitted) -> dict[str, Any]:
     return {"cameras": fit.names, "names": names, "covariance": fit.done.covariance.tolist()}
 
 
-def _among_surveyed(fit: Fitted, survey: Mapping[str, pd.DataFrame], findings: list[Finding]) -> Motion | None:
+def _among_surveyed(fit: Fitted, survey: Mapping[str, tuple[Array, Array]], findings: list[Finding]) -> Motion | None:
     """How the board's world moves to that of the survey; where it cannot, a finding."""
     motion = survey_motion(dict(zip(fit.names, fit.done.cameras, strict=True)), fit.done.model, survey)
     if motion is None:
@@ -239,10 +259,6 @@ def _among_surveyed(fit: Fitted, survey: Mapping[str, pd.DataFrame], findings: l
         cure = "Survey points that they see, or film the board by them and the others at once."
         findings.append(Finding("bad", "boards-not-connected", text, cure))
     return motion
-
-
-def _moved(camera: Camera, motion: Motion | None) -> Camera:
-    return camera if motion is None else moved_camera(camera, *motion)
 
 
 def _doubts(name: str, board: Board, fit: BoardFit, row: int, size: tuple[int, int], units: str) -> list[Finding]:
@@ -284,15 +300,14 @@ def _predicted(fit: BoardFit, row: int, board: Board) -> Array:
 
 
 def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dict[str, Any]:
-    left = fit.residuals[row]
-    seen = np.isfinite(left).all(-1)
-    length = np.linalg.norm(left[seen], axis=-1)
+    left = np.linalg.norm(fit.residuals[row], axis=-1)
+    length = left[np.isfinite(left)]
     return {
         "model": fit.model,
         "units": units,
         "refine": "full",
-        "n_points": int(seen.sum()),
-        "n_sighted": int(seen.sum()),
+        "n_points": len(length),
+        "n_sighted": len(length),
         "rms_px": float(np.sqrt((length**2).mean())),
         "max_px": float(length.max()),
         "sigma_px": fit.sigma_px,
@@ -313,8 +328,7 @@ def _sightings(board: Board, fit: BoardFit, row: int, views: Sequence[View], mot
     left = fit.residuals[row]
     k, j = np.nonzero(np.isfinite(left).all(-1))
     b = _predicted(fit, row, board)[k, j] + left[k, j]
-    if motion is not None:
-        places = places @ motion[0].T + motion[1]
+    places = places @ motion[0].T + motion[1] if motion else places
     return pd.DataFrame(
         {
             "clip": [views[a][0] for a in k.tolist()],

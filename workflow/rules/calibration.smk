@@ -222,48 +222,69 @@ rule calibrate:
         " --output points {output.points:q} --output camera {output.camera:q} --output search {output.search:q}"
 
 
-for clip_set, members in SETS.items():
+rule bundle:
+    input:
+        alone=of_each("calibration", "alone.json"),
+        points=of_each("calibration", "points.parquet"),
+        board=results(lambda w: [f"{RESULTS}/boards/boards.json"] if TIED else []),
+        lenses=of_boards("lens.json") if TIED else [],
+    output:
+        **{
+            f"camera_{i}": f"{RESULTS}/calibration/{camera}/camera.json"
+            for i, camera in enumerate(CALIBRATED)
+            if BUNDLED["calibration"]
+        },
+        account=account("bundle", "calibration"),
+    log:
+        f"{LOGS}/bundle/calibration.log",
+    benchmark:
+        f"{BENCHMARKS}/bundle/calibration.tsv"
+    resources:
+        mem_mb=400,
+        runtime=20,
+    params:
+        **order("bundle", parts=("calibration",)),
+    message:
+        "Refining all cameras and the surveyed points together"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack bundle --account {output.account:q} --log {log:q}"
+        " --input alone {input.alone:q} --input points {input.points:q}"
+        " --input board {input.board:q} --input lenses {input.lenses:q}"
+        + "".join(
+            f" --output {camera} {{output.camera_{i}:q}}"
+            for i, camera in enumerate(CALIBRATED)
+        )
 
-    rule:
-        name:
-            "bundle" if clip_set == "calibration" else "bundle_after"
-        input:
-            alone=of_each(clip_set, "alone.json"),
-            points=of_each(clip_set, "points.parquet"),
-            board=(
-                results(lambda w: [f"{RESULTS}/boards/boards.json"] if TIED else [])
-                if clip_set == "calibration"
-                else []
-            ),
-            lenses=(
-                of_boards("lens.json") if TIED and clip_set == "calibration" else []
-            ),
-        output:
-            **{
-                f"camera_{i}": f"{RESULTS}/{clip_set}/{camera}/camera.json"
-                for i, camera in enumerate(members)
-                if BUNDLED[clip_set]
-            },
-            account=account("bundle", clip_set),
-        log:
-            f"{LOGS}/bundle/{clip_set}.log",
-        benchmark:
-            f"{BENCHMARKS}/bundle/{clip_set}.tsv"
-        resources:
-            mem_mb=400,
-            runtime=20,
-        params:
-            **order("bundle", parts=(clip_set,)),
-        message:
-            "Refining all cameras and the surveyed points together"
-        shell:
-            "printf '%s\\n' {params:q} | python -m vidtrack bundle --account {output.account:q} --log {log:q}"
-            " --input alone {input.alone:q} --input points {input.points:q}"
-            " --input board {input.board:q} --input lenses {input.lenses:q}"
-            + "".join(
-                f" --output {camera} {{output.camera_{i}:q}}"
-                for i, camera in enumerate(members)
-            )
+
+rule bundle_after:
+    input:
+        alone=of_each("calibration_after", "alone.json"),
+        points=of_each("calibration_after", "points.parquet"),
+    output:
+        **{
+            f"camera_{i}": f"{RESULTS}/calibration_after/{camera}/camera.json"
+            for i, camera in enumerate(CALIBRATED_AFTER)
+            if BUNDLED["calibration_after"]
+        },
+        account=account("bundle", "calibration_after"),
+    log:
+        f"{LOGS}/bundle/calibration_after.log",
+    benchmark:
+        f"{BENCHMARKS}/bundle/calibration_after.tsv"
+    resources:
+        mem_mb=400,
+        runtime=20,
+    params:
+        **order("bundle", parts=("calibration_after",)),
+    message:
+        "Refining all cameras and the surveyed points of after the test together"
+    shell:
+        "printf '%s\\n' {params:q} | python -m vidtrack bundle --account {output.account:q} --log {log:q}"
+        " --input alone {input.alone:q} --input points {input.points:q}"
+        + "".join(
+            f" --output {camera} {{output.camera_{i}:q}}"
+            for i, camera in enumerate(CALIBRATED_AFTER)
+        )
 
 
 rule back_project:

@@ -32,7 +32,7 @@ def test_a_motion_of_the_whole_costs_nothing():
 
 def test_a_camera_that_moves_against_the_other_costs_what_its_sd_says():
     one, two = cameras(2)
-    moved = two.with_(T=two.T + [0.0, 0.5, 0.0])
+    moved = two.with_(T=two.T + np.array([0.0, 0.5, 0.0]))
     own = cost(tied(), [one, moved])
     assert 10 < own < 100  # ten standard deviations of each camera, shared between both
     assert cost(tied(), [moved_camera(one, R, T), moved_camera(moved, R, T)]) == pytest.approx(own, rel=1e-6)

@@ -1,6 +1,6 @@
 """Cameras whose lenses and places to each other are known, but not where in the world they stand together.
 
-A board that several cameras saw at once tells all but six numbers of them, the motion of the whole; of its scale it
+A board that several cameras saw at once gives all of this but six numbers, the motion of the whole; of its scale it
 knows what its maker does. The known covariance is whitened, and the directions in which the whole moves are taken out
 of the whitened equations: what is left says nothing of them.
 """
