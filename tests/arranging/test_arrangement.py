@@ -38,6 +38,15 @@ def proposed(*paths, wishes=None):
         (["Camera1.mp4", "Camera2.mp4", "Camera3.mp4"], "Camera1 Camera2 Camera3", "", "run1"),
         (["calibration/row1/cam_left.mov", "calibration/row1/cam_right.mov", "runs/my-test/cam_left.mov"],
          "cam_left cam_right", "row1", "my-test"),
+        ([f"sony-{side}/PRIVATE/M4ROOT/CLIP/C000{i}.MP4" for side in ("links", "rechts") for i in (1, 2)],
+         "sony-links sony-rechts", "", "C0001 C0002"),
+        (["stills/L.jpg", "stills/R.jpg", "L_wave1.mp4", "R_wave1.mp4", "L_wave2.mp4", "R_wave2.mp4"],
+         "L R", "stills", "wave1 wave2"),
+        ([f"Becken Süd/{side}/{name}.MOV" for side in "LR" for name in ("Versuch 1", "Kalibrierung")],
+         "L R", "Kalibrierung", "Versuch-1"),
+        ([f"high speed/{c}/{take}/{take}_0001.avi" for c in ("C1", "C2") for take in ("cal", "drop1")],
+         "C1 C2", "cal", "drop1"),
+        (["test1/cam1.mp4", "test1/cam2.mp4"], "cam1 cam2", "", "test1"),
     ],
 )  # fmt: skip
 def test_cameras_clips_and_runs_are_found_in_what_people_name_their_files(paths, cameras, clips, runs):
@@ -60,6 +69,14 @@ def test_names_without_anything_in_common_are_paired_by_order_and_that_is_said()
     found = arranged(recordings("GoPro1/GX42.MP4", "GoPro1/GX43.MP4", "GoPro2/GX100.MP4", "GoPro2/GX101.MP4"))
     assert found.of("run")[1].recordings["GoPro2"].path == "GoPro2/GX101.MP4"
     assert "order of their names" in found.notes[0]
+
+
+def test_two_makes_of_cameras_with_their_own_cards_are_paired_stills_with_stills():
+    paths = ["nikon/DCIM/101NIKON/DSC_0004.MOV", "nikon/DCIM/101NIKON/DSC_0005.jpg"]
+    paths += ["canon/DCIM/100CANON/IMG_0120.jpg", "canon/DCIM/100CANON/MVI_0121.MOV"]
+    found = proposed(*paths)
+    assert found["run"] == {"take1": {"nikon": paths[0], "canon": paths[3]}}
+    assert found["calibration"] == {"take2": {"nikon": paths[1], "canon": paths[2]}}
 
 
 def test_one_recording_is_a_run_of_one_camera_and_that_is_said():

@@ -24,6 +24,9 @@ CAMERA = re.compile(
 )
 """Words that name a camera."""
 
+COUNTER = re.compile(r"c\d{4}", re.IGNORECASE)
+"""How Sony's cameras count their recordings: C0001 is a take, C1 a camera."""
+
 CALIBRATION = re.compile(
     r".*(calib|kalib|survey|wand|checker|grid|dots|balls|points).*|cal\d*|row\d*|target[ _-]?plate", re.IGNORECASE
 )
@@ -120,10 +123,10 @@ def as_laid_out(recording: Recording) -> tuple[str, list[str]] | None:
 
 def _guess(recordings: Sequence[Recording], notes: list[str]) -> Callable[[Recording], tuple[str, list[str]]]:
     """A function from a recording to its camera and the words of its take."""
-    parts = {r.path: _parts(r) for r in recordings}
+    parts = _without_common_folder({r.path: _parts(r) for r in recordings})
     depth = max(len(p) for p in parts.values())
     best: tuple[float, Callable[[Recording], tuple[str, list[str]]], str] | None = None
-    for at in range(-depth, depth):
+    for at in (*range(-depth, depth), None):
         split = {path: _without(p, at) for path, p in parts.items()}
         if all(s is not None for s in split.values()):
             known = {path: s for path, s in split.items() if s is not None}
@@ -176,7 +179,32 @@ def _without_counter(stems: Sequence[str]) -> str:
     return ""
 
 
-def _without(parts: Sequence[str], at: int) -> tuple[str, list[str]] | None:
+def _without_common_folder(parts: Mapping[str, list[str]]) -> Mapping[str, list[str]]:
+    """Words without the folders that all recordings lie in, as far as a camera and a take remain: they name neither."""
+    (first, *_), folders = parts.values(), [path.split(os.sep)[:-1] for path in parts]
+    for level, name in enumerate(first):
+        shared = all(own[level : level + 1] == [name] for own in folders)
+        if not shared or CAMERA.fullmatch(name) or CALIBRATION.fullmatch(name) or len(parts) < 2:
+            break
+        if any(len(own) < 3 for own in parts.values()):
+            break
+        parts = {path: own[1:] for path, own in parts.items()}
+    return parts
+
+
+def _looks_like_camera(word: str) -> bool:
+    """Whether a word of a path, or one part of it (sony-left, Pool North), names a camera."""
+    words = [word, *(re.split(r"[ _.\-]+", word) if len(word) > 4 else [])]
+    return any(CAMERA.fullmatch(own) and not COUNTER.fullmatch(own) for own in words)
+
+
+def _without(parts: Sequence[str], at: int | None) -> tuple[str, list[str]] | None:
+    """The word at a place, None: the only one that looks like a camera, and the others."""
+    if at is None:
+        found = [i for i, word in enumerate(parts) if _looks_like_camera(word)]
+        if len(found) != 1:
+            return None
+        at = found[0]
     if not -len(parts) <= at < len(parts):
         return None
     rest = list(parts)
@@ -191,7 +219,7 @@ def _score(split: Sequence[tuple[str, list[str]]]) -> float:
         takes[tuple(rest)].add(camera.casefold())
     if len(values) > MOST_CAMERAS or sum(map(len, takes.values())) < len(split):
         return -2.0
-    looks = sum(bool(CAMERA.fullmatch(v)) for v in values) / len(values)
+    looks = sum(_looks_like_camera(v) for v in values) / len(values)
     wrong = sum(bool(CALIBRATION.fullmatch(v)) or v in GENERIC for v in values) / len(values)
     whole = sum(map(len, takes.values())) / (len(takes) * len(values))
     if len(values) == 1:
@@ -203,10 +231,10 @@ def _by_order(recordings: Sequence[Recording]) -> dict[str, tuple[str, list[str]
     """A folder a camera with names that have nothing in common: the first of each belong together."""
     folders: dict[tuple[str, str], list[Recording]] = defaultdict(list)
     for recording in recordings:
-        parts = os.path.dirname(recording.path).split(os.sep)
-        if parts == [""]:
+        parts = [p for p in os.path.dirname(recording.path).split(os.sep) if p and not CARD.fullmatch(p.casefold())]
+        if not parts:
             return None
-        camera = next((p for p in parts if CAMERA.fullmatch(p)), parts[0])
+        camera = next((p for p in parts if _looks_like_camera(p)), parts[0])
         rest = [p for p in parts if p != camera]
         folders[camera, os.sep.join(rest)].append(recording)
     by_rest: dict[str, dict[str, list[Recording]]] = defaultdict(dict)
@@ -218,7 +246,7 @@ def _by_order(recordings: Sequence[Recording]) -> dict[str, tuple[str, list[str]
         if len(counts) != 1 or len(cameras) < 2:
             return None
         for camera, own in cameras.items():
-            for i, recording in enumerate(own):
+            for i, recording in enumerate(sorted(own, key=lambda r: (r.kind == "still", r.path))):
                 stem = os.path.splitext(os.path.basename(recording.path))[0]
                 named = stem if CALIBRATION.fullmatch(stem) else f"take{i + 1}"
                 answer[recording.path] = camera, [*filter(None, kind.split(os.sep)), named]
@@ -250,7 +278,7 @@ def _is_calibration(words: Sequence[str], recording: Recording) -> bool:
 
 
 def _take_name(words: Sequence[str], kind: str) -> str:
-    naming = [w for w in words if w.casefold() not in GENERIC]
+    naming = list(dict.fromkeys(w for w in words if w.casefold() not in GENERIC))  # drop1/drop1_0001.tif
     if kind == "calibration":
         naming = [w for w in naming if w.casefold() != "calibration"] or naming
     return clean("-".join(naming)) if naming else ("clip1" if kind == "calibration" else "run1")
