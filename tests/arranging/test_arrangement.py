@@ -44,7 +44,7 @@ def proposed(*paths, wishes=None):
          "L R", "stills", "wave1 wave2"),
         ([f"Becken Süd/{side}/{name}.MOV" for side in "LR" for name in ("Versuch 1", "Kalibrierung")],
          "L R", "Kalibrierung", "Versuch-1"),
-        ([f"high speed/{c}/{take}/{take}_0001.avi" for c in ("C1", "C2") for take in ("cal", "drop1")],
+        ([f"high speed/{c}/{take}/{take}.avi" for c in ("C1", "C2") for take in ("cal", "drop1")],
          "C1 C2", "cal", "drop1"),
         (["test1/cam1.mp4", "test1/cam2.mp4"], "cam1 cam2", "", "test1"),
     ],
