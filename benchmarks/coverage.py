@@ -1,11 +1,11 @@
-"""Whether intervals hold the truth: small films are rendered, tracked, located and analysed, and what is true is counted.
+"""Whether intervals hold the truth: small films are tracked, located and analysed.
 
     PYTHONPATH=. python benchmarks/coverage.py --decays 100 --waves 60 [--seed 2611]
 
-A trial has a rig of its own: two cameras of 320 x 240 px, calibrated from 36 balls that are surveyed to 1/32 in and seen
-with 0.05 px. A decay is a ball that is let go; waves are a float of four balls in regular waves beside a gauge. Counted is
-how often the truth lies inside the 95 % interval: natural frequency, damping; amplitude ratio and phase of surge, heave
-and pitch at the centre of gravity; each sample of these motions inside 1.96 of its sigma.
+A trial has a rig of its own: two cameras of 320 x 240 px, calibrated from 36 balls that are surveyed to 1/32 in and
+seen with 0.05 px. A decay is a ball that is let go; waves are a float of four balls in regular waves beside a gauge.
+Counted is how often the truth lies inside the 95 % interval: natural frequency, damping; amplitude ratio and phase of
+surge, heave and pitch at the centre of gravity; each sample of these motions inside 1.96 of its sigma.
 """
 
 from __future__ import annotations

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.figures.drawn import T
 from vidtrack.figures import style
-from vidtrack.figures.style import camera_colours, clock_axis, legend, magnification, new_figure
+from vidtrack.figures.style import camera_colours, legend, magnification, new_figure
 
 
 def test_magnification_is_a_round_number_that_shows_typical_arrows():
@@ -18,14 +17,6 @@ def test_magnification_is_a_round_number_that_shows_typical_arrows():
 
 def test_a_camera_keeps_its_colour_whatever_the_figure():
     assert camera_colours(["a", "b"])["a"] == camera_colours(["a", "b", "c"])["a"]
-
-
-def test_seconds_since_midnight_are_told_from_a_whole_second_on():
-    _figure, ax = new_figure()
-    ax.plot(T, T)
-    clock_axis(ax)
-    assert ax.get_xlabel() == "time (s after 10:00:00)"
-    assert ax.xaxis.get_major_formatter()(36001.5, None) == "1.5"
 
 
 def test_axes_without_anything_labelled_have_no_legend_and_give_no_warning():

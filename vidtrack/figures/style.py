@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7A5C00", "#444444")
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#A67C00", "#7F7F7F")
 """Okabe and Ito's colours, which colour-blind readers can distinguish too."""
 
 AXIS_COLOURS = {"x": "#0072B2", "y": "#D55E00", "z": "#009E73"}
@@ -68,14 +68,3 @@ def magnification(lengths: Any, target: float) -> float:
     wanted = target / typical
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(max(1.0, power * max(s for s in (1, 2, 5) if s * power <= wanted * 1.0001)))
-
-
-def clock_axis(ax: Axes) -> None:
-    """Label the time axis of what is drawn so far: seconds since midnight are shown from a whole second on."""
-    import numpy as np
-
-    begin = float(ax.dataLim.x0)
-    first = int(np.floor(begin)) if np.isfinite(begin) and abs(begin) >= 100 else 0
-    clock = f"{first // 3600:02d}:{first // 60 % 60:02d}:{first % 60:02d}"
-    ax.xaxis.set_major_formatter(lambda value, _: f"{value - first:.6g}")
-    ax.set_xlabel(f"time (s after {clock})" if first else "time (s)", fontsize=8)

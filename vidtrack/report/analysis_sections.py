@@ -108,18 +108,31 @@ def wave_table(waves: Record, units: str) -> Table:
         height, width = _value(waves["H"])
         rows = [
             ["period T (s)", " ± ".join(_value(waves["T_s"]))],
-            ["height H, of the fundamental", f"{height} ± {width}"],
-            *_crossings(waves.get("H_crossings") or {}),
-            *([f"amplitude of harmonic {i + 1}", " ± ".join(_value(h))] for i, h in enumerate(waves["harmonics"])),
+            [f"height H, of the fundamental ({units})", f"{height} ± {width}"],
+            *_crossings(waves.get("H_crossings") or {}, units),
+            *(
+                [f"amplitude of harmonic {i + 1} ({units})", " ± ".join(_value(h))]
+                for i, h in enumerate(waves["harmonics"])
+            ),
             ["whole periods used", number(waves["periods"])],
             ["samples a period", _enough(waves["samples_a_period"])],
             *_of_motions(waves),
             ["scatter of the amplitude over the periods", f"{number(100 * waves['steadiness'], 2)} %"],
         ]
     else:
-        names = (("Hm0", "Hm0 = 4 √m0"), ("Tp", "Tp (s)"), ("Tz", "Tz = √(m0/m2) (s)"), ("Te", "Te = m-1/m0 (s)"))
+        names = (
+            ("Hm0", f"Hm0 = 4 √m0 ({units})"),
+            ("Tp", "Tp (s)"),
+            ("Tz", "Tz = √(m0/m2) (s)"),
+            ("Te", "Te = m-1/m0 (s)"),
+        )
         rows = [[label, number(waves.get(key), 4)] for key, label in names]
-        singles = (("H13", "H1/3"), ("H110", "H1/10"), ("Hmax", "Hmax"), ("Tz_crossings", "Tz by crossings (s)"))
+        singles = (
+            ("H13", f"H1/3 ({units})"),
+            ("H110", f"H1/10 ({units})"),
+            ("Hmax", f"Hmax ({units})"),
+            ("Tz_crossings", "Tz by crossings (s)"),
+        )
         rows += [[label, number(waves.get(key), 4)] for key, label in singles]
         rows.append(["waves between upward crossings", number(waves.get("n_waves"))])
         rows.append(["degrees of freedom of the spectrum", number(waves.get("degrees_of_freedom"), 3)])
@@ -178,11 +191,14 @@ def _of_motions(waves: Record) -> list[list[str]]:
     return [["samples a period of the motions, at least", _enough(min(each))]]
 
 
-def _crossings(own: Record) -> list[list[str]]:
+def _crossings(own: Record, units: str) -> list[list[str]]:
     if own.get("mean") is None:
         return []
     return [
-        ["height H between crossings, mean ± sd of the waves", f"{number(own['mean'], 4)} ± {number(own['sd'], 2)}"]
+        [
+            f"height H between crossings, mean ± sd of the waves ({units})",
+            f"{number(own['mean'], 4)} ± {number(own['sd'], 2)}",
+        ]
     ]
 
 

@@ -192,7 +192,7 @@
         pen.fillStyle = style("--faint");
         pen.lineWidth = 1;
         const steps = (a, b, n) => { const raw = (b - a) / n, power = Math.pow(10, Math.floor(Math.log10(raw))); return power * [1, 2, 5, 10].find(s => s * power >= raw); };
-        const dv = steps(least, most, 4), dt = steps(t0, t1, 8);
+        const dv = steps(least, most, 5), dt = steps(t0, t1, 8);
         pen.textAlign = "right";
         for (let v = Math.ceil(least / dv) * dv; v <= most; v += dv) {
           pen.beginPath(); pen.moveTo(left, rise(v)); pen.lineTo(width - right, rise(v)); pen.stroke();
