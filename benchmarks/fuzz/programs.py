@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from tests.exchange.points.test_qtm import markers
 from tests.exchange.thesis.folder import CODES
 from tests.exchange.thesis.rig import FIXED, cameras, points
 from tests.exchange.thesis.test_back import BY_BACK
-from tests.exchange.tracks.made import dltdv, positions
+from tests.exchange.tracks.made import dltdv, positions, sparse
 from tests.exchange.tracks.test_osp_tracker import trk
 from tests.exchange.tracks.test_sleap import analysis
 from tests.exchange.tracks.test_trackmate import whole
@@ -81,6 +82,11 @@ def _camera(path: str) -> None:
 
 def _tracks(path: str) -> None:
     placed(read_tracks(path, SAID, "runs.a.tracks"), SAID, "runs.a.tracks")
+
+
+def _sparse_tracks(path: str) -> None:
+    said = replace(SAID, camera="2 of 3")
+    placed(read_tracks(path, said, "runs.a.tracks"), said, "runs.a.tracks")
 
 
 def _points(path: str) -> None:
@@ -174,6 +180,7 @@ TRACKS = {
     "sleap.h5": Reader(partial(_made, "sleap.h5", lambda path: analysis(path, positions())), _tracks),
     "sleap.csv": Reader(partial(_text, "sleap.csv", _sleap), _tracks, text=True),
     "xypts.csv (DLTdv)": Reader(partial(_text, "xypts.csv", lambda: dltdv(positions(20))), _tracks, text=True),
+    "xypts.tsv (DLTdv)": Reader(partial(_text, "xypts.tsv", lambda: sparse(positions(20))), _sparse_tracks, text=True),
     "trackpy.csv": Reader(partial(_made, "trackpy.csv", lambda path: saved(path, positions(20))), _tracks, text=True),
     "tracker.trk": Reader(partial(_text, "cam1.trk", lambda: trk(positions(12))), _tracks, text=True),
     "tracker.txt": Reader(partial(_text, "cam1.txt", _exported), _tracks, text=True),

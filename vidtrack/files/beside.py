@@ -32,7 +32,7 @@ OTHERS = frozenset(
 )
 """Endings of files beside recordings that are none: notes, tables, sound, and what cameras and systems write."""
 
-TRACKS = ("csv", "txt", "h5", "hdf5", "xml", "trk", "prn", "dat")
+TRACKS = ("csv", "tsv", "txt", "h5", "hdf5", "xml", "trk", "prn", "dat")
 """Endings of tracks in place of a recording, and of calibration points in place of a clip."""
 
 CAMERA_FILES = ("csv", "txt", "toml", "yaml", "yml", "xml", "ori", "prn")

@@ -29,3 +29,18 @@ def dltdv(b, *, letters="XY", names=None, origin="upper-left", camera="_cam2", o
     for row in own:
         rows.append(",".join("{:.6f},{:.6f}".format(*pair) for at in row for pair in ((1.0, 2.0), tuple(at))))
     return "\n".join([head, *rows, ""]).replace("nan", "NaN")
+
+
+def sparse(b, *, cameras=3, camera=2, first=(1, 1)) -> str:
+    """DLTdv's sparse xypts of several cameras, of which one is ours and camera 1 has a point in every frame."""
+    k, n = b.shape[:2]
+    full = np.full((k, n, cameras, 2), np.nan)
+    full[:, :, camera - 1] = b + first
+    full[:, :, 0] = 7.0
+    flat = full.reshape(k, -1)
+    rows, columns = np.nonzero(np.isfinite(flat))
+    lines = [
+        f"{i + 1}\t{j + 1}\t{flat[i, j]:.6f}" for i, j in sorted(zip(rows, columns, strict=True), key=lambda p: p[::-1])
+    ]
+    head = ["Sparse format camera coordinates file", f"{k}\t{flat.shape[1]}\t{len(lines)}"]
+    return "\n".join([*head, *lines, ""])

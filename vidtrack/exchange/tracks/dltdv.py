@@ -5,9 +5,9 @@ DLTdv 5 to 8         `pt1_cam1_X, pt1_cam1_Y, ...`: 5 to 7 turn the picture over
                      1)), early versions of 8 do not, and nothing in the file says which: it is asked for
 Argus                `<name>_cam_1_x, <name>_cam_1_y`: lower-left origin, y = height - row, x = column from 0
 
-Missing is NaN or an empty cell; Argus also writes 0, 0. DLTdv's sparse .tsv names no cameras and is refused: export
-the flat CSV. The rows of all cameras belong to one moment: offsets between recordings have been used already. Units
-px. Sources: DLTdv7.m (flipud), DLTdv8a.mlapp 8.4.1; argus_gui DLCclicker.py and output.py.
+Missing is NaN or an empty cell; Argus also writes 0, 0. DLTdv's sparse .tsv: dltdv_sparse. The rows of all cameras
+belong to one moment: offsets between recordings have been used already. Units px. Sources: DLTdv7.m (flipud),
+DLTdv8a.mlapp 8.4.1; argus_gui DLCclicker.py and output.py.
 """
 
 from __future__ import annotations

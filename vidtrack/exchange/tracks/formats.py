@@ -10,7 +10,7 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, bytes_of, some, text_of
 from vidtrack.exchange.thesis.tracks import CODE_RATE, looks_like_tracks, read_taped
-from vidtrack.exchange.tracks import deeplabcut, dltdv, osp_tracker, sleap, trackmate, trackpy
+from vidtrack.exchange.tracks import deeplabcut, dltdv, dltdv_sparse, osp_tracker, sleap, trackmate, trackpy
 from vidtrack.exchange.tracks.digitised import Convention, Digitised
 from vidtrack.exchange.tracks.table import Table, split
 from vidtrack.exchange.xml import parsed
@@ -40,6 +40,8 @@ def _read(path: Path, said: Convention, where: str) -> Digitised:
     text = text_of(path, content)
     if looks_like_tracks(text):
         return _checked(path, _taped(path))
+    if dltdv_sparse.is_sparse(text):
+        return _checked(path, dltdv_sparse.read(path, text, said, where))
     if (named := osp_tracker.named_table(text)) is not None:
         return _checked(path, osp_tracker.read_table(path, named[1], named[0]))
     (first, *_), table = split(text)
