@@ -42,6 +42,8 @@ REACHES = (8, 30, 100, 400)
 FARTHEST = 1 << 40
 LASTS = 10
 """Moments of a course, at least, that may be what is left of a target that lasts."""
+BOUNCES = 3
+"""Moments of a gap up to which a target may have bounced in it."""
 FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
@@ -152,6 +154,8 @@ class Bridges:
         gap = self.first[other] - self.last[one]
         if hypot(X - x, Y - y) > FASTER * motion.fastest * gap + 10 * sd:
             return False
+        if gap <= BOUNCES:  # it may have bounced: its place goes on, its velocity need not
+            return True
         bend = FASTER * motion.sharpest * gap * (gap + 3) / 2 + 10 * sd * (1 + gap)
         return (v is None or hypot(X - x - gap * v[0], Y - y - gap * v[1]) <= bend) and (
             w is None or hypot(X - x - gap * w[0], Y - y - gap * w[1]) <= bend

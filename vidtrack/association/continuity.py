@@ -29,6 +29,9 @@ FINE = 20
 """Moments of a gap up to which each length has a law of its own; longer ones share it with some like them."""
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
+BOUNCE = -2.0
+"""# ASSUME: nats for a bounce at a seam, which leaves the place continuous and the velocity free: log of how many bounce,
+over the share of moments at which another target would just happen to begin."""
 FLOOR = -30.0
 """Nats, the least that a jump may be worth: less than LASTING, as a target may bounce while it is not seen."""
 
@@ -71,6 +74,7 @@ class Motion:
         self.sharpest = float(np.linalg.norm(bend, axis=-1).max(initial=0.0))
         self._backgrounds = [_background(_spread(places, d), _spread(speed, d), rows) for rows in (1, 2)]
         self._laws: dict[tuple[int, int, int], _Law | None] = {}
+        self._steps: dict[int, _Law | None] = {}
         self._tried: dict[tuple[object, ...], _Law | None] = {}
 
     def evidence(self, before: Array, after: Array, gap: int) -> Evidence:
@@ -92,7 +96,19 @@ class Motion:
         own = _log_t(float(jump @ law.inverse @ jump), law.log_det, n)
         inverse, log_det = self._backgrounds[n // self.dimension - 1]
         other = _log_t(float(jump @ inverse @ jump), log_det, n)
-        return Evidence(max(own - other, FLOOR), law.information)
+        return Evidence(max(own - other, self._bounced(after[0] - before[-1], gap), FLOOR), law.information)
+
+    def _bounced(self, step: Array, gap: int) -> float:
+        """Nats for one target that bounced in the gap: what its step (d,) in place says, whatever its velocity is."""
+        if gap not in self._steps:
+            step_of = np.array([[-1.0, 1.0]])
+            self._steps[gap] = self._measured(1, 1, gap, step_of, step_of)
+        law = self._steps[gap]
+        if law is None:
+            return -np.inf
+        inverse, log_det = self._backgrounds[0]
+        own = _log_t(float(step @ law.inverse @ step), law.log_det, step.size)
+        return BOUNCE + own - _log_t(float(step @ inverse @ step), log_det, step.size)
 
     def _candidates(self, kx: int, ky: int, gap: int) -> Iterator[_Law]:
         """Laws for so many samples on the sides of a gap that say anything, by polynomials and by prediction."""

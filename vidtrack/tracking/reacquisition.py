@@ -52,6 +52,7 @@ class Search:
     boxes_at_most      more targets than this are sought in the whole picture at once rather than box by box
     light_changes_after  samples after which the threshold is estimated again
     unsteady_px        a sample, by which a lost target may turn out faster than it was
+    turned_within      samples for which a lost target is sought about where it was last too: it may have bounced
     confirmed_within   samples, the longest gap between the two detections that confirm a re-acquired target
     whole              |log| of the ratio of pixel counts up to which a blob is one whole target after an occlusion,
                        neither two nor a part
@@ -64,6 +65,7 @@ class Search:
     boxes_at_most: int = 4
     light_changes_after: int = 10
     unsteady_px: float = 5.0
+    turned_within: int = 2
     confirmed_within: float = 8.0
     whole: float = 0.35
     above_edges: float = 1.5
@@ -119,6 +121,11 @@ class Reacquisition:
             now = now.missed(who[left], why | PREDICTED)
             now, chosen[left] = self.separation.beside_static(now, sample, who[left], predicted[left], scene)
             left = np.flatnonzero(chosen < 0)
+            turned = left[now.flag[who[left]] == LOST | PREDICTED]
+            turned = turned[now.state.missing[who[turned]] <= SEARCH.turned_within]
+            if 0 < turned.size <= SEARCH.boxes_at_most:
+                now, chosen[turned] = self._seek_turned(now, sample, who[turned], levels[turned])
+                left = np.flatnonzero(chosen < 0)
         if detection.level is None and 0 < left.size <= SEARCH.boxes_at_most:  # the light may have changed
             seen = np.isfinite(now.state.appearance.pixels[who[left]])
             alone = left[(now.flag[who[left]] & (MERGED | EDGE) == 0) & seen]
@@ -147,6 +154,29 @@ class Reacquisition:
         cost = self._cost(now, sample, who, near) + off
         chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
         return self._found(now, sample, who, near, chosen), chosen
+
+    def _seek_turned(self, now: Searched, sample: Sample, who: Ints, levels: Array) -> tuple[Searched, Ints]:
+        """Seek targets that may have bounced: as far from where they were last as they can have gone by now."""
+        last, reach = self._since_lost(now, who)
+        known = np.isfinite(last[:, 0]) & np.isfinite(reach) & np.isfinite(now.state.appearance.pixels[who])
+        chosen = np.full(who.size, -1)
+        if known.any():
+            who, last, reach = who[known], last[known], reach[known]
+            boxes = np.concatenate([last - reach[:, None], np.repeat(2 * reach[:, None], 2, axis=1)], axis=1)
+            near = blobs_near(sample, self.scene.detection, boxes, levels[known])
+            now, chosen[known] = self._seek_near(now, sample, who, last, boxes[:, 2:], near)
+        return now, chosen
+
+    def _since_lost(self, now: Searched, who: Ints) -> tuple[Array, Array]:
+        """Where targets were last (n, 2), and how far, px, they may be from there by now; inf: not known."""
+        where = now.state.positions[:, who]
+        seen = np.isfinite(where[..., 0])
+        last = where[len(where) - 1 - np.argmax(seen[::-1], axis=0), np.arange(who.size)]
+        with np.errstate(invalid="ignore"):
+            steps = np.diff(where, axis=0)
+            speed = np.nanmax(np.hypot(steps[..., 0], steps[..., 1]), axis=0, initial=-np.inf)
+        reach = np.hypot(*now.state.box[who].T) / 2 + (speed + SEARCH.unsteady_px) * now.state.missing[who]
+        return last, np.where(np.isfinite(speed), reach, np.inf)
 
     def _seek_occluded(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek targets that hide each other, predicted (n, 2) px by their courses: all of a group, or none of it."""
@@ -276,13 +306,10 @@ class Reacquisition:
         """Which blobs (n, m) targets may have come to since they were lost; anywhere after
         SEARCH.light_changes_after samples, and while it is not known yet how fast they are.
         """
-        with np.errstate(invalid="ignore"):
-            steps = np.diff(now.state.positions[:, who], axis=0)
-            speed = np.nanmax(np.hypot(steps[..., 0], steps[..., 1]), axis=0, initial=-np.inf)
-        gone = now.state.missing[who]
-        reach = np.hypot(*now.state.box[who].T) / 2 + (speed + SEARCH.unsteady_px) * gone
-        reach = np.where((gone > SEARCH.light_changes_after) | ~np.isfinite(speed), np.inf, reach)
-        off = np.hypot(blobs.Xf - predicted[:, :1], blobs.Yf - predicted[:, 1:])
+        last, reach = self._since_lost(now, who)
+        reach = np.where(now.state.missing[who] > SEARCH.light_changes_after, np.inf, reach)
+        off, turned = (np.hypot(blobs.Xf - at[:, :1], blobs.Yf - at[:, 1:]) for at in (predicted, last))
+        off = np.fmin(off, turned)
         return np.asarray(off < reach[:, None])
 
     def _seek_far(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
