@@ -5,6 +5,8 @@ import pytest
 
 from tests.association.swarm import T, as_tracklets, seen, swarm, who
 from vidtrack.association.associate import NONE, associate, associate_in_picture, most_at_once
+from vidtrack.association.tracklets import tracklets_of
+from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_rig
 
 
@@ -27,6 +29,24 @@ def test_thirty_targets_each_lost_for_a_second_are_thirty_trajectories(n_cameras
     assert sorted(map(sorted, (t for t, _ in told))) == [[k] for k in range(30)]
     assert all(n == n_cameras for _, n in told)
     assert (found.lead > np.log(1000)).all()
+
+
+def test_balls_that_bounce_are_one_trajectory_each_though_their_tracklets_end_at_every_bounce():
+    rng = np.random.default_rng(5)
+    cameras = thesis_rig(2)
+    t = np.arange(T.size)
+    fall = [(t + phase) % 23 for phase in (3, 18)]
+    up = np.stack([s * (22.5 - s) * 0.1 for s in fall])  # in: 13 up, at 2.3 a sample
+    p = np.stack([np.stack([x + 0.05 * t, 0 * t, z - 6], axis=-1) for x, z in zip((-12, 10), up, strict=True)])
+    tracks = [project(c, p) + rng.normal(0, 0.1, (2, t.size, 2)) for c in cameras]
+    piece = np.stack([np.cumsum(np.diff(s, prepend=s[0]) < 0) for s in fall]) + np.array([[0], [10]])
+    owner = np.unique(piece, return_inverse=True)[1].ravel()
+    sd = np.full((owner.size, 2), 0.1)
+    pieces = [tracklets_of(owner, np.tile(t, 2), track.reshape(-1, 2), sd) for track in tracks]
+    found = associate(cameras, pieces, targets=2)
+    of = np.arange(pieces[0].n) >= len(np.unique(piece[0]))
+    for own in found.trajectory:
+        assert own.tolist() == of.astype(int).tolist()
 
 
 def test_what_the_calibration_leaves_is_found_from_the_run():

@@ -46,6 +46,21 @@ def test_two_that_pass_through_one_place_are_told_apart_by_their_velocities():
     assert motion.evidence(c, b, 6).nats < 0
 
 
+def test_a_bounce_is_no_jump_where_the_place_goes_on_from_one_moment_to_the_next():
+    rng = np.random.default_rng(4)
+    t = np.arange(300)[:, None] / 30
+    falls = [
+        np.c_[0.3 * t + i, 0 * t, 4.9 * (t % 0.8) * (0.8 - t % 0.8)] + rng.normal(0, 0.001, (300, 3)) for i in (0, 1)
+    ]
+    # stretches end where the ball turns: each tracklet is cut there
+    motion = Motion([c[i : i + 24] for c in falls for i in range(0, 288, 24)])
+    bounced = motion.evidence(falls[0][:24], falls[0][24:48], 1).nats
+    other = motion.evidence(falls[0][:24], falls[1][24:48], 1).nats
+    assert bounced > 0
+    assert other < -5
+    assert motion.evidence(falls[0][:24], falls[0][25:48], 2).nats < 0  # two may have passed each other in between
+
+
 def test_a_jump_tells_no_more_than_its_floor_and_a_gap_that_was_never_measured_nothing():
     motion = Motion(list(waves(3, np.random.default_rng(1))))
     c = waves(1, np.random.default_rng(2))[0]

@@ -114,6 +114,20 @@ def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searche
     assert np.abs(steps - (3.0, 0.0)).max() < 0.1, "it goes on with the velocity of the two detections"
 
 
+def test_a_target_that_bounced_is_found_at_once_where_it_can_have_gone():
+    """It went on by 18 px a sample, and comes back by as much: 36 px from where it was expected."""
+    now, last = lost((60.0, 50.0), missing=1)
+    positions = now.state.positions.copy()
+    positions[-2:] = last + np.array([-18.0, 0.0]) * np.arange(1, -1, -1)[:, None, None]
+    now = replace(now, state=replace(now.state, positions=positions))
+    expected = last + np.array([18.0, 0.0])
+    back = sought(now, expected, sample((42.0, 50.0, RADIUS)))
+    assert back.values[0, 0] == pytest.approx(42.0, abs=0.05)
+    assert back.state.missing[0] == 0
+    away = sought(now, expected, sample((8.0, 50.0, RADIUS)))  # farther than it can have gone
+    assert away.flag[0] == LOST | PREDICTED
+
+
 @pytest.mark.parametrize("longest", [5, 12])
 def test_targets_that_hide_each_other_count_as_lost_after_max_occlusion(longest):
     now, position = lost((60.0, 50.0), (62.0, 50.0))

@@ -17,7 +17,7 @@ import numpy as np
 
 from vidtrack.arrays import Ints
 from vidtrack.association.choices import Choices, Pair, Worth
-from vidtrack.association.continuity import UNKNOWN, Evidence, Motion
+from vidtrack.association.continuity import BOUNCES, UNKNOWN, Evidence, Motion
 from vidtrack.association.courses import (
     AROUND,
     Course,
@@ -42,8 +42,6 @@ REACHES = (8, 30, 100, 400)
 FARTHEST = 1 << 40
 LASTS = 10
 """Moments of a course, at least, that may be what is left of a target that lasts."""
-BOUNCES = 3
-"""Moments of a gap up to which a target may have bounced in it."""
 FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
@@ -304,6 +302,10 @@ class Bridges:
         return abs(max(a, c) - min(b, d))
 
     def _lasts(self, g: int, h: int, common: int) -> bool:
-        """Whether two groups share no moments to speak of, and neither is too short to be distinguished from chance."""
+        """Whether two groups share no moments to speak of, and neither is too short to be distinguished from chance.
+
+        One that begins the moment after the other ended need not be long.
+        """
         (a, b), (c, d) = self.groups.span[g], self.groups.span[h]
-        return common <= TOUCHES and min(b - a, d - c) >= LASTS
+        after = 0 < max(a, c) - min(b, d) <= BOUNCES
+        return common <= TOUCHES and (after or min(b - a, d - c) >= LASTS)

@@ -29,9 +29,11 @@ FINE = 20
 """Moments of a gap up to which each length has a law of its own; longer ones share it with some like them."""
 TAIL = 4.0
 """Degrees of freedom of the t distribution of jumps: heavier tails than a normal one, as bounces and releases have."""
+BOUNCES = 1
+"""Moments of a gap up to which a target may have bounced in it: longer ones may hide that two passed each other."""
 BOUNCE = -2.0
-"""# ASSUME: nats for a bounce at a seam, which leaves the place continuous and the velocity free: log of how many bounce,
-over the share of moments at which another target would just happen to begin."""
+"""# ASSUME: nats for a bounce at a seam, which leaves the place continuous and the velocity free: log of the share of
+seams that are one, over the share of moments at which another target would just happen to begin."""
 FLOOR = -30.0
 """Nats, the least that a jump may be worth: less than LASTING, as a target may bounce while it is not seen."""
 
@@ -100,6 +102,8 @@ class Motion:
 
     def _bounced(self, step: Array, gap: int) -> float:
         """Nats for one target that bounced in the gap: what its step (d,) in place says, whatever its velocity is."""
+        if gap > BOUNCES:
+            return -np.inf
         if gap not in self._steps:
             step_of = np.array([[-1.0, 1.0]])
             self._steps[gap] = self._measured(1, 1, gap, step_of, step_of)

@@ -121,9 +121,9 @@ class Reacquisition:
             now = now.missed(who[left], why | PREDICTED)
             now, chosen[left] = self.separation.beside_static(now, sample, who[left], predicted[left], scene)
             left = np.flatnonzero(chosen < 0)
-            turned = left[now.flag[who[left]] == LOST | PREDICTED]
-            turned = turned[now.state.missing[who[turned]] <= SEARCH.turned_within]
-            if 0 < turned.size <= SEARCH.boxes_at_most:
+            recent = (now.flag[who] == LOST | PREDICTED) & (now.state.missing[who] <= SEARCH.turned_within)
+            recent &= np.isfinite(self._since_lost(now, who)[1]) & np.isfinite(now.state.appearance.pixels[who])
+            if 0 < (turned := left[recent[left]]).size <= SEARCH.boxes_at_most:
                 now, chosen[turned] = self._seek_turned(now, sample, who[turned], levels[turned])
                 left = np.flatnonzero(chosen < 0)
         if detection.level is None and 0 < left.size <= SEARCH.boxes_at_most:  # the light may have changed
@@ -158,23 +158,13 @@ class Reacquisition:
     def _seek_turned(self, now: Searched, sample: Sample, who: Ints, levels: Array) -> tuple[Searched, Ints]:
         """Seek targets that may have bounced: as far from where they were last as they can have gone by now."""
         last, reach = self._since_lost(now, who)
-        known = np.isfinite(last[:, 0]) & np.isfinite(reach) & np.isfinite(now.state.appearance.pixels[who])
-        chosen = np.full(who.size, -1)
-        if known.any():
-            who, last, reach = who[known], last[known], reach[known]
-            boxes = np.concatenate([last - reach[:, None], np.repeat(2 * reach[:, None], 2, axis=1)], axis=1)
-            near = blobs_near(sample, self.scene.detection, boxes, levels[known])
-            now, chosen[known] = self._seek_near(now, sample, who, last, boxes[:, 2:], near)
-        return now, chosen
+        boxes = np.concatenate([last - reach[:, None], np.repeat(2 * reach[:, None], 2, axis=1)], axis=1)
+        near = blobs_near(sample, self.scene.detection, boxes, levels)
+        return self._seek_near(now, sample, who, last, boxes[:, 2:], near)
 
     def _since_lost(self, now: Searched, who: Ints) -> tuple[Array, Array]:
         """Where targets were last (n, 2), and how far, px, they may be from there by now; inf: not known."""
-        where = now.state.positions[:, who]
-        seen = np.isfinite(where[..., 0])
-        last = where[len(where) - 1 - np.argmax(seen[::-1], axis=0), np.arange(who.size)]
-        with np.errstate(invalid="ignore"):
-            steps = np.diff(where, axis=0)
-            speed = np.nanmax(np.hypot(steps[..., 0], steps[..., 1]), axis=0, initial=-np.inf)
+        last, speed = now.state.last_seen(who)
         reach = np.hypot(*now.state.box[who].T) / 2 + (speed + SEARCH.unsteady_px) * now.state.missing[who]
         return last, np.where(np.isfinite(speed), reach, np.inf)
 
@@ -308,9 +298,8 @@ class Reacquisition:
         """
         last, reach = self._since_lost(now, who)
         reach = np.where(now.state.missing[who] > SEARCH.light_changes_after, np.inf, reach)
-        off, turned = (np.hypot(blobs.Xf - at[:, :1], blobs.Yf - at[:, 1:]) for at in (predicted, last))
-        off = np.fmin(off, turned)
-        return np.asarray(off < reach[:, None])
+        off = [np.hypot(blobs.Xf - at[:, :1], blobs.Yf - at[:, 1:]) for at in (predicted, last)]
+        return np.asarray(np.fmin(*off) < reach[:, None])
 
     def _seek_far(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek targets in the whole picture."""

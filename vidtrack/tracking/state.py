@@ -274,6 +274,15 @@ class TargetState:
         positions[-samples:, who] = now + velocity * (self.times[-samples:, None, None] - self.times[-1])
         return replace(self, positions=positions)
 
+    def last_seen(self, who: Ints) -> tuple[Array, Array]:
+        """Where targets were last (m, 2) px, NaN: not remembered; the fastest of their last steps, px a sample, -inf:
+        none is known.
+        """
+        where = self.positions[:, who]
+        last = where[MEMORY.samples - 1 - np.argmax(np.isfinite(where[::-1, :, 0]), axis=0), np.arange(len(who))]
+        steps = np.diff(where, axis=0)
+        return last, np.nanmax(np.hypot(steps[..., 0], steps[..., 1]), axis=0, initial=-np.inf)
+
     def _last_known(self, gone: Bools, home: Array) -> Array:
         positions = self.positions[:, gone]
         seen = np.isfinite(positions[..., 0])

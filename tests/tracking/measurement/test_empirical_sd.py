@@ -105,10 +105,17 @@ def test_errors_that_last_from_sample_to_sample_are_not_underrated():
 
 
 def test_a_gap_in_time_is_no_scatter():
-    t = np.arange(300.0) + 30 * (np.arange(300) // 25)
+    t = np.arange(300.0) + 0.3 * (np.arange(300) // 25)
     there = np.stack([3 * t, 2 * t])[:, :, None] + noise(300, 1)
     assert seen(there, 0.0, time=t).factor.max() < 1.3
     assert seen(there, 0.0).track.max() > 2  # as if no time had gone by
+
+
+def test_a_bounce_is_no_scatter():
+    t = np.arange(300.0)
+    up = 40 - 0.6 * (t % 23 - 11.5) ** 2  # falls on and off again all 23 samples, at 14 px a sample
+    there = np.stack([3 * t, up])[:, :, None] + noise(300, 1)
+    assert seen(there, 0.0).factor == pytest.approx(np.ones((2, 1)), abs=0.2)
 
 
 def test_too_few_samples_tell_nothing():

@@ -31,8 +31,8 @@ class Differences:
     fewest             differences from which a factor is estimated
     later              samples apart at which errors are compared with those of neighbours
     at_most            differences of all targets that are used, about
-    long_tail          sd that one difference counts for at most, the sd by the median: a knock is no noise, though
-                       errors of codecs have long tails
+    long_tail          sd that one difference counts for at most, the sd by the median: errors of codecs have long tails
+    knock              sd beyond which a difference is that of a knock or a bounce, and does not count at all
     position_to_light  largest ratio of a track's scatter to that of its light still taken as noise; seen: at most 3.3
                        with any codec, and 1.9 with none
     soft_edge_px       about the pixels above the threshold that belong to the centroid
@@ -46,6 +46,7 @@ class Differences:
     later: int = 4
     at_most: int = 20_000
     long_tail: float = 4.0
+    knock: float = 30.0
     position_to_light: float = 4.0
     soft_edge_px: float = 1.25
     creeping_px: float = 0.1
@@ -114,6 +115,8 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
     known = np.isfinite(share)
     count = known.sum(axis=1)
     square = _median(share, count) / 0.6745**2
+    known &= np.nan_to_num(share) <= DIFFERENCES.knock**2 * square[:, None]
+    count = known.sum(axis=1)
     share[~known] = 0
     square = np.minimum(share, DIFFERENCES.long_tail**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
     return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
