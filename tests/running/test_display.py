@@ -83,7 +83,7 @@ def test_while_nothing_is_counted_the_display_says_what_is_done_and_for_how_long
         display.refresh()
         assert "planning" in out.getvalue()
         assert "reading its time code" in out.getvalue()
-        assert "since 0:00" in out.getvalue()
+        assert "for 0:00" in out.getvalue()
         announce_end()
         display.heard("1 of 11 steps (9%) done")
         display.refresh()
@@ -100,3 +100,12 @@ def test_without_a_terminal_that_can_be_redrawn_each_job_done_is_a_line(tmp_path
         display.heard("rule x:")
         display.heard("2 of 3 steps (67%) done")
     assert out.getvalue().splitlines() == ["vidtrack: 1 of 2 jobs done", "vidtrack: 2 of 2 jobs done"]
+
+
+def test_after_ctrl_c_the_display_says_that_it_stops_and_not_that_jobs_begin(tmp_path):
+    out = io.StringIO()
+    with Display(Console(file=out, force_terminal=True, width=80), str(tmp_path), lambda: True) as display:
+        display.heard("1 of 11 steps (9%) done")
+        display.refresh()
+    assert "stopping: 1 of 10 jobs done" in out.getvalue()
+    assert "being started" not in out.getvalue()

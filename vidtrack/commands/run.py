@@ -56,7 +56,7 @@ def command(folder: str, only: str | None, cores: str, yes: bool, no_color: bool
     if only and not ended.code and not {"-n", "--dry-run"} & set(more):
         lines += _verdict_of(folder, only)
     for line in lines:
-        console.print(line, highlight=False, markup=False, soft_wrap=True, style=_colour(line))
+        console.print(line, highlight=False, markup=False, soft_wrap=not console.is_terminal, style=_colour(line))
     return 130 if ended.stopped else ended.code
 
 

@@ -6,7 +6,7 @@ import json
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -58,8 +58,8 @@ def time_left(job: Mapping[str, Any]) -> float | None:
 class Display:
     """The display of a run of the workflow: redrawn in place on a terminal, a line for each job done elsewhere."""
 
-    def __init__(self, console: Console, jobs: str) -> None:
-        self._console, self._jobs = console, jobs
+    def __init__(self, console: Console, jobs: str, stopping: Callable[[], bool] = lambda: False) -> None:
+        self._console, self._jobs, self._stopping = console, jobs, stopping
         self._steps = Steps()
         self._began = time.monotonic()
         self._seen: dict[str, float] = {}
@@ -95,12 +95,15 @@ class Display:
         done, total = self._steps
         at_work = jobs_at_work(self._jobs)
         head = Table.grid(padding=(0, 2))
-        what = f"{done} of {total} jobs done" if total else "planning: what is there, what has changed"
+        stopping = "stopping: " if self._stopping() else ""
+        what = stopping + (f"{done} of {total} jobs done" if total else "planning: what is there, what has changed")
         head.add_row(
             what, ProgressBar(total=total or 1, completed=done, width=24, pulse=not total), self._since_start()
         )
         rows = [(job["job"], *self._columns(job)) for job in at_work]
-        if total and not at_work:
+        if self._stopping():
+            rows = rows or [("the jobs under way are being ended; Ctrl-C again does not wait for them", "", "", "")]
+        elif total and not at_work:
             rows = [("the next jobs are being started" if done < total else "ending", "", "", "")]
         self._seen = {job["job"]: self._seen[job["job"]] for job in at_work}
         return Group(head, *(Text(line, no_wrap=True) for line in in_columns(rows, self._console.width)))
@@ -109,7 +112,7 @@ class Display:
         """How far a job is, how fast it goes, and how long it will take; while it counts nothing, how long it took."""
         begun = self._seen.setdefault(job["job"], time.monotonic())
         if not job["done"]:
-            return job.get("phase", ""), "", f"since {clock(time.monotonic() - begun)}"
+            return job.get("phase", ""), "", f"for {clock(time.monotonic() - begun)}"
         of = f" of {job['total']}" if job.get("total") else ""
         rate = f"{job['done'] / job['elapsed']:.0f}/s" if job["elapsed"] else ""
         left = time_left(job)

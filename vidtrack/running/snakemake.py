@@ -80,7 +80,7 @@ def run_snakemake(
         said: list[str] = []
         last: list[str] = []
         stops = _Stops(child)
-        with stops, Display(console, jobs) as display:
+        with stops, Display(console, jobs, lambda: stops.asked > 0) as display:
             for line in _lines(child, display):
                 text.write(line)
                 line = line.rstrip()

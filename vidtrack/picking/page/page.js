@@ -116,7 +116,9 @@ async function seek(n) {
   epipolar();
 }
 function fit() {
-  const c = $("picture");
+  const c = $("picture"), room = $("pictures"), ratio = S.info.width / S.info.height;
+  // beside or above each other, whichever shows both pictures larger
+  room.className = $("show").checked && ratio > room.clientWidth / room.clientHeight ? "stacked" : "";
   S.scale = Math.min(c.clientWidth / S.info.width, c.clientHeight / S.info.height);
   S.x = (c.clientWidth - S.scale * S.info.width) / 2 + S.scale / 2;
   S.y = (c.clientHeight - S.scale * S.info.height) / 2 + S.scale / 2;
@@ -482,7 +484,7 @@ $("threshold").onchange = () => {
 $("level").onchange = () => tryOut("threshold", Number($("level").value));
 $("min_pixels").onchange = () => { const n = Math.round(Number($("min_pixels").value)); if (n >= 1) tryOut("min_pixels", n); else fillDetect(); };
 $("tags").onchange = () => change(() => { S.tagTexts[view().name] = $("tags").value.trim(); });
-window.onresize = draw;
+window.onresize = () => { if (S.info) fit(); };
 window.onbeforeunload = (event) => { if (dirty()) event.preventDefault(); };
 document.onkeydown = (event) => {
   const key = event.key, typing = ["INPUT", "SELECT"].includes(event.target.tagName) && event.target.type !== "range";
