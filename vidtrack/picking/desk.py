@@ -325,7 +325,7 @@ class Desk:
         store.write_rows(self.table(kind, name), columns, rows)
 
     def plan(self) -> list[str]:
-        """What would run now, by Snakemake: a line each."""
+        """What would run now, by Snakemake, which says it twice: a line each."""
         from vidtrack.running.snakemake import arguments_for
 
         command = [*arguments_for(".", "1"), "--dry-run", "--quiet", "rules"]
@@ -335,4 +335,4 @@ class Desk:
             return [line.removeprefix("vidtrack: ") for line in text if line.startswith("vidtrack: ")] or text[-3:]
         jobs = [line.split() for line in text]
         found = [f"{w[1]} x {w[0]}" for w in jobs if len(w) == 2 and w[1].isdigit() and w[0] not in ("all", "total")]
-        return found or ["nothing: everything is up to date"]
+        return list(dict.fromkeys(found)) or ["nothing: everything is up to date"]

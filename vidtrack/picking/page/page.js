@@ -260,8 +260,9 @@ function changed() {
 function dirty() {
   return S.views.some((v) => JSON.stringify(v.rows) !== v.saved) || Object.keys(S.tried).length || Object.keys(S.tagTexts).length;
 }
-async function label(camera) {
-  const own = clips(camera), n = picked(camera);
+const asked = {};
+async function label(camera) { // of answers that overtake each other only that to the last question counts
+  const own = clips(camera), n = picked(camera), turn = asked[camera] = (asked[camera] || 0) + 1;
   if (!own.length || (n < NEED && !own.some((v) => v.name in S.tagTexts))) {
     delete S.labels[camera]; rows(); listViews(); draw(); return;
   }
@@ -271,6 +272,7 @@ async function label(camera) {
     if (v.name in S.tagTexts) unsaved[v.name].tags = S.tagTexts[v.name];
   }
   const found = await ask("/label", { camera, picks, clips: unsaved });
+  if (turn !== asked[camera]) return;
   for (const v of own) v.tags = found.tags[v.name];
   if (n >= NEED) S.labels[camera] = found; else delete S.labels[camera];
   fillTags();
