@@ -42,6 +42,10 @@ def test_repeatability_pooled_decays_and_full_scale_have_their_tables(page):
     assert found["Free decay, pooled over repeats"].rows[0][0] == "d1, d2"
     whole = found["At full scale, by Froude's law"]
     assert dict(zip(whole.header, whole.rows[0], strict=True))["T (s)"] == "6"
+    each = found["Response at full scale, by Froude's law"]
+    assert each.header == ["run", "scale", "motion", "RAO", "unit"]
+    assert {row[2] for row in each.rows} == {"b.heave", "b.pitch"}
+    assert {row[4] for row in each.rows} == {"m/m", "deg/m"}
 
 
 def test_a_campaign_of_nothing_analysed_still_has_its_list():

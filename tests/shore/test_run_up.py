@@ -46,3 +46,24 @@ def test_missing_samples_are_left_out_and_too_few_give_nothing():
     assert np.isnan(nothing.S)
     assert nothing.n == 0
     assert np.isnan(run_up(T[:30], z[:30]).Sig)
+
+
+@pytest.mark.parametrize(
+    ("setup", "incident", "infragravity", "R2"),
+    [  # py-wave-runup 0.1.12, models.Stockdon2006: Hs 4 m, Tp 11 s, slope 0.1, and 1.5 m, 8 s, 0.08
+        (0.9621334076, 2.0617144449, 1.6493715560, 2.5420364540),
+        (0.3427979511, 0.7345670379, 0.7345670379, 0.9642169543),
+    ],
+)
+def test_swash_of_stockdons_parts_has_stockdons_r2(setup, incident, infragravity, R2):
+    """The model's R2 is 1.1 times set-up and half the swash, fitted to beaches: a Gaussian swash has a tenth more."""
+    rng = np.random.default_rng(5)
+    t, z = np.arange(0, 20000, 0.5), 0.0
+    for height, low, high in ((incident, 0.08, 0.12), (infragravity, 0.005, 0.03)):
+        f, phase = rng.uniform(low, high, 60), rng.uniform(0, 2 * np.pi, 60)
+        part = sum(np.cos(2 * np.pi * a * t + b) for a, b in zip(f, phase, strict=True))
+        z = z + part * height / (4 * part.std())
+    found = run_up(t, setup + z)
+    assert (found.setup, found.Sinc, found.Sig) == pytest.approx((setup, incident, infragravity), rel=0.02)
+    assert found.S == pytest.approx(np.hypot(incident, infragravity), rel=0.02)
+    assert found.R2 == pytest.approx(R2, rel=0.15)

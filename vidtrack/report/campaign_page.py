@@ -45,6 +45,7 @@ def campaign_page(record: Record, *, units: str, title: str, provenance: Record)
         pooled_table(record["pooled"], units),
         repeatability_table(record["repeats"], units),
         full_scale_table(runs, units),
+        full_scale_responses(runs, units),
     ]
     charts = []
     for unit, curves in _curves(runs, units).items():
@@ -128,20 +129,32 @@ def full_scale_table(runs: Record, units: str) -> Table | None:
     if not scaled:
         return None
     names = [n for n in LABELS if any(n in own["full_scale"] for own in scaled.values())]
-    motions = list(dict.fromkeys(m for own in scaled.values() for m in own["full_scale"].get("responses", {})))
-    motions = [m for m in motions if m.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM]
     rows = [
         [
             name,
             number(own["scale"], 6),
             *(number(own["full_scale"].get(n), 4) for n in names),
-            *(number(own["full_scale"].get("responses", {}).get(m), 4) for m in motions),
         ]
         for name, own in scaled.items()
     ]
-    header = ["run", "scale", *(_label(n, units) for n in names), *(f"RAO {m}" for m in motions)]
+    header = ["run", "scale", *(_label(n, units) for n in names)]
     keys = [f"run-{name}" for name in scaled]
     return Table("At full scale, by Froude's law", header, rows, ABOUT["full-scale"], keys)
+
+
+def full_scale_responses(runs: Record, units: str) -> Table | None:
+    """The response of each motion of a body at full size, a line each: a column each would not fit on paper."""
+    rows, keys = [], []
+    for name, own in runs.items():
+        for motion, rao in ((own["full_scale"] or {}).get("responses") or {}).items():
+            if motion.rsplit(".", 1)[-1] in DEGREES_OF_FREEDOM:
+                unit = (own["responses"].get(motion) or {}).get("unit") or ""
+                rows.append([name, number(own["scale"], 6), motion, number(rao, 4), _ratio_unit(unit, units)])
+                keys.append(f"run-{name}")
+    if not rows:
+        return None
+    header = ["run", "scale", "motion", "RAO", "unit"]
+    return Table("Response at full scale, by Froude's law", header, rows, ABOUT["full-scale"], keys)
 
 
 def _curves(runs: Record, units: str) -> dict[str, dict[str, list[Record]]]:
