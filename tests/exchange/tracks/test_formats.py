@@ -1,3 +1,6 @@
+import fcntl
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -53,3 +56,12 @@ def test_noise_in_place_of_a_file_ends_in_a_line_and_never_in_a_traceback(tmp_pa
         with pytest.raises(VidtrackError) as error:
             read_tracks(path, Convention(likelihood=0.5), "here")
         assert "\n" not in str(error.value)
+
+
+def test_hdf5_is_read_without_a_lock_which_a_network_folder_may_not_have(tmp_path):
+    kept = Path(__file__).parents[1] / "public/sleap/tank.analysis.h5"
+    path = tmp_path / "cam1.h5"
+    path.write_bytes(kept.read_bytes())
+    with path.open("rb") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)  # who asks for a lock now is refused, as where there are none
+        assert read_tracks(path, Convention(), "here").b.shape == (12, 6, 2)

@@ -77,7 +77,7 @@ def _of_h5(path: Path, said: Convention, where: str) -> Digitised:
     import h5py
 
     try:
-        with h5py.File(os.fspath(path), "r") as file:
+        with h5py.File(os.fspath(path), "r", locking=False) as file:  # a network folder may have no locks
             return sleap.read_h5(path, file) if sleap.is_analysis(file) else deeplabcut.read_h5(path, file, said, where)
     except (OSError, RuntimeError, KeyError) as error:
         raise VidtrackError(f"{path}: not a whole HDF5 file ({str(error)[:80]}). Copy it again.") from None
