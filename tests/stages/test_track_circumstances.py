@@ -177,3 +177,22 @@ def test_targets_that_touch_when_they_begin_and_move_on_at_once_are_found_again(
     measured = np.isfinite(off(tracked, path))
     assert measured[12:].mean() > 0.95
     assert np.nanmax(off(tracked, path)) < 0.3
+
+
+def test_nothing_is_measured_in_pictures_whose_damage_the_decoder_does_not_report():
+    frames, info = recorded(circle(), noise=1.5)
+    grain = np.random.default_rng(1).normal(0, 8, SHAPE)
+    rng = np.random.default_rng(2)
+    garbage = np.kron(rng.choice([-50, 0, 0, 0, 50], (SHAPE[0] // 8, SHAPE[1] // 8)), np.ones((8, 8)))
+    garbage = np.pad(garbage, ((0, 0), (0, SHAPE[1] % 8)))
+    hurt = range(30, 37)
+    levels = [frame.luma + grain + (garbage if frame.index in hurt else 0) for frame in frames]
+    frames = [f._replace(luma=np.clip(level, 0, 255).astype(np.uint8)) for f, level in zip(frames, levels, strict=True)]
+    tracked = track(frames, info, targets=1)
+    table = tracked.centroids.set_index("frame")
+    assert table["Xf"].isna()[list(hurt)].all()
+    assert table["flag"][list(hurt)].str.contains("corrupt").all()
+    assert table["Xf"].notna().sum() == len(frames) - len(hurt)
+    assert not tracked.tracklets["frame"].isin(hurt).any()
+    (finding,) = [one for one in tracked.findings if one.code == "damage-seen"]
+    assert finding.text.startswith("7 pictures are damaged, though their decoder reports nothing (frame 30 to 36)")

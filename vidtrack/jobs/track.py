@@ -63,6 +63,7 @@ def run(job: Job) -> None:
         if tags is not None:
             tracked = _with_tags(tracked, tags, settings)
         account = _not_refuted(video.account, tracked.diagnostics["measured"])
+        account = account._replace(corrupt=account.corrupt + len(tracked.diagnostics.get("damage_seen", ())))
     in_fields = bool((tracked.centroids["field"] != "frame").any())
     light = _light(meter, tracked.clock, in_fields)
     course = _course(samples, tracked, light, info.bits)

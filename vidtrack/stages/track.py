@@ -21,6 +21,7 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
 from vidtrack.tracking.assessment import (
+    damaged_pictures,
     line,
     missing_targets,
     more_than_asked,
@@ -29,6 +30,7 @@ from vidtrack.tracking.assessment import (
     scattering,
 )
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
+from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -140,8 +142,8 @@ def track(
     if start_boxes is not None and len(start_boxes):
         boxes = named_boxes(targets, {str(name): start_boxes[name].to_numpy() for name in start_boxes}, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    repeats = RepeatedPictures()
-    used = repeats.over(between(frames, info, start, end, where="detect"))
+    repeats, damage = RepeatedPictures(), DamagedPictures(info.bits)
+    used = repeats.over(damage.over(between(frames, info, start, end, where="detect")))
     limits = (max_step, min_motion, max_clutter, max_occlusion)
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)
     at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
@@ -178,7 +180,8 @@ def track(
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
     repeated = np.repeat(np.array(repeats.flags, bool), lines)
-    rows = with_resting(rows, repeated, lines)
+    damaged = np.isin(moment.frame, list(damage.indices))
+    rows = without_damaged(with_resting(rows, repeated, lines), damaged)
     parity = (moment.field == "bottom").astype(int)
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines)
@@ -186,11 +189,14 @@ def track(
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     grown = np.median(seen.factor, axis=1) if names else np.ones(2)
-    cut = cut_tracks(rows, tracker.others(), grown)
+    cut = cut_tracks(rows, kept_others(tracker.others(), damaged), grown)
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
-    windows = _window_table(tracker.windows.kept, columns, clip.detection.noise, grown)
+    seen_well = [one for one in tracker.windows.kept if not damaged[one.sample]]
+    windows = _window_table(seen_well, columns, clip.detection.noise, grown)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record()
     diagnostics |= {"begun": begun.how, "exposure": shapes.exposure}
+    if damage.indices:
+        diagnostics["damage_seen"] = sorted(damage.indices)
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
@@ -199,6 +205,7 @@ def track(
         *order_of_fields(rows, moment.field),
         *uneven,
         *repeated_pictures(repeats.flags, rows),
+        *damaged_pictures(damage.indices),
     ]
     diagnostics["problems"] = [line(finding) for finding in found]
     return Tracked(table, tracklets, windows, diagnostics, found, clock)

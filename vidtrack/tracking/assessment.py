@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -228,6 +228,22 @@ def repeated_pictures(flags: Sequence[bool], rows: Rows) -> list[Finding]:
         "there and not measured."
     )
     return [Finding(level, "pictures-repeat", text, "Copy the recording again, without a change of frame rate.")]
+
+
+def damaged_pictures(indices: Collection[int]) -> list[Finding]:
+    """Pictures whose damage the decoder did not report, by the frames' numbers."""
+    if not indices:
+        return []
+    at = sorted(indices)
+    begins = [k for k in at if k - 1 not in indices]
+    ends = [k for k in at if k + 1 not in indices]
+    places = [str(a) if a == b else f"{a} to {b}" for a, b in zip(begins, ends, strict=True)]
+    more = f" and {len(places) - 3} places more" if len(places) > 3 else ""
+    text = (
+        f"{len(at)} pictures are damaged, though their decoder reports nothing (frame {', '.join(places[:3])}{more}): "
+        "the still background changes in many blocks at once and comes back as suddenly. Nothing is measured there."
+    )
+    return [Finding("doubtful", "damage-seen", text, "Copy the recording again from the camera or tape.")]
 
 
 def order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:

@@ -13,6 +13,7 @@ from vidtrack.arrays import Array
 from vidtrack.timing.fields import split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.clip import OPENING, field_order
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.detection.coded_tags import TagFinder
 from vidtrack.tracking.measurement.tag_corners import tag_corners
 
@@ -63,12 +64,13 @@ class TagReader:
         self._ids = None if ids is None else set(ids)
         self._samples: list[tuple[int, str, float, float]] = []
         self._found: list[tuple[int, int, Array, Array, float, float, float, int]] = []
+        self._damage = DamagedPictures(info.bits)
         self.order = "frame"
         self.modules = self._finder.modules
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames unchanged."""
-        frames = iter(frames)
+        frames = self._damage.over(frames)
         opening: list[Frame] = []
         if self._fields != "frame":
             opening = list(islice(frames, OPENING.frames))
@@ -127,6 +129,8 @@ class TagReader:
         side, blur, contrast = (np.full((k, n), np.nan) for _ in range(3))
         column = {int(number): i for i, number in enumerate(ids)}
         for row, number, own_b, own_sd, own_side, own_blur, own_contrast, own_flag in self._found:
+            if self._samples[row][0] in self._damage.indices:
+                continue
             at = row, column[number]
             b[at], sd[at], flag[at] = own_b, own_sd, own_flag
             side[at], blur[at], contrast[at] = own_side, own_blur, own_contrast

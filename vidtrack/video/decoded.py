@@ -215,16 +215,19 @@ class DecodedVideo(Video):
 
         Where the container is damaged, reading is taken up again behind it.
         """
-        failures, rightly_timed = 0, retimer(self._container, self._stream)
-        while failures < _PATIENCE:
+        failures, rightly_timed, at_end = 0, retimer(self._container, self._stream), False
+        while failures < _PATIENCE and not at_end:
             try:
                 for packet in self._container.demux(self._stream):
-                    failures = 0
-                    yield packet, rightly_timed(packet) if packet.size else ""
+                    failures, at_end = 0, not packet.size
+                    yield packet, "" if at_end else rightly_timed(packet)
                 return
             except av.error.FFmpegError as error:
                 failures += 1
                 self._log.broken_off(error)
+            except IndexError:  # PyAV has no place for streams that damage makes appear
+                failures += 1
+                self._log.broken_off(ValueError("packets of a stream that its header does not name"))
 
     def _reader(self, picture: Any) -> Any:
         """What makes levels of pictures like this one."""

@@ -1,0 +1,115 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from vidtrack.timing.frame import Frame
+from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
+from vidtrack.tracking.record import Others
+from vidtrack.tracking.state import CORRUPT, MEASURED, PREDICTED, Rows, present
+
+SIZE = 128, 192
+N = 24
+
+
+def scene(seed=0, balls=3, speed=3.0, n=N):
+    """Pictures (n, height, width) of balls that move over a still texture, grey levels with noise."""
+    rng = np.random.default_rng(seed)
+    Y, X = np.mgrid[: SIZE[0], : SIZE[1]].astype(float)
+    still = 80 + 15 * np.sin(X / 6) * np.cos(Y / 8) + rng.normal(0, 4, SIZE)
+    out = np.empty((n, *SIZE))
+    for i in range(n):
+        out[i] = still + rng.normal(0, 1.5, SIZE)
+        for k in range(balls):
+            x, y = (20 + 50 * k + speed * (1 - 2 * (k % 2)) * i) % SIZE[1], 20 + 40 * k
+            out[i][np.hypot(X - x, Y - y) < 7] = 200
+    return out
+
+
+def garbage(pictures, which, *, seed=5, blocks=40):
+    """Blocks of 8 x 8 pixels, scattered, that some pictures show instead."""
+    rng = np.random.default_rng(seed)
+    rows, columns = rng.integers(0, SIZE[0] // 8, blocks), rng.integers(0, SIZE[1] // 8, blocks)
+    hurt = pictures.copy()
+    for row, column in zip(8 * rows, 8 * columns, strict=True):
+        block = rng.uniform(-60, 60) + 30 * rng.choice([-1, 1], (4, 4)).repeat(2, 0).repeat(2, 1)
+        hurt[which, row : row + 8, column : column + 8] += block
+    return hurt
+
+
+def found(pictures, *, bits=8, corrupt=()):
+    levels = np.clip(np.rint(pictures), 0, 255).astype(np.uint8 if bits == 8 else np.uint16)
+    frames = [Frame(i, Fraction(i, 30), p << (bits - 8), i in corrupt, None) for i, p in enumerate(levels)]
+    damage = DamagedPictures(bits)
+    assert list(damage.over(frames)) == frames
+    return sorted(damage.indices)
+
+
+@pytest.mark.parametrize("which", [[9], [9, 10, 11, 12, 13], [1], [1, 2, 3], list(range(5, 22))])
+def test_blocks_of_the_background_that_leave_and_come_back_at_once_are_damage(which):
+    assert found(garbage(scene(), which)) == which
+
+
+def test_deep_pictures_are_looked_at_alike():
+    assert found(garbage(scene(), [7, 8]), bits=12) == [7, 8]
+
+
+def test_garbage_that_spreads_while_it_lasts_is_damage_from_its_first_picture_on():
+    hurt = garbage(scene(), list(range(8, 15)))
+    assert found(garbage(hurt, list(range(11, 15)), seed=6)) == list(range(8, 15))
+
+
+def test_pictures_that_the_decoder_calls_damaged_are_not_looked_at():
+    assert found(garbage(scene(), [9]), corrupt=(9,)) == []
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 6.0, 20.0])
+@pytest.mark.parametrize("balls", [0, 3])
+def test_targets_that_move_are_no_damage(speed, balls):
+    assert found(scene(speed=speed, balls=balls)) == []
+
+
+def test_a_flash_or_a_lamp_that_is_switched_on_and_off_is_no_damage():
+    for which in ([9], list(range(9, 15))):
+        brighter = scene()
+        brighter[which] *= 1.3
+        assert found(brighter) == []
+        spot = scene()
+        Y, X = np.mgrid[: SIZE[0], : SIZE[1]]
+        spot[which] += 60 * np.exp(-((X - 90) ** 2 + (Y - 60) ** 2) / 800)
+        assert found(spot) == []
+
+
+def test_a_change_that_lasts_is_no_damage():
+    assert found(garbage(scene(), list(range(9, N)))) == []
+
+
+def test_waves_and_glitter_are_no_damage():
+    rng = np.random.default_rng(3)
+    pictures = scene(n=60)
+    for picture in pictures:
+        for row, column in rng.integers(0, (64, SIZE[1] - 3), (12, 2)):
+            picture[row : row + 3, column : column + 3] = 230
+    assert found(pictures) == []
+
+
+def rows():
+    values = np.ones((MEASURED, 4, 2))
+    return Rows(values, np.zeros((4, 2, 2)), np.zeros((4, 2), np.int64), np.zeros(4))
+
+
+def test_nothing_is_measured_in_damaged_samples():
+    damaged = np.array([False, True, True, False])
+    out = without_damaged(rows(), damaged)
+    assert present(out).tolist() == [[True] * 2, [False] * 2, [False] * 2, [True] * 2]
+    assert (out.flag[damaged] == CORRUPT | PREDICTED).all()
+    assert (out.flag[~damaged] == 0).all()
+    assert without_damaged(rows(), np.zeros(4, bool)).flag.sum() == 0
+
+
+def test_other_tracks_have_no_samples_in_damaged_pictures():
+    sample = np.array([0, 1, 2, 2, 3])
+    others = Others(np.arange(5), sample, np.arange(MEASURED * 5.0).reshape(MEASURED, 5), np.zeros(5, np.int64))
+    kept = kept_others(others, np.array([False, False, True, False]))
+    assert kept.sample.tolist() == [0, 1, 3]
+    assert kept.values[0].tolist() == [0, 1, 4]

@@ -1,0 +1,162 @@
+"""Pictures whose damage shows in no flag of the decoder: the still background leaves all at once, and comes back.
+
+A decoder that meets noise inside a slice decodes it to garbage and goes on. A fixed camera shows it: many scattered
+blocks of the background, which were still, differ from the picture before by far more than they usually do, and after
+one picture (in codecs that code each picture by itself) or with the next key frame, just as suddenly, they are what
+they were. Targets do so in few blocks and never in all of them at once, light in the same way over all of the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from vidtrack.arrays import Array, Bools
+from vidtrack.timing.frame import Frame, Luma
+from vidtrack.tracking.record import Others
+from vidtrack.tracking.state import CORRUPT, PREDICTED, Rows
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What counts as damage; grey levels are of 255.
+
+    wide, coarse   px of width above which one pixel in 4 x 4 is looked at; else one in 2 x 2; a block is 4 x 4 of them
+    change, times  grey levels, mean over a block, and multiples of what is usual, that a block changes in one picture
+    blocks         that do so at once, at least
+    crowd          and multiples of how many usually do
+    memory         share of the latest picture in what is usual
+    back, returned  share of its change that a block may be off when it is back; share of the blocks that are back
+    kept           pictures from before a change that are kept at once, to be compared with
+    light          share of the change, at least, that one gain and one offset explain where it is light
+    """
+
+    wide: int = 960
+    change: float = 4.0
+    times: float = 4.0
+    blocks: int = 5
+    crowd: float = 3.0
+    memory: float = 0.1
+    own: float = 0.25
+    near: float = 2.0
+    back: float = 0.4
+    returned: float = 0.6
+    kept: int = 12
+    light: float = 0.6
+    gain: float = 0.5
+    one_way: float = 0.9
+
+
+LIMITS = Limits()
+
+
+def without_damaged(rows: Rows, damaged: Bools) -> Rows:
+    """The rows with nothing measured in damaged samples (k,), flagged so."""
+    if not damaged.any():
+        return rows
+    values = np.where(damaged[:, None], np.nan, rows.values)
+    return rows._replace(values=values, flag=np.where(damaged[:, None], CORRUPT | PREDICTED, rows.flag))
+
+
+def kept_others(others: Others, damaged: Bools) -> Others:
+    """What else was followed, without its samples in damaged pictures (k,)."""
+    if not damaged.any():
+        return others
+    good = ~damaged[others.sample]
+    return Others(others.track[good], others.sample[good], others.values[:, good], others.flag[good])
+
+
+class _Change(NamedTuple):
+    """What the background was before it changed, and from which picture on it is otherwise.
+
+    first  index of that picture; at: how many pictures had been looked at then
+    before, after (h, w) grey levels of the pixels looked at
+    blocks (h/4, w/4) which changed
+    """
+
+    first: int
+    before: Luma
+    after: Luma
+    blocks: Bools
+
+
+class DamagedPictures:
+    """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so."""
+
+    def __init__(self, bits: int) -> None:
+        self.indices: set[int] = set()
+        self._shift = bits - 8
+        self._last: Luma | None = None
+        self._seen: list[int] = []  # indices of the frames looked at since the earliest change that is kept
+        self._usual: Array | None = None
+        self._crowd = 0.0
+        self._changes: list[_Change] = []
+
+    def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """The frames, unchanged."""
+        for frame in frames:
+            if not frame.corrupt:
+                self._look(frame)
+            yield frame
+
+    def _look(self, frame: Frame) -> None:
+        few = self._few(frame.luma)
+        last, self._last = self._last, few
+        self._seen.append(frame.index)
+        if last is None or last.shape != few.shape:
+            self._usual, self._changes, self._seen = None, [], [frame.index]
+            return
+        change = _by_block(few, last)
+        if self._usual is None:
+            self._usual = np.ones_like(change)
+        usual = self._usual
+        out = change > np.maximum(LIMITS.change, LIMITS.times * usual)
+        usual += LIMITS.memory * (np.minimum(change, 2 * usual + 1) - usual)
+        many = int(np.count_nonzero(out))
+        unusual = many >= LIMITS.blocks + LIMITS.crowd * self._crowd
+        self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
+        if unusual:
+            self._returned(few, last, out, change)
+            self._changes = [*self._changes[-LIMITS.kept + 1 :], _Change(frame.index, last, few, out)]
+        first = self._changes[0].first if self._changes else frame.index
+        while self._seen[0] < first:
+            self._seen.pop(0)
+
+    def _returned(self, few: Luma, last: Luma, out: Bools, change: Array) -> None:
+        """Find changes that are undone by this picture, and note those that were before it."""
+        enough = max(LIMITS.blocks, LIMITS.returned * int(np.count_nonzero(out)))
+        for j, one in enumerate(self._changes):
+            back = out & (_by_block(few, one.before) < np.maximum(LIMITS.near, LIMITS.back * change))
+            own = int(np.count_nonzero(back & one.blocks))
+            if np.count_nonzero(back) >= enough and own >= LIMITS.own * enough and not _is_light(last, few, back):
+                self.indices.update(i for i in self._seen[:-1] if i >= one.first)
+                self._changes = self._changes[:j]
+                return
+
+    def _few(self, luma: Luma) -> Luma:
+        step = 4 if luma.shape[1] > LIMITS.wide else 2
+        few = luma[::step, ::step]
+        height, width = (4 * (n // 4) for n in few.shape)
+        few = few[:height, :width]
+        return np.ascontiguousarray(few if self._shift <= 0 else (few >> self._shift).astype(np.uint8))
+
+
+def _by_block(a: Luma, b: Luma) -> Array:
+    """Mean absolute difference (h/4, w/4) over blocks, grey levels."""
+    height, width = a.shape
+    off = cv2.absdiff(a, b)
+    return np.asarray(cv2.resize(off, (width // 4, height // 4), interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:
+    """Whether some blocks became brighter, or darker, all of them, with what is seen in them as it was."""
+    where = cv2.resize(blocks.astype(np.uint8), before.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
+    x, y = before[where].astype(np.float32), after[where].astype(np.float32)
+    by = (y - x).reshape(-1)
+    one_way = max(float((by > 0).mean()), float((by < 0).mean())) > LIMITS.one_way
+    gain = max(float(np.cov(x, y)[0, 1]) / max(float(x.var()), 1e-3), LIMITS.gain)
+    return one_way and float((y - gain * x).var()) < (1 - LIMITS.light) * float((by**2).mean())
