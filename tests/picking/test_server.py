@@ -130,6 +130,12 @@ def test_what_is_measured_under_the_cursor_is_what_the_stage_measures(served):
     assert blob["pixels"] == shot.blobs.pixels[i]
 
 
+def test_how_many_pictures_are_counted_so_far_is_answered_while_a_recording_is_opened(served):
+    served.desk.counted = 1234
+    status, _, content = request(served, "GET", "/counted")
+    assert (status, json.loads(content)) == (200, {"pictures": 1234})
+
+
 def test_an_empty_place_has_no_blob(served):
     _, _, content = request(served, "POST", "/measure", {**CLIP, "n": 0, "x": 5, "y": 5, "reach": 3})
     assert json.loads(content)["blobs"] == []

@@ -46,6 +46,13 @@ def test_each_picture_is_the_one_that_the_stages_read_under_its_number(tmp_path,
     pictures.close()
 
 
+@pytest.mark.parametrize(("name", "n"), [("program.mpg", 70), ("b.mp4", 0)])
+def test_while_pictures_are_counted_it_is_said_how_many(tmp_path, name, n):
+    counts = []
+    Pictures(film(tmp_path / name, *KINDS[name]), counts.append).close()
+    assert counts == list(range(1, n + 1))
+
+
 def by_number(path, **how):
     """Every picture as the stages read it, and as it is found by its number in an order of jumps."""
     with open_video(str(path), **how) as video:

@@ -35,12 +35,16 @@ DETECT = (*looking.DETECT, "box")
 
 
 class Desk:
-    """An experiment that is looked at, in the current folder; may be used from several threads."""
+    """An experiment that is looked at, in the current folder; may be used from several threads.
+
+    counted   pictures so far of the recording that is being opened, where they must be counted
+    """
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._pictures: dict[str, Pictures] = {}
         self._closed = False
+        self.counted = 0
         self._views: dict[str, View] = {}
         self._ahead = Ahead()
         self._looks = OnceEach(self._look, 64)
@@ -97,7 +101,8 @@ class Desk:
             how = opened_with(self.settings, self.experiment, kind, name, camera)
             key = f"{path} {how}"
             if key not in self._pictures:
-                self._pictures[key] = Pictures(path, **how)
+                self.counted = 0
+                self._pictures[key] = Pictures(path, lambda n: setattr(self, "counted", n), **how)
             return self._pictures[key]
 
     def state(self) -> dict[str, Any]:

@@ -193,6 +193,7 @@ _GET = {
     "/info": lambda desk, given: desk.info(*_which(given)),
     "/frame": _frame,
     "/mask": _mask,
+    "/counted": lambda desk, _: {"pictures": desk.counted},
     "/plan": lambda desk, _: {"lines": desk.plan()},
 }
 _POST = {

@@ -56,14 +56,15 @@ class Pictures:
     """The pictures of one recording, each copied out of the decoder; may be used from several threads.
 
     path, options   as of `reader.open_video`
+    counted         is called with the number of pictures so far while they are counted, where the file does not say it
     """
 
-    def __init__(self, path: str, **options: Any) -> None:
+    def __init__(self, path: str, counted: Callable[[int], object] = lambda n: None, **options: Any) -> None:
         self.path = path
         self._lock = threading.RLock()
         self._closed = False
         self._kept: OrderedDict[int, Luma] = OrderedDict()
-        self.info, self._source = _source(path, options)
+        self.info, self._source = _source(path, options, counted)
 
     def __len__(self) -> int:
         return len(self._source)
@@ -124,11 +125,11 @@ class _Source(ABC):
     def close(self) -> None: ...
 
 
-def _source(path: str, options: dict[str, Any]) -> tuple[VideoInfo, _Source]:
+def _source(path: str, options: dict[str, Any], counted: Callable[[int], object]) -> tuple[VideoInfo, _Source]:
     if options.get("parts"):
         rest = {name: value for name, value in options.items() if name != "parts"}
         paths = [path, *(os.path.join(os.path.dirname(path), part) for part in options["parts"])]
-        each = [_source(one, rest) for one in paths]
+        each = [_source(one, rest, counted) for one in paths]
         return each[0][0], _Joined([source for _, source in each], 1 / each[0][0].rate)
     with open_video(path, **options) as video:
         info = video.info
@@ -141,7 +142,7 @@ def _source(path: str, options: dict[str, Any]) -> tuple[VideoInfo, _Source]:
         if source.counts_as_decoded():
             return info, source
         source.close()
-    return info, _FromBeginning(path, options, info)
+    return info, _FromBeginning(path, options, info, counted)
 
 
 def _stamps(path: str, number: int | None) -> tuple[list[int], list[int], Fraction] | None:
@@ -249,11 +250,13 @@ class _ByPlace(_Source):
 class _FromBeginning(_Source):
     """A recording that can be read in order only."""
 
-    def __init__(self, path: str, options: dict[str, Any], info: VideoInfo) -> None:
+    def __init__(self, path: str, options: dict[str, Any], info: VideoInfo, counted: Callable[[int], object]) -> None:
         self._path, self._options, self._rate = path, options, info.rate
         self._running: tuple[Video, int, Iterator[Frame]] | None = None  # the number of the picture that comes next
         with open_video(path, **{**options, "threads": 0}) as video:
-            self._n = sum(1 for _ in video.frames())
+            self._n = 0
+            for self._n, _ in enumerate(video.frames(), 1):
+                counted(self._n)
 
     def __len__(self) -> int:
         return self._n

@@ -84,7 +84,7 @@ function listViews() {
 async function show(i) {
   S.at = i; S.n = 0; S.chosen = -1; S.blob = null; S.curves = []; S.image = S.maskImage = null;
   const v = view();
-  S.info = await ask("/info?" + query(v));
+  S.info = await opened(v);
   $("slider").max = S.info.frames - 1;
   $("low").value = Math.max(0, Math.floor(S.info.low) - 4);
   $("high").value = Math.min(255, Math.ceil(S.info.high) + 4);
@@ -93,6 +93,17 @@ async function show(i) {
   fillDetect(); fillTags(); fillTargets(); listViews(); fit();
   await seek(0);
   rows();
+}
+
+async function opened(v) { // MPEG program streams and some others are read to their end before they can be shown
+  let waiting = true;
+  const counting = setInterval(() => guard(ask("/counted").then(({ pictures }) => waiting &&
+    say(`opening ${v.name}/${v.camera}` + (pictures ? `: this kind of file must be counted, ${pictures} pictures so far` : "")))), 700);
+  try { return await ask("/info?" + query(v)); } finally {
+    waiting = false;
+    clearInterval(counting);
+    if ($("status").textContent.startsWith("opening ")) say("");
+  }
 }
 
 // ---- pictures
