@@ -2,7 +2,7 @@
 # Sets everything up in .venv, as requirements.lock pins it, and then does what it is asked to:
 #   bash setup.sh demo    runs the demo experiment and says where its report lies
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
-#   bash setup.sh test quick    the same without the slow tests
+#   bash setup.sh test quick    an answer within a minute: lints, and the tests that take next to nothing
 #   bash setup.sh release-check    wheel, sdist, lock, vulnerabilities, licences, bill of materials: see .ci/release-check
 #   bash setup.sh benchmark [--quick]    how fast it is beside other programs, and what became slower: python -m benchmarks
 #   bash setup.sh mutate geometry --seed 1 --count 60    whether the tests of a room or module notice small errors in it
@@ -75,20 +75,33 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; on
     cores=$(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc)
     export PATH="$PWD/.venv/bin:$PATH" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
     local pytest="python -m pytest --dist loadfile -n $((cores + 1))"
+    if [ "${1:-}" = quick ]; then
+        shift
+        run_quick_tests "$cores" "$@"
+        return
+    fi
     ruff check .
     ruff format --check --quiet .
     mypy
     lint-imports
     snakefmt --check Snakefile workflow
-    if [ "${1:-}" = quick ]; then
-        shift
-        $pytest -m "not slow" --ignore tests/whole_workflow "$@"
-        return
-    fi
     $pytest "$@"
     # decisions that hang on the last bit show under another processor's linear algebra, without fused multiplication
     [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott \
         NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" $pytest -m "not slow" tests/geometry tests/calibration tests/labelling tests/location
+}
+
+run_quick_tests() { # one process a core, each with files of its own; types are left to the whole
+    local cores=$1 part failed=0 pids=()
+    shift
+    { ruff check . && ruff format --check --quiet . && lint-imports && snakefmt --quiet --check Snakefile workflow; } &
+    pids+=($!)
+    for ((part = 1; part <= cores; part++)); do
+        python -m pytest -p no:xdist -p no:cacheprovider -p tests.quick --part "$part/$cores" "$@" &
+        pids+=($!)
+    done
+    for pid in "${pids[@]}"; do wait "$pid" || failed=1; done
+    [ "$failed" = 0 ] || stop "something failed; see above"
 }
 
 mutate() { # cosmic-ray and what it needs lie in a folder of their own

@@ -54,7 +54,7 @@ class Look:
     rope_level: float = 8.0
     rope_width: float = 3.0
     mirror: float = 0.0  # share of a ball's contrast that its image below the water has
-    still: int = 0  # bright things that stand about
+    still: int = 0  # bright things of the static clutter
     moving: int = 0  # bright things that move about, each seen by one camera
     blind: bool = False  # one camera is covered for a while
     late: bool = False

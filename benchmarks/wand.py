@@ -3,7 +3,7 @@
     python benchmarks/wand.py [--seeds 5] [--first 0] [--moments 500] [--noise 0.1]
 
 Random rigs of two and four cameras with different lenses, a wand waved at random, ends named at random in each camera.
-For each: the time, the mean error of 500 held-out points after a rigid motion (the wand knows no axes) over that of the
+For each: the time, the mean error of 500 held-out points after a rigid motion (the wand gives no axes) over that of the
 true cameras with the same noise, and the mean square of the errors over sigma, each coordinate, in the first camera's
 axes. `late`: the clocks of all cameras but the first are unknown; `blind`: one camera sees half of the time.
 """

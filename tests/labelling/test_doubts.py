@@ -10,21 +10,21 @@ from vidtrack.labelling.doubts import DISAGREE, SWING, clip_moved, disagreeing, 
 
 
 def rows(**columns):
-    usual = {"clip": "row1", "tag": ["1", "2", "3", "4"], "tremble": 0.02, "found": True, "Xf": 10.0, "Yf": 20.0}
+    usual = {"clip": "row1", "tag": ["1", "2", "3", "4"], "scatter": 0.02, "found": True, "Xf": 10.0, "Yf": 20.0}
     return pd.DataFrame({**usual, "sd_x": 0.05, "sd_y": 0.05, **columns})
 
 
 @pytest.mark.parametrize(
-    ("tremble", "named"),
+    ("scatter", "named"),
     [
         ([0.02, 0.02, SWING + 0.01, 0.02], ["3"]),
         ([0.02, 0.02, SWING - 0.01, 0.02], []),
-        ([0.1, 0.1, 0.45, 0.1], []),  # a picture in which every ball trembles
+        ([0.1, 0.1, 0.45, 0.1], []),  # a picture in which every ball scatters
         ([0.1, 0.1, 0.55, 0.1], ["3"]),
     ],
 )
-def test_a_ball_swings_that_moves_by_much_and_by_more_than_the_others(tremble, named):
-    found = swinging(rows(tremble=tremble), "cam1")
+def test_a_ball_swings_that_moves_by_much_and_by_more_than_the_others(scatter, named):
+    found = swinging(rows(scatter=scatter), "cam1")
     assert [f.text.split("tag ")[1].split()[0] for f in found] == named
     assert all((f.level, f.code) == ("doubtful", "ball-swings") for f in found)
 

@@ -50,7 +50,7 @@ def test_two_picks_at_one_blob_take_one_each():
     assert 0 in chosen
 
 
-def test_a_barred_pair_is_not_taken():
+def test_an_excluded_pair_is_not_taken():
     b, view = clip()
     seeds = _snapped(picks_at(b, [0]), [0], [view], 200.0, frozenset([(0, 0)]))
     nearest = np.argsort(np.linalg.norm(b - (b[0] + [3.0, -2.0]), axis=1))[1]

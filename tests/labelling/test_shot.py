@@ -63,7 +63,7 @@ def test_a_lone_frame_has_the_sd_that_noise_and_contrast_make():
         order = np.lexsort((shot.at[:, 0], shot.at[:, 1] > 45))
         errors.append(shot.at[order] - AT)
         sd.append(shot.sd[order])
-        assert np.isnan(shot.tremble).all()
+        assert np.isnan(shot.scatter).all()
     assert 0.7 < np.std(errors) / np.sqrt(np.mean(np.square(sd))) < 1.3
 
 

@@ -109,7 +109,7 @@ def _differences(camparm: Camparm, numbers: list[int], calibration: str) -> list
 def _points(
     here: Mapping[str, str], numbers: list[int], calibration: str, notes: list[str]
 ) -> list[tuple[str, float, float, float]]:
-    """The survey: of balls.dat or its like, else of cam1.prn and cam2.prn themselves."""
+    """The survey: of balls.dat or a file of its format, else of cam1.prn and cam2.prn themselves."""
     if calibration == "old":
         return []
     for name, read in SURVEYS:
@@ -117,7 +117,7 @@ def _points(
             return _rows(read(here[name]))
     seen = [read_sighted(here[f"cam{k}.prn"]) for k in numbers]
     whole = {tag: p for each in seen for tag, p in zip(each.tags, each.p, strict=True)}
-    notes.append("no balls.dat: points.csv is made of the points of cam1.prn and its like")
+    notes.append("no balls.dat: points.csv is made of the points of cam1.prn, cam2.prn ...")
     return [(tag, float(x), float(y), float(z)) for tag, (x, y, z) in whole.items()]
 
 

@@ -159,7 +159,7 @@ def _beyond_chance(bridges: Bridges, g: int) -> bool:
 
     Two things that stand in two pictures meet by chance as often as one of them lies within the noise of the other's
     epipolar line; things that move would have to go on meeting. One that stands and is seen by two cameras alone may
-    well be none where much stands about.
+    well be none where there is much static clutter.
     """
     rows, groups = bridges.rows, bridges.groups
     own = bridges.rows_of_nodes(groups.members[g])
@@ -312,7 +312,7 @@ def _why(groups: Groups, g: int, images: dict[int, int]) -> str:
     if g in images:
         return "mirror"
     if groups.cameras(g) > 1 or groups.n_cameras == 1:
-        return "surplus"  # fewer fixes than the trajectories chosen, or too few to be believed
+        return "surplus"  # fewer fixes than the trajectories chosen, or too few to be accepted
     if any(groups.value(g, h) > 0 for h in groups.kin[g]):
         return "contested"  # fits another camera's, but so do others
     return "alone"  # no other camera shows it

@@ -51,7 +51,7 @@ def _information(evidence: Evidence) -> float:
 
 
 class Bridges:
-    """Worth of joining groups, remembered while neither changes."""
+    """Worth of joining groups, kept while neither changes."""
 
     def __init__(self, cameras: Sequence[Camera | None], rows: Rows, groups: Groups) -> None:
         self.cameras, self.rows, self.groups = cameras, rows, groups
@@ -175,7 +175,7 @@ class Bridges:
         ]
 
     def _moved(self, course: Course, rows: tuple[Ints, Ints]) -> float:
-        """What the motion says, nats: that in space or in one of the pictures, whichever knows most of such gaps.
+        """What the motion contributes, nats: in space or in a picture, whichever has more such gaps.
 
         A camera that goes on seeing what the others lost bridges a gap that is more than twice as long in space.
         """
@@ -302,7 +302,7 @@ class Bridges:
         return abs(max(a, c) - min(b, d))
 
     def _lasts(self, g: int, h: int, common: int) -> bool:
-        """Whether two groups share no moments to speak of, and neither is too short to be distinguished from chance.
+        """Whether two groups share hardly any moments, and neither is too short to be distinguished from chance.
 
         One that begins the moment after the other ended need not be long.
         """

@@ -2,7 +2,7 @@
 
 After a stretch in which nothing was seen the motion may say nothing; the distances between what is seen then still say
 which target of the body is which. Where several assignments fit (two alike arms, a point and its mirror image), only
-what they agree on is believed.
+what they agree on is used.
 """
 
 from __future__ import annotations

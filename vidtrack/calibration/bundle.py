@@ -1,7 +1,7 @@
 """Calibration of all cameras and the surveyed points together.
 
 Calibrated one by one, each camera takes the survey for exact and bends to its errors. Together they see
-that a ball hangs beside its surveyed place, for all of them say so. The survey then speaks as what it is, a
+that a ball hangs beside its surveyed place, for all of them say so. The survey then counts as what it is, a
 measurement of known tolerance, and weighs against the pixels (Brown 1958; Triggs et al. 2000):
 
     minimise  sum |b - project(camera, x)|^2 / sd^2  +  sum |p - x|^2 / sigma^2  +  priors

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 
 SMALLEST_SD_PX = 0.02
-"""ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it trembles."""
+"""ASSUME: pixel locking and uneven light keep a centroid's error above this, however little it scatters."""
 
 
 class Columns(Protocol):

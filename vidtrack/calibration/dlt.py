@@ -1,6 +1,6 @@
 """The direct linear transformation: the 3 x 4 matrix from world to frame buffer, and the camera inside it.
 
-It knows no lens, but neither does it need Cx, Cy or the sensor: a start for the refinement where the optical axis
+It has no lens model, but neither does it need Cx, Cy or the sensor: a start for the refinement where the optical axis
 is far from the middle, and an independent check of the sense of the axes.
 Sources: Abdel-Aziz and Karara (1971); Hartley's normalisation (1997).
 """

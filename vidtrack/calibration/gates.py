@@ -206,7 +206,7 @@ def folded(camera: Camera) -> Finding | None:
 
 
 SMALL_HULL = 0.04
-"""Share of the picture below which the hull of the points leaves the lens and the centre to guesswork."""
+"""Share of the picture below which the hull of the points leaves the lens and the principal point undetermined."""
 
 
 def bunched(b: ArrayLike, image_size: tuple[int, int]) -> Finding | None:

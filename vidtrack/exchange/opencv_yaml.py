@@ -62,6 +62,6 @@ def _matrix(name: str, values: object) -> list[str]:
 
 
 def _number(value: float) -> str:
-    """A number with a point, from which OpenCV knows that it is real."""
+    """A number with a point, by which OpenCV takes it for a real number."""
     text = repr(float(value))
     return text if "." in text or "inf" in text or "nan" in text else text.replace("e", ".0e")

@@ -23,7 +23,7 @@ class NumberStyle:
     """How the numbers of one file are written.
 
     comma       whether commas begin the decimals
-    ambiguous   the cell that may be read in two ways, if there is one; no number of the file can then be believed
+    ambiguous   the cell that may be read in two ways, if there is one; no number of the file is then used
     """
 
     def __init__(self, cells: Iterable[str], separator: str) -> None:

@@ -165,7 +165,7 @@ def _other_pixels(a: Picture, b: Picture, crop: Sequence[float] | None, camera: 
 
 
 def _squeezed(given: Window, calibrated: Picture, run: Picture, camera: str, where: str) -> list[Finding]:
-    """A crop of another shape than the picture is believed, but seldom meant."""
+    """A crop of another shape than the picture is used as it is given, but is seldom meant."""
     part = Picture(max(round(given.width), 1), max(round(given.height), 1), calibrated.sample_aspect)
     if _alike(part, run):
         return []

@@ -3,7 +3,7 @@
 Labelling needs a camera long before there are points enough to calibrate one. So every parameter is free from
 the start, with a wide prior: few points move the attitude and leave the lens as lenses usually are; with more
 points the data take over. One model grows by itself, and its covariance says how far from the seeds a
-prediction can be trusted. The answer predicts where balls are; it is no calibration.
+prediction is reliable. The answer predicts where balls are; it is no calibration.
 
 Pixels are square units here: dx = dy = 1, f in px, Sx the ratio of the pixels' sides.
 """

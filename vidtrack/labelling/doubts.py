@@ -36,11 +36,11 @@ def clip_moved(case: Case, i: int, offset: Array) -> Finding:
 
 def swinging(rows: pd.DataFrame, camera: str) -> list[Finding]:
     """Balls that move within their clip."""
-    bad = rows[(rows["tremble"] > SWING) & (rows["tremble"] > 5 * rows["tremble"].median())]
+    bad = rows[(rows["scatter"] > SWING) & (rows["scatter"] > 5 * rows["scatter"].median())]
     return [
         doubt(
             "ball-swings",
-            f"calibration/{row['clip']}: tag {row['tag']} moves {row['tremble']:.2f} px rms within the clip of camera "
+            f"calibration/{row['clip']}: tag {row['tag']} moves {row['scatter']:.2f} px rms within the clip of camera "
             f"{camera}.",
             "Let it come to rest.",
         )

@@ -12,7 +12,7 @@ from vidtrack.geometry.pose import RICH, adjust, predicted
 from vidtrack.labelling.label import GATE, Index, Labels, scatter_of, spacing
 
 ENOUGH = 12
-"""Balls that the other clips must show before they can say where one clip's ought to be."""
+"""Balls that the other clips must show before they predict where those of one clip should be."""
 
 
 class Shift(NamedTuple):

@@ -45,7 +45,7 @@ class View(NamedTuple):
 
 
 class Picks(NamedTuple):
-    """Where a person saw tagged points: (n,) index of the view, (n,) index of the point, (n, 2) px."""
+    """Where a person picked tagged points: (n,) index of the view, (n,) index of the point, (n, 2) px."""
 
     view: Index
     point: Index
@@ -200,7 +200,7 @@ def spacing(views: Sequence[View]) -> float:
 
 
 def scatter_of(pose: Pose) -> float:
-    """px, robust standard deviation of one coordinate about the fit; few points cannot claim a small one."""
+    """px, robust standard deviation of one coordinate about the fit; few points do not make it small."""
     r = pose.residuals
     spare = max(r.size - len(pose.covariance), 0.2 * r.size)
     sd = 1.4826 * float(np.median(np.abs(r))) * np.sqrt(r.size / spare)
@@ -245,7 +245,7 @@ def complete(labels: Labels, picks: Picks) -> bool:
     """Whether labels leave no doubt: nearly all balls are found where they belong, and nearly all picks agree.
 
     A lattice shifted by a row explains three quarters of the balls at most, and badly; so fewer balls must lie the
-    closer, and no pick may then be at odds.
+    closer, and no pick may then contradict them.
     """
     share, spread = labels.matched / max(labels.expected, 1), labels.sd / crowding_limit(labels.views)
     odd = int((~agreeing(labels, picks)).sum())

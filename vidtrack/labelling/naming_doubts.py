@@ -1,4 +1,4 @@
-"""Whether the names of balls can be believed; and where not, why, and which pick would settle it."""
+"""Whether the names of balls are reliable; where they are not, why, and which further pick would decide."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from vidtrack.labelling.label import GATE, Labels, Picks, View, agreeing, comple
 from vidtrack.labelling.seeds import label_from_picks, on_one_line
 
 LEAST_SHARE = 0.6
-"""Of the balls that should be in the picture, how many must be found before labels are believed."""
+"""Of the balls that should be in the picture, how many must be found before labels are accepted."""
 
 LEAST_PICKS = 4
 """Picks from which it can be judged whether they belong to the picture at all."""
 
 
 class Case(NamedTuple):
-    """One camera's balls, and how to speak of them.
+    """One camera's balls, and the names by which messages refer to them.
 
     clips   names of the views; tags: names of the points
     points  (m, 3) world units
@@ -38,11 +38,11 @@ class Case(NamedTuple):
 
 
 def settled(case: Case, answers: Sequence[Labels]) -> Labels:
-    """The one answer that can be believed.
+    """The one answer that is reliable.
 
     answers   best first, rivals after it (`configuration.label_with`)
     Raises VidtrackError, one line, where there is none or more than one.
-    At most a third of the picks may be at odds with the answer; `odd_picks` says which.
+    At most a third of the picks may contradict the answer; `odd_picks` says which.
     """
     if len(answers) != 1 or 3 * (~agreeing(answers[0], case.picks)).sum() > len(case.picks.point):
         _check_frame_of_picks(case, answers)
@@ -64,7 +64,7 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
 
 
 def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
-    """Refuse picks that were counted from another corner or in a picture of another size, or that fit no answer."""
+    """Refuse picks whose px were counted from another corner or in a picture of another size, or that fit no answer."""
     picks, (width, height) = case.picks, case.image_size
     if len(picks.point) < LEAST_PICKS:
         return
@@ -165,7 +165,7 @@ def _mirrored(case: Case) -> bool:
 
 
 def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
-    """Names the pick that would settle it: the ball whose place differs most among the answers."""
+    """Names the pick that would decide: the ball whose place differs most among the answers."""
     n = len(answers)
     choice: tuple[float, int, int] = (-1.0, 0, 0)
     for v in range(len(case.views)):

@@ -1,4 +1,4 @@
-"""Names from picks: where a person said that a few tags are gives the pose from which the rest is named.
+"""Names from picks: the places of a few tags, as a person picked them, give the pose by which the rest is named.
 
 A pick may be some pixels off, at the wrong ball or swapped. So picks are tried at the blobs near them, as they are,
 with some left out, at other blobs and exchanged; what explains most balls and picks wins.
@@ -90,11 +90,11 @@ def _snapped(
     keep: list[int],
     views: Sequence[View],
     radius: float,
-    barred: frozenset[tuple[int, int]] = frozenset(),
+    excluded: frozenset[tuple[int, int]] = frozenset(),
 ) -> Seeds:
-    """Picks moved to the blobs nearest to them, one to one; a pick without a blob in reach stays, less trusted.
+    """Picks moved to the blobs nearest to them, one to one; a pick without a blob in reach stays, with a larger sd.
 
-    barred   pairs (pick, blob) that may not be
+    excluded pairs (pick, blob) that must not be chosen
     """
     xy, sd = picks.xy.copy(), np.full(len(picks.point), 4 * SD_START)
     chosen = np.full(len(picks.point), -1)
@@ -102,7 +102,7 @@ def _snapped(
         rows = [i for i in keep if picks.view[i] == v]
         d = np.linalg.norm(picks.xy[rows][:, None] - views[v].blobs[None], axis=-1)
         for at, i in enumerate(rows):
-            d[at, [j for k, j in barred if k == i]] = np.inf
+            d[at, [j for k, j in excluded if k == i]] = np.inf
         for i, j in zip(rows, one_to_one_within(d**2, radius**2).tolist(), strict=True):
             if j >= 0:
                 xy[i], sd[i], chosen[i] = views[v].blobs[j], SD_START, j

@@ -1,4 +1,4 @@
-"""A clip of balls that stand still: averaged to one picture, every blob measured, and how far each one trembles."""
+"""A clip of balls that stand still: averaged to one picture, every blob measured, with its scatter."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, noise_sd
 
 SCATTER_FRAMES = 24
-"""Frames from whose centroids the scatter of a ball's position is estimated."""
+"""Frames, at most, from whose centroids the scatter of a ball's position is estimated."""
 SMALLEST_SD = 0.002
 """px; frames that a codec copies do not scatter at all, which does not make them exact."""
 SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
 """What of the detect settings finds blobs."""
 MANY, SPARE = 2, 10
-"""Blobs a ball, and blobs beside, that reflections and litter explain; more are a background with a pattern."""
+"""Blobs for each ball, and further ones, that reflections and dirt explain; more mean a background with a pattern."""
 
 
 class Shot(NamedTuple):
@@ -30,7 +30,7 @@ class Shot(NamedTuple):
 
     still    grey levels 0-255, stretched as `stretch` does (gain and offset)
     at       (n, 2) px, where its blobs are; sd (n, 2) px, one standard deviation of that
-    tremble  (n, 2) px, standard deviation of a single frame's centroid; NaN with fewer than three frames
+    scatter  (n, 2) px, standard deviation of a single frame's centroid; NaN with fewer than three frames
     seen     frames in the clip; damaged: how many of them were damaged, and left out
     """
 
@@ -38,7 +38,7 @@ class Shot(NamedTuple):
     blobs: Blobs
     at: Array
     sd: Array
-    tremble: Array
+    scatter: Array
     settings: dict[str, Any]
     seen: int
     damaged: int
@@ -55,7 +55,7 @@ def take(
     bits    significant bits of 16-bit luma
     balls   how many a clip may show: where far more blobs stand out, an automatic threshold is raised to the level of
             so many of the brightest, for a background with a pattern is full of blobs
-    The sd is the tremble over the root of the number of frames; for a lone frame, what noise and contrast make of it;
+    The sd is the scatter over the root of the number of frames; for a lone frame, that by noise and contrast;
     and what a pattern of the background adds.
     Raises ValueError where no frame is good or sizes differ.
     """
@@ -82,11 +82,11 @@ def take(
         if balls / 2 <= len(fewer.Xf) <= MANY * balls + SPARE:
             blobs, settings = fewer, raised
     at = np.stack([blobs.Xf, blobs.Yf], -1)
-    tremble = _tremble(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
+    scatter = _scatter(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
     stated = np.stack([blobs.sd_x, blobs.sd_y], -1)
-    sd = np.where(np.isfinite(tremble), tremble / np.sqrt(still.frames), stated)
+    sd = np.where(np.isfinite(scatter), scatter / np.sqrt(still.frames), stated)
     sd = np.hypot(sd, texture_sd(still, blobs, noise or noise_sd(lumas[0], scale=float(scale))))
-    shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), tremble, settings, taken.seen, taken.damaged)
+    shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), scatter, settings, taken.seen, taken.damaged)
     return shot._replace(stretch=(table.gain, table.offset)) if table else shot
 
 
@@ -122,7 +122,7 @@ def with_placed(shot: Shot, placed: Array) -> Shot:
         blobs=Blobs._make(np.concatenate([old[keep], new]) for old, new in zip(b, own, strict=True)),
         at=np.concatenate([shot.at[keep], placed[:, :2]]),
         sd=np.concatenate([shot.sd[keep], placed[:, [2, 2]]]),
-        tremble=np.concatenate([shot.tremble[keep], np.full((n, 2), np.nan)]),
+        scatter=np.concatenate([shot.scatter[keep], np.full((n, 2), np.nan)]),
     )
 
 
@@ -144,10 +144,10 @@ def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
     blobs = Blobs._make(column[whole] for column in blobs)
     blobs = blobs._replace(Xf=blobs.Xf + left, Yf=blobs.Yf + top, left=blobs.left + left, top=blobs.top + top)
     at, sd = np.stack([blobs.Xf, blobs.Yf], -1), np.stack([blobs.sd_x, blobs.sd_y], -1)
-    return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), tremble=np.full(at.shape, np.nan))
+    return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), scatter=np.full(at.shape, np.nan))
 
 
-def _tremble(
+def _scatter(
     lumas: Picture, at: Array, reach: Array, settings: dict[str, Any], bits: int, noise: float | None
 ) -> Array:
     """(n, 2) px, scatter of single frames' centroids within `reach` of the mean's; NaN for fewer than three frames."""

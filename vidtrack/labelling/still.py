@@ -93,7 +93,7 @@ def average(lumas: Picture) -> Still:
 
     Fewer than three frames cannot outvote a shadow: they are simply averaged. From three on, a pixel uses its values
     within 4 sigma of the median of up to 15 frames; sigma is that pixel's own, by the median of absolute deviations,
-    and at least the picture's usual one: the edge of a ball that trembles keeps all its values.
+    and at least the picture's usual one: the edge of a ball that moves a little keeps all its values.
     A shadow that covers a pixel in less than half of the frames leaves no trace.
     """
     n, rows, columns = lumas.shape

@@ -9,7 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array, Bools
 from vidtrack.association.associate import associate_in_picture
 from vidtrack.findings import Finding
-from vidtrack.location.believed import rows_kept
+from vidtrack.location.accepted import rows_kept
 from vidtrack.location.matching import Match, labels_of
 from vidtrack.location.views import (
     Labels,

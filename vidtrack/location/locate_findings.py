@@ -17,7 +17,7 @@ EXPLAINED_OVER = 1.0
 less than it seems. Of 16 unspoiled random experiments none had evidence for either above 0.2."""
 
 EVIDENCE = 9.0
-"""Chi squared that a cause must take away to be believed."""
+"""Chi squared that a cause must explain to be reported."""
 
 EXPLAINS = 0.5
 """Share of the misses that a cause must explain to be named as the reason."""

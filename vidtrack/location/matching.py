@@ -185,7 +185,7 @@ def _match(
 
 
 def _only_choice(match: Match, tolerance_px: float, findings: list[Finding]) -> Match:
-    """A match by name or number that the epipolar lines contradict, for want of another."""
+    """A match by name or number that the epipolar lines contradict; there is no other."""
     never = int(np.isnan(match.error_px).sum())
     if never:
         text = f"{never} of {len(match.error_px)} targets: no two cameras saw them at one moment"
@@ -196,7 +196,7 @@ def _only_choice(match: Match, tolerance_px: float, findings: list[Finding]) -> 
             f"targets are matched by name or number alone: their tracks lie {worst:.3g} px rms off each other's "
             f"epipolar lines (limit {tolerance_px:g} px)"
         )
-        cure = "Positions that rest on two cameras are not believed where these disagree; see what would explain it."
+        cure = "Where two cameras disagree no position is given. Check names, clocks and calibrations of these cameras."
         findings.append(Finding("bad", "match-contradicted", text, cure))
     return match
 

@@ -319,8 +319,8 @@ def _findings(
     out: list[Finding] = []
     for better, other in answer.contradicting:
         said = " and ".join(f"{_spoken(w, estimates[w].moved(length / 2))}" for w in (better, other))
-        text = f"{place}: {said} contradict each other, at the middle of the run; the {better} is believed"
-        cure = f"See what misled the {other}, or insist on one (clock: {other})."
+        text = f"{place}: {said} contradict each other, at the middle of the run; the {better} is used"
+        cure = f"Find out why the {other} is wrong, or choose the method yourself (clock: {other})."
         out.append(Finding("doubtful", "clocks-contradict", text, cure))
     sd = answer.timing.sd.offset_s
     cross = "Move a target across the epipolar lines"

@@ -151,7 +151,7 @@ def joint_of(
 
 
 def recorded_joint(calibrated: Sequence[Any], uncertainties: Sequence[CameraUncertainty | None]) -> Array | None:
-    """Covariance (k, k) of the parameters of cameras that one calibration knows together; None where none does.
+    """Covariance (k, k) of the parameters of cameras that one calibration estimated together; None where none does.
 
     calibrated     cameras with the record of their camera.json, whose `joint` names the cameras, their parameters and
                    the covariance of all of them

@@ -265,8 +265,8 @@ def _readouts(
     """Each camera's read-out and its standard error (n_cameras, 2), s, fitted beside all turns and late clocks.
 
     A target that stays in the same rows shows no more than a late clock, and cameras that all see it in the same rows
-    show only how their read-outs differ: the standard error says so. Linear in small delays, hence repeated with what
-    was found taken out.
+    show only how their read-outs differ: the standard error shows that. Linear in small delays, and so
+    repeated with what was found taken out.
     """
     velocity, acceleration = np.nan_to_num(motion.velocity), np.nan_to_num(motion.acceleration)
     share, (A, C) = np.nan_to_num(motion.share, nan=0.5), known

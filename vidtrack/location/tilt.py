@@ -47,7 +47,7 @@ def tilt(
     if not found:
         return Tilt(np.nan, np.nan)
     camera, covariance = found[0].camera, found[0].covariance
-    # The pose knows the pixels' shape only to 15 %; here the aspect is given, so its effect on the attitude goes too.
+    # The pose gives the pixels' shape only to 15 %; here the aspect is given, so its effect on the attitude goes too.
     gain = covariance[:, SX] / (covariance[SX, SX] + ASPECT_SD**2)
     R = rotation_from_vector(-gain[:3] * np.log(camera.Sx)) @ camera.R
     covariance = covariance - np.outer(gain, covariance[SX])

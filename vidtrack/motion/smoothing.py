@@ -75,7 +75,7 @@ def smooth(
 
     t       (n,)  s, rising; y (n,) with NaN where a sample is missing
     sigma   scalar or (n,), unit of y, or None
-    noise   estimated: sigma is relative, its scale is estimated from the record; known: sigma is believed
+    noise   estimated: sigma is relative, its scale is estimated from the record; known: sigma is used as it is
     reject  a single sample that misses what the others predict by more than this many sd carries no weight. Where
             several in a row do, the spline is too stiff, and none is left out
     impacts whether the record is parted where the velocity jumps (see `velocity_jumps`)

@@ -251,7 +251,7 @@ def _target(about: str, target: Target, noise: float, rate: float, found: Facts)
 
 
 def _times(run: str, looks: Mapping[str, Recording], found: Facts) -> None:
-    """Whether the cameras of a run speak of the same time."""
+    """Whether the recordings of a run's cameras overlap in time."""
     coded = {c: look for c, look in looks.items() if look.info.time.anchors}
     if len(looks) < 2:
         return

@@ -80,8 +80,8 @@ ABOUT = {
         "Student's t."
     ),
     "pooled": (
-        "The mean of the repeats, weighted by what each knows. Where they scatter by more than their own intervals "
-        "explain, that scatter is in the interval."
+        "The mean of the repeats, weighted by the precision of each. Where they scatter by more than their own "
+        "intervals explain, that scatter is in the interval."
     ),
     "full-scale": (
         "Lengths times the scale, times and periods times its root, frequencies over its root; damping ratios and "

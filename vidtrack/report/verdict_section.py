@@ -51,7 +51,7 @@ def calibration_verdict(results: Results) -> Verdict:
 
 
 def judged_cameras(results: Results) -> list[str]:
-    """The cameras of which the verdict speaks, those whose calibration failed included."""
+    """The cameras that the verdict judges, those whose calibration failed included."""
     return list(((results.verdict or {}).get("calibration") or {}).get("cameras") or {})
 
 

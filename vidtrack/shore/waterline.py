@@ -24,7 +24,7 @@ ENDS = 0.08
 """ASSUME: share of the transect that is under water throughout at its seaward end, and dry throughout at the other."""
 BINS = 48
 STRONGEST = 3.0
-"""Log-likelihood ratio beyond which one sample may not speak for or against water: foam and footprints exist."""
+"""Log-likelihood ratio beyond which one sample may not count for or against water: foam and footprints exist."""
 FLOOR = 0.05
 """Share of samples that may look like anything."""
 LEAP = 1.0
@@ -100,7 +100,7 @@ def _change(grey: Array) -> Array:
 
 
 def _log_ratio(grey: Array, k: NDArray[np.intp]) -> Array:
-    """(T, n) how much each sample speaks for water, given the edge found so far."""
+    """(T, n) how much each sample supports water, given the edge found so far."""
     place = np.arange(grey.shape[1])
     wet, dry = place < k[:, None] - 2, place >= k[:, None] + 2
     return _ratio(grey - _ground(grey, dry), wet, dry, steady=True) + _ratio(_change(grey), wet, dry)

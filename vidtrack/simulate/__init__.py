@@ -1,1 +1,1 @@
-"""Makes what a laboratory makes, from a scenario; knows cameras and clocks, never an estimator."""
+"""Makes what a laboratory makes, from a scenario; uses cameras and clocks, never an estimator."""

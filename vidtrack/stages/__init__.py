@@ -1,1 +1,1 @@
-"""One module a rule: tables, arrays and frames in, tables out; no paths, and no stage knows another."""
+"""One module a rule: tables, arrays and frames in, tables out; no paths, and no stage imports another."""

@@ -60,7 +60,7 @@ def refine_together(
     prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
     lenses   for each camera what camera.json says of its lens: names, mean and covariance where it is a prior; None
     ties     what a board says of some cameras together: cameras, names, pivot, covariance, scale_sd (boards.json)
-    boards   by name the cameras that `ties` speaks of, in the board's world
+    boards   by name the cameras that `ties` names, in the board's world
     alone    for each camera what was known of it before, where the survey placed it: only to say what the board gains
     Raises VidtrackError where no sigma is known, for then there is nothing to gain, or where the sights do not
     settle the parameters.

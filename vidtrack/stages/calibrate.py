@@ -188,7 +188,7 @@ def _points(table: pd.DataFrame, rows: Rows, sigma: float) -> Points:
 
 
 def _refuse(where: str, points: Points, task: Task, among: int | None = None) -> None:
-    """The gates that no camera passes; the first that is shut speaks."""
+    """The checks that no camera may fail; the first that fails is reported."""
     free = free_parameters("tsai" if task.model == "auto" else task.model)
     known = [name for name in free if name in task.fixed or name in task.priors]
     flat_meant = points.n > 2 and points.coplanar and "Sx" in known

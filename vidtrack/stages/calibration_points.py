@@ -62,7 +62,7 @@ def calibration_points(
 
     clips    clip: its frames (anything with luma (rows, columns) and corrupt); all of one size
     points   tag, x, y, z (world units) and where known sigma
-    picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout must speak for itself. Those with an
+    picks    clip, tag, Xf, Yf (px): roughly where some tags are; None: the layout alone must suffice. Those with an
              sd (px) are no balls: a person placed them
     tags     clip: the tags it shows; default: all of them
     detect   clip: polarity, threshold, min_pixels, centroid, as `find_blobs` takes them, gain and offset
@@ -97,7 +97,7 @@ def calibration_points(
     findings += swinging(rows, camera) + disagreeing(rows, camera)
     record = _record(case, labels, shots, rows, findings)
     means = {clip: shot.still.mean for clip, shot in shots.items()}
-    return Sightings(rows.drop(columns="tremble"), composite(shots.values()), means, record, tuple(findings))
+    return Sightings(rows.drop(columns="scatter"), composite(shots.values()), means, record, tuple(findings))
 
 
 def no_sightings() -> pd.DataFrame:
@@ -263,12 +263,12 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     table.insert(0, "clip", clip)
     known = own["sigma"] if "sigma" in own else pd.Series(np.nan, own.index)
     table["sigma"] = known.fillna(sigma).to_numpy(float)
-    tremble = np.hypot(shot.tremble[:, 0], shot.tremble[:, 1])
+    scatter = np.hypot(shot.scatter[:, 0], shot.scatter[:, 1])
     for name, column in (("Xf", shot.at[:, 0]), ("Yf", shot.at[:, 1])):
         table[name] = np.where(has, column[blob], np.nan)
     table["pixels"] = np.where(has, shot.blobs.pixels[blob], 0)
     table["frames"] = shot.still.frames
-    for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("tremble", tremble)):
+    for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("scatter", scatter)):
         table[name] = np.where(has, column[blob], np.nan)
     apart = separated(shot, labels, i)
     table.loc[apart.row, ["Xf", "Yf"]] = apart.at

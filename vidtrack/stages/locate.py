@@ -15,8 +15,8 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
+from vidtrack.location.accepted import rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
-from vidtrack.location.believed import rows_kept, without_chance, without_far
 from vidtrack.location.budget import calibration_gradients, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.common_moments import check_overlap, recorded_twice
@@ -100,7 +100,7 @@ def locate(
     heard          the estimates of stage clocks: camera: method: its answer; None: only the motion is used
     tolerance_px   how far from its epipolar line a match may lie, and how far from the located point a sample;
                    None: 3 px, for samples 6 sd of the centroids where that is more
-    max_miss       world units; a fix whose lines of sight miss it by more is not believed
+    max_miss       world units; a fix whose lines of sight miss it by more is left out
     points         camera: points.parquet, for the calibrated volume and what the calibrations have in common
     volume         (n, 3) calibration points, where `points` is not given
     pictures       camera: the sizes of its pictures; None: the run's are those of the calibration

@@ -1,6 +1,6 @@
 """Stage self_calibrate: a body that floats, its targets at known distances, refines the cameras that see it.
 
-The cameras keep what their own calibration knows of them, the world's axes above all; the body adds what its distances
+The cameras keep what their own calibration determines, the world's axes above all; the body adds what its distances
 show. Refined cameras are used only where held-out stretches of time show that they are better.
 """
 
@@ -152,7 +152,7 @@ def _known(
     points: Mapping[str, pd.DataFrame],
     names: Sequence[str],
 ) -> KnownCameras:
-    """What the cameras' own calibration knows of all of them together."""
+    """What the cameras' own calibration determines of all of them together."""
     joint = recorded_joint([calibrated[name] for name in names], uncertainties)
     tables = [points[name] for name in names if name in points and len(points[name])]
     if joint is None and len(tables) == len(names) and (surveys := surveys_of(cameras, tables, 0.1)):

@@ -167,7 +167,7 @@ def fitted(
         off = (b + shift - law(b, theta)) / sd
         own = off[agree]
         freedom = max(2 * int(agree.sum()) - 4, 1)
-        # the median knows nothing of the few that do not belong; the mean square is the better one once they are out
+        # the median is not moved by the few that do not belong; the mean square is the better one once they are out
         scale = max(float(np.sqrt((own**2).sum() / freedom)), float(np.median(np.abs(own))) / 0.6745)
         wide = min(agreement.sigmas * scale, float(np.median(near / sd.mean(1))) * 2)
         agree = np.max(np.abs(off), axis=1) < wide

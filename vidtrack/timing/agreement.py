@@ -75,21 +75,21 @@ def agreed(estimates: Mapping[str, Timing], length_s: float) -> Agreement:
         apart = abs(sure[better].clock.offset_s - sure[other].clock.offset_s)
         if apart > CONTRADICT * np.hypot(sure[better].sd.offset_s, sure[other].sd.offset_s):
             contradicting.append((better, other))
-    believed: list[str] = []
+    accepted: list[str] = []
     for name in order:
-        if not any((other, name) in contradicting for other in believed):
-            believed.append(name)
-    if not believed:
+        if not any((other, name) in contradicting for other in accepted):
+            accepted.append(name)
+    if not accepted:
         return Agreement(NOT_ESTIMATED, (), ())
     known = {
-        name: np.asarray(np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])), float) for name in believed
+        name: np.asarray(np.linalg.inv(sure[name].covariance + np.diag([1e-16, 1e-6])), float) for name in accepted
     }
     covariance = np.linalg.inv(sum(known.values(), np.zeros((2, 2))))
-    clocks = {name: np.array([sure[name].clock.offset_s, sure[name].clock.rate_ppm]) for name in believed}
-    at = covariance @ sum((known[name] @ clocks[name] for name in believed), np.zeros(2))
-    share = {name: _share(name, known, covariance) for name in believed}
-    used = sorted((name for name in believed if share[name] > TAKES_PART), key=lambda name: -share[name])
-    n, of = (sum(getattr(sure[name], which) for name in believed) for which in ("n", "of"))
+    clocks = {name: np.array([sure[name].clock.offset_s, sure[name].clock.rate_ppm]) for name in accepted}
+    at = covariance @ sum((known[name] @ clocks[name] for name in accepted), np.zeros(2))
+    share = {name: _share(name, known, covariance) for name in accepted}
+    used = sorted((name for name in accepted if share[name] > TAKES_PART), key=lambda name: -share[name])
+    n, of = (sum(getattr(sure[name], which) for name in accepted) for which in ("n", "of"))
     timing = Timing(Clock(float(at[0]), float(at[1])), covariance, n, of).moved(-length_s / 2)
     return Agreement(timing, tuple(used), tuple(contradicting))
 

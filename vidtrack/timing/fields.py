@@ -2,7 +2,7 @@
 
 A frame of tape video weaves them: the top field has rows 0, 2, 4, ..., the bottom field rows 1, 3, 5, ...
 Row r of the field of parity p (top 0, bottom 1) lies at Yf = 2 r + p of the frame buffer, so that both fields
-speak the frame's coordinates. Which of them came first is a convention of the equipment, often flagged wrongly or
+have the frame's coordinates. Which of them came first is a convention of the equipment, often flagged wrongly or
 not at all; a wrong order moves every sample by half the distance that the target goes in a frame. The motion
 itself knows: a target that moves by v px a frame stands v/2 px further in the field that came later.
 """

@@ -48,9 +48,9 @@ class VideoInfo:
     field_order    what the flags say: "progressive", "top" or "bottom" (the field that came first) or "unknown"
     timecodes      where a time code was found -> label of the first frame
     code_bases     where one was found -> labels a second, where the file says how its code counts
-    n_frames_hint  how many pictures the container claims; never to be relied on
-    length_hint    s that the container holds by its own count or guess; for displays alone
-    duration       s that the container claims, None where it only guesses; shows where a recording is cut off
+    n_frames_hint  how many pictures the container states; it is often wrong
+    length_hint    s that the container states or that are estimated from it; for displays alone
+    duration       s that the container states, None where it only estimates it; shows where a recording is cut off
     is_still       one picture, no time
     start          s, the time stamp of the recording's first picture on the container's scale, which its sound shares
     first_shown    s after `start`: the time of the first picture that could be decoded, most often 0

@@ -5,7 +5,7 @@ counts is only when it turns, so any level, polarity and speed will do:
 
     sound --level, smoothing--> zero crossings --local period--> half-bit grid --sync word--> words --chains--> labels
 
-A word is believed only if every one of its 80 bits begins with a turn, its digits are possible, and its number
+A word is accepted only if every one of its 80 bits begins with a turn, its digits are possible, and its number
 follows from its neighbours' (`chained`): noise then loses words, but makes no wrong ones. Its start is placed by
 a straight line through all its crossings, to a few microseconds.
 
@@ -221,7 +221,7 @@ def _gathered(start: Array, period: Array, bits: NDArray[np.uint8]) -> Words:
 class Reading(NamedTuple):
     """Time code along a recording.
 
-    time     (n,) s, when each believed word began; rising
+    time     (n,) s, when each accepted word began; rising
     frame    (n,) the frames since midnight that the words name
     piece    (n,) which unbroken run of code each belongs to: 0, 1, ...; the code jumps between them
     rate     exact frames of code a second; drop whether they are counted in drop-frame

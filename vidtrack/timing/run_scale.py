@@ -66,7 +66,7 @@ def code_as_record(code: Timecode | None) -> dict[str, Any] | None:
 
 
 def _falls_behind(code: Timecode) -> bool:
-    """Whether the labels count slower than a clock: non-drop at 29.97 and its like."""
+    """Whether the labels count slower than a clock: non-drop code at 29.97, 23.976 and 59.94 Hz."""
     return not code.drop and code.rate.denominator != 1
 
 

@@ -25,7 +25,7 @@ STRETCH_S, TRIES = 10.0, 8
 """Length of the stretch that is looked for in the whole of the other track, and how many such are tried."""
 
 APART_S, ALONE = 0.01, 1.25
-"""A peak is believed that is so many times as high as any other further than this from it, s: that of a hum, which
+"""A peak is accepted that is so many times as high as any other further than this from it, s: that of a hum, which
 sounds the same a period later, is not."""
 
 TAPER = 0.05
@@ -148,7 +148,7 @@ def _peak(
     n = 1 << int(np.ceil(np.log2(x.size + y.size)))
     cross = np.fft.rfft(_tapered(x), n) * np.conj(np.fft.rfft(_tapered(y), n))
     level = np.abs(cross)
-    # whitened, but not where there is hardly any sound: rounding and hiss would speak as loudly
+    # whitened, but not where there is hardly any sound: rounding and hiss would count as much
     flat = cross / (level + 0.01 * level.mean())
     # less and less of it towards half the sampling rate: the peak is then a bell that is seen between samples too
     height = np.abs(np.fft.irfft(flat * (0.5 + 0.5 * np.cos(np.pi * np.arange(level.size) / level.size)), n))

@@ -3,7 +3,7 @@
 A recording has two scales. Its time stamps (seconds after its first frame) say how its frames follow each other;
 a time code, where there is one, says what the clock on the wall of the laboratory showed. A TimeBase joins them:
 
-    base = video.info.time                     what the file itself says; video.time_source may know better
+    base = video.info.time                     what the file itself says; video.time_source may find a better one
     time_s = base.seconds(times)               times (n,) s of frames, Frame.time; seconds since midnight: those that
                                                the first frame's label shows, then true elapsed ones
     time_s = base.seconds(times, fields=0.5)   the samples of the second fields, half a frame later
@@ -117,7 +117,7 @@ class TimeBase:
     def behind(self) -> Fraction:
         """s to add to a count of frames from the code's midnight: what its labels have fallen behind a clock, negative.
 
-        Zero but for non-drop code at 29.97 and its like: see `Timecode.clock`.
+        Zero except for non-drop code at 29.97, 23.976 and 59.94 Hz: see `Timecode.clock`.
         """
         first = self.first
         return first.clock - first.seconds if first else Fraction(0)

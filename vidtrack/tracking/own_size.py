@@ -100,7 +100,7 @@ class OwnSize:
     def doubted(self, values: Array, who: Ints, shaped: Array | None = None) -> Array:
         """Values (VALUES, k, m) with sd_x, sd_y grown by what a missing or added part may have moved the middle.
 
-        shaped  the same with widths and heights that know the shape, where values do not
+        shaped  the same with widths and heights from the shape, where values do not
         """
         size, part = self._part(values, who)
         part &= ~self._same_shape(values if shaped is None else shaped, who)

@@ -42,7 +42,7 @@ class Record:
         """Take in a block; track: the number of the track in each column, -1: none."""
         n = self.n
         new = track != self._track if self._track.size else np.zeros(track.size, bool)
-        if new.any():  # what had the place before is none of its business
+        if new.any():  # positions of the track that had the place before
             self._recent = [(t, np.where(new, np.nan, values)) for t, values in self._recent]
         self._recent = [*self._recent[-24:], (times, block.values[:2])]
         self._track = track.copy()

@@ -1,6 +1,6 @@
 """One sample of a recording as the tracker sees it: a whole frame, or one field of an interlaced one.
 
-Positions are always those of the frame buffer; a sample knows how its rows lie in it: Yf = lines * row + parity.
+Positions are always those of the frame buffer; a sample states how its rows lie in it: Yf = lines * row + parity.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Scene:
 
     level     grey level of pictures turned bright, for the whole picture
     clutter   (2, m) px, blobs that stand still and are no target
-    static    all that stands about; None: nothing does
+    static    all static clutter; None: there is none
     """
 
     detection: Detection

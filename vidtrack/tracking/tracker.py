@@ -55,7 +55,7 @@ class Tracker:
 
     level    grey level (of pictures turned bright) above which total_pixels counts
     clutter  blobs that stand still and are no target (a metre stick, a lamp): they never become one
-    static   all that stands about: no target is measured while it touches that
+    static   all static clutter: no target is measured while it touches that
     far      whether lost targets are sought in the whole picture
     whole    where else than at the targets to look; None: nothing but the targets is followed
     """

@@ -37,7 +37,7 @@ class Bitstream:
     def is_reference(self, packet: Any) -> bool | None:
         """Whether other pictures may be built on this one; None where only the type of the decoded picture decides.
 
-        A packet whose units do not fit into it is not believed: True.
+        A packet whose units do not fit into it counts as one of these: True.
         """
         if self._codec in ("h264", "hevc"):
             kinds = [unit[0] for unit in self._units(bytes(packet)) if unit]

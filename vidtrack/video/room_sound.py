@@ -1,4 +1,4 @@
-"""What a recording's microphone heard, on the camera's own time, at a low sampling rate; time code is no sound.
+"""What a recording's microphone recorded, on the camera's own time, at a low sampling rate; time code is no sound.
 
 Samples are averaged over even steps of the camera's time, so that tracks of any sampling rate can be compared with
 each other, and a tape that ran too fast sounds as the room did.

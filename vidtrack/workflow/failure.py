@@ -37,7 +37,7 @@ def write_failure(account: str, rule: str, problems: Sequence[str]) -> str:
 
 
 def remove_failure(account: str) -> None:
-    """Forget an earlier failure of a job, and the folders that it leaves empty."""
+    """Delete the record of a job's earlier failure, and the folders that are then empty."""
     path = failure_place(account)
     if os.path.isfile(path):
         os.unlink(path)

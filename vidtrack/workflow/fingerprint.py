@@ -23,13 +23,13 @@ LIBRARIES = {"av": "av", "cv2": "opencv-python-headless", "numpy": "numpy", "sci
 
 
 REMEMBERED = os.path.join(".snakemake", "vidtrack", "checksums.json")
-"""Where checksums are remembered, from the folder in which Snakemake works."""
+"""Where checksums are kept, from the folder in which Snakemake works."""
 
 
 class Fingerprints:
     """What modules do, as hashes; what is known of a source file holds until the file changes.
 
-    store   where it is remembered from call to call; None: nowhere
+    store   where it is kept from call to call; None: nowhere
     """
 
     def __init__(self, store: str | None = None) -> None:
@@ -49,7 +49,7 @@ class Fingerprints:
         return sorted(self._reached(modules)[1])
 
     def save(self) -> None:
-        """Remember what was computed."""
+        """Save what was computed."""
         if self.store and self._changed:
             _remember(self.store, self._known)
 
@@ -183,7 +183,7 @@ def _data_files(room: str) -> list[str]:
 class Checksums:
     """SHA-256 of files, computed once for each state (see `state_of`) that a file has been in.
 
-    store   where they are remembered from call to call
+    store   where they are kept from call to call
     """
 
     def __init__(self, store: str) -> None:
@@ -192,7 +192,7 @@ class Checksums:
         self._known: dict[str, list[Any]] = _remembered(store, 2)
 
     def knows(self, path: str) -> bool:
-        """Whether the file's checksum is remembered for the state that the file is in."""
+        """Whether the file's checksum is kept for the state that the file is in."""
         return path in self._known and self._known[path][0] == state_of(path)
 
     def of(self, path: str) -> str:
@@ -206,6 +206,6 @@ class Checksums:
         return digest
 
     def save(self) -> None:
-        """Remember what was computed."""
+        """Save what was computed."""
         if self._changed:
             _remember(self.store, self._known)

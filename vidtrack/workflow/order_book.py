@@ -40,7 +40,7 @@ class OrderBook:
     """The orders of one experiment.
 
     folder   the experiment's folder
-    cache    a folder where checksums are remembered from call to call, once `save` is called
+    cache    a folder where checksums are kept from call to call, once `save` is called
     """
 
     def __init__(self, folder: str, cache: str) -> None:
@@ -124,12 +124,12 @@ class OrderBook:
         return {self.place(*key): self.order(*key) for key in self._wanted if key not in self.done}
 
     def look_again(self) -> None:
-        """Forget what was done: jobs have run meanwhile."""
+        """Discard what was computed: jobs have run meanwhile."""
         for name in ("done", "settled"):
             self.__dict__.pop(name, None)
 
     def save(self) -> None:
-        """Remember checksums for the next call, where the cache can be written."""
+        """Save checksums for the next call, where the cache can be written."""
         try:
             self._checksums.save()
             self._code.save()

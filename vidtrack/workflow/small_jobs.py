@@ -100,7 +100,7 @@ def _answer(server: socket.socket) -> bytes:
     while len(answer) < 4:
         try:
             part = server.recv(4 - len(answer))
-        except KeyboardInterrupt:  # the job heard it too
+        except KeyboardInterrupt:  # the job gets it too
             continue
         if not part:
             break

@@ -1,4 +1,4 @@
-"""Two cameras that know nothing of each other: how they stand, from balls that both see.
+"""Two cameras without any common reference: how they stand, from balls that both see.
 
 The fundamental matrix needs no focal length: u_b^T F u_a = 0 (Luong and Faugeras 1996), by normalised least squares
 over random samples (RANSAC; Fischler and Bolles 1981), for either way in which the balls can correspond. With a pair

@@ -26,7 +26,7 @@ class ShiftSettings(NamedTuple):
     points: int = 400
     """Balls that are used at most."""
     sure: float = 1.3
-    """Times by which the misfit elsewhere must be larger for a shift to be believed."""
+    """Times by which the misfit elsewhere must be larger for a shift to be accepted."""
 
 
 SETTINGS = ShiftSettings()

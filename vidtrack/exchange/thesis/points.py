@@ -164,5 +164,5 @@ def _once(path: Path, tags: Sequence[str]) -> tuple[str, ...]:
 def _counted(path: Path, tags: Sequence[str]) -> list[int]:
     """Tags as the whole numbers that the old programs need."""
     if odd := [tag for tag in tags if not (tag.isdigit() and len(tag) < 9)]:
-        raise VidtrackError(f"{path}: tag {odd[0]} is no whole number, and the old programs know no other. Rename it.")
+        raise VidtrackError(f"{path}: tag {odd[0]} is no whole number, as the old programs need it. Rename it.")
     return [int(tag) for tag in tags]

@@ -105,7 +105,7 @@ def static_clutter(
     own: Array,
     contrast: float = np.nan,
 ) -> StaticClutter | None:
-    """What stands about while the targets are elsewhere; None where nothing does, or the whole scene is as bright.
+    """Static clutter, found while the targets are elsewhere; None where there is none, or the whole scene is as bright.
 
     samples      the opening of the recording; backgrounds of it, turned bright, as `background_of` makes them
     own          (n, 4) left, top, right, bottom px: where the targets begin. What lies wholly in such a box is a

@@ -2,7 +2,7 @@
 
 A window is a rectangle about one target. All windows lie side by side in one array (height, n, width), which is
 also one wide picture: thresholding, connected components and dilation run over all of them in one call.
-Windows speak grey levels 0-255 whatever the depth of the video; x and y are px in the picture that was cut.
+Windows hold grey levels 0-255 whatever the depth of the video; x and y are px in the picture that was cut.
 """
 
 from __future__ import annotations

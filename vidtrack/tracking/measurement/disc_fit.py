@@ -62,7 +62,7 @@ _EYE = np.eye(6)
 
 
 class SoftDiscs(NamedTuple):
-    """px from the middle of the window, (n,); NaN where the fit ran away from where it began, or knows nothing.
+    """px from the middle of the window, (n,); NaN where the fit ends far from its start, or is undetermined.
 
     mass  grey levels, the whole light of the disc
     """

@@ -62,7 +62,7 @@ def with_shapes(
 ) -> Array:
     """Values (VALUES, k, n) of what was seen, those of `which` with width and height as segmented; NaN where unclear.
 
-    A template knows no shape. known, level, d  as appearance, threshold and detection of `measure_targets`
+    A template measures no shape. known, level, d  as appearance, threshold and detection of `measure_targets`
     """
     of = known.of(which)
     where, size = predicted[:, which], of.size.T

@@ -4,7 +4,7 @@ The pixels of a target's soft rim show the background in part, and the plane und
 background with a grain pulls the centroid to its brighter side: an error of about a tenth of a pixel and more that
 varies along the path and that the scatter of the path shows only where the target is quick. The pull is linear in the
 background's pixels, so that a picture of the background without the targets says what it is at each place; it is taken
-off, and a share of its usual size is added to the sd for what that picture does not know.
+off, and a share of its usual size is added to the sd for what that picture does not show.
 
 A codec's noise may stand still for a while. So the pattern must be there at the end of the recording too.
 """
@@ -38,7 +38,7 @@ class StillPatterns:
     fewest       so few places say nothing
     significant  times the sd of its estimate from which on a pull is more than chance
     worth        share of the centroids' sd below which a pull adds nothing to it
-    bright       standard deviations of the background beyond which a pixel is of a thing that stands about, no pattern
+    bright       standard deviations of the background beyond which a pixel is of static clutter, no pattern
     coarse       px of the background that are one of the picture of its light
     about        radii of the target about a place, even, over which the local size of the pull is taken
     unknown      share of the pull, and of its local size, that is not known
@@ -153,7 +153,7 @@ def _spread(values: Array) -> Array:
 
 
 def _pattern(grey: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The background without the things that stand about in it."""
+    """The background without its static clutter."""
     rows, columns = grey.shape
     small = (max(1, columns // STILL_PATTERN.coarse), max(1, rows // STILL_PATTERN.coarse))
     light = cv2.medianBlur(cv2.resize(grey, small, interpolation=cv2.INTER_AREA), 5)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vidtrack.geometry.triangulate import Located
-from vidtrack.location.believed import rows_kept, without_chance, without_far
+from vidtrack.location.accepted import rows_kept, without_chance, without_far
 
 
 def located(n_cameras, disagree=(), miss=0.1):

@@ -1,4 +1,4 @@
-"""Which positions are believed, and for which moments each target has a row."""
+"""Which positions are accepted, and for which moments each target has a row."""
 
 from __future__ import annotations
 
