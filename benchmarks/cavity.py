@@ -4,14 +4,17 @@
     python benchmarks/cavity.py test_cavity [--follow]
 
 OpenPTV's own detections and results are in commit ec0043c: the detections that it joins to one particle are located
-by vidtrack, and the place compared with OpenPTV's own. With --follow the first camera's pictures go through the track
-stage, which is made for tens of targets: it follows few of the thousand.
+by vidtrack with the calibration of that commit, and the place compared with OpenPTV's own. Then what OpenPTV linked
+over the frames is given to `associate` camera by camera, its correspondences forgotten: how many are joined again.
+With --follow the first camera's pictures go through the track stage, which is made for tens of targets: it follows few
+of the thousand.
 """
 
 from __future__ import annotations
 
 import argparse
 import subprocess
+import tempfile
 import time
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +22,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from vidtrack.association.associate import associate
+from vidtrack.association.tracklets import tracklets_of
 from vidtrack.exchange.cameras.given import Said
 from vidtrack.exchange.cameras.openptv import read
 from vidtrack.geometry.camera import Camera
@@ -62,6 +67,61 @@ def theirs(folder: Path, frame: int) -> tuple[np.ndarray, np.ndarray]:
     return rows[:, 1:4], b
 
 
+def calibration(folder: Path, to: str) -> Path:
+    """A folder with the calibration that OpenPTV's results rest on; that of the last commit is another one."""
+    packed = subprocess.run(["git", "-C", folder, "archive", RESULTS, "cal"], capture_output=True, check=True).stdout
+    subprocess.run(["tar", "-x", "-C", to], input=packed, check=True)
+    return Path(to)
+
+
+def chains(folder: Path) -> list[list[int]]:
+    """Of particles that OpenPTV linked over all frames: the row in each frame."""
+    following = [np.array(of_commit(folder, f"res/ptv_is.{frame}"))[:, 1].astype(int) for frame in FRAMES]
+    out = []
+    for row in range(len(following[0])):
+        chain = [row]
+        for after in following[:-1]:
+            if after[chain[-1]] < 0:
+                break
+            chain.append(int(after[chain[-1]]))
+        out.append(chain)
+    return [chain for chain in out if len(chain) == len(FRAMES)]
+
+
+def associated(folder: Path, cameras: list[Camera], tolerance_px: float) -> None:
+    """How many of those particles `associate` joins again, from what each camera saw of them alone."""
+    seen = np.stack(
+        [theirs(folder, frame)[1][:, rows] for frame, rows in zip(FRAMES, np.array(chains(folder)).T, strict=True)], 2
+    )
+    whole = np.isfinite(seen).all(axis=(0, 2, 3))
+    seen = seen[:, whole]
+    n, m = seen.shape[1:3]
+    rng = np.random.default_rng(0)
+    orders = [rng.permutation(n) for _ in cameras]
+    tracklets = [
+        tracklets_of(
+            np.repeat(np.arange(n), m), np.tile(np.arange(m), n), b[order].reshape(-1, 2), np.full((n * m, 2), 0.2)
+        )
+        for b, order in zip(seen, orders, strict=True)
+    ]
+    began = time.process_time()
+    found = associate(cameras, tracklets, tolerance_px=tolerance_px)
+    took = time.process_time() - began
+    own = np.stack([t[np.argsort(order)] for t, order in zip(found.trajectory, orders, strict=True)])  # (4, n)
+    same = (own >= 0) & (own == own[0])
+    others = [len({k for c in range(4) for k in np.flatnonzero(own[c] == t)}) for t in range(found.m)]
+    mixed = sum(k > 1 for k in others)
+    left = {
+        why: int(sum((r == why).sum() for r in found.reason)) for why in ("contested", "alone", "surplus", "mirror")
+    }
+    print(
+        f"{n} particles that OpenPTV saw in four cameras and linked over {m} frames: {same.all(0).sum()} joined to the "
+        f"same four, {((own >= 0).any(0) & ~same.all(0)).sum()} in part, {(own < 0).all(0).sum()} not at all; "
+        f"{mixed} of {found.m} trajectories mix particles; apart: {left}; bias {found.bias_px:.2f} px; {took:.1f} s",
+        flush=True,
+    )
+
+
 def compared(folder: Path, cameras: list[Camera]) -> None:
     for frame in FRAMES:
         place, b = theirs(folder, frame)
@@ -94,9 +154,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--follow", action="store_true", help="the first camera's pictures through the track stage too")
+    parser.add_argument("--tolerance", type=float, default=3.0, help="px that the calibration may leave")
     args = parser.parse_args()
-    cameras = [camera_of(args.folder, i) for i in range(1, 5)]
+    with tempfile.TemporaryDirectory() as to:
+        cameras = [camera_of(calibration(args.folder, to), i) for i in range(1, 5)]
     compared(args.folder, cameras)
+    associated(args.folder, cameras, args.tolerance)
     if args.follow:
         followed(args.folder)
 
