@@ -2,12 +2,15 @@
 
     python benchmarks/damage.py                      1200 recordings, about 4 minutes on one core
     python benchmarks/damage.py --count 240 --kinds raw.dv h264-pyramid.mp4
+    python benchmarks/damage.py --count 240 --centroids
 
 Small recordings of a ball that moves over texture, in many codecs and containers, are damaged in the middle of the file
 in seven ways (a byte, a stretch of noise or zeros, bytes cut out or put in) and read. A picture is wrong where a block
 of 8 x 8 pixels is off by more than 6 grey levels on the mean from the same moment of the undamaged reading, or where
-that has no such moment. Wrong and not flagged is what must not be. Everything is seeded: one number makes one
-recording again (--seed).
+that has no such moment. Wrong and not flagged, by the decoder or by what the background shows, is what must not be.
+With --centroids two targets are followed as well: wrong is a centroid with an empty flag that is more than 5 sd and
+0.05 px from every target of the undamaged reading at that moment. Everything is seeded: one number makes one recording
+again (--seed).
 """
 
 from __future__ import annotations
@@ -24,6 +27,8 @@ import numpy as np
 
 from tests.files.clips import make_clip
 from vidtrack.errors import VidtrackError
+from vidtrack.stages.track import track
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.video.reader import open_video
 
 N = 60
@@ -59,6 +64,8 @@ KINDS = {
     "ffv1.mkv": Kind("ffv1", "gray", {"level": "3", "g": "1", "slicecrc": "1"}),
     "ffv1.avi": Kind("ffv1", "gray", {"level": "1", "g": "1"}),
     "prores.mov": Kind("prores_ks", "yuv422p10le", {}),
+    "vp9.webm": Kind("libvpx-vp9", "yuv420p", {"crf": "20", "b": "0", "g": "24", "cpu-used": "8"}),
+    "av1.mkv": Kind("libsvtav1", "yuv420p", {"crf": "25", "preset": "10", "g": "24"}),
 }
 
 WAYS = ("a byte", "a few bytes", "noise", "much noise", "zeros", "cut out", "put in")
@@ -98,18 +105,48 @@ def damaged(data: bytes, way: str, rng: np.random.Generator) -> bytes:
     return data[:at] + fresh + data[at + (0 if way == "put in" else length) :]
 
 
-def read(path: Path) -> tuple[dict[int, np.ndarray], dict[int, bool], tuple[str, ...]]:
-    """Levels and flags by the nearest whole frame of their time, and what the account says."""
+class Reading(NamedTuple):
+    """Levels, and whether it is flagged, by the nearest whole frame of a picture's time; seen: flagged by what the
+    background shows alone; what the account says; centroids (rows of moment, X, Y, sd x, sd y) with an empty flag."""
+
+    levels: dict[int, np.ndarray]
+    flags: dict[int, bool]
+    seen: int
+    problems: tuple[str, ...]
+    centroids: np.ndarray
+
+
+def read(path: Path, *, centroids: bool) -> Reading:
     levels: dict[int, np.ndarray] = {}
     flags: dict[int, bool] = {}
     with open_video(str(path)) as video:
         scale = 255 / (2**video.info.bits - 1)
-        for frame in video.frames():
+        damage = DamagedPictures(video.info.bits)
+        frames = [frame._replace(luma=frame.luma.copy()) for frame in damage.over(video.frames())]
+        for frame in frames:
             moment = round(float(frame.time * RATE))
-            flags[moment] = flags.get(moment, True) and frame.corrupt
-            if not (moment in levels and frame.corrupt):
+            hurt = frame.corrupt or frame.index in damage.indices
+            flags[moment] = flags.get(moment, True) and hurt
+            if not (moment in levels and hurt):
                 levels[moment] = frame.luma.astype(np.float32) * np.float32(scale)
-        return levels, flags, video.account.problems
+        places = np.zeros((0, 5))
+        if centroids:
+            table = track(frames, video.info, targets=2).centroids
+            table = table[table["Xf"].notna() & (table["flag"] == "")]
+            moments = {frame.index: round(float(frame.time * RATE)) for frame in frames}
+            places = table[["frame", "Xf", "Yf", "sd_x", "sd_y"]].to_numpy(float)
+            places[:, 0] = [moments[int(frame)] for frame in places[:, 0]]
+        return Reading(levels, flags, len(damage.indices), video.account.problems, places)
+
+
+def wrong_centroids(own: np.ndarray, whole: np.ndarray) -> int:
+    """How many rows are at no place of the undamaged reading at their moment, where that has both targets."""
+    count = 0
+    for moment, *row in own.tolist():
+        right = whole[whole[:, 0] == moment][:, 1:3]
+        off = np.abs(right - row[:2])
+        count += len(right) == 2 and not np.any(np.all(off <= np.maximum(0.05, 5 * np.array(row[2:])), axis=1))
+    return count
 
 
 def off(a: np.ndarray, b: np.ndarray) -> float:
@@ -128,36 +165,45 @@ class Outcome(NamedTuple):
     silent: int
     flagged: int
     needless: int
+    seen: int
+    centroids: int
+    wrong_centroids: int
     said: bool
     refused: bool
 
 
-def outcome(path: Path, whole: dict[int, np.ndarray]) -> Outcome:
+def outcome(path: Path, whole: Reading, *, centroids: bool) -> Outcome:
     try:
-        levels, flags, problems = read(path)
+        own = read(path, centroids=centroids)
     except VidtrackError:
-        return Outcome(0, 0, 0, 0, True, True)
-    wrong = {t for t, own in levels.items() if t not in whole or off(own, whole[t]) > WRONG}
-    flagged = {t for t, flag in flags.items() if flag}
-    return Outcome(len(wrong), len(wrong - flagged), len(flagged), len(flagged - wrong), bool(problems), False)
+        return Outcome(0, 0, 0, 0, 0, 0, 0, True, True)
+    wrong = {t for t, one in own.levels.items() if t not in whole.levels or off(one, whole.levels[t]) > WRONG}
+    flagged = {t for t, flag in own.flags.items() if flag}
+    counts = len(wrong), len(wrong - flagged), len(flagged), len(flagged - wrong), own.seen
+    places = len(own.centroids), wrong_centroids(own.centroids, whole.centroids)
+    return Outcome(*counts, *places, bool(own.problems), False)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=1200, help="recordings in all")
     parser.add_argument("--kinds", nargs="*", default=list(KINDS))
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--centroids", action="store_true", help="follow the targets as well")
     parser.add_argument("--seed", type=int, help="one recording alone, with all that is said of it")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        clips: dict[str, tuple[bytes, dict[int, np.ndarray]]] = {}
+        clips: dict[str, tuple[bytes, Reading]] = {}
         for name in arguments.kinds:
             kind = KINDS[name]
             path = Path(folder) / name
             picture = scene(kind.size, kind.pix_fmt.endswith("10le"))
             make_clip(path, kind.codec, kind.pix_fmt, n=N, size=kind.size, picture=picture, options=kind.options)
-            clips[name] = path.read_bytes(), read(path)[0]
+            clips[name] = path.read_bytes(), read(path, centroids=arguments.centroids)
         found: dict[str, list[Outcome]] = {name: [] for name in arguments.kinds}
-        seeds = range(arguments.count) if arguments.seed is None else [arguments.seed]
+        seeds = (
+            range(arguments.first, arguments.first + arguments.count) if arguments.seed is None else [arguments.seed]
+        )
         for seed in seeds:
             name = list(KINDS)[seed % len(KINDS)] if arguments.seed is not None else arguments.kinds[seed % len(clips)]
             rng = np.random.default_rng([seed, list(KINDS).index(name)])
@@ -165,17 +211,28 @@ def main() -> None:
             path = Path(folder) / f"hurt-{name}"
             data, whole = clips[name]
             path.write_bytes(damaged(data, way, rng))
-            one = outcome(path, whole)
+            one = outcome(path, whole, centroids=arguments.centroids)
             found[name].append(one)
-            if one.silent or arguments.seed is not None:
+            if one.silent or one.wrong_centroids or arguments.seed is not None:
                 print(f"  {name} {seed}: {way}: {one}", file=sys.stderr)
-    heads = {"files": 6, "refused": 8, "wrong": 6, "unflagged": 10, "in files": 9, "flagged": 8, "needless": 9}
+    heads = {
+        "files": 6,
+        "refused": 8,
+        "wrong": 6,
+        "unflagged": 10,
+        "in files": 9,
+        "flagged": 8,
+        "needless": 9,
+        "seen": 6,
+    }
+    heads |= {"centroids": 9, "wrong ": 6}
     print(f"{'kind':18} " + " ".join(f"{word:>{width}}" for word, width in heads.items()))
     for name, ones in [*found.items(), ("all", [one for own in found.values() for one in own])]:
         print(
             f"{name:18} {len(ones):6} {sum(o.refused for o in ones):8} {sum(o.wrong for o in ones):6}"
             f" {sum(o.silent for o in ones):10} {sum(o.silent > 0 for o in ones):9} {sum(o.flagged for o in ones):8}"
-            f" {sum(o.needless for o in ones):9}"
+            f" {sum(o.needless for o in ones):9} {sum(o.seen for o in ones):6} {sum(o.centroids for o in ones):9}"
+            f" {sum(o.wrong_centroids for o in ones):6}"
         )
 
 
