@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
@@ -29,15 +30,22 @@ def velocity_jumps(t: Array, y: Array, weight: Array) -> Array:
     when = (t[middle - 1] + t[middle]) / 2
     before, after = (_slopes(t, y, w, middle + side, when) for side in (-SIDE, 0))
     size[middle] = np.abs(after[0] - before[0]) / (sd * np.sqrt(before[1] + after[1]))
-    largest = np.array([size[max(k - SIDE + 1, 0) : k + SIDE].max() for k in range(len(t))])
+    largest = sliding_window_view(np.pad(size, SIDE - 1), 2 * SIDE - 1).max(-1)
     return np.where(size == largest, size, 0.0)
 
 
 def _slopes(t: Array, y: Array, w: Array, first: NDArray[np.intp], when: Array) -> tuple[Array, Array]:
     """Slopes at `when` (m,) of parabolas through the six samples from each of `first` on, and their variances."""
     rows = first[:, None] + np.arange(SIDE)
-    off = t[rows] - when[:, None]
-    inverse = np.linalg.pinv(np.stack([np.ones(rows.shape), off, off**2], -1) * w[rows, None])[:, 1]
-    wy = y[rows] * w[rows]
-    slope = np.array([a @ b for a, b in zip(inverse, wy, strict=True)])
-    return slope, np.array([a @ a for a in inverse])
+    off = (t[rows] - when[:, None]) / (t[rows[:, -1:]] - t[rows[:, :1]])
+    constant, slope, bend = w[rows], w[rows] * off, w[rows] * off**2
+    # What of the slope's column the other two do not hold: alone it decides the slope (Gram-Schmidt).
+    with np.errstate(invalid="ignore", divide="ignore"):  # too few samples with weight: no slope
+        constant = constant / np.sqrt((constant**2).sum(-1, keepdims=True))
+        bend = bend - (bend * constant).sum(-1, keepdims=True) * constant
+        bend /= np.sqrt((bend**2).sum(-1, keepdims=True))
+        for other in (constant, bend):
+            slope = slope - (slope * other).sum(-1, keepdims=True) * other
+        own = (slope**2).sum(-1)
+        extent = t[rows[:, -1]] - t[rows[:, 0]]
+        return (slope * (y[rows] * w[rows])).sum(-1) / own / extent, 1 / own / extent**2

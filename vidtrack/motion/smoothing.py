@@ -148,9 +148,12 @@ class _Record:
         self.longest = max(float(np.ptp(t[rows])) for rows in self.parts)
         self.interval = float(np.median(np.concatenate([np.diff(t[rows]) for rows in self.parts])))
         self._scores: dict[Plan, float] = {}
+        self._fits: dict[Plan, list[PieceFit]] = {}
 
     def without(self, outlier: NDArray[np.bool_]) -> _Record:
         """The same record, some of its samples without weight."""
+        if not outlier.any():
+            return self
         return _Record(self.t, self.y, np.where(outlier, 0.0, self.weight), self.piece, self.known)
 
     def outliers(self, plan: Plan, reject: float) -> NDArray[np.bool_]:
@@ -163,9 +166,10 @@ class _Record:
         tried = np.zeros(len(self.y), bool)
         for rows in self.parts:
             inner = rows[ENDS:-ENDS]
+            inner = inner[missed[inner] > reject]
             for row in inner[np.argsort(-missed[inner])]:
                 near = slice(max(row - APART, 0), row + APART + 1)
-                if missed[row] > reject and not tried[near].any():
+                if not tried[near].any():
                     tried[row] = True
         if not tried.any() or tried.sum() > MOST_OUTLIERS * (self.weight > 0).sum():
             return np.zeros(len(self.y), bool)
@@ -184,9 +188,13 @@ class _Record:
         size = np.zeros(len(self.t))
         for rows in self.parts:
             size[rows] = velocity_jumps(self.t[rows], self.y[rows], self.weight[rows])
+        tried = 0
         for least in IMPACT_SD:
-            piece = self.piece.copy()
-            for row in np.flatnonzero(size > least):
+            impacts = np.flatnonzero(size > least)
+            if len(impacts) == tried:  # the same ones again
+                continue
+            tried, piece = len(impacts), self.piece.copy()
+            for row in impacts:
                 piece[row:] = np.where(piece[row:] == piece[row], piece.max() + 1, piece[row:])
             parted = _Record(self.t, self.y, self.weight, piece, self.known)
             score = parted.lowest()
@@ -234,7 +242,9 @@ class _Record:
         return misfit + 2 * COST * parameters if self.known else misfit / spare**2
 
     def fits(self, plan: Plan) -> list[PieceFit]:
-        return [self._fit(rows, plan) for rows in self.parts]
+        if plan not in self._fits:
+            self._fits[plan] = [self._fit(rows, plan) for rows in self.parts]
+        return self._fits[plan]
 
     def _fit(self, rows: NDArray[np.intp], plan: Plan) -> PieceFit:
         """The fit of one piece; by a parabola where it holds too few samples for the plan."""

@@ -39,6 +39,7 @@ class Basis:
 
     def __init__(self, t: Array, spacing: float, degree: int) -> None:
         from scipy.interpolate import BSpline
+        from scipy.sparse import csr_matrix
 
         extent = float(t[-1] - t[0])
         intervals = max(1, round(extent / spacing)) if np.isfinite(spacing) else 1
@@ -50,24 +51,34 @@ class Basis:
         matrix = BSpline.design_matrix(t, self.knots, degree)
         # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
         self.values: Array = matrix.data.reshape(len(t), degree + 1)
-        self.first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
+        first = matrix.indices[:: degree + 1].astype(np.intp)
+        self._columns: NDArray[np.intp] = first[:, None] + np.arange(degree + 1)
+        self._transposed = matrix.tocsc().T
+        # A row for each number of the first, a one for each of its samples: its product sums over samples.
+        ends = np.searchsorted(first, np.arange(intervals + 1))
+        self._of_first = csr_matrix((np.ones(len(t)), np.arange(len(t)), ends), shape=(intervals, len(t)))
 
     def at(self, c: Array) -> Array:
         """The spline at the samples, from its coefficients."""
-        return np.asarray((self.values * c[self.first[:, None] + np.arange(self.degree + 1)]).sum(1))
+        return np.asarray((self.values * c[self._columns]).sum(1))
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
+        lower, upper = (np.concatenate(part) for part in zip(*self._pairs(), strict=True))
+        weighted = weight[:, None] * self.values
+        sums = self._of_first @ (weighted.take(lower, axis=1) * self.values.take(upper, axis=1))
         band = np.zeros((self.degree + 1, self.size))
-        for offset in range(self.degree + 1):
-            for j in range(self.degree + 1 - offset):
-                product = weight * self.values[:, j] * self.values[:, j + offset]
-                band[offset] += np.bincount(self.first + j, product, self.size)
+        for j, other, column in zip(lower, upper, sums.T, strict=True):
+            band[other - j, j : j + len(column)] += column
         return band
 
+    def _pairs(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+        """Pairs of the B-splines over a sample, those of equal distance together."""
+        n = self.degree + 1
+        return [(np.arange(n - offset), np.arange(offset, n)) for offset in range(n)]
+
     def _right(self, wy: Array) -> Array:
-        columns = (self.first[:, None] + np.arange(self.degree + 1)).ravel()
-        return np.bincount(columns, (self.values * wy[:, None]).ravel(), self.size).astype(np.float64)
+        return np.asarray(self._transposed @ wy)
 
     def coefficients(self, y: Array, weight: Array) -> Array | None:
         """Least squares; None where some B-spline has no sample to hold it."""
