@@ -41,21 +41,24 @@ _SQUARE7 = np.ones((7, 7), np.uint8)
 
 
 class Sums:
-    """Sums of x^l y^k over every window, x and y from the window's middle: two matrix products."""
+    """Sums of x^l y^k over every window, x and y from the window's middle: two matrix products.
+
+    In double precision, in which those of whole grey levels are exact: how a processor adds changes no answer.
+    """
 
     def __init__(self, height: int, width: int) -> None:
         self.middle_x, self.middle_y = (width - 1) / 2, (height - 1) / 2
-        x = np.arange(width + CUTTING.separator, dtype=np.float32) - np.float32(self.middle_x)
-        y = np.arange(height, dtype=np.float32) - np.float32(self.middle_y)
+        x = np.arange(width + CUTTING.separator) - self.middle_x
+        y = np.arange(height) - self.middle_y
         self.x = np.stack([np.ones_like(x), x, x * x], axis=1)
         self.y = np.stack([np.ones_like(y), y, y * y], axis=0)
 
     def moments(self, weight: NDArray[Any], rows: slice = slice(None)) -> Array:
         """(3, 3, n): [k, l] = sum of weight y^k x^l; weight (height, n, width), or only those rows of it."""
         height, n, width = weight.shape
-        along = weight.astype(np.float32, copy=False).reshape(height * n, width) @ self.x
+        along = weight.astype(float).reshape(height * n, width) @ self.x
         sums = (self.y[:, rows] @ along.reshape(height, n * 3)).reshape(3, n, 3).transpose(0, 2, 1)
-        return np.ascontiguousarray(sums, float)
+        return np.ascontiguousarray(sums)
 
 
 sums_of = lru_cache(maxsize=64)(Sums)
@@ -111,7 +114,8 @@ def _refitted(part: Picture, outside: NDArray[np.float32], sums: Sums, plane: Pl
 def on_grid(slope: Array, sums: Sums, rows: slice = slice(None)) -> NDArray[np.float32]:
     """The planes' grey levels at every pixel of (some rows of) their windows, (height, n, width)."""
     a, b, c = slope.astype(np.float32)[:, :, None]
-    level: NDArray[np.float32] = (a + b * sums.x[:, 1]) + c * sums.y[1][rows, None, None]
+    x, y = sums.x[:, 1].astype(np.float32), sums.y[1][rows, None, None].astype(np.float32)
+    level: NDArray[np.float32] = (a + b * x) + c * y
     return level
 
 
@@ -119,7 +123,7 @@ def plane_under(grey: Picture, outside: NDArray[np.float32], sums: Sums) -> Plan
     """Least squares of 1, x, y over the marked pixels; flat where there are too few to estimate a slope."""
     lit = outside * grey
     s, r = sums.moments(outside, SURROUNDINGS.rows), sums.moments(lit, SURROUNDINGS.rows)
-    squares = np.einsum("hnw,hnw->n", lit, grey)
+    squares = (lit * grey).sum(axis=(0, 2), dtype=float)
     count = np.maximum(s[0, 0], 1e-6)
     mean, x, y = r[0, 0] / count, s[0, 1] / count, s[1, 0] / count
     # second moments about the middle of the marked pixels, with a gentle pull of the slope to zero

@@ -188,7 +188,7 @@ def _fitted(
     near = _grown(target, _ROUND7)
     near[..., -CUTTING.separator :] = 0
     own = sums.moments(target)
-    light = np.einsum("hnw,hnw->n", data, target.astype(np.float32))
+    light = (data * target).sum(axis=(0, 2), dtype=float)
     count = np.maximum(own[0, 0], 1)
     fit = fit_soft_discs(
         data,

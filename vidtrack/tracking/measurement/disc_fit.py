@@ -140,13 +140,13 @@ def _descend(
         model, slopes = soft_disc(trial, rows, columns, fine=fine)
         free = weight * ~(clipped & (model >= data))
         left_over = (data - model) * free
-        squares = np.einsum("hnw,hnw->n", left_over, left_over).astype(float)
+        squares = (left_over * left_over).sum(axis=(0, 2), dtype=float)
         better = squares < cost
         best, cost = np.where(better, trial, best), np.where(better, squares, cost)
         damping = np.clip(np.where(better, damping / 5, damping * 10), 1e-9, 1e9)
         if better.any():
             flat = np.moveaxis(slopes * free, 2, 0).reshape(n, 6, -1)
-            rest = np.moveaxis(left_over, 1, 0).reshape(n, -1, 1)
+            rest = np.moveaxis(left_over, 1, 0).reshape(n, -1, 1).astype(float)
             normal = np.where(better[:, None, None], flat @ flat.transpose(0, 2, 1), normal)
             gradient = np.where(better[:, None], (flat @ rest)[..., 0], gradient)
         scale = np.maximum(normal[:, _DIAGONAL, _DIAGONAL], 1e-6)

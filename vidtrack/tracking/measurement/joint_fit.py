@@ -194,7 +194,7 @@ def _descend(
         model, slopes, now = _scene(trial, rows, columns, order)
         free = weight * ~(clipped & (model >= data))
         left = (data - model) * free
-        squares = float((left * left).sum())
+        squares = float((left * left).sum(dtype=float))
         behind = begin - trial
         with_prior = squares + float((pull * behind * behind).sum())
         if with_prior < total:
@@ -202,7 +202,7 @@ def _descend(
             damping = max(damping / 5, 1e-9)
             flat = (slopes * free).reshape(6 * m, -1)
             normal = flat @ flat.T + np.diag(pull.ravel())
-            gradient = flat @ left.ravel() + (pull * behind).ravel()
+            gradient = flat.astype(float) @ left.ravel() + (pull * behind).ravel()
         else:
             damping = min(damping * 10, 1e9)
         scale = np.maximum(np.diagonal(normal), 1e-6)

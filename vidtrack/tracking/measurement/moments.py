@@ -87,5 +87,5 @@ def binary(target: NDArray[np.uint8], sums: Sums) -> tuple[Array, Array, Array, 
 
 def plateau_of(grey: Picture, target: NDArray[np.uint8], plane: Plane, pixels: Ints) -> Array:
     """Mean grey level of the pixels above the threshold over the background, (n,)."""
-    total = np.einsum("hnw,hnw->n", grey, target.astype(np.float32))
+    total = (grey * target).sum(axis=(0, 2), dtype=float)
     return np.asarray(total / np.maximum(pixels, 1) - plane.value, float)

@@ -89,13 +89,13 @@ class Weights(NamedTuple):
 
     width: int
     height: int
-    linear: Float32
+    linear: Array
     pull: float
     inside: Float32
     x_noise: float
     y_noise: float
     ring: Ints
-    across: Float32
+    across: Array
 
 
 @lru_cache(maxsize=256)
@@ -112,13 +112,13 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     m_y = disc * y - (disc * y * y).sum() * plane[2]
     uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
     second = [disc * along - (disc * along).sum() * plane[0] for along in (x * x, y * y, x * y)]
-    linear = np.stack([mass, m_x, m_y, plane[0], *uneven, *second], axis=1).astype(np.float32)
+    linear = np.stack([mass, m_x, m_y, plane[0], *uneven, *second], axis=1)
     pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
     inside = (disc + MASK.stray * (1 - disc)).astype(np.float32)
     noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
-    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across.astype(np.float32))
+    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across)
 
 
 def _harmonics(x: Array, y: Array, ring: Array, plane: Array, powers: Array) -> Array:
@@ -289,9 +289,9 @@ def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
     """Mass, m_x, m_y and background of windows, grey levels and px, the sum of the harmonics squared, and the second
     moments about the window's middle, (8, m).
     """
-    found = np.empty((len(bright), w.linear.shape[1]), np.float32)
+    found = np.empty((len(bright), w.linear.shape[1]))
     for some in _chunks(bright):
-        np.matmul(bright[some].astype(np.float32), w.linear, out=found[some])
+        np.matmul(bright[some].astype(float), w.linear, out=found[some])
     moments = np.empty((8, len(bright)))
     np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
     np.multiply(found[:, 8:].T, detection.scale, out=moments[5:])
@@ -327,7 +327,7 @@ def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
     """Sum of the pixels above the thresholds (n,) in the windows of the first sample, grey levels, (n,)."""
     first = bright[: threshold.size]
     lit = first * (first > _stored(threshold, bright, detection)[:, None])
-    return np.asarray(lit.astype(np.float32) @ np.full(lit.shape[1], detection.scale, np.float32), float)
+    return np.asarray(lit.sum(axis=1, dtype=float) * detection.scale)
 
 
 def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:
@@ -341,7 +341,7 @@ def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: De
 
 def _noise(bright: NDArray[Any], w: Weights, detection: Detection, n: int) -> Array:
     """(n,) grey levels, what the background plane leaves in the ring of the first sample; the rest are like it."""
-    values = bright[:n, w.ring].astype(np.float32) * np.float32(detection.scale)
+    values = bright[:n, w.ring] * detection.scale
     values -= values.mean(axis=1, keepdims=True)
     slopes = values @ w.across.T
     squares = np.einsum("nr,nr->n", values, values) - np.einsum("nc,nc->n", slopes, slopes)
