@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vidtrack.motion.impacts import SIDE, velocity_jumps
+from vidtrack.motion.impacts import SIDE, _slopes, velocity_jumps
 
 T = np.arange(240) / 60
 
@@ -18,6 +18,20 @@ def test_a_bounce_is_found_to_the_sample():
     assert abs(int(np.argmax(size)) - np.searchsorted(T, 2.008)) <= 1
     assert size.max() > 20
     assert (size > 15).sum() == 1
+
+
+def test_the_slopes_beside_a_sample_are_those_of_least_squares():
+    rng = np.random.default_rng(4)
+    t, y, w = T + rng.uniform(0, 0.005, T.size), rng.normal(0, 1, T.size), rng.uniform(0.3, 2, T.size)
+    w[[20, 24]] = 0  # outliers
+    first, when = np.arange(12, 40), t[12:40] - 0.01
+    slope, variance = _slopes(t, y, w, first, when)
+    for k, row in enumerate(first):
+        rows = slice(row, row + SIDE)
+        powers = np.vander(t[rows] - when[k], 3, increasing=True) * w[rows, None]
+        wanted = np.linalg.lstsq(powers, y[rows] * w[rows], rcond=None)[0][1]
+        np.testing.assert_allclose(slope[k], wanted, rtol=1e-8, atol=1e-8 * variance[k] ** 0.5)
+        np.testing.assert_allclose(variance[k], np.linalg.inv(powers.T @ powers)[1, 1], rtol=1e-8)
 
 
 def test_a_swing_and_pure_noise_jump_nowhere():

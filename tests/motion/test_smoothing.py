@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.motion.smoothing import between, pieces, smooth
+from vidtrack.motion.smoothing import _Record, between, pieces, smooth
 
 RATE = 30.0
 
@@ -152,3 +152,18 @@ def test_times_must_rise():
 
 def test_an_empty_record_is_smoothed_to_nothing():
     assert np.isnan(smooth(np.arange(10.0), np.full(10, np.nan)).state).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.5, 2))
+@settings(max_examples=20, deadline=None)
+def test_a_limit_leaves_out_only_scores_beyond_it(seed, share):
+    rng = np.random.default_rng(seed)
+    t = np.arange(60) / 30
+    piece = np.repeat([0, 1], [25, 35])
+    y, weight = np.sin(3 * t) + rng.normal(0, 0.1, 60), np.ones(60)
+    for plan in _Record(t, y, weight, piece, False).plans():
+        wanted = _Record(t, y, weight, piece, False).score(plan)
+        limited = _Record(t, y, weight, piece, False)
+        limit = share * wanted
+        assert limited.score(plan, limit) == (wanted if wanted <= limit else np.inf)
+        assert limited.score(plan) == wanted

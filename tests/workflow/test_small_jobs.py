@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from vidtrack.workflow import small_jobs
+from vidtrack.workflow.job_server import load
 from vidtrack.workflow.small_jobs import SERVER, JobServer
 
 HOUSE = str(Path(small_jobs.__file__).parents[2])
@@ -20,6 +21,9 @@ def run(job):
     asked = job.settings
     with open("started", "w") as file:
         file.write(str(os.getpid()))
+    if asked.get("wants"):
+        print(asked["wants"] in sys.modules)
+        __import__(asked["wants"])
     if asked.get("wait"):
         time.sleep(60)
     print(os.environ["COLOUR"], os.getcwd(), sys.stdin.read() == "", flush=True)
@@ -123,6 +127,16 @@ def test_a_job_that_fails_says_so_through_its_caller(served):
     said, problems = (child := served.call("no JSON")).communicate(timeout=30)
     assert (child.returncode, said) == (1, "")
     assert problems.startswith("vidtrack: pretended: unexpected JSONDecodeError")
+
+
+def test_what_the_second_job_of_a_rule_imports_is_loaded_for_those_after_it(served):
+    calls = [served.call('{"wants": "colorsys"}').communicate(timeout=30)[0] for _ in range(4)]
+    assert [said.split()[0] for said in calls] == ["False", "False", "True", "True"]
+
+
+def test_what_cannot_be_loaded_before_a_job_is_left_to_it():
+    load(["vidtrack.no_such_module", "__main__", "colorsys"])
+    assert "colorsys" in sys.modules
 
 
 def test_a_caller_that_is_killed_takes_its_job_with_it(served):

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.motion.impacts import velocity_jumps
-from vidtrack.motion.spline_basis import PieceFit, basis_of
+from vidtrack.motion.spline_basis import PieceFit, basis_of, form_of
 
 DEGREE = 7
 FEWEST = 6
@@ -197,14 +197,16 @@ class _Record:
             for row in impacts:
                 piece[row:] = np.where(piece[row:] == piece[row], piece.max() + 1, piece[row:])
             parted = _Record(self.t, self.y, self.weight, piece, self.known)
-            score = parted.lowest()
+            score = parted.lowest(lowest)
             if score < lowest:
                 best, lowest = parted, score
         return best
 
-    def lowest(self) -> float:
-        """The score of the best plan."""
-        return min(self.score(plan) for plan in self.plans())
+    def lowest(self, least: float = np.inf) -> float:
+        """The score of the best plan; `least` where each has more."""
+        for plan in self.plans():
+            least = min(least, self.score(plan, least))
+        return least
 
     def plans(self) -> list[Plan]:
         most = _steps(self.longest / (CLOSEST * self.interval))
@@ -221,25 +223,34 @@ class _Record:
         fits = self.fits(plan)
         return plan, fits, self.factor(fits)
 
-    def score(self, plan: Plan) -> float:
-        """Generalised cross-validation, or Mallows' Cp where the noise is known; the lower the better."""
+    def score(self, plan: Plan, limit: float = np.inf) -> float:
+        """Generalised cross-validation, or Mallows' Cp where the noise is known; the lower the better.
+
+        limit   beyond it the score may be infinite: it rises from piece to piece, and need not be known to the end
+        """
         if plan not in self._scores:
-            self._scores[plan] = self._scored(plan)
+            score = self._scored(plan, limit)
+            if not score > limit:
+                self._scores[plan] = score
+            return score
         return self._scores[plan]
 
-    def _scored(self, plan: Plan) -> float:
-        misfit, parameters = 0.0, 0
+    def _scored(self, plan: Plan, limit: float) -> float:
+        parameters = sum(sum(form_of(self.t[rows], *plan)) for rows in self.parts)
+        spare = int((self.weight > 0).sum()) - COST * parameters
+        if spare <= 0:
+            return np.inf
+        misfit, score = 0.0, np.inf
         for rows in self.parts:
             basis = basis_of(self.t[rows], *plan)
             c = basis.coefficients(self.y[rows], self.weight[rows])
             if c is None:
                 return np.inf
             misfit += float((self.weight[rows] * (self.y[rows] - basis.at(c)) ** 2).sum())
-            parameters += basis.size
-        spare = int((self.weight > 0).sum()) - COST * parameters
-        if spare <= 0:
-            return np.inf
-        return misfit + 2 * COST * parameters if self.known else misfit / spare**2
+            score = misfit + 2 * COST * parameters if self.known else misfit / spare**2
+            if score > limit:
+                return np.inf
+        return score
 
     def fits(self, plan: Plan) -> list[PieceFit]:
         if plan not in self._fits:

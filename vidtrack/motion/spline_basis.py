@@ -34,6 +34,12 @@ def _basis(t: bytes, spacing: float, degree: int) -> Basis:
     return Basis(np.frombuffer(t), spacing, degree)
 
 
+def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
+    """Of the basis on a piece, its knot intervals and its degree: their sum is the number of its parameters."""
+    intervals = max(1, round(float(t[-1] - t[0]) / spacing)) if np.isfinite(spacing) else 1
+    return intervals, min(degree, len(t) - 2)
+
+
 class Basis:
     """B-splines on one piece, and their derivatives, at the sample times; sparse."""
 
@@ -41,9 +47,8 @@ class Basis:
         from scipy.interpolate import BSpline
         from scipy.sparse import csr_matrix
 
-        extent = float(t[-1] - t[0])
-        intervals = max(1, round(extent / spacing)) if np.isfinite(spacing) else 1
-        self.degree = degree = min(degree, len(t) - 2)
+        intervals, degree = form_of(t, spacing, degree)
+        self.degree = degree
         ends = np.full(degree, t[0]), np.full(degree, t[-1])
         self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
         self.size = intervals + degree

@@ -2,6 +2,8 @@
 
     python -m vidtrack.workflow.job_server SOCKET
 
+What a rule imports beyond that is learnt from its second job, and loaded for those after it: a season has many.
+
 It serves one call of Snakemake: when its standard input is closed, it ends its jobs, removes its socket and the folder
 of that, and ends, so that a Snakemake that was killed leaves no small job at work and no file. A job whose caller is
 gone is killed too. Nothing but imports is done before a fork: no thread runs and no file is open then, and a job does
@@ -20,14 +22,17 @@ import signal
 import socket
 import struct
 import sys
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import Any
 
 from vidtrack.workflow import entry
+from vidtrack.workflow.provenance import versions
 
 LIBRARIES = (
     "numpy",
+    "scipy.interpolate",
     "scipy.optimize",
     "pyarrow.parquet",
     "pandas",
@@ -46,22 +51,26 @@ class Server:
     """The sockets and the jobs at work.
 
     jobs    the process of each job: the connection to its caller
+    asked   how often each rule was asked for
     """
 
     def __init__(self, listener: socket.socket) -> None:
         self.listener = listener
         self.jobs: dict[int, socket.socket] = {}
+        self.asked: Counter[str] = Counter()
         self.ready = selectors.DefaultSelector()
         woken, waker = socket.socketpair()
         for end in (woken, waker):
             end.setblocking(False)
         self._woken, self._waker = woken, waker
+        self._learnt, self._taught = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._taught.setblocking(False)
 
     def serve(self) -> None:
         """Fork a job for each caller, until the standard input is closed."""
         signal.set_wakeup_fd(self._waker.fileno(), warn_on_full_buffer=False)
         signal.signal(signal.SIGCHLD, lambda *_: None)
-        for source in (sys.stdin, self.listener, self._woken):
+        for source in (sys.stdin, self.listener, self._woken, self._learnt):
             self.ready.register(source, selectors.EVENT_READ)
         while True:
             for key, _ in self.ready.select():
@@ -69,6 +78,8 @@ class Server:
                     return self._end()
                 if key.fileobj is self.listener:
                     self._fork()
+                elif key.fileobj is self._learnt:
+                    load(self._learnt.recv(1 << 20).decode().split())
                 elif key.fileobj is self._woken:
                     with suppress(BlockingIOError):
                         self._woken.recv(4096)
@@ -84,9 +95,12 @@ class Server:
         except (OSError, ValueError, struct.error):
             caller.close()
             return
+        rule = str(next(iter(asked["arguments"]), ""))
+        self.asked[rule] += 1
         process = os.fork()
         if not process:
-            _run(asked, channels, [self.listener, self._woken, self._waker, caller, *self.jobs.values()])
+            others = [self.listener, self._woken, self._waker, self._learnt, caller, *self.jobs.values()]
+            _run(asked, channels, others, self._taught if self.asked[rule] == 2 else None)
         for channel in channels:
             os.close(channel)
         self.jobs[process] = caller
@@ -142,9 +156,21 @@ def received(caller: socket.socket) -> tuple[Mapping[str, Any], list[int]]:
         raise
 
 
-def _run(asked: Mapping[str, Any], channels: list[int], others: list[socket.socket]) -> None:
-    """Become the job; never returns."""
-    code = 1
+def load(names: Iterable[str]) -> None:
+    """Import modules; what cannot be imported is left to the job that wants it."""
+    for name in names:
+        with suppress(Exception):
+            importlib.import_module(name)
+
+
+def _run(
+    asked: Mapping[str, Any], channels: list[int], others: list[socket.socket], taught: socket.socket | None
+) -> None:
+    """Become the job; never returns.
+
+    taught  whom to say which modules the job has imported
+    """
+    code, known = 1, set(sys.modules)
     try:
         _die_with_the_server()
         signal.set_wakeup_fd(-1)
@@ -168,6 +194,9 @@ def _run(asked: Mapping[str, Any], channels: list[int], others: list[socket.sock
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
                 stream.flush()
+        if taught is not None and not code:
+            with suppress(OSError):
+                taught.send(" ".join(name for name in list(sys.modules) if name not in known).encode())
         os._exit(code)
 
 
@@ -183,9 +212,8 @@ def main(place: str) -> int:
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(place)
         listener.listen(64)
-        for name in LIBRARIES:
-            with suppress(ImportError):
-                importlib.import_module(name)
+        load(LIBRARIES)
+        versions()
         try:
             Server(listener).serve()
         finally:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
 
@@ -86,6 +87,7 @@ def versions(names: Mapping[str, str] = LIBRARIES) -> dict[str, str]:
     return {name: version_of(package) for name, package in names.items()}
 
 
+@cache
 def version_of(package: str) -> str:
     try:
         return version(package)

@@ -8,12 +8,9 @@ from __future__ import annotations
 import io
 import json
 import os
-import shutil
 import socket
 import struct
-import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 
@@ -28,6 +25,9 @@ class JobServer:
     """The server of one call of Snakemake; it starts when it is made, and ends with this process at the latest."""
 
     def __init__(self) -> None:
+        import subprocess
+        import tempfile
+
         self._folder = tempfile.mkdtemp(prefix="vidtrack-")
         place = os.path.join(self._folder, "jobs")
         self._process = subprocess.Popen(
@@ -39,11 +39,14 @@ class JobServer:
 
     def end(self) -> None:
         """End the server and all that it still runs."""
+        import shutil
+        from subprocess import TimeoutExpired
+
         os.environ.pop(SERVER, None)
         assert self._process.stdin is not None
         with suppress(OSError):
             self._process.stdin.close()
-        with suppress(subprocess.TimeoutExpired):
+        with suppress(TimeoutExpired):
             self._process.wait(timeout=10)
         shutil.rmtree(self._folder, ignore_errors=True)
 
