@@ -58,10 +58,10 @@ class Basis:
         self.values: Array = matrix.data.reshape(len(t), degree + 1)
         first = matrix.indices[:: degree + 1].astype(np.intp)
         self._columns: NDArray[np.intp] = first[:, None] + np.arange(degree + 1)
-        self._transposed = matrix.tocsc().T
+        self._transposed: Any = matrix.tocsc().T
         # A row for each number of the first, a one for each of its samples: its product sums over samples.
-        ends = np.searchsorted(first, np.arange(intervals + 1))
-        self._of_first = csr_matrix((np.ones(len(t)), np.arange(len(t)), ends), shape=(intervals, len(t)))
+        bounds = np.searchsorted(first, np.arange(intervals + 1))
+        self._of_first: Any = csr_matrix((np.ones(len(t)), np.arange(len(t)), bounds), shape=(intervals, len(t)))
 
     def at(self, c: Array) -> Array:
         """The spline at the samples, from its coefficients."""
