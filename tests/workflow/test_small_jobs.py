@@ -223,9 +223,18 @@ def test_the_server_of_a_snakemake_ends_with_it_and_leaves_nothing():
     place = os.environ[SERVER].split("\n")[0]
     assert server._process.poll() is None
     server.end()
-    assert server._process.returncode == 0
+    assert server._process.returncode in (0, -signal.SIGKILL)  # where the machine was too busy to load the libraries
     assert SERVER not in os.environ
     assert not os.path.exists(os.path.dirname(place))
+
+
+def test_a_server_that_hears_nothing_is_killed(tmp_path, monkeypatch):
+    monkeypatch.setattr(small_jobs, "PATIENCE_S", 0.05)
+    server = JobServer.__new__(JobServer)
+    server._folder = str(tmp_path / "socket")
+    server._process = subprocess.Popen(["sleep", "60"], stdin=subprocess.PIPE)
+    server.end()
+    assert server._process.returncode == -signal.SIGKILL
 
 
 def test_a_snakemake_that_was_killed_leaves_no_folder_of_its_server(tmp_path):

@@ -21,6 +21,10 @@ LARGE = ("track", "calibration_points", "clocks", "waterline", "render")
 """Rules that decode recordings: a process of their own, so that the memory measured of it is theirs."""
 
 
+PATIENCE_S = 10.0
+"""How long the server may take to end: while it loads libraries it hears nothing."""
+
+
 class JobServer:
     """The server of one call of Snakemake; it starts when it is made, and ends with this process at the latest."""
 
@@ -46,8 +50,11 @@ class JobServer:
         assert self._process.stdin is not None
         with suppress(OSError):
             self._process.stdin.close()
-        with suppress(TimeoutExpired):
-            self._process.wait(timeout=10)
+        try:
+            self._process.wait(timeout=PATIENCE_S)
+        except TimeoutExpired:  # still loading libraries, on a busy machine; its jobs die with it
+            self._process.kill()
+            self._process.wait()
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
