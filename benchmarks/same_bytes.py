@@ -9,7 +9,7 @@ results/ are compared (pages, tables, records, pictures, accounts) but for those
     results/.benchmarks/  how long jobs took, and their memory
 
 Where a processor has no fused multiply-add, sums are rounded otherwise: there the numbers in tables and records are
-compared, and the largest difference is reported, in units of the number's own size.
+compared, and the largest difference is reported, in units of the largest of its column or vector.
 """
 
 from __future__ import annotations
@@ -164,11 +164,14 @@ def _pairs(one: Path, other: Path) -> Iterator[tuple[str, Any, Any]]:
         a, b = (dict(_leaves(json.loads(path.read_text()))) for path in (one, other))
         for key in a:
             if not key.startswith("/provenance"):
-                yield key, np.array([a[key]]), np.array([b.get(key, np.inf)])
+                yield key, np.atleast_1d(a[key]), np.atleast_1d(b.get(key, np.inf))
 
 
-def _leaves(value: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    if isinstance(value, dict):
+def _leaves(value: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Numbers by their places; the components of a vector together, for they are as large as it is."""
+    if isinstance(value, list) and value and all(type(one) in (int, float) for one in value):
+        yield place, np.array(value, float)
+    elif isinstance(value, dict):
         for key, inner in value.items():
             yield from _leaves(inner, f"{place}/{key}")
     elif isinstance(value, list):
