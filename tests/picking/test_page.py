@@ -82,6 +82,25 @@ def test_points_are_picked_a_box_is_drawn_and_what_is_saved_is_what_the_stages_r
     assert "threshold: 90" in (lab / "config.yaml").read_text()
 
 
+OVERTAKEN = """async () => {
+  const real = ask, camera = view().camera;
+  let asked = 0, release = null;
+  const held = new Promise((done) => { release = done; });
+  ask = async (path, given) => {
+    if (path !== "/label" || asked++) return real(path, given);
+    await held;
+    return { tags: {}, points: [], problems: [], rms: null };
+  };
+  const first = label(camera);
+  await label(camera);
+  release();
+  await first;
+  ask = real;
+  return S.labels[camera].points.length;
+}"""
+"""An answer to an earlier question comes after that to a later one: how many points are named then."""
+
+
 def test_a_wrong_pick_stands_out(lab, served):  # noqa: F811
     with open_page(served.address) as (page, troubles):
         choose(page, "clip front/cam1")
@@ -93,6 +112,7 @@ def test_a_wrong_pick_stands_out(lab, served):  # noqa: F811
         drag(page, (other["Xf"], other["Yf"]), (first["Xf"], first["Yf"]))
         wait(page, "() => document.querySelector('#problems').textContent.includes('picked at')")
         shot(page, "wrong")
+        assert page.evaluate(OVERTAKEN) == 36
     assert troubles == []
 
 
