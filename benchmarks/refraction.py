@@ -2,13 +2,14 @@
 
     python benchmarks/refraction.py accuracy --trials 10   window, surface and wall against cameras that are exact
     python benchmarks/refraction.py place                  interfaces stated elsewhere along their normals
+    python benchmarks/refraction.py wrong --trials 4       thickness or an index stated wrongly
     python benchmarks/refraction.py speed                  points a second, as a ratio to cameras in air
     python benchmarks/refraction.py openptv                the same rays through OpenPTV's multimedia model (needs optv)
     python benchmarks/refraction.py real                   proptv_rbc4cam, with and without an interface
 
-Accuracy: two cameras, 64 surveyed points and 0.1 px; the interface is known to 5 mm, 0.5 degrees and 0.001 and is
-given as far off as that. 500 other points are located; the floor is their error from cameras and interfaces that are
-known exactly.
+Accuracy: two cameras, 64 surveyed points and 0.1 px; the interface is known to 5 mm, 0.5 degrees and 0.001, a pane to
+3 % and 0.005, and is given as far off as that. 500 other points are located; the floor is their error from cameras and
+interfaces that are known exactly.
 """
 
 from __future__ import annotations
@@ -61,7 +62,10 @@ def config(interface: Interface, rng: np.random.Generator) -> dict[str, object]:
         "normal": interface.normal + tilt,
         "indices": (*interface.indices[:-1], interface.indices[-1] + rng.normal(0, 0.001)),
     }
-    return own | ({"thickness": interface.thickness} if interface.thickness else {})
+    if interface.thickness:
+        own["thickness"] = tuple(t * (1 + rng.normal(0, 0.03)) for t in interface.thickness)
+        own["indices"] = tuple(n + rng.normal(0, 0.005 * (0 < k < 2)) for k, n in enumerate(own["indices"]))  # type: ignore[arg-type]
+    return own
 
 
 def grid() -> Array:
@@ -140,6 +144,47 @@ def place(trials: int) -> None:
                 f"{name:8} {off:7.0f} {np.mean(ratio):19.3f} {np.sqrt(np.mean(z)):19.2f} {np.mean(away):14.1f}  "
                 f"{', '.join(sorted(codes))}"
             )
+
+
+WRONG: dict[str, dict[str, object]] = {
+    "pane 5 sd thicker": {"thickness": (30 * 1.15,)},
+    "pane twice as thick": {"thickness": (60.0,)},
+    "pane of 1.515": {"indices": (1.0, 1.515, 1.333)},
+    "pane of 1.6": {"indices": (1.0, 1.6, 1.333)},
+    "water of 1.338": {"indices": (1.0, 1.49, 1.338)},
+    "water of 1.36": {"indices": (1.0, 1.49, 1.36)},
+}
+
+
+def wrong(trials: int) -> None:
+    """A window whose thickness or index is stated wrongly: what it costs, whether sigma covers it, what is found."""
+    cameras, p = RIGS["window"], grid()
+    for name, change in WRONG.items():
+        ratio, z, codes = [], [], set()
+        for trial in range(trials):
+            rng = np.random.default_rng(trial)
+            given = {"name": "window", "point": WINDOW.point, "normal": WINDOW.normal, "indices": WINDOW.indices}
+            given |= {"thickness": WINDOW.thickness} | change
+            done = []
+            for camera in cameras:
+                table = pd.DataFrame({"tag": [str(k) for k in range(len(p))], "sd_x": 0.1, "sd_y": 0.1})
+                table[["x", "y", "z"]], table[["Xf", "Yf"]] = p, project(camera, p) + rng.normal(0, 0.1, (len(p), 2))
+                lens = {"image_size": (640, 480), "sensor": (6.4, 4.8), "model": "tsai"}
+                done.append(calibrate(table, through=[given], units="mm", search=False, **lens))
+            q = rng.uniform([-180, -180, -180], [180, 180, 100], (500, 3))
+            b = np.array([project(c, q) for c in cameras]) + rng.normal(0, 0.1, (2, 500, 2))
+            known = [c.uncertainty for c in done]
+            surveys = [Survey(tuple(str(k) for k in range(64)), p, np.zeros(64), 0.1)] * 2
+            joint = joint_covariance([c.camera for c in done], known, surveys)
+            ours = locate_points([c.camera for c in done], b, sd=0.1, uncertainties=known, joint=joint)
+            floor = np.linalg.norm(locate_points(cameras, b, sd=0.1).point - q, axis=-1).mean()
+            ratio.append(np.linalg.norm(ours.point - q, axis=-1).mean() / floor)
+            z.append((((ours.point - q) / ours.sigma) ** 2).mean())
+            codes |= {f.code for c in done for f in c.findings if f.code.startswith("interface")}
+        scatter = np.sqrt(np.mean(z))
+        print(
+            f"{name:20} {np.mean(ratio):.3f} of the floor, scatter over sigma {scatter:.2f}  {', '.join(sorted(codes))}"
+        )
 
 
 def speed(n: int = 200_000, rounds: int = 5) -> None:
@@ -223,11 +268,11 @@ def real() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("accuracy", "place", "speed", "openptv", "real"))
+    parser.add_argument("what", choices=("accuracy", "place", "wrong", "speed", "openptv", "real"))
     parser.add_argument("--trials", type=int, default=10)
     given = parser.parse_args()
-    if given.what in ("accuracy", "place"):
-        {"accuracy": accuracy, "place": place}[given.what](given.trials)
+    if given.what in ("accuracy", "place", "wrong"):
+        {"accuracy": accuracy, "place": place, "wrong": wrong}[given.what](given.trials)
     else:
         {"speed": speed, "openptv": openptv, "real": real}[given.what]()
 

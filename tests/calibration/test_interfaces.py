@@ -13,7 +13,8 @@ def test_what_is_not_said_is_known_as_a_tape_and_a_level_know_it():
     known = dict(zip(window.parameters, window.sigma, strict=True))
     assert known["window.position"] == pytest.approx(5)
     assert known["window.tilt_1"] == known["window.tilt_2"] == pytest.approx(np.radians(0.5))
-    assert (known["window.thickness_1"], known["window.index_1"], known["window.index_2"]) == (0, 0, 0.001)
+    own = [known[f"window.{name}"] for name in ("thickness_1", "index_1", "index_2")]
+    assert own == pytest.approx([0.9, 0.005, 0.001])
     assert interfaces_from_settings("", [SURFACE], "m")[0].sigma[0] == pytest.approx(0.005)
 
 

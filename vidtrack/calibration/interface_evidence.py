@@ -135,6 +135,7 @@ def _unchecked(points: Points, answer: Answer, units: str) -> list[Finding]:
         name = interface.parameters[0]
         side = np.sign((interface.point - answer.camera.position) @ interface.normal)
         all_beyond = (side * ((points.p - interface.point) @ interface.normal) > 0).all()
+        found += _taken(interface, answer, units)
         if name not in known.names or not all_beyond:
             continue
         prior = interface.pull[name][1]
@@ -148,6 +149,23 @@ def _unchecked(points: Points, answer: Answer, units: str) -> list[Finding]:
         cure = "Measure its place with care, or survey one more point on the camera's side of it."
         found.append(Finding("note", "interface-place-unchecked", text + ".", cure))
     return found
+
+
+def _taken(interface: Interface, answer: Answer, units: str) -> list[Finding]:
+    """Thicknesses and indices of which the points say no more than the config does."""
+    taken = []
+    for name, (_, prior) in interface.pull.items():
+        kind = _kind(name)
+        if kind.split()[0] in ("thickness", "index") and _left(answer, name) >= SETTINGS.learned * prior:
+            taken.append(f"{kind} (to {prior:.2g}{'' if kind.startswith('index') else ' ' + units})")
+    if not taken:
+        return []
+    text = (
+        f"interface {interface.name}: the points do not check its {', '.join(taken)}: these are taken from the config, "
+        "and how well they are known is in the sigma of what is located."
+    )
+    cure = "A wrong one shows only where points lie on both sides of it, or far apart in depth: measure them."
+    return [Finding("note", "interface-unchecked", text, cure)]
 
 
 def _left(answer: Answer, name: str) -> float:

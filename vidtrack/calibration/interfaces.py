@@ -24,8 +24,10 @@ class InterfaceSettings:
     """Degrees about either axis: a plane is levelled with a spirit level."""
     index_sd: float = 0.001
     """Of refraction: handbooks know it better than the points do."""
-    thickness_sd: float = 0.0
-    """The experiment's unit: a pane is as thick as its maker says."""
+    thickness_sd: float = 0.03
+    """Share of a layer's thickness: ASSUME a pane of stock, whose maker gives 5 to 10 % as limits."""
+    solid_index_sd: float = 0.005
+    """Of a pane: ASSUME that its kind is known (acrylic, glass), not its make."""
     same_index: float = 0.01
     """Largest difference of the two indices that are given for one medium."""
 
@@ -74,14 +76,18 @@ def with_sigma(interface: Interface, sigma: Mapping[str, float], units: str) -> 
     given = {
         "position": sigma.get("position", SETTINGS.position_sd_m * metre),
         "tilt": np.radians(sigma.get("tilt", SETTINGS.tilt_sd_deg)),
-        "thickness": sigma.get("thickness", SETTINGS.thickness_sd),
+        "thickness": sigma.get("thickness", np.nan),
         "index": sigma.get("index", SETTINGS.index_sd),
     }
     each = []
     for name in interface.parameters:
-        kind = name.removeprefix(f"{interface.name}.").split("_")[0]
-        solid = kind == "index" and name != interface.parameters[-1]  # of a pane: its bending depends on it little
-        each.append(0.0 if solid and "index" not in sigma else float(given[kind]))
+        kind, _, number = name.removeprefix(f"{interface.name}.").partition("_")
+        own = float(given[kind])
+        if kind == "thickness" and "thickness" not in sigma:
+            own = SETTINGS.thickness_sd * interface.thickness[int(number) - 1]
+        if kind == "index" and name != interface.parameters[-1] and "index" not in sigma:
+            own = SETTINGS.solid_index_sd
+        each.append(own)
     return Interface(
         interface.name, interface.point, interface.normal, interface.indices, interface.thickness, tuple(each)
     )

@@ -21,9 +21,13 @@ class InterfaceSigma(Section):
     tilt: Sigma | None = Field(
         None, description="degrees, standard deviation of its normal in two directions; default: 0.5; 0: exact"
     )
-    thickness: Sigma | None = Field(None, description="world units, of each layer's thickness; default: 0, exact")
+    thickness: Sigma | None = Field(
+        None, description="world units, of each layer's thickness; default: 3 % of it; 0: exact"
+    )
     index: Sigma | None = Field(
-        None, description="standard deviation of the refractive indices; default: 0.001 for the last medium; 0: exact"
+        None,
+        description="standard deviation of the refractive indices; default: 0.001 for the last medium, 0.005 for a "
+        "pane; 0: exact",
     )
 
 
