@@ -78,3 +78,12 @@ def test_interfaces_are_shown_with_how_far_the_points_move_them():
     assert rows["tilt 1"][1:] == ["0.11", "0.57", "deg"]
     assert rows["index 2"][2:] == ["held", ""]
     assert not any("window" in row[0] for row in tables[0].rows)
+
+
+def test_a_board_s_part_in_a_calibration_is_said_with_what_it_gains():
+    board = {"views": 30, "views_offered": 90, "held_out_px": {"tsai": 0.1234, "brown": 0.125}}
+    tied = {"cameras": [["cam1", "cam2"]], "sigma": 0.3412, "alone_sigma": 0.9021}
+    lines = camera_section({**CAMERA, "board": board, "bundle": {"board": tied}}, [], {}, "mm").lines
+    assert any("30 of 90 views" in line and "tsai 0.12, brown 0.13" in line for line in lines)
+    assert any("cam1, cam2" in line and "0.34 mm" in line and "0.9 mm without the board" in line for line in lines)
+    assert not any("board" in line for line in camera_section(CAMERA, [], {}, "mm").lines)

@@ -51,6 +51,7 @@ def camera_section(
     ]
     lines += [str(line) for line in pick(camera, "ladder", "reasons") or ()]
     lines += [str(line) for line in labelling.get("notes") or ()]
+    lines += _board_lines(camera, units)
     if within := pick(camera, "search", "within_a_tenth"):
         lines.append(
             "The error rises by less than a tenth of its least value for Cx from "
@@ -66,6 +67,26 @@ def camera_section(
             Table("Points that were not used", ["tag", "Xf (px)", "Yf (px)", "reason"], rows, ABOUT["points-not-used"])
         )
     return Section(f"camera-{name}", name, lines, tables, figures)
+
+
+def _board_lines(camera: Record, units: str) -> list[str]:
+    """What a board gave: the lens and how well it predicts views left out, and the cameras' places to each other."""
+    lines = []
+    if board := camera.get("board"):
+        held = ", ".join(f"{model} {number(px, 2)}" for model, px in board["held_out_px"].items())
+        lines.append(
+            f"The lens is from {board['views']} of {board['views_offered']} views of a board; views left out are "
+            f"predicted to (px rms): {held or 'not tried'}."
+        )
+    if tied := pick(camera, "bundle", "board"):
+        groups = "; ".join(", ".join(names) for names in tied["cameras"])
+        before = tied.get("alone_sigma")
+        gain = f", {number(before, 2)} {units} without the board" if before is not None else ""
+        lines.append(
+            f"The board ties {groups} to each other: with the survey a point in its middle is located to "
+            f"{number(tied['sigma'], 2)} {units} (sigma, mean of the axes){gain}."
+        )
+    return lines
 
 
 def _measures_table(back: Record, units: str) -> Table:
