@@ -81,7 +81,7 @@ def test_interfaces_are_shown_with_how_far_the_points_move_them():
 
 
 def test_a_board_s_part_in_a_calibration_is_said_with_what_it_gains():
-    board = {"views": 30, "views_offered": 90, "held_out_px": {"tsai": 0.1234, "brown": 0.125}}
+    board = {"views": 30, "views_offered": 90, "held_out_px": {"tsai": 0.1234, "brown": 0.1312}}
     tied = {"cameras": [["cam1", "cam2"]], "sigma": 0.3412, "alone_sigma": 0.9021}
     lines = camera_section({**CAMERA, "board": board, "bundle": {"board": tied}}, [], {}, "mm").lines
     assert any("30 of 90 views" in line and "tsai 0.12, brown 0.13" in line for line in lines)
