@@ -47,6 +47,9 @@ def board_in_clips(settings: Settings, experiment: Experiment, camera: str) -> B
         found = board_corners(frames, boards, camera=camera, bits=bits, every=1)
     except VidtrackError as error:  # other pictures may show it: the run says
         return BoardSeen("", [Finding("doubtful", "board-not-found", problem, "") for problem in error.problems])
+    doubts = [finding._replace(level="doubtful") for finding in found.findings]
+    if found.table.empty:  # other pictures may show it
+        return BoardSeen("", doubts)
     views = found.table.groupby(["clip", "frame"]).size()
     said = f"the board is seen in {len(views)} of {looked} pictures looked at, {views.median():.0f} corners each"
-    return BoardSeen(said, [finding._replace(level="doubtful") for finding in found.findings])
+    return BoardSeen(said, doubts)
