@@ -41,15 +41,17 @@ def pytest_terminal_summary(terminalreporter):
 
 
 def left_out(spent, limit, old=()):
-    """The lines of LEFT_OUT: those of files that were measured anew, all others as they are."""
+    """The lines of LEFT_OUT: functions that were measured anew, all others as they are."""
     functions = defaultdict(float)
     for name, seconds in spent.items():
         functions[re.sub(r"\[.*", "", name)] += seconds
     files = defaultdict(list)
     for name in functions:
         files[name.split("::")[0]].append(name)
-    lines = [line for line in old if line.split("::")[0] not in files]
+    lines = [line for line in old if line not in functions and line not in files]
     for path, names in files.items():
         dear = [name for name in names if functions[name] > limit]
+        if dear == names:
+            lines = [line for line in lines if line.split("::")[0] != path]
         lines += [path] if dear == names else dear
     return sorted(lines)

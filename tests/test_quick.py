@@ -46,4 +46,5 @@ def test_the_parts_of_the_files_are_all_of_them_and_each_is_in_one():
 def test_functions_are_left_out_by_what_all_their_cases_take_and_whole_files_by_one_line():
     spent = {"a.py::x[1]": 0.08, "a.py::x[2]": 0.08, "a.py::y": 0.01, "b.py::z": 1.0}
     assert left_out(spent, 0.1) == ["a.py::x", "b.py"]
-    assert left_out(spent, 0.1, ["a.py::gone", "c.py"]) == ["a.py::x", "b.py", "c.py"]
+    old = ["a.py::not_run", "a.py::y", "b.py::not_run", "c.py"]
+    assert left_out(spent, 0.1, old) == ["a.py::not_run", "a.py::x", "b.py", "c.py"]
