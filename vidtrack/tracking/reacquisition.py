@@ -165,8 +165,10 @@ class Reacquisition:
     def _since_lost(self, now: Searched, who: Ints) -> tuple[Array, Array]:
         """Where targets were last (n, 2), and how far, px, they may be from there by now; inf: not known."""
         last, speed = now.state.last_seen(who)
-        reach = np.hypot(*now.state.box[who].T) / 2 + (speed + SEARCH.unsteady_px) * now.state.missing[who]
-        return last, np.where(np.isfinite(speed), reach, np.inf)
+        known = np.isfinite(speed)
+        fast = np.where(known, speed, 0.0) + SEARCH.unsteady_px
+        reach = np.hypot(*now.state.box[who].T) / 2 + fast * now.state.missing[who]
+        return last, np.where(known, reach, np.inf)
 
     def _seek_occluded(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek targets that hide each other, predicted (n, 2) px by their courses: all of a group, or none of it."""
