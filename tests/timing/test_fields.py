@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.files.clips import NTSC, ball, make_clip
+from vidtrack.timing import fields
 from vidtrack.timing.fields import (
     Order,
     chosen_order,
@@ -176,6 +177,14 @@ def test_whole_pictures_tell_the_order_or_say_that_they_cannot(order, speed, rad
         assert found.order == order
     if order != "progressive" and speed >= 3:
         assert found.combing > 0.4
+
+
+def test_three_pictures_that_agree_by_chance_decide_no_order(monkeypatch):
+    """Small balls comb as if interlaced, for one field sees not what lies in the other; their order is then noise."""
+    rng = np.random.default_rng(0)
+    monkeypatch.setattr(fields, "_unlikeness", lambda *_: (rng.normal(0, 0.2), 0.6))
+    pictures = [np.zeros((4, 4), np.float32)] * 4
+    assert {order_from_pictures(pictures).order for _ in range(1000)} == {"unknown"}
 
 
 def test_pictures_without_motion_tell_nothing():

@@ -20,6 +20,9 @@ from vidtrack.timing.frame import Luma
 
 PARITY = {"top": 0, "bottom": 1}
 
+CERTAIN = 1 - 3.2e-5
+"""How sure pictures must be of an order: 4 sd, and by Student's distribution more where few pictures moved."""
+
 _OFFSET = 0.3
 """px, 1 sd: how far apart the two fields may show a target at rest (light on the lines, jitter of a tape)."""
 
@@ -171,6 +174,8 @@ def order_from_pictures(pictures: Iterable[Luma], *, contrast: float = 0.08) -> 
     taken at once; and |b - t|, the combing, is small against the others only in the last case. `slope` is the
     measure times 1.25, so that it compares with `order_from_motion`; it shrinks when a target jumps by its own size.
     """
+    from scipy.special import stdtrit
+
     before: Luma | None = None
     scores = []
     for picture in pictures:
@@ -184,7 +189,7 @@ def order_from_pictures(pictures: Iterable[Luma], *, contrast: float = 0.08) -> 
         return Order("unknown", np.nan, np.nan, n)
     slope, combing = float(found[:, 0].mean()), float(found[:, 1].mean())
     sd = float(found[:, 0].std(ddof=1) / np.sqrt(n))
-    if combing > 0.25 and abs(slope) > max(4 * sd, 0.03):
+    if combing > 0.25 and abs(slope) > max(float(stdtrit(n - 1, CERTAIN)) * sd, 0.03):
         return Order("top" if slope > 0 else "bottom", slope, sd, n, combing)
     return Order("progressive" if combing < 0.25 else "unknown", slope, sd, n, combing)
 
