@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.files.clips import NTSC, ball, make_clip
@@ -129,6 +129,7 @@ def test_the_motion_tells_the_order(order, speed):
 
 
 @settings(max_examples=30, deadline=None)
+@example(93, "bottom", 1.0, 0.375)
 @given(
     st.integers(0, 10_000), st.sampled_from(["top", "bottom", "progressive"]), st.floats(0.0, 6.0), st.floats(0.01, 0.6)
 )

@@ -23,6 +23,9 @@ PARITY = {"top": 0, "bottom": 1}
 CERTAIN = 1 - 3.2e-5
 """How sure pictures must be of an order: 4 sd, and by Student's distribution more where few pictures moved."""
 
+MOVED = 5
+"""Positions that moved by three times their scatter, at least: the noise of smaller velocities draws the slope to 0."""
+
 _OFFSET = 0.3
 """px, 1 sd: how far apart the two fields may show a target at rest (light on the lines, jitter of a tape)."""
 
@@ -94,7 +97,7 @@ def order_from_motion(top: ArrayLike, bottom: ArrayLike) -> Order:
                  consecutive frames; NaN where one was not found
     Each target and axis may have an offset of its own between the fields (uneven light on the lines, jitter of a
     tape); outliers beyond 4 robust sd are left out. `order` is "unknown" unless the slope is known to 0.1 or better
-    and lies within 0.2 of +0.5, -0.5 or 0.
+    and lies within 0.2 of +0.5, -0.5 or 0, and MOVED positions or more moved.
 
         bottom - top = offset + slope * velocity,   velocity = (mean(t + 1) - mean(t - 1)) / 2
     """
@@ -107,7 +110,8 @@ def order_from_motion(top: ArrayLike, bottom: ArrayLike) -> Order:
     velocity = (mean[2:] - mean[:-2]) / 2
     good = np.isfinite(later) & np.isfinite(velocity)
     slope, sd, moved = _common_slope(later, velocity, good)
-    return Order(_decided(slope, sd), slope, sd, moved)
+    order = _decided(slope, sd) if moved >= MOVED else "unknown"
+    return Order(order, slope, sd, moved)
 
 
 def _common_slope(y: Array, x: Array, good: NDArray[np.bool_]) -> tuple[float, float, int]:
