@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.labelling.doubts import DISAGREE, SWING, clip_moved, disagreeing, swinging
+from vidtrack.labelling.doubts import DISAGREE, ONE_PLACE, SWING, clip_moved, coinciding, disagreeing, swinging
 
 
 def rows(**columns):
@@ -48,3 +48,17 @@ def test_a_tag_that_was_not_found_disagrees_with_nothing():
 def test_a_clip_that_moved_says_which_and_how_far():
     found = clip_moved(Thing(clips=["a", "b"], camera="cam2"), 1, np.array([3.14, -2.0]))
     assert "calibration/b: the balls of camera cam2 lie (+3.1, -2.0) px" in found.text
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.0, ["3 and 5"]), (0.9, ["3 and 5"]), (1.1, [])])
+def test_two_tags_at_one_place_are_named(share, named):
+    x = np.array([0.0, 8.0, 16.0, 24.0, 16.0 + share * ONE_PLACE * 8.0, 32.0])
+    found = coinciding(pd.DataFrame({"clip": "row1", "tag": list("123456"), "x": x, "y": 0.0, "z": 0.0}))
+    assert [f.text.split("tags ")[1].split(",")[0] for f in found] == named
+
+
+def test_two_clips_may_show_balls_at_one_place():
+    once = pd.DataFrame({"clip": "front", "tag": list("1234"), "x": [0.0, 8.0, 16.0, 24.0], "y": 0.0, "z": 0.0})
+    moved = once.assign(clip="rear", tag=list("5678"))
+    assert not coinciding(pd.concat([once, moved]))
+    assert len(coinciding(pd.concat([once, moved.assign(clip="front")]))) == 4

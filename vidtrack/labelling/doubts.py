@@ -18,6 +18,9 @@ SWING = 0.3
 DISAGREE = 0.5
 """px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
 
+ONE_PLACE = 0.05
+"""Of the usual distance between neighbours: tags that points.csv has nearer to each other are at one place."""
+
 
 def doubt(code: str, text: str, cure: str) -> Finding:
     """A finding by which some positions may be wrong."""
@@ -32,6 +35,31 @@ def clip_moved(case: Case, i: int, offset: Array) -> Finding:
         "from where the other clips put them.",
         "Did the camera move between clips? Record them again without touching it, or leave this clip out.",
     )
+
+
+def coinciding(rows: pd.DataFrame) -> list[Finding]:
+    """Tags of one clip that points.csv has at one place, which two balls cannot be."""
+    lines = []
+    for clip, own in rows.groupby("clip", sort=False):
+        if len(own) < 4:
+            continue
+        p = own[["x", "y", "z"]].to_numpy(float)
+        apart = np.linalg.norm(p[:, None] - p[None], axis=-1)
+        np.fill_diagonal(apart, np.inf)
+        usual = np.median(np.partition(apart, 1, axis=1)[:, 1])  # the second: the first may be at the same place
+        pairs = np.argwhere(np.triu(apart < ONE_PLACE * usual))
+        tags = own["tag"].astype(str).tolist()
+        lines += [
+            doubt(
+                "points-coincide",
+                f"calibration/points.csv: tags {tags[i]} and {tags[j]}, which clip {clip} shows, stand at one place; "
+                "two balls cannot.",
+                "Correct the one that was mistyped (a sign, a digit), or remove from the clip's tags what it does not "
+                "show.",
+            )
+            for i, j in pairs.tolist()
+        ]
+    return lines
 
 
 def swinging(rows: pd.DataFrame, camera: str) -> list[Finding]:

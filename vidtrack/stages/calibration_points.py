@@ -13,7 +13,7 @@ from vidtrack.calibration import gates
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
-from vidtrack.labelling.doubts import clip_moved, disagreeing, doubt, swinging
+from vidtrack.labelling.doubts import clip_moved, coinciding, disagreeing, doubt, swinging
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
 from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, odd_picks, settled
@@ -94,7 +94,7 @@ def calibration_points(
         blob = _blobs_of(case, labels, i, findings)
         parts.append(_rows(clip, shot, points.iloc[case.views[i].points], blob, labels, i, sigma))
     rows = pd.concat(parts, ignore_index=True)
-    findings += swinging(rows, camera) + disagreeing(rows, camera)
+    findings += coinciding(rows) + swinging(rows, camera) + disagreeing(rows, camera)
     record = _record(case, labels, shots, rows, findings)
     means = {clip: shot.still.mean for clip, shot in shots.items()}
     return Sightings(rows.drop(columns="scatter"), composite(shots.values()), means, record, tuple(findings))
