@@ -136,6 +136,23 @@ def test_too_few_picks_and_picks_on_one_line_are_told():
     assert not on_one_line(POINTS[[0, 1, 2, 7]])
 
 
+def test_balls_that_run_into_each_other_do_not_count_where_all_picks_agree():
+    scene = Scene(missing=0, spurious=0)
+    picks = scene.picks(5, 0)
+    labels = label_from_picks(POINTS, scene.views, picks, SIZE)[0]
+    blob, shared = ([own.copy() for own in column] for column in (labels.blob, labels.shared))
+    blob[1][:14], shared[1][:14] = -1, 0
+    blob[2][:14], shared[2][:14] = -1, 0
+    crowded = labels._replace(blob=blob, shared=shared)
+    assert crowded.share_found(picks) == 1
+    assert complete(crowded, picks)
+    few = picks._replace(**{name: getattr(picks, name)[:3] for name in picks._fields})
+    swapped = picks._replace(xy=picks.xy[::-1])
+    assert crowded.share_found(few) == crowded.share_found(swapped) == pytest.approx(36 / 64)
+    shared[3][:14], blob[3][:14] = 0, -1  # more than half: nothing says that the view is right
+    assert crowded.share_found(picks) == pytest.approx(22 / 64)
+
+
 def test_picks_that_have_nothing_to_do_with_the_balls_are_not_believed():
     scene = Scene(missing=0, spurious=0)
     rng = np.random.default_rng(5)

@@ -25,6 +25,8 @@ DISTINCT = 9.0
 """How much worse, in squared sd, the second candidate must be before a match counts as beyond doubt."""
 OVERLARGE, OVERLARGE_FROM = 1.5, 8
 """Times the usual size, in a clip of so many blobs, beyond which a blob may be several balls that touch."""
+FEWEST_PICKS = 4
+"""Picks that, where all of them agree, leave no doubt about the view."""
 SD_START, SD_LEAST = 1.5, 0.25
 """px, of one coordinate of a ball about the fitted pose: assumed at first, then measured, never less."""
 CROWDING = 1 / 16
@@ -85,6 +87,17 @@ class Labels(NamedTuple):
         """How many points the fit puts inside the picture."""
         width, height = self.pose.camera.image_size
         return int(sum(((b > 0) & (b < (width - 1, height - 1))).all(-1).sum() for b in self.projected))
+
+    def share_found(self, picks: Picks) -> float:
+        """Share of the points in the picture that have their blob.
+
+        Where FEWEST_PICKS or more are there and all agree, those that run into each other do not count, as long as they
+        are no more than half: the picks say that the view is right, and no view separates them.
+        """
+        hidden = int(sum(merged.sum() for merged in self.merged))
+        agree = agreeing(self, picks)
+        sure = len(agree) >= FEWEST_PICKS and bool(agree.all()) and 2 * hidden <= self.expected
+        return self.matched / max(self.expected - hidden * sure, 1)
 
 
 def grow(pose: Pose, points: Array, views: Sequence[View], *, rounds: int = 16) -> Labels | None:
@@ -247,7 +260,7 @@ def complete(labels: Labels, picks: Picks) -> bool:
     A lattice shifted by a row explains three quarters of the balls at most, and badly; so fewer balls must lie the
     closer, and no pick may then contradict them.
     """
-    share, spread = labels.matched / max(labels.expected, 1), labels.sd / crowding_limit(labels.views)
+    share, spread = labels.share_found(picks), labels.sd / crowding_limit(labels.views)
     odd = int((~agreeing(labels, picks)).sum())
     if odd:
         return share >= 0.95 and spread < 0.8 and 3 * odd <= len(picks.point)

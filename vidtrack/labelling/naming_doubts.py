@@ -58,7 +58,7 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
             "left-handed. Swap two columns, or change the sign of one."
         )
     share = LEAST_SHARE if close else 0.85
-    if best.matched < share * best.expected or 3 * (~agree).sum() > len(agree):
+    if best.share_found(case.picks) < share or 3 * (~agree).sum() > len(agree):
         raise VidtrackError(_nothing_fits(case, best))
     return best
 

@@ -17,6 +17,8 @@ from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, n
 
 SCATTER_FRAMES = 24
 """Frames, at most, from whose centroids the scatter of a ball's position is estimated."""
+SEVERAL, GRAIN = 1.5, 8
+"""Times a ball's pixels, and px besides, beyond which what one frame shows is more than that ball."""
 SMALLEST_SD = 0.002
 """px; frames that a codec copies do not scatter at all, which does not make them exact."""
 SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
@@ -82,7 +84,7 @@ def take(
         if balls / 2 <= len(fewer.Xf) <= MANY * balls + SPARE:
             blobs, settings = fewer, raised
     at = np.stack([blobs.Xf, blobs.Yf], -1)
-    scatter = _scatter(lumas, at, np.maximum(blobs.width, blobs.height) / 2, settings, bits, noise)
+    scatter = _scatter(lumas, at, blobs, settings, bits, noise)
     stated = np.stack([blobs.sd_x, blobs.sd_y], -1)
     sd = np.where(np.isfinite(scatter), scatter / np.sqrt(still.frames), stated)
     sd = np.hypot(sd, texture_sd(still, blobs, noise or noise_sd(lumas[0], scale=float(scale))))
@@ -148,9 +150,12 @@ def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
 
 
 def _scatter(
-    lumas: Picture, at: Array, reach: Array, settings: dict[str, Any], bits: int, noise: float | None
+    lumas: Picture, at: Array, blobs: Blobs, settings: dict[str, Any], bits: int, noise: float | None
 ) -> Array:
-    """(n, 2) px, scatter of single frames' centroids within `reach` of the mean's; NaN for fewer than three frames."""
+    """(n, 2) px, scatter of single frames' centroids about those `at` of the mean's blobs; NaN for fewer than three
+    frames. Frames in which a ball runs into its neighbour by their noise do not count.
+    """
+    reach = np.maximum(blobs.width, blobs.height) / 2
     chosen = lumas[np.unique(np.linspace(0, len(lumas) - 1, min(len(lumas), SCATTER_FRAMES)).round().astype(int))]
     places = np.full((len(chosen), len(at), 2), np.nan)
     for k, luma in enumerate(chosen if len(chosen) >= 3 and len(at) else ()):
@@ -159,7 +164,7 @@ def _scatter(
         if len(here):
             d = np.linalg.norm(here[None] - at[:, None], axis=-1)
             nearest = d.argmin(1)
-            same = d[np.arange(len(at)), nearest] < reach
+            same = (d[np.arange(len(at)), nearest] < reach) & (found.pixels[nearest] < SEVERAL * blobs.pixels + GRAIN)
             places[k, same] = here[nearest[same]]
     count = np.isfinite(places[..., 0]).sum(0)[:, None]
     middle = np.nansum(places, 0) / np.maximum(count, 1)
