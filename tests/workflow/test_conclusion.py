@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vidtrack.workflow import conclusion
-from vidtrack.workflow.conclusion import failures, write_without
+from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.failure import failure_place, write_failure
 from vidtrack.workflow.order_book import OrderBook
 
@@ -75,3 +75,12 @@ def test_what_others_failed_for_is_made_of_what_there_is_and_is_partial(book, mo
     write_without(book, wanted, [])
     assert "results/verdict.json" not in calls[1][0]
     assert not os.path.exists("results/verdict.json")
+
+
+def test_the_same_call_once_more_names_its_places_anew_and_keeps_its_targets():
+    once = same_call(
+        ["-s", "../Snakefile", "--directory", "lab", "--cores", "2", "--", "a.csv"], "/w/Snakefile", "/x/lab"
+    )
+    assert once[1:3] == ["-m", "snakemake"]
+    assert once[-6:] == ["--snakefile", "/w/Snakefile", "--directory", "/x/lab", "--", "a.csv"]
+    assert same_call([], "/w/Snakefile", "/x/lab")[3:] == ["--snakefile", "/w/Snakefile", "--directory", "/x/lab"]

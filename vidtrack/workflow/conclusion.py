@@ -46,3 +46,14 @@ def write_without(book: OrderBook, wanted: Mapping[str, tuple[Sequence[str], str
         done = subprocess.run(command, input="\n".join(lines), text=True, check=False)
         if done.returncode == 0:
             made.add(output)
+
+
+def same_call(arguments: Sequence[str], snakefile: str, folder: str) -> list[str]:
+    """The command that calls Snakemake once more with the arguments of this call.
+
+    snakefile, folder   absolute: Snakemake has changed into the folder, where what the call named relative to another
+                        one means something else
+    """
+    end = list(arguments).index("--") if "--" in arguments else len(arguments)
+    own = [*arguments[:end], "--snakefile", snakefile, "--directory", folder]
+    return [sys.executable, "-m", "snakemake", *own, *arguments[end:]]

@@ -5,7 +5,7 @@ import subprocess
 from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
-from vidtrack.workflow.conclusion import failures, write_without
+from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.left_out import also_left_out, to_environment
 from vidtrack.workflow.lock import note_holder
 from vidtrack.workflow.small_jobs import JobServer
@@ -31,8 +31,8 @@ def clean_up():
 
 def call_again(environment):
     """This same call once more; its exit code."""
-    again = [sys.executable, "-m", "snakemake", *sys.argv[1:]]
-    return subprocess.run(again, cwd=workflow.workdir_init, env=environment).returncode
+    again = same_call(sys.argv[1:], workflow.main_snakefile, os.getcwd())
+    return subprocess.run(again, env=environment).returncode
 
 
 def go_on_without(records):
