@@ -94,7 +94,7 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; on
 run_quick_tests() { # one process a core, each with files of its own; types are left to the whole
     local cores=$1 part failed=0 pids=()
     shift
-    { ruff check . && ruff format --check --quiet . && lint-imports && snakefmt --quiet --check Snakefile workflow; } &
+    { ruff check . && ruff format --check --quiet . && lint-imports && snakefmt --check Snakefile workflow 2>/dev/null; } &
     pids+=($!)
     for ((part = 1; part <= cores; part++)); do
         python -m pytest -p no:xdist -p no:cacheprovider -p tests.quick --part "$part/$cores" "$@" &
