@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Collection, Iterable, Sequence
 
 LONGEST = 100
 """Characters of a name that may be a known one, mistyped."""
+
+
+_INVISIBLE = dict.fromkeys(map(ord, "\ufeff\u200b\u200c\u200d\u2060\u00ad"))
+_SPACES = re.compile(r"[^\S\n\r\t]+")
+
+
+def in_one_form(name: str) -> str:
+    """A name as it looks: what no reader can see apart is written in one way.
+
+    Without invisible characters and the spaces around it, any run of spaces one space, an accented letter one character.
+    """
+    return _SPACES.sub(" ", unicodedata.normalize("NFC", name.translate(_INVISIBLE))).strip()
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
@@ -64,7 +77,7 @@ def _tag_of(prefix: str, number: int, digits: int, known: Collection[str]) -> st
     padded = f"{prefix}{number:0{digits}d}"
     if padded in known:
         return padded
-    alike = [tag for tag in known if re.fullmatch(rf"{re.escape(prefix)}0*{number}", tag)]
+    alike = [tag for tag in known if re.fullmatch(rf"{re.escape(prefix)}0*{number}(\.0+)?", tag)]
     return alike[0] if len(alike) == 1 else padded
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.csv_checked import checked_csv
-from vidtrack.files.csv_columns import POINTS, TARGETS, reference_record
+from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, TARGETS, reference_record
 
 
 def written(tmp_path, text, name="points.csv"):
@@ -114,6 +114,7 @@ def read(tmp_path, data, columns=POINTS, units="in", others="forbid"):
         "tag,x,y,z,Note\n1-1,1.5,-2,3.25,loose\n",
         'tag,x,y,z\n="1-1",1.5,-2,3.25\n',
         "tag|x|y|z\n1-1|1.5|-2|3.25\n",
+        "tag,x,y,z\r\n1-1,1.5,-2,3.25\r\n\x1a",
         "tag;x;y;z\n1-1;1,5;-2;3,25\n".encode("utf-16"),
         "tag;x;y;z\n1-1;1,5;-2;3,25\n".encode("utf-16-be"),
         "tag;x;y;z;note\n1-1;1,5;-2;3,25;über 3 °\n".encode("cp1252"),
@@ -150,6 +151,14 @@ def test_what_is_unambiguous_is_read(tmp_path, data):
         ('tag,x,y,z\n"1,1,2,3\n', "line 2: not CSV (a quotation mark is not closed)"),
         ("1,1,2,3\n2,1,2,3\n", "line 1: the file begins with values, not with a header"),
         ("tag x y z\n1 1 2 3\n", "names no columns. Write tag,x,y,z, with commas"),
+        ('"tag,x,y,z"\n"1,1,2,3"\n', "line 1: each line stands in quotation marks as a whole"),
+        ("tag,x,y,z\n% the wall\n1,1,2,3\n", "line 2: 1 cell where the header names 4. If the line is a comment, begin"),
+        ("tag,x,y,z\n1,01.Mai,2,3\n", "line 2: x is '01.Mai', a date, which a spreadsheet may have made of a number"),
+        ("tag;x;y;z\n1;1.234;2.500;3.000\n2;12;1.100;0\n", "the point may begin decimals or separate thousands"),
+        ("tag,x,y,z,sigma\n1,1,2,3,-0.1\n", "line 2: sigma is '-0.1'; it must be 0 or greater"),
+        ("tag,x,y,z\nleft  wall,1,2,3\nleft wall,4,5,6\n", "line 3: tag left wall appears twice (also line 2)"),
+        ("tag,x,y,z\n\u00e9,1,2,3\ne\u0301,4,5,6\n", "line 3: tag \u00e9 appears twice (also line 2)"),
+        ("tag,x,y,z\na\u00adb,1,2,3\nab,4,5,6\n", "line 3: tag ab appears twice (also line 2)"),
         ("tag,x,y,z,,\n1,1,2,3,,9\n", "line 2: 6 cells where the header names 4"),
         ("PK\x03\x04....", "points.csv: an Excel or LibreOffice workbook"),
         ("tag,x,y,z\n1," + "9" * 2000 + ",2,3\n", "line 2, column 2: a cell of 2000 characters"),
@@ -194,3 +203,33 @@ def test_a_decimal_comma_is_read_as_what_was_written_or_refused(tmp_path, rows, 
     lines = [separator.join([str(n), *(f"{v:.4f}".replace(".", ",") for v in row)]) for n, row in enumerate(rows)]
     told = read(tmp_path, "\n".join([separator.join(["tag", "x", "y", "z"]), *lines]))
     assert told["x"] == [float(f"{row[0]:.4f}") for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        ("time_s,x_in\nms,in\n1,2\n", "'time_s' is in ms, and vidtrack reads it in s"),
+        ("time_s,x_in\ns,mm\n1,2\n", "'x_in' is in mm, but config.yaml says units: in"),
+        ("time_s,x_in\ns,V\n1,2\n", None),
+    ],
+)
+def test_units_below_the_header_of_a_reference_are_compared_too(tmp_path, data, says):
+    answer = read(tmp_path, data, reference_record("time_s", "x_in"), others="ignore")
+    assert (says in answer) if says else (isinstance(answer, str) and "line 2" in answer)
+
+
+def test_a_name_that_has_another_unit_of_time_in_itself_is_refused(tmp_path):
+    answer = read(tmp_path, "time_ms,v\n0,2\n5,3\n", reference_record("time_ms", "v"), others="ignore")
+    assert "'time_ms' is in ms, and vidtrack reads it in s" in answer
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "says"),
+    [
+        (TARGETS, "camera,target,Xf,Yf,width,height\nc,a,1,1,0,5\n", "width is '0'; it must be greater than 0"),
+        (CAMPAIGN, "run,H,T\na,1,-2\n", "T is '-2'; it must be greater than 0"),
+        (PICKS, "camera,tag,Xf,Yf,sd\nc,1,1,1,0\n", "sd is '0'; it must be greater than 0"),
+    ],
+)
+def test_a_size_or_a_period_that_cannot_be_is_refused(tmp_path, columns, row, says):
+    assert says in read(tmp_path, row, columns)

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from vidtrack.motion.lag import Lag
-from vidtrack.motion.reference_clock import no_common_time, offset_by_correlation, resolution_of, with_rounding
+from vidtrack.motion.reference_clock import (
+    no_common_time,
+    offset_by_correlation,
+    resolution_of,
+    too_sparse,
+    with_rounding,
+)
 
 T = np.arange(0, 20, 1 / 30)
 
@@ -77,3 +83,30 @@ def test_rounding_opens_the_interval_by_half_a_step():
     lag = with_rounding(Lag(0.486, 0.014, 0.459, 0.514, 1.0, (), 9), 1.0)
     assert lag.low < 0 < lag.high
     assert with_rounding(lag, 0.0) == lag
+
+
+@pytest.mark.parametrize(
+    ("reference", "unit"),
+    [
+        ((36000 + T) * 1e3, "milliseconds"),
+        ((36000 + T) / 60, "minutes"),
+        ((1_760_054_400 - 1_760_054_400 % 86400 + 36000 + T) * 1e3, "milliseconds"),
+        (46354 + (36000 + T) / 86400, "days, as spreadsheets do"),
+    ],
+)
+def test_times_in_another_unit_are_called_so(reference, unit):
+    text, cure = no_common_time(reference, 36000 + T)
+    assert f"seems to count in {unit}" in text
+    assert cure == "Write the reference's times in seconds."
+
+
+def test_a_reference_too_sparse_for_the_video_is_named_before_any_lag_is_sought():
+    text, _ = too_sparse(T * 1e6, T)
+    assert "a sample every 33333.3 s" in text
+    assert "microseconds" in text
+    assert too_sparse(T, T) is None
+
+
+@pytest.mark.parametrize("start", [0.0, 36054.25, 61234.25, 86399.25])
+def test_the_hour_of_the_day_has_no_part_in_how_finely_times_are_written(start):
+    assert resolution_of(start + np.arange(0, 20, 0.0125), coincide=False) == 0.0

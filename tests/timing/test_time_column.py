@@ -81,3 +81,36 @@ def test_the_thesis_s_rounded_times_are_an_even_clock():
     assert np.diff(regular(printed)) == pytest.approx(np.full(37, 0.005), abs=2e-4)
     assert regular(np.arange(10.0)) is None
     assert regular([0, 0, 5, 5, 5, 6.0]) is None
+
+
+def test_true_time_is_counted_where_zones_are_stated_and_summer_time_ends():
+    cells = ["2026-10-25T02:59:59+02:00", "2026-10-25T02:00:00+01:00", "2026-10-25T02:00:01+01:00"]
+    assert seconds_from_cells(cells).seconds.tolist() == [10799, 10800, 10801]
+
+
+def test_hours_of_one_digit_are_read():
+    assert seconds_from_cells(["9:59:59.5", "10:00:00"]).seconds.tolist() == [35999.5, 36000]
+
+
+@pytest.mark.parametrize(
+    ("cells", "says"),
+    [
+        (["00:10", "00:11"], "hours and minutes or minutes and seconds"),
+        (["0.5", "abc", "1.5"], "row 2 is 'abc': no seconds as above it"),
+        (["0.5", "inf"], "row 2 is 'inf'"),
+        (["10:00:59", "11"], "row 2 is '11': not seconds, time code"),
+        (["2026-11-28", "2026-11-29"], "row 1 is '2026-11-28': not seconds"),
+    ],
+)
+def test_what_may_be_read_in_two_ways_or_is_no_time_is_named(cells, says):
+    with pytest.raises(ValueError, match="row|hours") as error:
+        seconds_from_cells(cells)
+    assert says in str(error.value)
+
+
+def test_codes_that_never_count_as_far_as_the_video_s_are_of_another_rate():
+    labels = [f"10:00:{s:02d}:{f:02d}" for s in range(10, 14) for f in range(30)]
+    with pytest.raises(ValueError, match="count to frame 29 and the video's to 119"):
+        seconds_from_cells(labels, Counting(Fraction(120), False))
+    assert seconds_from_cells(labels, Counting(Fraction(30), False)).seconds[1] == pytest.approx(36010 + 1 / 30)
+    assert seconds_from_cells(labels[:30], Counting(Fraction(120), False)).written == "time code"  # too few to say

@@ -8,7 +8,7 @@ the channel alone where only one group has it.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +17,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.files.child_process import in_child
-from vidtrack.files.csv_columns import Columns
+from vidtrack.files.csv_columns import Columns, own_unit
 from vidtrack.files.tables import read_csv
 from vidtrack.naming import did_you_mean
 
@@ -44,8 +44,9 @@ def read_channels(path: str, columns: Mapping[str, str], *, time: str | None, ra
     import pandas as pd
 
     kind = os.path.splitext(path)[1].lower()
-    wanted = [*columns.values(), *([time] if time else [])]
-    found = READERS[kind](path) if kind in READERS else _csv(path, wanted)
+    found = READERS[kind](path) if kind in READERS else _csv(path, columns.values(), time)
+    if time and (unit := own_unit(time)) not in ("", "s"):
+        raise VidtrackError(f"{path}: {time} is in {unit}, and vidtrack reads times in s. Convert it, and name it so.")
     values = {channel: _numbers(path, found, name) for channel, name in columns.items()}
     if time is not None and (time in found.names or kind != ".tdms"):
         t = _numbers(path, found, time)
@@ -91,8 +92,10 @@ def _unreadable(path: str, kind: str, why: Exception) -> VidtrackError:
     return VidtrackError(f"{path}: cannot be read as {kind} ({reason}). Save it again, or as CSV.")
 
 
-def _csv(path: str, names: Sequence[str]) -> ChannelFile:
-    table = read_csv(path, Columns(numbers=list(dict.fromkeys(names)), blanks=list(names)), others="ignore")
+def _csv(path: str, names: Iterable[str], time: str | None) -> ChannelFile:
+    numbers = list(dict.fromkeys([*names, *([time] if time else [])]))
+    units = {time: "s"} if time else {}
+    table = read_csv(path, Columns(numbers=numbers, blanks=numbers, units=units), others="ignore")
     return ChannelFile(list(table.columns), lambda name: table[name], lambda _: None)
 
 

@@ -12,6 +12,10 @@ from vidtrack.files.csv_numbers import MISSING, NumberStyle, why_not_a_number
 from vidtrack.files.csv_text import Path, Row, read_text, short, split_rows
 
 
+_COMMENTS = ("%", "//", "!", ";", "*", "--")
+"""What begins a comment in files of other programs."""
+
+
 def checked_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> dict[str, list[Any]]:
     """The wanted columns of a CSV file, absent optional ones left out, and `line`: each row's line in the file.
 
@@ -75,7 +79,13 @@ def _value(name: str, cell: str, columns: Columns, style: NumberStyle) -> tuple[
         if blank and cell.casefold() in MISSING:
             return math.nan, ""
         value = style.number(cell)
-        return (math.nan, f"{short(cell)}, {why_not_a_number(cell)}") if value is None else (value, "")
+        if value is None:
+            return math.nan, f"{short(cell)}, {why_not_a_number(cell)}"
+        if (name in columns.positive and value <= 0) or (name in columns.not_negative and value < 0):
+            least = "greater than 0" if name in columns.positive else "0 or greater"
+            cure = "Correct it, or leave it empty" if blank else "Correct it"
+            return math.nan, f"{short(cell)}; it must be {least}. {cure}."
+        return value, ""
     if not cell and not blank:
         return cell, "empty. Fill it in or delete the row."
     if any(ord(letter) < 32 for letter in cell):
@@ -99,9 +109,11 @@ def _width_problem(row: Row, header: Header, columns: Columns, separator: str) -
         cells = len(row.cells) if len(row.cells) > width else row.width
         if separator == "," and cells > width and all(c.lstrip("+-").isdigit() for c in row.cells[-width:]):
             cure = "If commas begin decimals, write points, or put semicolons between the cells."
+        elif row.cells[0].startswith(_COMMENTS):
+            cure = "If the line is a comment, begin it with #."
         else:
             cure = "Correct the row."
-        return f"{cells} cells where the header names {width}. {cure}"
+        return f"{cells} cell{'s' * (cells != 1)} where the header names {width}. {cure}"
     for place, cell in enumerate(row.cells):
         if cell and not header.row.cells[place]:
             return f"{short(cell)} stands in column {place + 1}, which has no name. Name the column or empty it."

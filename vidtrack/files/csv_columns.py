@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from vidtrack.errors import VidtrackError, first_of
-from vidtrack.files.csv_header import LENGTHS, column_of, split_unit
+from vidtrack.files.csv_header import LENGTHS, TIMES, column_of, split_unit
 from vidtrack.files.csv_numbers import NumberStyle
-from vidtrack.files.csv_text import CsvText, Path, Row, short
+from vidtrack.files.csv_text import SEPARATORS, CsvText, Path, Row, short
 from vidtrack.naming import did_you_mean
 
 NOTES = frozenset({"note", "notes", "comment", "comments", "remark", "remarks", "description"})
@@ -30,7 +30,9 @@ class Columns(NamedTuple):
     unique           columns whose cells together may name only one row
     times            the texts that hold times: seconds, time code or ISO 8601
     units            the unit of a column, compared with the one that its header states: px, s, or world, which stands
-                     for the experiment's unit of length
+                     for the experiment's unit of length (IF_A_LENGTH: where it states a length)
+    positive         numbers that must lie above 0
+    not_negative     numbers that may be 0 but not lie below
     """
 
     texts: Sequence[str] = ()
@@ -40,6 +42,8 @@ class Columns(NamedTuple):
     unique: Sequence[str] = ()
     times: Sequence[str] = ()
     units: Mapping[str, str] = {}
+    positive: Sequence[str] = ()
+    not_negative: Sequence[str] = ()
 
     @property
     def names(self) -> list[str]:
@@ -52,6 +56,8 @@ class Columns(NamedTuple):
         return [name for name in self.names if name not in self.optional]
 
 
+IF_A_LENGTH = "world if a length"
+"""The unit of a column that may hold anything, but is in the experiment's unit of length where it states a length."""
 WORLD = dict.fromkeys(("x", "y", "z", "sigma"), "world")
 PIXELS = dict.fromkeys(("Xf", "Yf", "width", "height"), "px")
 CAMPAIGN = Columns(
@@ -61,10 +67,20 @@ CAMPAIGN = Columns(
     ("H", "T", "heading", "scale", "repeat", "notes"),
     ("run",),
     units={"H": "world", "T": "s"},
+    positive=("T", "scale"),
+    not_negative=("H",),
 )
-POINTS = Columns(("tag",), ("x", "y", "z", "sigma"), ("sigma",), ("sigma",), ("tag",), units=WORLD)
+POINTS = Columns(
+    ("tag",), ("x", "y", "z", "sigma"), ("sigma",), ("sigma",), ("tag",), units=WORLD, not_negative=("sigma",)
+)
 PICKS = Columns(
-    ("camera", "tag"), ("Xf", "Yf", "sd"), ("sd",), ("sd",), unique=("camera", "tag"), units={**PIXELS, "sd": "px"}
+    ("camera", "tag"),
+    ("Xf", "Yf", "sd"),
+    ("sd",),
+    ("sd",),
+    ("camera", "tag"),
+    units={**PIXELS, "sd": "px"},
+    positive=("sd",),
 )
 TARGETS = Columns(
     ("camera", "target"),
@@ -73,14 +89,18 @@ TARGETS = Columns(
     ("width", "height"),
     ("camera", "target"),
     units=PIXELS,
+    positive=("width", "height"),
 )
 TRUTH = Columns(("target",), ("time_s", "x", "y", "z"), unique=("time_s", "target"), units={**WORLD, "time_s": "s"})
 PROFILE = Columns(numbers=("x", "y", "z"), units=WORLD)
 
 
 def reference_record(time: str, value: str) -> Columns:
-    """What is read of a contact sensor's record: its column of times and one of values, which may have gaps."""
-    return Columns((time,), (value,), blanks=(value,), times=(time,))
+    """What is read of a contact sensor's record: its column of times and one of values, which may have gaps.
+
+    Times are in seconds; values in the experiment's unit of length, where the header states a length.
+    """
+    return Columns((time,), (value,), blanks=(value,), times=(time,), units={time: "s", value: IF_A_LENGTH})
 
 
 class Header(NamedTuple):
@@ -142,6 +162,8 @@ def _header_problems(
         return [f"{where}: the file begins with values, not with a header. Write {needed} above them."]
     if len(missing) == len(columns.needed) > 1 and len(header.cells) == 1 and " " in header.cells[0]:
         return [f"{where}: {short(header.cells[0])} names no columns. Write {needed}, with commas between the cells."]
+    if len(header.cells) == 1 and any(mark in header.cells[0] for mark in SEPARATORS):
+        return [f"{where}: each line stands in quotation marks as a whole. Remove those at its beginning and its end."]
     if len(missing) > 1:
         met = f"; it names {_some(unknown)}" if unknown else ""
         return [f"{where}: no columns {', '.join(missing)}{met}. The header must name {needed}."]
@@ -181,11 +203,20 @@ def _units_row(row: Row, at: Mapping[str, int]) -> dict[str, str] | None:
     return found or None
 
 
+def own_unit(name: str, wanted: str = "s") -> str:
+    """The unit that a name which the config gives has in itself, as time_ms has; "" for none, or one of another kind."""
+    unit = split_unit(name)[1]
+    return unit if unit in (TIMES if wanted == "s" else LENGTHS if wanted in ("world", IF_A_LENGTH) else ()) else ""
+
+
 def unit_problems(path: Path, header: Header, columns: Columns, units: str) -> list[str]:
     """Columns whose header states another unit than the one in which they are read, a line for each unit."""
     strange: dict[tuple[str, str], list[str]] = {}
-    for name, stated in header.units.items():
+    for name, written in header.units.items():
         wanted = columns.units.get(name, "")
+        stated = written or own_unit(name, wanted)
+        if wanted == IF_A_LENGTH:
+            wanted = "world" if stated in LENGTHS else ""
         right = stated == units or (not units and stated in LENGTHS) if wanted == "world" else stated == wanted
         if stated and wanted and not right:
             strange.setdefault((stated, wanted), []).append(short(header.row.cells[header.at[name]]))

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?", re.ASCII)
-_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
+_GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
+_DATE = re.compile(r"\d{1,4}[-./ ]+([^\W\d_]{3,9}\.?|\d{1,2}[-./ ]+\d{1,4})|[^\W\d_]{3,9}[-. ]+\d{1,4}")
 _MANY_GROUPS = re.compile(r"[+-]?\d{1,3}(([,.' ])\d{3})(\2\d{3})*([.,]\d+)?", re.ASCII)
 _WITH_UNIT = re.compile(r"([+-]?[\d.,]+)\s*([A-Za-zµμ°\"']{1,12})\.?")
 _CLOCK_TIME = re.compile(r"[\d:T Z+-]*\d,\d+([Zz]|[+-]\d\d:?\d\d)?", re.ASCII)
@@ -30,12 +31,14 @@ class NumberStyle:
         """Decide by all cells of the columns of numbers, and by what separates the cells of a line.
 
         Semicolons stand between cells where commas begin decimals. Elsewhere a comma is taken for the decimal mark if
-        at least one cell can mean nothing else: 27,0159 and 0,125 can, 1,250 cannot.
+        at least one cell can mean nothing else: 27,0159 and 0,125 can, 1,250 cannot. Where commas do not stand between
+        cells, points may be what separates thousands: 1.250 beside 500 is then either.
         """
         cells = [plain_minus(cell) for cell in cells]
         commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
         clear = [cell for cell in commas if not _GROUPED.fullmatch(cell)]
-        points = any("." in cell and _NUMBER.fullmatch(cell) for cell in cells)
+        pointed = [cell for cell in cells if "." in cell and _NUMBER.fullmatch(cell)]
+        points = bool(pointed)
         whole = any(re.fullmatch(r"[+-]?[1-9]\d{0,2}", cell) for cell in cells)
         self.comma = bool(commas)
         trusted = bool(clear) or (separator == ";" and not whole)
@@ -45,6 +48,8 @@ class NumberStyle:
             if points
             else "the comma may begin decimals or separate thousands"
         )
+        if not commas and whole and separator != "," and pointed and all(_GROUPED.fullmatch(c) for c in pointed):
+            self.ambiguous, self.reason = pointed[0], "the point may begin decimals or separate thousands"
 
     def is_ambiguous(self, cell: str) -> bool:
         """Whether this is the cell that may be read in two ways."""
@@ -78,6 +83,8 @@ def why_not_a_number(cell: str) -> str:
         return "not a number but an error of the spreadsheet. Correct the formula there and save again."
     if _MANY_GROUPS.fullmatch(cell):
         return "not a number: it has marks between thousands. Write it without them."
+    if _DATE.fullmatch(cell):
+        return "a date, which a spreadsheet may have made of a number. Correct it there, as text."
     with_unit = _WITH_UNIT.fullmatch(cell)
     if with_unit and cell.casefold() != "nan":
         return f"not a number alone. Write {with_unit[1]}, and the unit in the header if it is wanted there."

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.csv_header import column_of
+from vidtrack.naming import in_one_form
 
 Path = str | os.PathLike[str]
 
@@ -31,8 +32,6 @@ _WORKBOOKS = {
     b"PK\x03\x04": "an Excel or LibreOffice workbook (or a zip file)",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook",
 }
-_INVISIBLE = dict.fromkeys(map(ord, "\ufeff\u200b\u200c\u200d\u2060"))
-_SPACES = dict.fromkeys(map(ord, "\u00a0\u2007\u2009\u202f\u3000"), " ")
 _AS_TEXT = re.compile(r'="(.*)"')
 
 
@@ -122,8 +121,8 @@ def split_rows(path: Path, text: str, names: Sequence[str]) -> CsvText:
 
 
 def clean(cell: str) -> str:
-    """A cell without invisible characters and the spaces around it; Excel's `="01"` is 01."""
-    cell = cell.translate(_INVISIBLE).translate(_SPACES).strip()
+    """A cell in one form, without the spaces around it; Excel's `="01"` is 01."""
+    cell = in_one_form(cell)
     as_text = _AS_TEXT.fullmatch(cell)
     return as_text[1] if as_text else cell
 
@@ -140,7 +139,7 @@ def _decoded(data: bytes) -> str | None:
         encodings = [("utf-16-le" if data[1:2] == b"\0" else "utf-16-be", 0)]
     for encoding, mark in encodings or [("utf-8", 0), ("cp1252", 0)]:
         try:
-            text = data[mark:].decode(encoding)
+            text = data[mark:].decode(encoding).rstrip("\x1a")  # DOS ends a text file so
         except UnicodeDecodeError:
             continue
         if not re.search(r"[\x00-\x08\x0e-\x1f\x7f]", text):

@@ -218,8 +218,9 @@ def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str]
 
 def _as_spreadsheets_have_it(tag: str, known: list[str]) -> str | None:
     """The known tag that a spreadsheet may have made of this one: 1-2 became 02-Jan or 01-Feb, 01 became 1."""
-    if tag.isdigit():
-        return next((other for other in known if other.isdigit() and int(other) == int(tag)), None)
+    if tag.isdecimal():
+        number = re.compile(rf"0*{int(tag)}(\.0+)?")
+        return next((other for other in known if number.fullmatch(other)), None)
     if not re.fullmatch(r"\d{1,2}[-/.]\d{1,2}", tag):
         return None
     return next((other for other in known if _DATE.fullmatch(other)), None)

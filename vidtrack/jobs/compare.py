@@ -54,7 +54,7 @@ def _reference(job: Job, where: str) -> DataFrame:
     """The record of the contact sensor, or of a point that another instrument measured."""
     order, path = job.settings, job.path("reference")
     if path.endswith(".csv"):
-        return read_csv(path, reference_record(order["time"], order["value"]), others="ignore")
+        return read_csv(path, reference_record(order["time"], order["value"]), others="ignore", units=order["units"])
     table = as_reference(read_measured(path), order["units"], order.get("offset_s"), f"{where}.reference")
     if order["value"] not in table:
         known = ", ".join(str(name) for name in list(table)[1:7])

@@ -77,6 +77,8 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     Raises ValueError when times do not rise.
     """
     start, times = np.asarray(tx, float), np.asarray(ty, float)
+    if len(start) < FEWEST or len(times) < FEWEST or not (_moves(x) and _moves(y)):
+        return Lag(np.nan, np.nan, np.nan, np.nan, np.nan, (), 0)
     smooth_x, smooth_y = smooth(start, x), smooth(times, y)
     values: Array = np.where(smooth_y.outlier, np.nan, np.asarray(y, float))
     shorter = min(
@@ -102,6 +104,13 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     correlation = float(np.sign(best.gain) * np.sqrt(max(1 - best.unexplained, 0.0)))
     others = tuple(sorted({round(f.lag, 4) for f in good[1:]} - {round(lag, 4)}, key=abs))
     return Lag(lag, sd, lag - 1.96 * sd, lag + 1.96 * sd, correlation, others, int(best.good.sum()))
+
+
+def _moves(values: ArrayLike) -> bool:
+    """Whether a record's values differ by more than rounding."""
+    v: Array = np.asarray(values, float)
+    v = v[np.isfinite(v)]
+    return bool(len(v)) and float(np.ptp(v)) > 1e-12 * float(np.abs(v).max())
 
 
 def _interval(t: Array) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
-from vidtrack.motion.lag import Lag, find_lag
+from vidtrack.motion.lag import FEWEST, Lag, find_lag
 
 NON_DROP = 1.001
 """Seconds of a clock for one of a label, where non-drop labels are counted at 29.97."""
@@ -26,6 +26,8 @@ def no_common_time(tr: Array, t: Array) -> tuple[str, str]:
         if abs(later) > 1 and max(t[0], tr[0] + later) < min(t[-1], tr[-1] + later):
             text += f". One of them counts non-drop frames from midnight: {later:+.3f} s bring them together"
             return text, f"Set reference.offset_s: {later:.3f}."
+    if (counted := in_another_unit(tr, t)) is not None:
+        return f"{text}. {counted}", IN_SECONDS
     if (other := _by_days_or_hours(tr, t)) is not None:
         later, why = other
         return f"{text}. {why}: {later:+.0f} s bring them together", f"Set reference.offset_s: {later:.0f}."
@@ -34,6 +36,38 @@ def no_common_time(tr: Array, t: Array) -> tuple[str, str]:
     if t[0] < SINCE_START_S < tr[0]:
         return text, "The video has no time code: set reference.offset_s: auto, or runs.<run>.start_timecode."
     return text, "Put both on one clock, or set reference.offset_s: auto to bring them together by their motion."
+
+
+IN_SECONDS = "Write the reference's times in seconds."
+UNITS_S = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0, "hours": HOUR_S}
+
+
+def in_another_unit(tr: Array, t: Array) -> str | None:
+    """What the reference's times seem to count in, where they then lie within the video's; None where nothing fits.
+
+    A spreadsheet counts days: its times of one clock second differ by 1/86400, and whole days stand before the point.
+    """
+    span = float(t[-1] - t[0])
+    for unit, size in UNITS_S.items():
+        first, last = float(tr[0]) * size, float(tr[-1]) * size
+        later = DAY_S * round((t[0] + t[-1] - first - last) / 2 / DAY_S)  # some count from another date
+        if span / 3 < last - first < 3 * span and max(t[0], first + later) < min(t[-1], last + later):
+            return f"The reference seems to count in {unit}"
+    clock = (tr[[0, -1]] % 1) * DAY_S
+    if span / 3 < clock[1] - clock[0] < 3 * span and max(t[0], clock[0]) < min(t[-1], clock[1]):
+        return "The reference seems to count in days, as spreadsheets do"
+    return None
+
+
+def too_sparse(tr: Array, t: Array) -> tuple[str, str] | None:
+    """Words for a reference of which fewer samples lie in the time of the video than a lag needs; None where enough do."""
+    step = float(np.median(np.diff(tr)))
+    if step * (FEWEST - 1) <= t[-1] - t[0]:
+        return None
+    text = f"the reference has a sample every {step:.6g} s, and the video lasts {t[-1] - t[0]:.3f} s: nothing is compared"
+    if (counted := in_another_unit(tr, t)) is not None:
+        return f"{text}. {counted}", IN_SECONDS
+    return text, "Correct the column of times (reference.time), or record the reference at a higher rate."
 
 
 def _by_days_or_hours(tr: Array, t: Array) -> tuple[float, str] | None:
@@ -87,6 +121,6 @@ def with_rounding(lag: Lag, resolution: float) -> Lag:
 def resolution_of(written: Array, coincide: bool) -> float:
     """The step, s, to which times that coincide or are in whole seconds were rounded; 0 where they are exact."""
     for step in (1.0, 0.1, 0.01, 0.001):
-        if np.allclose(written / step, np.round(written / step), atol=1e-6 / step):
+        if np.allclose(written / step, np.round(written / step), rtol=0, atol=1e-6 / step):
             return step if coincide or step == 1.0 else 0.0
     return 0.0

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+from vidtrack.naming import in_one_form
+
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 Stream = Annotated[int, Field(ge=1)]
@@ -33,14 +35,14 @@ def _tag_list(value: Any) -> Any:
     if value is None:
         return None
     parts = value if isinstance(value, (list, tuple)) else str(value).split(",")
-    parts = tuple(str(p).strip() for p in parts)
+    parts = tuple(in_one_form(str(p)) for p in parts)
     if "" in parts:
         raise ValueError("an empty tag; write 1-16 or a list of tags")
     return parts
 
 
 def names(value: Any) -> Any:
-    return tuple(str(v) for v in value) if isinstance(value, (list, tuple)) else value
+    return tuple(in_one_form(str(v)) for v in value) if isinstance(value, (list, tuple)) else value
 
 
 def paths(value: Any) -> Any:

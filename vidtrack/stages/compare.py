@@ -11,7 +11,16 @@ from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
-from vidtrack.motion.reference_clock import no_common_time, offset_by_correlation, resolution_of, with_rounding
+from vidtrack.motion.reference_clock import (
+    IN_SECONDS,
+    in_another_unit,
+    no_common_time,
+    offset_by_correlation,
+    resolution_of,
+    too_sparse,
+    with_rounding,
+)
+from vidtrack.motion.reference_record import RECORD, clock_rate, lag_warnings, without_marks
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.motion.truth import by_place, error_sizes, exchanged
 from vidtrack.timing.resample import resample
@@ -135,7 +144,11 @@ def _against_reference(
     t = rows["time_s"].to_numpy(float)
     line, video, warnings = _along(rows, axis)
     tr, r, about = _reference_record(reference, value, time, rows, where)
-    findings = []
+    findings: list[Finding] = []
+    located = int(np.isfinite(video).sum())
+    if located >= FEWEST and (sparse := too_sparse(tr, t)):
+        said, part = _nothing("reference-too-sparse", *sparse)
+        return said | {"reference": {k: v for k, v in about.items() if k != "warnings"}}, part
     if offset_s == "auto":
         offset, found = offset_by_correlation(tr, r, t, video)
         about |= {"offset_s": offset, "offset_by": "correlation"}
@@ -144,11 +157,15 @@ def _against_reference(
     elif offset_s is not None:
         tr = tr + float(offset_s)
         about |= {"offset_s": float(offset_s), "offset_by": "config"}
-    if not max(t[0], tr[0]) < min(t[-1], tr[-1]):
+    if max(t[0], tr[0]) > min(t[-1], tr[-1]):
         said, part = _nothing("reference-no-common-time", *no_common_time(tr, t))
         return said | {"reference": {k: v for k, v in about.items() if k != "warnings"}}, part
     lag = with_rounding(find_lag(tr, r, t, video, longest=longest), about["resolution_s"])
-    warnings += about.pop("warnings") + _lag_warnings(lag, int(np.isfinite(video).sum()))
+    warnings += about.pop("warnings") + lag_warnings(lag, located)
+    if not abs(lag.correlation) >= RECORD.alike and (counted := in_another_unit(tr, t)):
+        findings.append(Finding("bad", "reference-time-unit", counted, IN_SECONDS))
+    elif rate := clock_rate(tr, r, t, video, lag):
+        findings.append(rate)
     before = _at(tr, r, t)
     after = _at(tr, r, t - lag.lag_s) if np.isfinite(lag.lag_s) else np.full(len(t), np.nan)
     agreed_before, agreed_after = _plain(agreement(video, before)), _plain(agreement(video, after))
@@ -226,10 +243,9 @@ def _reference_record(
     except ValueError as problem:
         raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Mend the file.") from None
     good = np.isfinite(times.seconds)
-    t, r = times.seconds[good], r[good]
+    t, (r, warnings) = times.seconds[good], without_marks(r[good])
     if len(t) < 2:
         raise VidtrackError(f"{where}: the reference has {len(t)} rows with a time. Record more of the motion.")
-    warnings = []
     resolution = resolution_of(t, bool((np.diff(t) == 0).any())) if times.written == "seconds" else 0.0
     even = regular(t)
     if even is not None:
@@ -245,22 +261,6 @@ def _reference_record(
     about |= {"first_s": float(t[0]), "last_s": float(t[-1]), "rate_hz": float(1 / np.median(np.diff(t)))}
     about["resolution_s"] = resolution
     return t, r, {**about, "warnings": warnings}
-
-
-def _lag_warnings(lag: Lag, located: int) -> list[str]:
-    if located < FEWEST:
-        return [f"{located} samples were located: too few to compare with the reference"]
-    if not np.isfinite(lag.lag_s):
-        return ["no lag could be found: one record does not move, or too little of them is in common"]
-    warnings = []
-    if lag.others:
-        others = ", ".join(f"{o:.3f}" for o in lag.others[:5])
-        warnings.append(f"the motion repeats itself: lags of {others} s explain the records about as well")
-    if abs(lag.correlation) < 0.9:
-        warnings.append(f"even after the lag is removed the records correlate only to {lag.correlation:.2f}")
-    if lag.correlation < 0:
-        warnings.append("the reference counts in the opposite direction (gain below zero)")
-    return warnings
 
 
 def _plain(a: Agreement) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from datetime import date, datetime, time
@@ -18,6 +19,9 @@ RATES = tuple(
     Fraction(r) for r in ("30000/1001", "30", "25", "24000/1001", "24", "60000/1001", "60", "50", "100", "120", "240")
 )
 _LABEL = re.compile(r"\d{1,2}:\d{1,2}:\d{1,2}[:;.,]\d{2,3}")
+_HALF_A_CLOCK = re.compile(r"\d{1,2}:\d{2}(\.\d+)?")
+FEWEST_LABELS = 60
+"""Labels of a record that reach its highest frame number by then: of fewer it is open how far they count."""
 DAY = 86400.0
 FARTHEST_S = 36_000
 """s: a located sample may lie so far behind its run's first frame. Non-drop labels fall behind by 1 ms a second."""
@@ -74,7 +78,8 @@ def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None
 
     Numbers are seconds as they stand. 10:00:59:15 is a time code, and so is the thesis's 10:00:59.15 where every
     cell ends in two digits below the frame rate; else a point begins decimals. ISO dates count from the midnight that
-    begins the first cell's day, by the clock as written.
+    begins the first cell's day, by the clock as written there; where all state their time zone, true time is counted
+    from that cell on, whatever the zone then is (summer time that ends).
     A clock that falls by more than half a day has passed midnight.
     Raises ValueError that names the cell (counted from 1) for anything else, or a time code without a known counting.
     """
@@ -85,17 +90,33 @@ def seconds_from_cells(cells: Sequence[object], counting: Counting | None = None
     if _are_labels(filled, counting):
         if counting is None:
             raise ValueError("it holds time codes, and the video has none that gives their frame rate")
+        _refuse_another_rate(filled, counting)
         return Times(_over_midnight(_each(texts, lambda t: _label_seconds(t, counting))), "time code")
-    days: list[date] = []
+    if filled and all(_HALF_A_CLOCK.fullmatch(t) for t in filled):
+        raise ValueError(f"{filled[0]!r} may be hours and minutes or minutes and seconds; write seconds, or 10:00:59.5")
+    days: list[datetime] = []
+    if _is_number(filled[0]):
+        row, text = next((i, t) for i, t in enumerate(texts) if t and not _is_number(t))
+        raise ValueError(f"row {row + 1} is {text!r}: no seconds as above it. Write all times in one way")
     return Times(_over_midnight(_each(texts, lambda t: _iso_seconds(t, days))), "ISO")
+
+
+def _refuse_another_rate(texts: Sequence[str], counting: Counting) -> None:
+    """ValueError where a record's labels never count as far as the video's do: they count at another rate."""
+    frames = {int(re.split(r"[:;.,]", text)[-1]) for text in texts}
+    top, reached = nominal(counting.rate), max(frames) + 1
+    if top >= 48 and len(frames) >= FEWEST_LABELS // 3 and len(texts) >= FEWEST_LABELS and reached <= 0.6 * top:
+        raise ValueError(
+            f"its time codes count to frame {reached - 1} and the video's to {top - 1}: they are of another rate. "
+            "Write seconds"
+        )
 
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        return "_" not in text and not math.isinf(float(text))
     except ValueError:
         return False
-    return True
 
 
 def _are_labels(texts: Sequence[str], counting: Counting | None) -> bool:
@@ -124,19 +145,23 @@ def _label_seconds(text: str, counting: Counting) -> float:
     return float(frame / counting.rate) + counting.behind
 
 
-def _iso_seconds(text: str, days: list[date]) -> float:
+def _iso_seconds(text: str, days: list[datetime]) -> float:
+    """Seconds after the midnight that begins the day of the first moment, which `days` keeps."""
     text = text.replace(",", ".")
+    text = f"0{text}" if text[1:2] == ":" else text
     try:
-        moment = datetime.fromisoformat(text)
+        moment = datetime.fromisoformat(text if ":" in text or "T" in text else "a date alone")
     except ValueError:
         try:
-            clock = time.fromisoformat(text)
+            clock = time.fromisoformat(text if ":" in text else "hours alone")
         except ValueError:
             raise ValueError("not seconds, time code (10:00:59:15) or ISO 8601 (2026-01-31T10:00:59.5)") from None
-        moment = datetime.combine(days[0] if days else date(2000, 1, 1), clock)
-    days[:] = days or [moment.date()]
-    since = moment.replace(tzinfo=None) - datetime.combine(days[0], time())
-    return since.total_seconds()
+        moment = datetime.combine(days[0].date() if days else date(2000, 1, 1), clock)
+    days[:] = days or [moment]
+    first = days[0].replace(tzinfo=None)
+    both = moment.tzinfo is not None and days[0].tzinfo is not None
+    since = moment - days[0] if both else moment.replace(tzinfo=None) - first
+    return (since + (first - datetime.combine(first.date(), time()))).total_seconds()
 
 
 def _over_midnight(seconds: Array) -> Array:
