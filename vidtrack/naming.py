@@ -17,7 +17,7 @@ _SPACES = re.compile(r"[^\S\n\r\t]+")
 def in_one_form(name: str) -> str:
     """A name as it looks: what no reader can see apart is written in one way.
 
-    Without invisible characters and the spaces around it, any run of spaces one space, an accented letter one character.
+    Without invisible characters and the spaces around it; any run of spaces is one, an accented letter one character.
     """
     return _SPACES.sub(" ", unicodedata.normalize("NFC", name.translate(_INVISIBLE))).strip()
 

@@ -42,9 +42,7 @@ def test_a_value_far_from_all_others_is_named_and_kept():
     assert "row 78: 512.5" in warnings[0]
 
 
-@pytest.mark.parametrize(
-    ("rate", "level"), [(0.0, None), (1e-4, "note"), (-1e-3, "doubtful"), (1e-2, "doubtful")]
-)
+@pytest.mark.parametrize(("rate", "level"), [(0.0, None), (1e-4, "note"), (-1e-3, "doubtful"), (1e-2, "doubtful")])
 def test_clocks_of_two_rates_are_named_by_how_much(rate, level):
     tr, r = 36000 + TR * (1 + rate), motion(TR) + np.random.default_rng(1).normal(0, 1e-3, len(TR))
     t, video = 36000 + T, motion(T) + np.random.default_rng(2).normal(0, 2e-3, len(T))

@@ -11,7 +11,6 @@ from vidtrack.files.csv_columns import Columns, Header, find_header, unit_proble
 from vidtrack.files.csv_numbers import MISSING, NumberStyle, why_not_a_number
 from vidtrack.files.csv_text import Path, Row, read_text, short, split_rows
 
-
 _COMMENTS = ("%", "//", "!", ";", "*", "--")
 """What begins a comment in files of other programs."""
 

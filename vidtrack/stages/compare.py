@@ -10,7 +10,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
-from vidtrack.motion.lag import FEWEST, Agreement, Lag, agreement, find_lag
+from vidtrack.motion.lag import FEWEST, Agreement, agreement, find_lag
 from vidtrack.motion.reference_clock import (
     IN_SECONDS,
     in_another_unit,
