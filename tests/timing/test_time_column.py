@@ -103,7 +103,7 @@ def test_hours_of_one_digit_are_read():
     ],
 )
 def test_what_may_be_read_in_two_ways_or_is_no_time_is_named(cells, says):
-    with pytest.raises(ValueError, match="row|hours") as error:
+    with pytest.raises(ValueError, match=r"row|hours") as error:
         seconds_from_cells(cells)
     assert says in str(error.value)
 

@@ -204,7 +204,7 @@ def _units_row(row: Row, at: Mapping[str, int]) -> dict[str, str] | None:
 
 
 def own_unit(name: str, wanted: str = "s") -> str:
-    """The unit that a name which the config gives has in itself, as time_ms has; "" for none, or one of another kind."""
+    """The unit that a name which the config gives has in itself, as time_ms has; "" for none, or another kind."""
     unit = split_unit(name)[1]
     return unit if unit in (TIMES if wanted == "s" else LENGTHS if wanted in ("world", IF_A_LENGTH) else ()) else ""
 

@@ -60,13 +60,11 @@ def in_another_unit(tr: Array, t: Array) -> str | None:
 
 
 def too_sparse(tr: Array, t: Array) -> tuple[str, str] | None:
-    """Words for a reference of which fewer samples lie in the time of the video than a lag needs; None where enough do."""
+    """Words for a reference of which fewer samples lie in the video's time than a lag needs; None otherwise."""
     step = float(np.median(np.diff(tr)))
     if step * (FEWEST - 1) <= t[-1] - t[0]:
         return None
-    text = (
-        f"the reference has a sample every {step:.6g} s, and the video lasts {t[-1] - t[0]:.3f} s: nothing is compared"
-    )
+    text = f"the reference has a sample every {step:.6g} s, the video lasts {t[-1] - t[0]:.3f} s: nothing is compared"
     if (counted := in_another_unit(tr, t)) is not None:
         return f"{text}. {counted}", IN_SECONDS
     return text, "Correct the column of times (reference.time), or record the reference at a higher rate."

@@ -39,7 +39,7 @@ RECORD = RecordSettings()
 
 
 def without_marks(r: Array) -> tuple[Array, list[str]]:
-    """A sensor's values with NaN in place of marks such as -9999, and warnings of those and of others that lie far off."""
+    """A sensor's values with NaN for marks such as -9999, and warnings of those and of others that lie far off."""
     good = np.isfinite(r)
     values = r[good]
     if len(values) < FEWEST:
@@ -88,7 +88,8 @@ def clock_rate(tr: Array, r: Array, t: Array, video: Array, lag: Lag) -> Finding
     known = " (as 30 against 29.97 pictures a second do)" if abs(abs(rate) - 1e-3) < max(2e-4, 2 * sd) else ""
     text = (
         f"the lag changes by {1e3 * rate * span:.1f} ms over the {span:.1f} s of the records: the two clocks run at "
-        f"rates that differ by {1e6 * rate:.0f} +- {1e6 * sd:.0f} parts in a million{known}; lag_s is that of the middle"
+        f"rates that differ by {1e6 * rate:.0f} +- {1e6 * sd:.0f} parts in a million{known}; "
+        "lag_s is that of the middle"
     )
     cure = "Correct the rate of the camera (runs.<run>.rate or cameras.<camera>.clock.rate_ppm) or of the reference."
     level: Level = "note" if abs(rate) < RECORD.ordinary else "doubtful"
