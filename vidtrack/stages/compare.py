@@ -239,7 +239,7 @@ def _reference_record(
     counting = counting_of(labels, rows["time_s"].to_numpy(float)) if labels else None
     try:
         times = seconds_from_cells(reference[time].tolist(), counting)
-        r = pd.to_numeric(reference[value]).to_numpy(float)
+        r: Array = pd.to_numeric(reference[value]).to_numpy(float)
     except ValueError as problem:
         raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Mend the file.") from None
     good = np.isfinite(times.seconds)
