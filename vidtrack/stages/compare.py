@@ -239,11 +239,12 @@ def _reference_record(
     counting = counting_of(labels, rows["time_s"].to_numpy(float)) if labels else None
     try:
         times = seconds_from_cells(reference[time].tolist(), counting)
-        r: Array = pd.to_numeric(reference[value]).to_numpy(float)
+        r = pd.to_numeric(reference[value]).to_numpy(float)
     except ValueError as problem:
         raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Mend the file.") from None
     good = np.isfinite(times.seconds)
-    t, (r, warnings) = times.seconds[good], without_marks(r[good])
+    values, warnings = without_marks(r[good])
+    t, r = times.seconds[good], np.array(values)
     if len(t) < 2:
         raise VidtrackError(f"{where}: the reference has {len(t)} rows with a time. Record more of the motion.")
     resolution = resolution_of(t, bool((np.diff(t) == 0).any())) if times.written == "seconds" else 0.0
