@@ -26,7 +26,8 @@ Codec = Literal["mjpeg", "ffv1", "h264", "mpeg2", "dv", "png"]
 _ENCODERS: dict[str, tuple[str, str, dict[str, str]]] = {
     "mjpeg": ("mjpeg", "yuvj420p", {"qmin": "1", "qmax": "2"}),
     "ffv1": ("ffv1", "gray", {"level": "3", "context": "0"}),
-    "h264": ("libx264", "yuv420p", {"crf": "18", "preset": "veryfast"}),
+    # x264's rate tree gives other bytes from one call to the next (720x480, AVX-512)
+    "h264": ("libx264", "yuv420p", {"crf": "18", "preset": "veryfast", "mbtree": "0"}),
     "mpeg2": ("mpeg2video", "yuv420p", {"qmin": "2", "qmax": "3", "g": "12"}),
     "dv": ("dvvideo", "yuv411p", {}),
     "png": ("png", "gray", {}),
