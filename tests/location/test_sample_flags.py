@@ -9,7 +9,7 @@ from vidtrack.location.sample_flags import sample_flags
 from vidtrack.location.views import brought
 
 
-def flags(lost=(), disagree=(), unseen=(), left_out=(), miss=0.0, said=("", ""), reason="", part_of=(), far=None):
+def flags(lost=(), disagree=(), unseen=(), left_out=(), miss=0.0, said=("", ""), reason="", part_of=(), far=None, nothing=()):
     """Flags (T,) of one target that two cameras see; lost and the others are samples."""
     T = 4
     rows = np.full((2, 1, T), "", object)
@@ -28,7 +28,9 @@ def flags(lost=(), disagree=(), unseen=(), left_out=(), miss=0.0, said=("", ""),
     zero = np.zeros(1)
     match = Match(["t1"], (whose, whose), (why, np.array([""], object)), zero, zero, np.zeros(1, np.intp), 0.0, part_of)
     seen = [brought(own, own.t, own.t) for own in views]
-    return sample_flags(views, seen, match, located, far)[0].tolist()
+    empty = np.zeros((1, T), bool)
+    empty[0, list(nothing)] = True
+    return sample_flags(views, seen, match, located, far, [no & False, empty])[0].tolist()
 
 
 def test_a_fix_that_nothing_is_said_of_has_an_empty_flag():
@@ -55,3 +57,7 @@ def test_a_fix_that_its_lines_miss_by_more_than_the_limit_is_far():
 def test_tracklets_that_two_targets_claim_are_contested_and_open_trajectories_ambiguous():
     assert flags(reason="contested")[0] == "cam1:contested"
     assert flags(part_of=((0, 1),), said=("edge", ""))[:2] == ["ambiguous", "ambiguous;cam1:edge"]
+
+
+def test_a_camera_that_shows_nothing_is_named_where_it_says_nothing_else():
+    assert flags(nothing=(0, 1), said=("edge", "lost")) == ["cam2:unseen", "cam1:edge;cam2:lost", "", ""]

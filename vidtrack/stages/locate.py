@@ -41,6 +41,7 @@ from vidtrack.location.second_search import searched_again
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
+from vidtrack.location.unseen import unseen
 from vidtrack.location.views import Labels, View, brought, by_target, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
@@ -111,7 +112,8 @@ def locate(
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
-    disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge.
+    disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge. A fix where another
+    camera should see the target, and followed nothing near, is flagged cam3:unseen.
     Raises VidtrackError for fewer than two calibrated cameras or cameras that share no moment.
     """
     shown, findings = windows(pictures or {}, where)
@@ -174,7 +176,8 @@ def locate(
         located = without_far(located, max_miss)
     located, sudden = with_grown_sigma(located, sd)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
-    table["flag"] = sample_flags(views, seen, match, located, max_miss).ravel()
+    nothing = [unseen(v, own, t, at, located.point) for v, own, t in zip(views, seen, times, strict=True)]
+    table["flag"] = sample_flags(views, seen, match, located, max_miss, nothing).ravel()
     table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
     outside = _outside(points, volume, table)
     if outside is not None:
