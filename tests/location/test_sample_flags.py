@@ -9,7 +9,9 @@ from vidtrack.location.sample_flags import sample_flags
 from vidtrack.location.views import brought
 
 
-def flags(lost=(), disagree=(), unseen=(), left_out=(), miss=0.0, said=("", ""), reason="", part_of=(), far=None, nothing=()):
+def flags(
+    lost=(), disagree=(), unseen=(), left_out=(), miss=0.0, said=("", ""), reason="", part_of=(), far=None, nothing=()
+):
     """Flags (T,) of one target that two cameras see; lost and the others are samples."""
     T = 4
     rows = np.full((2, 1, T), "", object)
