@@ -20,7 +20,7 @@ from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
+from vidtrack.tracking.state import EDGE, LOST, MERGED, POSITION, REPEATED, SMALL, Rows, present
 from vidtrack.tracking.track_cuts import CutTracks
 
 
@@ -250,7 +250,7 @@ def order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
     """A finding where the tracks themselves contradict the order of fields that was used; field (samples,) words."""
     if set(field) != {"top", "bottom"}:
         return []
-    where = rows.values[:2].transpose(1, 2, 0)
+    where = rows.values[POSITION].transpose(1, 2, 0)
     order = str(field[0])
     top, bottom = (where[field == name] for name in ("top", "bottom"))
     motion = order_from_motion(top, bottom)

@@ -47,12 +47,16 @@ class OwnSizes:
 
 OWN_SIZES = OwnSizes()
 
+_USUAL = [PIXELS, CONTRAST, WIDTH, HEIGHT]
+_COUNT, _CONTRAST, _WIDTH, _HEIGHT = range(len(_USUAL))
+_SHAPE = slice(_WIDTH, _HEIGHT + 1)
+
 
 class OwnSize:
     """Usual pixel counts, contrasts (grey levels), widths and heights of so many places; NaN where none is known."""
 
     def __init__(self, places: int) -> None:
-        self._usual = np.full((4, places), np.nan)
+        self._usual = np.full((len(_USUAL), places), np.nan)
 
     def forget(self, who: Ints) -> None:
         """Whatever is in these places is another thing now."""
@@ -62,21 +66,21 @@ class OwnSize:
         """Log of the ratio to the usual count, targets on the last axis, and where the light explains it."""
         usual = self._usual[:, who]
         with np.errstate(divide="ignore", invalid="ignore"):
-            size, light = np.log(pixels / usual[0]), np.log(np.maximum(contrast, 1e-3) / usual[1])
+            size, light = np.log(pixels / usual[_COUNT]), np.log(np.maximum(contrast, 1e-3) / usual[_CONTRAST])
         return size, np.abs(light) > OWN_SIZES.light * np.abs(size)
 
     def odd(self, pixels: Array, contrast: Array, who: Ints) -> Bools:
         """Which readings, targets `who` on the last axis, are of another size."""
         size, explained = self._off(pixels, contrast, who)
-        return np.asarray((np.abs(size) > OWN_SIZES.odd + WINDOW.grain / self._usual[0, who]) & ~explained)
+        return np.asarray((np.abs(size) > OWN_SIZES.odd + WINDOW.grain / self._usual[_COUNT, who]) & ~explained)
 
     def _same_shape(self, values: Array, who: Ints) -> Bools:
         """Which readings (k, m) are the target whole and alone, only nearer or farther: of the same shape."""
         usual = self._usual[:, who]
         with np.errstate(divide="ignore", invalid="ignore"):
-            area = np.log(values[PIXELS] / usual[0])
-            wide, high = np.log(values[WIDTH] / usual[2]), np.log(values[HEIGHT] / usual[3])
-            diameter = np.sqrt(usual[2] * usual[3])
+            area = np.log(values[PIXELS] / usual[_COUNT])
+            wide, high = np.log(values[WIDTH] / usual[_WIDTH]), np.log(values[HEIGHT] / usual[_HEIGHT])
+            diameter = np.sqrt(usual[_WIDTH] * usual[_HEIGHT])
             limit = OWN_SIZES.shape + OWN_SIZES.shape_px / diameter
             alike = (np.abs(wide - high) < limit) & (np.abs(area - wide - high) < limit)
         return np.asarray(alike & (diameter >= OWN_SIZES.shape_from))
@@ -88,7 +92,7 @@ class OwnSize:
     def _part(self, values: Array, who: Ints) -> tuple[Array, Bools]:
         """Log of the ratio to the usual count (k, m), and where neither chance nor light explains it."""
         size, explained = self._off(values[PIXELS], values[CONTRAST], who)
-        usual = self._usual[0, who]
+        usual = self._usual[_COUNT, who]
         chance = 3 * OWN_SIZES.doubtful_px * np.sqrt(2 * np.sqrt(np.pi * usual)) / usual
         with np.errstate(invalid="ignore"):
             return size, np.asarray((np.abs(size) > chance) & ~explained)
@@ -107,7 +111,7 @@ class OwnSize:
         if not part.any():
             return values
         values = values.copy()
-        radius = np.sqrt(self._usual[0, who] / np.pi)
+        radius = np.sqrt(self._usual[_COUNT, who] / np.pi)
         shift = np.where(part, OWN_SIZES.shift * np.abs(size) * radius, 0.0)
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shift)
         return values
@@ -116,7 +120,7 @@ class OwnSize:
         """Take in readings (VALUES, k, m) where they are clear (k, m)."""
         count = clear.sum(axis=0)
         share = (1 - (1 - OWN_SIZES.following) ** count) * (count > 0)
-        readings = values[[PIXELS, CONTRAST, WIDTH, HEIGHT]]
+        readings = values[_USUAL]
         mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
         last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
         newest = values[:, last, np.arange(who.size)]
@@ -124,12 +128,12 @@ class OwnSize:
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.log(mean[0] / old[0])
-            at_once = old[0] * np.exp(np.clip(off, -OWN_SIZES.nearer * count, OWN_SIZES.nearer * count))
-            known = np.isfinite(old[0]) & (count > 0)
-            further = known & (np.abs(at_once - old[0]) > np.abs(new[0] - old[0]))
-            new[0] = np.where(further, at_once, new[0])
-            new[0] = np.where(whole, newest[PIXELS], new[0])
-            grown = np.sqrt(new[0] / old[0])
-        new[2:] = np.where(whole, old[2:] * grown, new[2:])
+            off = np.log(mean[_COUNT] / old[_COUNT])
+            at_once = old[_COUNT] * np.exp(np.clip(off, -OWN_SIZES.nearer * count, OWN_SIZES.nearer * count))
+            known = np.isfinite(old[_COUNT]) & (count > 0)
+            further = known & (np.abs(at_once - old[_COUNT]) > np.abs(new[_COUNT] - old[_COUNT]))
+            new[_COUNT] = np.where(further, at_once, new[_COUNT])
+            new[_COUNT] = np.where(whole, newest[PIXELS], new[_COUNT])
+            grown = np.sqrt(new[_COUNT] / old[_COUNT])
+        new[_SHAPE] = np.where(whole, old[_SHAPE] * grown, new[_SHAPE])
         self._usual[:, who] = new

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.following.occlusion import recent
-from vidtrack.tracking.state import MEASURED, Rows
+from vidtrack.tracking.state import MEASURED, POSITION, Rows
 
 
 class Others(NamedTuple):
@@ -44,7 +44,7 @@ class Record:
         new = track != self._track if self._track.size else np.zeros(track.size, bool)
         if new.any():  # positions of the track that had the place before
             self._recent = [(t, np.where(new, np.nan, values)) for t, values in self._recent]
-        self._recent = [*self._recent[-24:], (times, block.values[:2])]
+        self._recent = [*self._recent[-24:], (times, block.values[POSITION])]
         self._track = track.copy()
         self._blocks.append(Rows(block.values[..., :n], block.corner[:, :n], block.flag[:, :n], block.total_pixels))
         if (who := np.flatnonzero(track[n:] >= 0) + n).size:

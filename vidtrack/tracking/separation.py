@@ -19,7 +19,7 @@ from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import MERGED, SATURATED, Found, Searched, X
+from vidtrack.tracking.state import MERGED, POSITION, SATURATED, Found, Searched, X
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Separation:
     def measured(self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene) -> Searched | None:
         """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold."""
         detection, looks = scene.detection, now.state.appearance.of(who)
-        if not 0 < who.size <= SEPARATING.at_most or not np.isfinite(looks.values[:5]).all():
+        if not 0 < who.size <= SEPARATING.at_most or not looks.known.all():
             return None
         known = self._known(who, looks.pixels, looks.size, looks.contrast)
         column, row = middle[:, 0], np.asarray(sample.row(middle[:, 1]))
@@ -136,7 +136,7 @@ class Separation:
             hidden |= hidden_by_static(static, sample.parity, corner, shape)
         others = np.setdiff1d(np.flatnonzero(np.isfinite(now.values[X])), who)
         if others.size:
-            x, y = now.values[:2, others]
+            x, y = now.values[POSITION, others]
             y = np.asarray(sample.row(y))
             half = now.state.appearance.size[:, others] / 2 + SEPARATING.soft_px
             row, column = np.ogrid[: shape[0], : shape[1]]

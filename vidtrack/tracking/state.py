@@ -20,6 +20,8 @@ X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, XX, YY, XY, WIDTH, HEIGHT,
 the sample; the last three as in `Centroids`."""
 VALUES = PLATEAU + 1
 """Their number."""
+POSITION = slice(X, Y + 1)
+"""Their first two."""
 MEASURED = XY + 1
 """Values that are kept of every sample: X to XY."""
 
@@ -41,6 +43,8 @@ MEMORY = Memory()
 NEVER = 1 << 60
 """The first sample of a target that has not been seen yet."""
 _APPEARANCE = [PIXELS, CONTRAST, BACKGROUND, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU]
+_ROW = {quantity: row for row, quantity in enumerate(_APPEARANCE)}
+"""Which row of `Appearance.values` holds which measured quantity."""
 
 
 class Starts(NamedTuple):
@@ -116,37 +120,42 @@ class Appearance:
     @property
     def pixels(self) -> Array:
         """Above the threshold."""
-        return np.asarray(self.values[0])
+        return np.asarray(self.values[_ROW[PIXELS]])
 
     @property
     def contrast(self) -> Array:
         """Grey levels, mean above the background."""
-        return np.asarray(self.values[1])
+        return np.asarray(self.values[_ROW[CONTRAST]])
 
     @property
     def background(self) -> Array:
         """Grey level."""
-        return np.asarray(self.values[2])
+        return np.asarray(self.values[_ROW[BACKGROUND]])
 
     @property
     def size(self) -> Array:
         """(2, n) width px and height in rows of the sample."""
-        return np.asarray(self.values[3:5])
+        return np.asarray(self.values[_ROW[WIDTH] : _ROW[HEIGHT] + 1])
 
     @property
     def soft(self) -> Array:
         """px of soft edge; NaN: the target's window is segmented before a template may measure it."""
-        return np.asarray(self.values[5])
+        return np.asarray(self.values[_ROW[SOFT]])
 
     @property
     def unrest(self) -> Array:
         """Grey levels, what the background leaves after its plane."""
-        return np.asarray(self.values[6])
+        return np.asarray(self.values[_ROW[UNREST]])
 
     @property
     def plateau(self) -> Array:
         """Grey levels, mean of the pixels above the threshold over the background."""
-        return np.asarray(self.values[7])
+        return np.asarray(self.values[_ROW[PLATEAU]])
+
+    @property
+    def known(self) -> Bools:
+        """Whether count, light, background and size are all known, (n,)."""
+        return np.asarray(np.isfinite(self.values[: _ROW[HEIGHT] + 1]).all(axis=0))
 
     def of(self, who: Ints | slice) -> Appearance:
         """That of some targets."""
@@ -161,7 +170,7 @@ class Appearance:
         readings = values[PIXELS:] if good.all() else np.where(good, values[PIXELS:], 0)
         mean = readings.sum(axis=1)[[row - PIXELS for row in _APPEARANCE]] / np.where(count, count, np.nan)
         old = self.values[:, who]
-        old = np.where((np.isfinite(old) & np.isfinite(old[5])) | (count == 0), old, mean)
+        old = np.where((np.isfinite(old) & np.isfinite(old[_ROW[SOFT]])) | (count == 0), old, mean)
         new = self.values.copy()
         new[:, who] = np.where(count, old + (1 - (1 - MEMORY.follow) ** count) * (mean - old), old)
         return Appearance(new)
@@ -169,14 +178,17 @@ class Appearance:
     def found(self, found: Found) -> Appearance:
         """As a search has shown it; soft edge and unrest are those of before."""
         new = self.values.copy()
-        new[:5, found.who] = [*found.values[[PIXELS, CONTRAST, BACKGROUND]], *found.size]
-        new[7, found.who] = found.plateau
+        width, height = found.size
+        shown = {quantity: found.values[quantity] for quantity in (PIXELS, CONTRAST, BACKGROUND)}
+        for quantity, value in (shown | {WIDTH: width, HEIGHT: height, PLATEAU: found.plateau}).items():
+            new[_ROW[quantity], found.who] = value
         return Appearance(new)
 
     def begun(self, target: int, values: Sequence[float]) -> Appearance:
         """With a target that had not been seen before: pixels, contrast, background, width, height."""
         new = self.values.copy()
-        new[:, target] = [*values, np.nan, np.nan, values[1]]
+        pixels, contrast, background, width, height = values
+        new[:, target] = [pixels, contrast, background, width, height, np.nan, np.nan, contrast]
         return Appearance(new)
 
 
@@ -301,7 +313,7 @@ class Searched:
 
     def measured(self, n: int) -> Array:
         """Where the first n targets were measured in this sample, (2, m) px."""
-        values = self.values[:2, :n]
+        values = self.values[POSITION, :n]
         return values[:, np.isfinite(values[X])]
 
     def found(self, found: Found) -> Searched:

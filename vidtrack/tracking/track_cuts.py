@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.record import Others
-from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, RECOVERED, SD_X, SD_Y, Rows, X
+from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, POSITION, RECOVERED, SD_X, SD_Y, Rows, X
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> CutTracks:
     own = track[seen[starts]]
     target = np.where(own < n, own, -1)
     size = np.sqrt(values[PIXELS, seen] / np.pi)
-    met = _met(values[:2, seen[ends - 1]].T, size[ends - 1], sample[seen[ends - 1]], ended == "meeting")
+    met = _met(values[POSITION, seen[ends - 1]].T, size[ends - 1], sample[seen[ends - 1]], ended == "meeting")
     return CutTracks(numbers, sample[seen], values[:, seen], flag[seen], target, began, ended, met)
 
 
@@ -101,8 +101,8 @@ def _besides(rows: Rows, others: Others) -> Others:
     """The others without what the targets' own rows show, and without tracks of a few samples."""
     if not others.track.size:
         return others
-    where = rows.values[:2, others.sample]  # (2, N, n)
-    near = np.hypot(*(where - others.values[:2, :, None])) < CERTAINTY.twice_px
+    where = rows.values[POSITION, others.sample]  # (2, N, n)
+    near = np.hypot(*(where - others.values[POSITION, :, None])) < CERTAINTY.twice_px
     values = np.where(near.any(axis=1), np.nan, others.values)
     tracks, own = np.unique(others.track, return_inverse=True)
     count = np.bincount(own, weights=np.isfinite(values[X]), minlength=tracks.size)
@@ -130,7 +130,7 @@ def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
     """Rows (N,) that are not where the two before them in the track, without a gap, lead to, nor on the way to where
     the next ones go: a change of course that stays is one jump, and a course that bends none.
     """
-    at = values[:2]
+    at = values[POSITION]
     bend = np.zeros(track.size)
     if track.size > 2:
         even = (track[2:] == track[:-2]) & (sample[2:] - sample[:-2] == 2)

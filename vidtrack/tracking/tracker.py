@@ -36,6 +36,7 @@ from vidtrack.tracking.state import (
     CORRUPT,
     LOST,
     MEASURED,
+    POSITION,
     PREDICTED,
     RECOVERED,
     REPEATED,
@@ -144,7 +145,7 @@ class Tracker:
             self.windows.odd(self.scene, samples[:taken], self.record.samples, block.values, self.state)
             appearance = self.state.appearance.of(clear_in_last)
             self._pacer.windows(appearance, templates=self.scene.detection.centroid == "weighted")
-        fresh = block.values[:2, :taken].transpose(1, 2, 0)
+        fresh = block.values[POSITION, :taken].transpose(1, 2, 0)
         lost_now = clear_in_last[~clear[taken - 1]]
         self.state = self.state.remembering(times[:taken], fresh, self.starts.position).missed(lost_now, taken)
         expected = predicted[taken - 1]
@@ -288,7 +289,7 @@ class Tracker:
     def _accept(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> Rows:
         """The block with what was clear in the first `taken` samples; the appearance follows light and distance."""
         good, every = clear[:taken], slice(None) if who.size == len(self.state.missing) else who
-        about = seen.values[:2, :taken].transpose(1, 2, 0) - self.state.box[every] / 2
+        about = seen.values[POSITION, :taken].transpose(1, 2, 0) - self.state.box[every] / 2
         if good.all():
             block.values[:, :taken, every] = seen.values[:MEASURED, :taken]
             block.flag[:taken, every] = seen.saturated[:taken] * SATURATED
@@ -306,6 +307,6 @@ class Tracker:
         times = np.array([sample.time])
         block = self._blank([sample], self._predicted(times))
         block.flag[:] = (CORRUPT if sample.corrupt else REPEATED) | PREDICTED
-        self.state = self.state.remembering(times, block.values[:2].transpose(1, 2, 0), self.starts.position)
+        self.state = self.state.remembering(times, block.values[POSITION].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)
         self._keep(block, times)

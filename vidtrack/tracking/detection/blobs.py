@@ -184,10 +184,10 @@ def measure_mask(
     ]
     if not parts:
         return no_blobs()
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    keep = np.flatnonzero((columns[2] >= min_pixels) & np.isfinite(columns[0]) & np.isfinite(columns[1]))
-    order = keep[np.lexsort((columns[0][keep], columns[1][keep]))]
-    return Blobs._make(column[order] for column in columns)
+    blobs = Blobs._make(np.concatenate(column) for column in zip(*parts, strict=True))
+    keep = np.flatnonzero((blobs.pixels >= min_pixels) & np.isfinite(blobs.Xf) & np.isfinite(blobs.Yf))
+    order = keep[np.lexsort((blobs.Xf[keep], blobs.Yf[keep]))]
+    return Blobs._make(column[order] for column in blobs)
 
 
 def no_blobs() -> Blobs:

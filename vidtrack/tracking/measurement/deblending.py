@@ -113,14 +113,12 @@ def measure_beside(
     region = soft_edge(
         _above(grey, plane, np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise[who]), sums), target, None
     )
-    values = np.stack(weighted(grey, region, plane, sums))
+    beside = Beside._make([*np.stack(weighted(grey, region, plane, sums)), *plane])
     near = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
     if always_fitted:
         near = np.arange(who.size)
     if near.size:
-        values[6:, near] = np.nan
-        values[5, near] = _area(region[:, near], target[:, near], hidden[:, near])
-        values[:5, near] = _fitted(
+        fitted = _fitted(
             (grey - on_grid(plane.slope, sums))[:, near],
             target[:, near],
             hidden[:, near],
@@ -129,7 +127,11 @@ def measure_beside(
             pixels[who[near]],
             plane.noise[near],
         )
-    return who, Beside._make([*values, *plane])
+        area = _area(region[:, near], target[:, near], hidden[:, near])
+        again = dict(zip(("x", "y", "mass", "sd_x", "sd_y"), fitted, strict=True)) | {"area": area}
+        for name, value in (again | dict.fromkeys(("xx", "yy", "xy"), np.nan)).items():
+            getattr(beside, name)[near] = value
+    return who, beside
 
 
 def _steady(grey: Float32, free: Float32, sums: Sums, noise: float) -> tuple[Plane, Array]:
