@@ -181,20 +181,18 @@ still = moving_ball(320, 240)(0)
 
 
 @pytest.mark.slow
-def test_the_first_frame_comes_within_a_second_of_starting_python(tmp_path):
-    path = make_clip(tmp_path / "hd.mp4", "libx264", "yuv420p", n=3, size=(1920, 1080))
+def test_the_first_frame_waits_for_no_heavy_library(tmp_path):
+    path = make_clip(tmp_path / "small.mp4", "libx264", "yuv420p", n=3)
     script = f"""
-import time; begin = time.process_time()
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
 with open_video({str(path)!r}) as video:
     next(iter(video.frames()))
 import sys
-assert not {{"pandas", "scipy", "matplotlib", "cv2", "pydantic"}} & set(sys.modules)
-print(time.process_time() - begin)
+print(*sorted({{"pandas", "scipy", "matplotlib", "cv2", "pydantic"}} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert float(done.stdout) < 1
+    assert done.stdout.split() == []
 
 
 def test_a_missing_file_is_named(tmp_path):
