@@ -8,8 +8,7 @@ import pandas as pd
 
 from tests.discs import picture
 from vidtrack.files.records import read_json
-from vidtrack.jobs.track import _of_reading, run
-from vidtrack.timing.frame import ReadAccount
+from vidtrack.jobs.track import run
 from vidtrack.workflow.job import Job
 
 
@@ -51,14 +50,3 @@ def test_a_recording_that_shows_nothing_is_called_so(tmp_path):
     assert any("blank" in line for line in record["reading"]["problems"])
     assert [finding["code"] for finding in record["findings"]] == ["target-never-measured", "reading"]
     assert not len(tracklets)
-
-
-def test_what_was_seen_while_reading_becomes_findings_and_an_assumed_rate_has_a_cure():
-    lines = ("3 pictures are damaged", "pictures that carry no times: 25 a second assumed; give rate")
-    found = _of_reading(ReadAccount(10, 0, 3, lines), ["time code: gop says ..."])
-    assert [(one.level, one.code) for one in found] == [
-        ("doubtful", "reading"),
-        ("doubtful", "rate-assumed"),
-        ("doubtful", "time-source"),
-    ]
-    assert found[1].cure

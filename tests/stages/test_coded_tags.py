@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.association.tracklets import COLUMNS
-from vidtrack.stages.coded_tags import coded_tags
+from vidtrack.stages.coded_tags import behind_targets, coded_tags
 from vidtrack.timing.timebase import time_base
 from vidtrack.tracking.tag_reader import TagsSeen
 
@@ -77,3 +77,22 @@ def test_a_number_that_is_seen_once_and_named_nowhere_is_a_false_reading():
 )
 def test_what_is_wrong_with_a_tag_is_found(flag, how, code):
     assert codes(tables(flag, **how)) == [code]
+
+
+def test_corners_come_behind_the_targets_in_the_frames_in_which_targets_were_followed():
+    own, ball = tables([[0]] * 6), tables([[0]] * 4, ids=(3,), named=(3,))
+    diagnostics = {"targets": {"ball": {}}, "measured": 0.5}
+    centroids, tracklets, both = behind_targets(own, ball.centroids, ball.tracklets, diagnostics, followed=True)
+    assert centroids["frame"].max() == 3
+    assert centroids["target"].unique().tolist() == [f"tag{n}_{corner}" for n in (3, 7) for corner in range(1, 5)]
+    assert tracklets["tracklet"].is_monotonic_increasing
+    assert both["measured"] == 0.5
+    assert list(both["targets"]) == ["ball", *(f"tag7_{corner}" for corner in range(1, 5))]
+
+
+def test_where_no_target_is_followed_the_tags_are_all_that_was_measured():
+    own, none = tables([[0], [1]]), tables(np.empty((0, 0)), ids=(), named=())
+    centroids, _, both = behind_targets(own, none.centroids, none.tracklets, {"targets": {}}, followed=False)
+    assert len(centroids) == 8
+    assert both["measured"] == 0.5
+    assert both["tags"] == own.record["tags"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.steadiness.scenes import NO_TARGETS, F, Wall, course_of, turns
-from vidtrack.steadiness.series import Targets, covered
+from vidtrack.steadiness.series import Course, Targets, covered
 
 STILL = np.zeros(4)
 
@@ -73,3 +73,15 @@ def test_places_outside_the_picture_cover_nothing():
     mask = covered((20, 10), np.array([[-50.0, 5], [5, 5], [np.nan, np.nan]]), np.array([3.0, 1, 2]))
     assert mask.sum() == 9
     assert mask[4:7, 4:7].all()
+
+
+def test_rows_are_those_of_frames_in_which_targets_were_tracked():
+    frames, n = np.array([0, 3, 6]), 2
+    shift = np.arange(12.0).reshape(3, n, 2)
+    columns = Course(np.array([[5.0, 6], [7, 8]]), frames, shift, shift / 10).columns(np.arange(7) / 10, 1, 6)
+    assert columns["frame"].tolist() == [3, 3, 6, 6]
+    assert columns["patch"].tolist() == [0, 1, 0, 1]
+    np.testing.assert_allclose(columns["time_s"], [0.3, 0.3, 0.6, 0.6])
+    np.testing.assert_allclose(columns["Yf"], [6, 8, 6, 8])
+    np.testing.assert_allclose(columns["dx"], [4, 6, 8, 10])
+    np.testing.assert_allclose(columns["sd_y"], [0.5, 0.7, 0.9, 1.1])

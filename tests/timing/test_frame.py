@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from vidtrack.timing.frame import VideoInfo
+from vidtrack.timing.frame import BLANK, ReadAccount, VideoInfo
 
 
 def test_without_another_word_the_file_states_the_rate_that_is_used():
@@ -12,3 +12,9 @@ def test_without_another_word_the_file_states_the_rate_that_is_used():
 def test_a_recording_slowed_down_by_its_file_counts_its_code_at_the_rate_stated():
     """240 pictures a second of the scene, which the file plays at 30: its pace is an eighth."""
     assert VideoInfo(4, 3, Fraction(240), pace=Fraction(1, 8)).stated_rate == 30
+
+
+def test_pictures_in_which_targets_are_measured_are_not_blank_and_damage_that_tracking_saw_is_counted():
+    account = ReadAccount(10, 0, 2, (f"{BLANK} in 3 of 10", "a gap"))
+    assert account.after_tracking(measured=0.0, damaged=1) == account._replace(corrupt=3)
+    assert account.after_tracking(measured=0.1, damaged=0).problems == ("a gap",)

@@ -7,6 +7,7 @@ import pytest
 
 from vidtrack.timing.frame import Frame
 from vidtrack.timing.lamp import LightMeter, brightness
+from vidtrack.timing.timebase import time_base
 
 
 def frame(i, luma, corrupt=False):
@@ -35,3 +36,13 @@ def test_frames_pass_unchanged_and_leave_their_time_and_light_on_any_depth():
     assert meter.stamps == pytest.approx(np.arange(5) / 30)
     assert meter.levels[[0, 1, 3, 4]] == pytest.approx([0, 63.75, 191.25, 255], abs=0.3)
     assert np.isnan(meter.levels[2])
+
+
+def test_the_middle_of_two_exposures_is_a_quarter_of_a_frame_after_the_first():
+    meter = LightMeter(8)
+    assert len(list(meter.over(frame(i, np.full((4, 4), 50 + i, np.uint8)) for i in range(3)))) == 3
+    whole, fields = (meter.columns(time_base(Fraction(30)), in_fields=each) for each in (False, True))
+    assert whole["frame"].tolist() == [0, 1, 2]
+    assert whole["brightness"].tolist() == [50, 51, 52]
+    np.testing.assert_allclose(whole["middle_s"], whole["time_s"])
+    np.testing.assert_allclose(fields["middle_s"] - fields["time_s"], 0.25 / 30)

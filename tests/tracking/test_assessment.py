@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.assessment import in_boxes, missing_targets, repeated_pictures
+from vidtrack.timing.frame import ReadAccount
+from vidtrack.tracking.assessment import in_boxes, missing_targets, reading_findings, repeated_pictures
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import EDGE, LOST, MEASURED, MERGED, REPEATED, Rows
@@ -76,3 +77,14 @@ def test_repeated_pictures_are_told_where_they_cost_something():
     (finding,) = repeated_pictures(flags, rows((39, 40, REPEATED)))
     assert finding.level == "doubtful"
     assert "1 of 40 pictures" in finding.text
+
+
+def test_what_was_seen_while_reading_becomes_findings_and_an_assumed_rate_has_a_cure():
+    lines = ("3 pictures are damaged", "pictures that carry no times: 25 a second assumed; give rate")
+    found = reading_findings(ReadAccount(10, 0, 3, lines), ["time code: gop says ..."])
+    assert [(one.level, one.code) for one in found] == [
+        ("doubtful", "reading"),
+        ("doubtful", "rate-assumed"),
+        ("doubtful", "time-source"),
+    ]
+    assert found[1].cure

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.frame_times import chosen_clock
+from vidtrack.tracking.frame_times import chosen_clock, sample_moments
 from vidtrack.tracking.state import MEASURED, SD_X, SD_Y, Rows, X, Y
 
 RATE = Fraction(30)
@@ -58,3 +58,12 @@ def test_even_stamps_are_a_grid_without_a_word(lines):
     clock, said = chosen_clock(TimeBase(RATE, RATE, tick=1e-3), even, rows_of(np.repeat(even, lines), 3.0), lines)
     assert clock.constant
     assert not said
+
+
+def test_a_frame_of_two_fields_is_two_samples_and_the_second_is_half_a_frame_later():
+    both = sample_moments([(4, 0.0), (7, 0.1)], "bottom")
+    assert both.frame.tolist() == [4, 4, 7, 7]
+    assert both.field.tolist() == ["bottom", "top", "bottom", "top"]
+    assert both.offset.tolist() == [0, 0.5, 0, 0.5]
+    assert both.time.tolist() == [0, 0, 0.1, 0.1]
+    assert sample_moments([(4, 0.0)], "frame").field.tolist() == ["frame"]

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from vidtrack.timing.frame import VideoInfo
+from vidtrack.timing.frame import BLANK, VideoInfo
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.video.account import BLANK, ReadingLog
+from vidtrack.video.account import ReadingLog
 
 RATE = Fraction(25)
 

@@ -5,7 +5,7 @@ Each corner is a target that names itself: tag7_1 to tag7_4, from the upper left
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -99,6 +99,30 @@ def coded_tags(
     return TagTables(table, tracklets, record, _findings(record, [int(i) for i in named], where))
 
 
+def behind_targets(
+    own: TagTables, centroids: DataFrame, tracklets: DataFrame, diagnostics: Mapping[str, Any], *, followed: bool
+) -> tuple[DataFrame, DataFrame, dict[str, Any]]:
+    """Centroids, tracklets and diagnostics of a camera, with the corners of its tags behind the targets.
+
+    centroids, tracklets, diagnostics  of the targets, as stage track gives them
+    followed  whether any target was followed: tags count in the frames then in which targets were
+    """
+    import pandas as pd
+
+    corners, more = own.centroids, own.tracklets.assign(tracklet=own.tracklets["tracklet"] + len(tracklets))
+    both = dict(diagnostics) | {key: own.record[key] for key in ("tags", "false_tags")}
+    both["targets"] = diagnostics["targets"] | own.record["targets"]
+    if followed:
+        seen = set(centroids["frame"])
+        corners, more = corners[corners["frame"].isin(seen)], more[more["frame"].isin(seen)]
+    else:
+        shares = [target["measured"] for target in own.record["targets"].values()]
+        both |= {"pixel_locking": own.record["pixel_locking"], "measured": float(np.mean(shares)) if shares else 0.0}
+    pairs = ((centroids, corners), (tracklets, more))
+    tables = [pd.concat([table for table in pair if len(table)] or [pair[0]], ignore_index=True) for pair in pairs]
+    return tables[0], tables[1], both
+
+
 def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:
     tags: dict[str, Any] = {}
     targets: dict[str, Any] = {}
@@ -117,7 +141,7 @@ def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:
         }
         targets |= {f"{name}_{corner}": {"measured": measured, "flags": shares} for corner in CORNERS}
     false = [int(seen.ids[i]) for i in range(len(seen.ids)) if i not in kept]
-    positions = np.where((seen.flag == 0)[..., None, None], seen.b, np.nan)[:, kept].reshape(len(seen.frame), -1, 2)
+    positions = np.where((seen.flag == 0)[..., None, None], seen.b, np.nan)[:, kept].reshape(len(seen.frame), 4 * len(kept), 2)
     locking = {axis: pixel_locking(positions[..., i]) for i, axis in enumerate("xy")}
     return {"tags": tags, "targets": targets, "false_tags": false, "pixel_locking": locking}
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
+from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
@@ -35,7 +36,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
-from vidtrack.tracking.frame_times import chosen_clock
+from vidtrack.tracking.frame_times import Moments, chosen_clock, sample_moments
 from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
@@ -76,6 +77,12 @@ class Pictures:
 
 
 PICTURES = Pictures()
+
+CENTROIDS = (
+    *("frame", "field", "time_s", "timecode", "target", "Xf", "Yf", "sd_x", "sd_y", "pixels", "total_pixels"),
+    *("mass", "contrast", "background", "box_x", "box_y", "box_w", "box_h", "flag"),
+)
+"""Columns of the table of centroids, as `track` says."""
 
 
 class Tracked(NamedTuple):
@@ -173,7 +180,7 @@ def track(
             tracker.finish()
             waiting = late_comers(tracker, samples, backgrounds, clip.detection, waiting)
     tracker.finish()
-    moment = _moments(stamps, clip.order)
+    moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
     rows = with_earlier(tracker.rows(), earlier, lines)
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
@@ -211,35 +218,29 @@ def track(
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 
-class _Moments(NamedTuple):
-    """Per sample: the frame's number and time stamp (s), which field, and frames by which it is later."""
+def untracked(frames: Iterable[Frame], info: VideoInfo) -> Tracked:
+    """A recording of which no target is followed: its frames are read to the end, and its tables are empty.
 
-    frame: NDArray[np.int64]
-    time: Array
-    field: NDArray[np.object_]
-    offset: Array
+    Raises VidtrackError where there is no frame.
+    """
+    from pandas import DataFrame
+
+    n = sum(1 for _ in frames)
+    if not n:
+        raise VidtrackError("the recording has no frame to track in. Give one that has.")
+    empty = [DataFrame({name: np.zeros(0) for name in names}) for names in (CENTROIDS, COLUMNS, WINDOW_COLUMNS)]
+    diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": []}
+    return Tracked(empty[0], empty[1], empty[2], diagnostics, [], info.time)
 
 
 def _stamps(frames: Sequence[Frame]) -> list[tuple[int, float]]:
     return [(frame.index, float(frame.time)) for frame in frames]
 
 
-def _moments(stamps: Sequence[tuple[int, float]], order: str) -> _Moments:
-    fields = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
-    each = len(fields)
-    index, time = zip(*stamps, strict=True)
-    return _Moments(
-        np.repeat(np.array(index, np.int64), each),
-        np.repeat(np.array(time, float), each),
-        np.array(fields * len(stamps), object),
-        np.tile(np.arange(each) / 2.0, len(stamps)),
-    )
-
-
 class _Columns:
     """The columns that say which sample a row is of."""
 
-    def __init__(self, moment: _Moments, clock: TimeBase) -> None:
+    def __init__(self, moment: Moments, clock: TimeBase) -> None:
         self.frame = moment.frame
         self.time_s = clock.seconds(moment.time, fields=moment.offset)
         self.field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,22 @@ class Course(NamedTuple):
     frames: NDArray[np.int64]
     shift: Array
     sd: Array
+
+    def columns(self, times: Array, first: int, last: int) -> dict[str, NDArray[Any]]:
+        """A row a patch and frame compared from `first` to `last`: where the patch lay at first, how far it moved, px.
+
+        times  (m,) s of all frames of the recording
+        """
+        within = (self.frames >= first) & (self.frames <= last)
+        frames, n = self.frames[within], len(self.middles)
+        each = {
+            "frame": np.repeat(frames, n),
+            "time_s": np.repeat(times[frames], n),
+            "patch": np.tile(np.arange(n), len(frames)),
+        }
+        each |= dict(zip(("Xf", "Yf"), np.tile(self.middles, (len(frames), 1)).T, strict=True))
+        each |= dict(zip(("dx", "dy"), self.shift[within].reshape(-1, 2).T, strict=True))
+        return each | dict(zip(("sd_x", "sd_y"), self.sd[within].reshape(-1, 2).T, strict=True))
 
 
 def background_course(

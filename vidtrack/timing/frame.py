@@ -93,6 +93,10 @@ class VideoInfo:
         return self.rate * self.pace
 
 
+BLANK = "the picture is blank"
+"""How a problem of reading begins that says so."""
+
+
 class ReadAccount(NamedTuple):
     """How a recording was read, from its first picture to its last.
 
@@ -106,3 +110,12 @@ class ReadAccount(NamedTuple):
     lost: int
     corrupt: int
     problems: tuple[str, ...]
+
+    def after_tracking(self, *, measured: float, damaged: int) -> ReadAccount:
+        """The account with what tracking showed: pictures in which targets are measured are not blank.
+
+        measured  share of the samples in which targets were measured
+        damaged   pictures that the decoder took for good and the tracker did not
+        """
+        kept = tuple(line for line in self.problems if not (measured and line.startswith(BLANK)))
+        return self._replace(problems=kept, corrupt=self.corrupt + damaged)

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.timing.frame import Frame, Luma
+from vidtrack.timing.timebase import TimeBase
 
 PAIRS = 32
 """Pairs of neighbouring rows that are looked at."""
@@ -35,6 +38,18 @@ class LightMeter:
             self._stamps.append(float(frame.time))
             self._levels.append(float("nan") if frame.corrupt else self._scale * brightness(frame.luma))
             yield frame
+
+    def columns(self, clock: TimeBase, *, in_fields: bool) -> dict[str, NDArray[Any]]:
+        """Every picture that has passed, (n,) each: its number, when it was taken, and its brightness.
+
+        stamp_s counts from the first picture; time_s, and middle_s of the middle of its one or two exposures, are by
+        the time code.
+        """
+        stamps = self.stamps
+        time = clock.seconds(stamps)
+        middle = clock.seconds(stamps, fields=np.full(len(stamps), 0.25)) if in_fields else time
+        moments = {"frame": np.arange(len(stamps)), "stamp_s": stamps, "time_s": time, "middle_s": middle}
+        return moments | {"brightness": self.levels}
 
     @property
     def stamps(self) -> Array:

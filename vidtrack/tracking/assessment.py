@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Picture
 from vidtrack.findings import Finding, Level
 from vidtrack.timing.fields import order_from_motion
+from vidtrack.timing.frame import ReadAccount
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above
@@ -266,3 +267,16 @@ def order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
 def line(finding: Finding) -> str:
     """A finding as one line."""
     return f"{finding.text} {finding.cure}".strip()
+
+
+def reading_findings(account: ReadAccount, time_problems: Sequence[str]) -> list[Finding]:
+    """What was seen while a recording was read, and of the sources of its time; lost pictures are the verdict's.
+
+    All times depend on a rate that was assumed.
+    """
+    found = []
+    for text in account.problems:
+        assumed = text.endswith("give rate")
+        cure = "Set rate of the run to the pictures that the camera took a second." if assumed else ""
+        found.append(Finding("doubtful", "rate-assumed" if assumed else "reading", text, cure))
+    return [*found, *(Finding("doubtful", "time-source", text, "") for text in time_problems)]

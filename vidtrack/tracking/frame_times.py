@@ -1,4 +1,4 @@
-"""Whether time stamps that scatter are when the pictures were taken, or when they arrived: the tracks decide.
+"""When samples were taken; whether stamps that scatter are when pictures were taken, or when they arrived.
 
 Some recorders write the moment of each exposure, which may itself be uneven; others write when a picture reached
 them, late by turns, of a sensor that runs evenly. A target moves smoothly in the time in which its pictures were taken:
@@ -7,9 +7,12 @@ the residuals of a local cubic are compared under both clocks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
@@ -30,6 +33,28 @@ class Limits:
 
 
 LIMITS = Limits()
+
+
+class Moments(NamedTuple):
+    """Per sample: the frame's number and time stamp (s), which field, and frames by which it is later."""
+
+    frame: NDArray[np.int64]
+    time: Array
+    field: NDArray[np.object_]
+    offset: Array
+
+
+def sample_moments(stamps: Sequence[tuple[int, float]], order: str) -> Moments:
+    """The samples of frames, one or two each, from their numbers and time stamps; order: frame, top or bottom."""
+    fields = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
+    each = len(fields)
+    index, time = zip(*stamps, strict=True)
+    return Moments(
+        np.repeat(np.array(index, np.int64), each),
+        np.repeat(np.array(time, float), each),
+        np.array(fields * len(stamps), object),
+        np.tile(np.arange(each) / 2.0, len(stamps)),
+    )
 
 
 def chosen_clock(base: TimeBase, stamps: Array, rows: Rows, lines: int) -> tuple[TimeBase, list[Finding]]:

@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.timing.frame import Luma, ReadAccount, VideoInfo
+from vidtrack.timing.frame import BLANK, Luma, ReadAccount, VideoInfo
 from vidtrack.video.damage import DamageWatch
 
-BLANK = "the picture is blank"
-"""How a line begins that says so; where something was measured in the pictures it is not true."""
 _EVERY = 31
 """One picture in so many is looked at and compared with the next: 0.02 ms a picture at 1080p. Odd, so that it does not
 fall in step with pictures that a change of frame rate repeated."""
