@@ -141,7 +141,8 @@ def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:
         }
         targets |= {f"{name}_{corner}": {"measured": measured, "flags": shares} for corner in CORNERS}
     false = [int(seen.ids[i]) for i in range(len(seen.ids)) if i not in kept]
-    positions = np.where((seen.flag == 0)[..., None, None], seen.b, np.nan)[:, kept].reshape(len(seen.frame), 4 * len(kept), 2)
+    measured_at = np.where((seen.flag == 0)[..., None, None], seen.b, np.nan)[:, kept]
+    positions = measured_at.reshape(len(seen.frame), 4 * len(kept), 2)
     locking = {axis: pixel_locking(positions[..., i]) for i, axis in enumerate("xy")}
     return {"tags": tags, "targets": targets, "false_tags": false, "pixel_locking": locking}
 
