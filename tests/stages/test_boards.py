@@ -14,7 +14,7 @@ from vidtrack.calibration.adjustment.tied_cameras import moved_camera
 from vidtrack.calibration.board import Board
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
-from vidtrack.stages.board_corners import board_corners
+from vidtrack.stages.board_corners import MOST_PICTURES, board_corners, stride
 from vidtrack.stages.boards import boards
 from vidtrack.timing.frame import Frame
 
@@ -185,3 +185,8 @@ def test_deep_pictures_are_read_as_their_bits_say():
         {"board": frames(deep)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 12}, every=1
     )
     assert len(found.table) > 15
+
+
+@pytest.mark.parametrize(("clips", "every"), [(0, 1), (1, 1), (1.01, 2), (2, 2), (2.01, 4), (4.5, 8)])
+def test_long_clips_are_searched_in_every_so_many_pictures_a_power_of_two(clips, every):
+    assert stride(int(clips * MOST_PICTURES)) == every

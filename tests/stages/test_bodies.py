@@ -7,7 +7,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.jobs import bodies as job
-from vidtrack.stages.bodies import COLUMNS, account, bodies
+from vidtrack.stages.bodies import COLUMNS, account, bodies, with_tagged
 from vidtrack.workflow.job import Job
 
 BODIES = {"float": {name: place.tolist() for name, place in zip("abc", FLOAT, strict=True)}}
@@ -107,3 +107,14 @@ def test_the_job_writes_degrees(tmp_path):
     assert read_units(out)["roll"] == "deg"
     assert read_units(out)["sigma_x"] == "in"
     assert len(read_parquet(out)) == 90
+
+
+def test_bodies_that_tags_located_come_behind_the_others_with_their_own_record():
+    table = bodies(trajectories(20), BODIES)
+    tagged = table.assign(body="buoy")
+    both, records = with_tagged(table, tagged, {"buoy": {"tags": 2}})
+    assert both["body"].unique().tolist() == ["float", "buoy"]
+    assert list(records) == ["buoy"]
+    assert (records["buoy"]["tags"], records["buoy"]["located"]) == (2, 20)
+    alone, _ = with_tagged(bodies(trajectories(20), {}), tagged, {"buoy": {}})
+    assert alone["body"].unique().tolist() == ["buoy"]

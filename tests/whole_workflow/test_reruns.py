@@ -209,7 +209,7 @@ def contents(folder):
     }
 
 
-@pytest.mark.parametrize("call", ["-n", "--list", "--lint", "--unlock", "--summary"])
+@pytest.mark.parametrize("call", ["-n", "--list", "--lint", "--unlock", "--summary", "--dag"])
 def test_reading_the_workflow_writes_nothing(laboratory, call):
     shutil.rmtree(laboratory / ".snakemake")
     configure(laboratory, changed("runs.pluck.threshold", 90))

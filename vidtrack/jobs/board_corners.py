@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from vidtrack.calibration.board import Board
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import write_parquet
-from vidtrack.stages.board_corners import MOST_PICTURES, board_corners
+from vidtrack.stages.board_corners import board_corners, stride
 from vidtrack.video.reader import open_video
 from vidtrack.workflow.job import Job
 
@@ -21,16 +21,12 @@ def run(job: Job) -> None:
             clip: stack.enter_context(open_video(path, threads=job.threads, **own.get("recording", {})))
             for (clip, own), path in zip(clips.items(), job.paths("videos"), strict=True)
         }
-        longest = max(video.info.n_frames_hint or 0 for video in videos.values())
-        every = 1
-        while longest > every * MOST_PICTURES:  # a power of two, so that cameras look at the same moments
-            every *= 2
         done = board_corners(
             {clip: video.frames() for clip, video in videos.items()},
             {clip: Board(**{**own["board"], "marker": own["board"]["marker"] or 0.0}) for clip, own in clips.items()},
             camera=camera,
             bits={clip: video.info.bits for clip, video in videos.items()},
-            every=every,
+            every=stride(max(video.info.n_frames_hint or 0 for video in videos.values())),
         )
         pictures = {
             clip: {

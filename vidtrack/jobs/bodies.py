@@ -6,7 +6,7 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.motion.pose_columns import COLUMNS
-from vidtrack.stages.bodies import account, bodies
+from vidtrack.stages.bodies import account, bodies, with_tagged
 from vidtrack.workflow.job import Job
 
 
@@ -24,13 +24,9 @@ def run(job: Job) -> None:
     located, findings = account(table)
     found, columns = as_records(findings), dict(COLUMNS)
     if poses := job.paths("poses"):  # of bodies with coded tags
-        import pandas as pd
-
-        tagged, of_tags = read_parquet(poses[0]), read_json(job.path("posed"))
-        own, _ = account(tagged)
-        located |= {name: own[name] | of_tags["bodies"][name] for name in own}
-        found = [*found, *of_tags["findings"]]
-        table = pd.concat([part for part in (table, tagged) if len(part)] or [tagged], ignore_index=True)
+        of_tags = read_json(job.path("posed"))
+        table, own = with_tagged(table, read_parquet(poses[0]), of_tags["bodies"])
+        located, found = located | own, [*found, *of_tags["findings"]]
         columns["n_cameras"] = ""
     write_parquet(job.outputs["bodies"], table, units=units, provenance=job.provenance, columns=columns)
     record = {"run": job.settings["run"], "units": units, "bodies": located, "findings": found}

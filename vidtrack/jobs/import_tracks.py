@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from vidtrack.errors import VidtrackError
+from vidtrack.exchange.tracks.configured import chosen, clock_of
 from vidtrack.exchange.tracks.digitised import Convention, Digitised, placed
 from vidtrack.exchange.tracks.formats import read_tracks
 from vidtrack.files.records import write_json, write_png
@@ -15,8 +14,7 @@ from vidtrack.files.tables import write_parquet
 from vidtrack.findings import Finding, as_records
 from vidtrack.stages.import_tracks import import_tracks
 from vidtrack.timing.run_scale import code_as_record
-from vidtrack.timing.timebase import TimeBase, code_rate_of, time_base
-from vidtrack.timing.timecode import Timecode, exact_rate, parse
+from vidtrack.timing.timebase import TimeBase
 from vidtrack.workflow.job import Job
 
 
@@ -26,9 +24,9 @@ def run(job: Job) -> None:
     where = f"runs.{order['run']}"
     said = Convention.of(order.get("tracks") or {})
     tracks = read_tracks(job.path("tracks"), said, f"{where}.tracks")
-    tracks = _chosen(tracks, order.get("names"), where)
+    tracks = chosen(tracks, order.get("names"), where)
     b = placed(tracks, said, f"{where}.tracks")
-    clock = _clock(tracks, order, where)
+    clock = clock_of(tracks, order.get("rate"), order.get("start_timecode"), where)
     done = import_tracks(
         tracks.names,
         tracks.frame,
@@ -71,47 +69,6 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["light"], _light(tracks, stamps, clock), units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], _background(), units="px", provenance=job.provenance)
     write_png(job.outputs["picture"], np.zeros((1, 1), np.uint16))
-
-
-def _chosen(tracks: Digitised, names: list[str] | None, where: str) -> Digitised:
-    """The targets that the config names, in its order; all where it names none."""
-    if not names:
-        return tracks
-    if missing := [name for name in names if name not in tracks.names]:
-        raise VidtrackError(
-            f"config.yaml: {where}.targets: no {missing[0]} among the tracks; there are {', '.join(tracks.names[:8])}. "
-            "Correct the names."
-        )
-    return replace(tracks, names=tuple(names), b=tracks.b[:, [tracks.names.index(name) for name in names]])
-
-
-def _clock(tracks: Digitised, order: dict[str, Any], where: str) -> TimeBase:
-    """The time of frames: the rate of the config, else of the file; the code of the file, else of the config."""
-    given = order.get("rate") or tracks.rate
-    if given is None:
-        raise VidtrackError(
-            f"config.yaml: {where}.rate: a {tracks.format} file does not say how many pictures were taken a "
-            "second. Give it, "
-            "as in rate: 120."
-        )
-    rate = exact_rate(float(given))
-    if tracks.code:
-        code_rate = exact_rate(30000 / 1001)
-        parsed = parse(tracks.code[0], code_rate, drop=False)
-        return time_base(code_rate, Timecode(parsed.frame, code_rate), source="file")
-    if order.get("start_timecode"):
-        try:
-            return time_base(rate, parse(order["start_timecode"], code_rate_of(rate)), source="config")
-        except ValueError as error:
-            raise VidtrackError(f"config.yaml: {where}.start_timecode: {error}.") from None
-    return time_base(rate) if not tracks.together else replace(time_base(rate), source="rows")
-
-
-def _video(size: tuple[int, int] | None, clock: TimeBase) -> dict[str, Any] | None:
-    """What is known of the picture; None where its size is not."""
-    if size is None:
-        return None
-    return {"width": size[0], "height": size[1], "rate": float(clock.rate), "sample_aspect": "1", "rotation": 0}
 
 
 def _light(tracks: Digitised, stamps: Any, clock: TimeBase) -> Any:

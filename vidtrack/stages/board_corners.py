@@ -40,6 +40,12 @@ class BoardCorners(NamedTuple):
     findings: tuple[Finding, ...]
 
 
+def stride(longest: int) -> int:
+    """Every how many pictures one is searched, in clips of at most so many: a power of two, so that cameras that were
+    filmed together look at the same moments."""
+    return 1 << max(0, -(-longest // MOST_PICTURES) - 1).bit_length()
+
+
 def board_corners(
     clips: Mapping[str, Iterable[Frame]],
     boards: Mapping[str, Board],

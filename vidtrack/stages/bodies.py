@@ -67,6 +67,18 @@ def account(table: pd.DataFrame) -> tuple[dict[str, Any], list[Finding]]:
     return record, findings
 
 
+def with_tagged(
+    table: pd.DataFrame, tagged: pd.DataFrame, records: Mapping[str, Mapping[str, Any]]
+) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """The table with the bodies that coded tags located behind the others, and the record of each of these bodies.
+
+    tagged, records  as stage tag_poses gives them
+    """
+    own, _ = account(tagged)
+    parts = [part for part in (table, tagged) if len(part)] or [tagged]
+    return pd.concat(parts, ignore_index=True), {name: own[name] | records[name] for name in own}
+
+
 def _findings(name: str, shares: Mapping[str, float], rms: float) -> list[Finding]:
     found = []
     for flag, meaning, cure in (
