@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.campaign.changes import Circumstance, Rng, config_of, refilmed, run_videos, table_of
+from benchmarks.campaign.changes import Circumstance, Rng, Scene, config_of, refilmed, run_videos, table_of
 
 Rows = list[dict[str, str]]
 
@@ -105,6 +105,34 @@ def _frames_of_another_rate(folder: Path, rng: Rng) -> None:
     refilmed(run_videos(folder)[0], lambda pictures: [p for k, p in enumerate(pictures) if k % 6])
 
 
+def _through_water(scene: Scene, rng: Rng) -> None:
+    """All points and targets are under water: the cameras look in from above, or through windows.
+
+    Square on through a window water looks like a lens and a longer focal length, and nothing is wrong.
+    """
+    tilt = rng.normal(0, 0.01, 2).tolist()
+    pane = {"indices": [1.0, 1.49, 1.333], "thickness": float(rng.uniform(0.4, 1.5))}
+    if rng.random() < 0.5:
+        scene["interfaces"] = {"surface": {"point": [0, 0, 17], "normal": [*tilt, 1], "indices": [1.0, 1.333]}}
+    else:
+        scene["interfaces"] = {
+            "front": {"point": [0, -22, 0], "normal": [tilt[0], 1, tilt[1]], **pane},
+            "rear": {"point": [0, 22, 0], "normal": [tilt[1], 1, tilt[0]], **pane},
+        }
+    for camera in scene["cameras"].values():
+        side = "front" if camera["pan_deg"] > 0 else "rear"
+        camera["through"] = ["surface" if "surface" in scene["interfaces"] else side]
+
+
+def _interfaces_not_named(folder: Path, rng: Rng) -> None:
+    def change(config: dict[str, Any]) -> None:
+        del config["interfaces"]
+        for camera in config["cameras"].values():
+            del camera["through"]
+
+    config_of(folder, change)
+
+
 GEOMETRY = r"moved|turned|camera|line of sight|lines of sight"
 SURVEY = r"survey|points\.csv|misplaced|tag"
 MIXED_UP: dict[str, Circumstance] = {
@@ -119,6 +147,8 @@ MIXED_UP: dict[str, Circumstance] = {
     "survey-tags-exchanged": Circumstance(r"\b5\b", after=_survey(_tags_exchanged)),
     "survey-axis-scaled": Circumstance(r"scaled|Sx", after=_survey(_one_axis_scaled)),
     "picks-from-below": Circumstance(r"pick|mirror", after=_picks_from_below),
+    "interface": Circumstance(r"through water|interface", _through_water, _interfaces_not_named, harmless=True),
+    "interface-named": Circumstance("", _through_water, harmless=True),
     "centre-fixed-wrongly": Circumstance(
         r"fix|Cx|centre|residual|model", after=_setting(fix={"Cx": 120.0, "Cy": 200.0}), harmless=True
     ),

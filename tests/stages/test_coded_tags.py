@@ -2,13 +2,19 @@
 
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pytest
 
+from tests.discs import disc
 from vidtrack.association.tracklets import COLUMNS
-from vidtrack.stages.coded_tags import behind_targets, coded_tags
+from vidtrack.geometry.camera import Camera
+from vidtrack.simulate.board_picture import board_picture, drawing
+from vidtrack.stages.coded_tags import apart_from_tags, behind_targets, coded_tags
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import time_base
-from vidtrack.tracking.tag_reader import TagsSeen
+from vidtrack.tracking.tag_reader import TagReader, TagsSeen
 
 CLOCK = time_base(Fraction(30))
 
@@ -96,3 +102,56 @@ def test_where_no_target_is_followed_the_tags_are_all_that_was_measured():
     assert len(centroids) == 8
     assert both["measured"] == 0.5
     assert both["tags"] == own.record["tags"]
+
+
+SIZE = (320, 200)
+FLAT = Camera(159.5, 99.5, 1, 1, 1.0, 500.0, 0.0, np.eye(3), np.zeros(3), SIZE)
+
+
+def beside(path, *, polarity="bright", k=16):
+    """A ball on a path (k, 2) px beside a tag that sways in the left half of the picture: centroids, tags, findings."""
+    rng = np.random.default_rng(2)
+    level = 30.0 if polarity == "bright" else 200.0
+    R = cv2.Rodrigues(np.array([0.2, 0.3, 0.1]))[0] @ np.diag([1.0, -1.0, -1.0])
+    T = np.array([-65, 0, 500.0]) - R @ [24, 24, 0]
+    sheet = board_picture(FLAT, R, T, drawing("apriltag", 1, 1, first=7), 48.0, background=level, bright=235.0)
+    frames = []
+    for i in range(k):
+        turn = cv2.getRotationMatrix2D((95, 100), 8 * np.sin(i / 3), 1.0) + np.float32([[0, 0, i / 2], [0, 0, i / 3]])
+        picture = cv2.warpAffine(sheet, turn, SIZE, borderMode=cv2.BORDER_REPLICATE)
+        (x, y), ball = path[i].astype(int), np.zeros(SIZE[::-1])
+        ball[y - 8 : y + 9, x - 8 : x + 9] = disc((17, 17), *(path[i] - [x - 8, y - 8]), 5.0)
+        picture = picture * (1 - ball) + (210.0 if polarity == "bright" else 40.0) * ball
+        luma = np.clip(picture + rng.normal(0, 1.5, picture.shape), 0, 255).astype(np.uint8)
+        frames.append(Frame(i, Fraction(i, 30), luma, False, None))
+    info = VideoInfo(*SIZE, Fraction(30), field_order="progressive")
+    reader = TagReader("36h11", info, cover=True)
+    tracked = track(reader.over(frames), info, targets=1, polarity=polarity)
+    own = apart_from_tags(tracked.centroids, tracked.tracklets, reader.patches, "camera cam1")
+    return own, reader.seen()
+
+
+@pytest.mark.parametrize("polarity", ["bright", "dark"])
+def test_a_ball_beside_a_tag_is_followed_and_the_tag_is_read(polarity):
+    path = np.stack([250 + 30 * np.sin(np.arange(16) / 4), 60 + 4.5 * np.arange(16)], -1)
+    (centroids, tracklets, findings), tags = beside(path, polarity=polarity)
+    assert np.abs(centroids[["Xf", "Yf"]].to_numpy() - path).max() < 0.15
+    assert (centroids["flag"] == "").all()
+    assert len(tracklets) == 16
+    assert findings == []
+    assert tags.ids.tolist() == [7]
+    assert (tags.flag == 0).all()
+
+
+def test_a_ball_that_passes_the_tag_s_paper_is_measured_apart_from_it_alone():
+    """Hidden and flagged while it touches, and right wherever it has no flag."""
+    path = np.stack([280 - 14.0 * np.arange(16), np.full(16, 60.0)], -1)
+    (centroids, tracklets, findings), _ = beside(path)
+    off = np.abs(centroids[["Xf", "Yf"]].to_numpy() - path).max(1)
+    good = (centroids["flag"] == "").to_numpy()
+    assert 5 <= good.sum() <= 14
+    assert np.nanmax(off) < 0.25
+    assert centroids.loc[~good, "flag"].str.contains("merged|lost").any()
+    assert np.isnan(off[~good]).any()
+    assert len(tracklets) <= np.isfinite(off).sum() + 2
+    assert [f.code for f in findings] in ([], ["target-at-tag"])

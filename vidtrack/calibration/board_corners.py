@@ -97,18 +97,43 @@ def _checkerboard(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.
     if not good:
         return None
     b = _polished(picture, np.asarray(corners, float).reshape(-1, 2), 0.25)
-    return np.arange(len(b)), _upright(b, size)
+    return np.arange(len(b)), _dark_first(board, picture, _upright(b, size))
 
 
 def _upright(b: Array, size: tuple[int, int]) -> Array:
-    """A checkerboard looks alike upside down: its first corner is taken as the upper left one, and never mirrored."""
+    """A board that looks alike upside down: its first corner is taken as the upper left one, and never mirrored."""
     grid = b.reshape(size[1], size[0], 2)
     across, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     if across[0] * down[1] - across[1] * down[0] < 0:
         grid = grid[:, ::-1]
-    first, last = grid[0, 0], grid[-1, -1]
-    if (first[1] + first[0]) > (last[1] + last[0]):
-        grid = grid[::-1, ::-1]
+    turned = [grid, grid[::-1, ::-1]]
+    if size[0] == size[1]:
+        turned += [_quarter(grid), _quarter(grid)[::-1, ::-1]]
+    first = min(turned, key=lambda each: each[0, 0].sum())
+    return np.ascontiguousarray(first.reshape(-1, 2))
+
+
+def _quarter(grid: Array) -> Array:
+    """A square grid (k, k, 2) counted from the next of its four corners, not mirrored."""
+    return grid.swapaxes(0, 1)[::-1]
+
+
+def _dark_first(board: Board, picture: NDArray[np.uint8], b: Array) -> Array:
+    """Corners (n, 2) of a checkerboard turned so that its upper left square is dark, as it is drawn.
+
+    Where both sides have an even number of squares, or both an odd one, half a turn changes no colour, and where they
+    are not equal nothing else is possible: see `board_turns`.
+    """
+    k, m = board.columns - 1, board.rows - 1
+    if (k + m) % 2 == 0 and not (k == m and k % 2):
+        return b
+    grid = b.reshape(m, k, 2)
+    middles = (grid[1:, 1:] + grid[1:, :-1] + grid[:-1, 1:] + grid[:-1, :-1]) / 4
+    x, y = np.rint(middles).astype(int).reshape(-1, 2).T
+    levels = picture[np.clip(y, 0, picture.shape[0] - 1), np.clip(x, 0, picture.shape[1] - 1)].astype(float)
+    sign = np.where(np.add.outer(np.arange(m - 1), np.arange(k - 1)).ravel() % 2, 1.0, -1.0)
+    if ((levels - levels.mean()) * sign).sum() < 0:
+        grid = _quarter(grid) if k == m else grid[::-1, ::-1]
     return np.ascontiguousarray(grid.reshape(-1, 2))
 
 

@@ -21,6 +21,7 @@ from vidtrack.calibration.adjustment.measurements import PointsOf, SharedPriors,
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
 from vidtrack.calibration.board import SHAPE, Board
 from vidtrack.calibration.board_circles import centroid_shift
+from vidtrack.calibration.board_turns import after, inverse
 from vidtrack.calibration.refine import POSE, Uncertainty, free_parameters, refine
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import PARAMETERS
@@ -39,8 +40,6 @@ class BoardSettings:
     """Standard deviations of itself beyond which a corner's residual is left out."""
     rounds: int = 4
     """Times, at most, that corners are left out and the rest fitted again."""
-    centred: int = 2
-    """Times that centroids of circles are brought to their centres by the last fit; the second changes little."""
     sure: float = 2.0
     """Standard errors by which a richer lens must predict held-out views better."""
     worth: float = 0.01
@@ -89,7 +88,10 @@ def fit_board(
     models = SETTINGS.models if model == "auto" else (model,)
     held_out: dict[str, float] = {}
     taken: tuple[str, Array] | None = None
-    for each in models if len(models) > 1 else ():
+    raw = b
+    if board.type == "circles":
+        b = raw - _shift(board, _adjusted(board, raw, sd, placed, values, world, models[0]))
+    for each in models if len(models) > 1 or len(b) == 1 else ():
         squares = _held_out(board, b, sd, placed, values, world, each)
         held_out[each] = float(np.sqrt(np.nanmean(squares)))
         if taken is None or _better(taken[1], squares):
@@ -103,18 +105,18 @@ def fit_board(
             break
         b = np.where(far[..., None], np.nan, b)  # a corner that is covered in part, or extrapolated
         done = _adjusted(board, b, sd, done.state.cameras, done.state.blocks[0], world, chosen)
-    if board.type == "circles":
-        for _ in range(SETTINGS.centred):
-            shift = np.stack([_shift(board, camera, done) for camera in done.state.cameras])
-            done = _adjusted(board, b - shift, sd, done.state.cameras, done.state.blocks[0], world, chosen)
+    if board.type == "circles":  # once more, by the lens that was chosen; a third time changes little
+        centred = np.where(np.isfinite(b), raw - _shift(board, done), np.nan)
+        done = _adjusted(board, centred, sd, done.state.cameras, done.state.blocks[0], world, chosen)
     return _fitted(board, b, sd, done, chosen, world, held_out)
 
 
-def _shift(board: Board, camera: Camera, done: Adjusted) -> Array:
-    """How far the centroids of circles lie from where their centres are seen (n, q, 2) px; 0 where that is unknown."""
+def _shift(board: Board, done: Adjusted) -> Array:
+    """How far the centroids of circles lie from where their centres are seen (m, n, q, 2) px; 0 where unknown."""
     p, _ = board.shaped(dict(done.state.shared))
     poses = done.state.blocks[0]
-    return np.nan_to_num(centroid_shift(camera, poses[..., :3], poses[..., 3], p, board.diameter))
+    each = [centroid_shift(c, poses[..., :3], poses[..., 3], p, board.diameter) for c in done.state.cameras]
+    return np.nan_to_num(np.stack(each))
 
 
 def _starts(board: Board, b: Array, sizes: Sequence[tuple[int, int]]) -> tuple[list[Camera], Array]:
@@ -177,12 +179,12 @@ def _placed(cameras: Sequence[Camera], poses: Array, world: int) -> tuple[list[C
         i = max(shared, key=lambda each: shared[each])
         if not shared[i]:
             raise NoLens(f"camera number {i + 1} shares no view of the board with the others")
-        options = [_after(poses[i, k], _inverse(values[k])) for k in np.flatnonzero(seen[i] & known)]
+        options = [after(poses[i, k], inverse(values[k])) for k in np.flatnonzero(seen[i] & known)]
         centres = np.array([-o[:, :3].T @ o[:, 3] for o in options])
         middle = options[int(np.linalg.norm(centres - np.median(centres, 0), axis=-1).argmin())]
         placed[i] = cameras[i].with_(R=middle[:, :3], T=middle[:, 3])
         for k in np.flatnonzero(seen[i] & ~known):
-            values[k] = _after(_inverse(middle), poses[i, k])
+            values[k] = after(inverse(middle), poses[i, k])
     return [placed[i] for i in range(m)], values
 
 
@@ -195,7 +197,7 @@ def _nearest(board: Board, b: Array, cameras: Sequence[Camera], poses: Array, va
         return values
     best = values.copy()
     for k in range(len(values)):
-        own = [_after(_inverse(_pose(c)), poses[i, k]) for i, c in enumerate(cameras) if np.isfinite(poses[i, k, 0, 0])]
+        own = [after(inverse(_pose(c)), poses[i, k]) for i, c in enumerate(cameras) if np.isfinite(poses[i, k, 0, 0])]
         options = [values[k], *own] if k != world else [values[k]]
         off = []
         for pose in options:
@@ -210,16 +212,6 @@ def _nearest(board: Board, b: Array, cameras: Sequence[Camera], poses: Array, va
 
 def _pose(camera: Camera) -> Array:
     return np.concatenate([camera.R, camera.T[:, None]], -1)
-
-
-def _after(second: Array, first: Array) -> Array:
-    """One pose after another, (3, 4)."""
-    R = second[:, :3] @ first[:, :3]
-    return np.concatenate([R, (second[:, :3] @ first[:, 3] + second[:, 3])[:, None]], -1)
-
-
-def _inverse(pose: Array) -> Array:
-    return np.concatenate([pose[:, :3].T, -(pose[:, :3].T @ pose[:, 3])[:, None]], -1)
 
 
 def _problem(

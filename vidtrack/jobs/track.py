@@ -99,19 +99,21 @@ def _tag_reader(settings: Mapping[str, Any], info: VideoInfo) -> TagReader | Non
     tags = settings.get("tags")
     if not tags:
         return None
-    return TagReader(tags["family"], info, ids=tags["ids"], fields=settings["detect"]["fields"])
+    beside = settings["targets"] != 0
+    return TagReader(tags["family"], info, ids=tags["ids"], fields=settings["detect"]["fields"], cover=beside)
 
 
 def _with_tags(tracked: Tracked, tags: TagReader, settings: Mapping[str, Any]) -> Tracked:
     """The tables with the corners of coded tags behind the targets that were followed."""
-    from vidtrack.stages.coded_tags import behind_targets, coded_tags
+    from vidtrack.stages.coded_tags import apart_from_tags, behind_targets, coded_tags
 
     named, where = settings["tags"]["named"], f"camera {settings['camera']}"
     own = coded_tags(tags.seen(), tracked.clock, modules=tags.modules, named=named, where=where)
+    others, followed, touching = apart_from_tags(tracked.centroids, tracked.tracklets, tags.patches, where)
     centroids, tracklets, diagnostics = behind_targets(
-        own, tracked.centroids, tracked.tracklets, tracked.diagnostics, followed=settings["targets"] != 0
+        own, others, followed, tracked.diagnostics, followed=settings["targets"] != 0
     )
-    findings = [*tracked.findings, *own.findings]
+    findings = [*tracked.findings, *touching, *own.findings]
     return tracked._replace(centroids=centroids, tracklets=tracklets, diagnostics=diagnostics, findings=findings)
 
 

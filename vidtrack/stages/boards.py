@@ -12,8 +12,10 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.tied_cameras import moved_camera
 from vidtrack.calibration.board import STRETCH, Board
 from vidtrack.calibration.board_corners import Seen
+from vidtrack.calibration.board_doubts import board_doubts, predicted
 from vidtrack.calibration.board_fit import BoardFit, NoLens, fit_board, seen_corners
 from vidtrack.calibration.board_place import FEWEST_SURVEYED, Motion, survey_motion
+from vidtrack.calibration.board_turns import after, one_orientation
 from vidtrack.calibration.board_views import (
     LEAST_CORNERS,
     View,
@@ -22,19 +24,12 @@ from vidtrack.calibration.board_views import (
     corner_arrays,
     world_view,
 )
-from vidtrack.calibration.gates import hull_area
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
-from vidtrack.geometry.camera import Camera, project
+from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_terms import LENS_MODELS
 
-BENT = 4.0
-"""Standard deviations of what a board's shape is known by beforehand, from which it is called bent."""
-ROUGH_PX = 0.5
-"""px of residuals from which the board, its numbers or the picture are in doubt: corners are good to a tenth."""
-COVERED = 0.3
-"""Share of the picture that the corners of all views should cover."""
 NOT_TOGETHER = 3.0
 """Times the noise of single cameras that the joint fit leaves, from which the clips were not filmed together."""
 
@@ -111,8 +106,9 @@ def boards(
             cameras[name] = moved_camera(own_camera, *moved) if moved else own_camera
             u = fit.done.uncertainties[row]
             known[name] = u if moved is None else u._replace(pivot=moved[0] @ u.pivot + moved[1])
-            own_doubts = _doubts(name, board, fit.done, row, sizes[name], units)
+            own_doubts = board_doubts(name, board, fit.done, row, sizes[name], units)
             said = _record(fit.done, row, len(fit.views), len(seen[name]), units)
+            said["board"]["held_out_px"] = dict(alone[name][0].held_out_px)
             joint = {"joint": _joint(fit)} if len(fit.names) > 1 else {}
             records[name] = said | joint | {"findings": as_records([*common, *own_doubts])}
             findings += own_doubts
@@ -216,9 +212,16 @@ def _fits(
             fits += each
             continue
         model = max((alone[name][0].model for name in own), key=list(LENS_MODELS).index)
+        alike = one_orientation(board, b[rows], sd[rows], [_own_poses(*alone[name]) for name in own])
+        if alike.unsure:
+            text, way = _alike(board, [own[i] for i in alike.unsure], own)
+            findings.append(Finding("bad" if bare & set(own) else "doubtful", "board-orientation", text, way))
+            fits += each
+            continue
         noise = float(np.median([alone[name][0].sigma_px for name in own]))
         try:
-            done, views = _fitted(board, b, sd, rows, [sizes[name] for name in own], origin, model)
+            together = list(range(len(rows)))
+            done, views = _fitted(board, alike.b, alike.sd, together, [sizes[name] for name in own], origin, model)
             apart = f"{done.sigma_px:.2g} px, {noise:.2g} px each alone" if done.sigma_px > NOT_TOGETHER * noise else ""
         except NoLens as none:  # each has a lens and they share views: these contradict each other
             apart = str(none)
@@ -241,6 +244,27 @@ def _fits(
     return fits
 
 
+def _own_poses(fit: BoardFit, views: Sequence[int]) -> dict[int, Array]:
+    """By view, the board before the one camera of a fit (3, 4)."""
+    camera = fit.cameras[0]
+    return {
+        view: after(np.concatenate([camera.R, camera.T[:, None]], -1), pose)
+        for view, pose in zip(views, fit.poses, strict=True)
+    }
+
+
+def _alike(board: Board, unsure: Sequence[str], names: Sequence[str]) -> tuple[str, str]:
+    """That the views do not determine which way up a symmetric board was, and what to do."""
+    text = (
+        f"calibration: a {board.type} board of {board.columns} x {board.rows} looks alike when it is turned, and the "
+        f"views of {', '.join(names)} fit together either way: the place of {', '.join(unsure)} is not determined."
+    )
+    cure = "Tilt the board to other sides in views that the cameras share, or use a ChArUco board."
+    if board.type == "checkerboard":
+        cure += " A checkerboard with an even and an odd number of squares is not alike upside down."
+    return text, cure
+
+
 def _joint(fit: Fitted) -> dict[str, Any]:
     """What the cameras' parameters have in common, as camera.json has it."""
     names = [list(u.names) for u in fit.done.uncertainties]
@@ -261,44 +285,6 @@ def _among_surveyed(fit: Fitted, survey: Mapping[str, tuple[Array, Array]], find
     return motion
 
 
-def _doubts(name: str, board: Board, fit: BoardFit, row: int, size: tuple[int, int], units: str) -> list[Finding]:
-    """What the views say against the board, the lens or the way it was filmed."""
-    where, findings = f"cameras.{name}", []
-    left = fit.residuals[row]
-    seen = np.isfinite(left).all(-1)
-    rms = float(np.sqrt((left[seen] ** 2).sum(-1).mean() / 2))
-    if not fit.converged:
-        text = f"{where}: the adjustment of the board's views did not converge."
-        findings.append(Finding("doubtful", "board-not-converged", text, "Add sharp views, tilted to all sides."))
-    if rms > ROUGH_PX:
-        text = f"{where}: the corners lie {rms:.2g} px from where board and lens put them; 0.1 px is usual."
-        cure = "Is it one flat board, are columns, rows, square and marker right, and are the pictures sharp?"
-        findings.append(Finding("doubtful", "board-rough", text, cure))
-    for shape, value in fit.shape.items():
-        sd = board.shape_priors[shape][1]
-        if row == 0 and abs(value) > BENT * sd:
-            size_text = f"{abs(value):.2g} {units}" if shape != "stretch" else f"{100 * abs(value):.2g} %"
-            text = f"{where}: the board is bent or scaled unevenly ({shape} {size_text})."
-            findings.append(Finding("doubtful", "board-bent", text, "Glue it to a flat plate; measure both its sides."))
-            break
-    width, height = size
-    corners = _predicted(fit, row, board)[seen]
-    share = hull_area(corners) / (width * height)
-    if share < COVERED:
-        text = f"{where}: the board was in {100 * share:.0f} % of the picture only; beyond it the lens is extrapolated."
-        findings.append(Finding("doubtful", "board-in-a-corner", text, "Show it in every corner of the picture."))
-    sd_f = dict(zip(fit.uncertainties[row].names, fit.uncertainties[row].standard_errors.tolist(), strict=True))["f"]
-    if sd_f > 0.005 * fit.cameras[row].f:
-        text = f"{where}: the views leave f +- {100 * sd_f / fit.cameras[row].f:.1f} %."
-        findings.append(Finding("doubtful", "board-views-poor", text, "Tilt the board by 20 to 45 deg, to all sides."))
-    return findings
-
-
-def _predicted(fit: BoardFit, row: int, board: Board) -> Array:
-    """Where camera `row` sees every corner (n, q, 2) px."""
-    return project(fit.cameras[row], seen_corners(board, fit))
-
-
 def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dict[str, Any]:
     left = np.linalg.norm(fit.residuals[row], axis=-1)
     length = left[np.isfinite(left)]
@@ -314,7 +300,6 @@ def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dic
         "board": {
             "views": used,
             "views_offered": offered,
-            "held_out_px": dict(fit.held_out_px),
             "shape": dict(fit.shape),
             "shape_sd": dict(fit.shape_sd),
             "sd_factor": fit.factor,
@@ -327,7 +312,7 @@ def _sightings(board: Board, fit: BoardFit, row: int, views: Sequence[View], mot
     places = seen_corners(board, fit)
     left = fit.residuals[row]
     k, j = np.nonzero(np.isfinite(left).all(-1))
-    b = _predicted(fit, row, board)[k, j] + left[k, j]
+    b = predicted(fit, row, board)[k, j] + left[k, j]
     places = places @ motion[0].T + motion[1] if motion else places
     return pd.DataFrame(
         {

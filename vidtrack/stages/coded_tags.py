@@ -5,7 +5,7 @@ Each corner is a target that names itself: tag7_1 to tag7_4, from the upper left
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 from vidtrack.association.tracklets import COLUMNS, ends_of_tracks
 from vidtrack.findings import Finding
 from vidtrack.timing.timebase import TimeBase
+from vidtrack.tracking.detection.tag_cover import Hull, near
 from vidtrack.tracking.tag_reader import CORNERS, FLAGS, TagsSeen
 from vidtrack.tracking.tracking_quality import pixel_locking
 
@@ -109,7 +110,8 @@ def behind_targets(
     """
     import pandas as pd
 
-    corners, more = own.centroids, own.tracklets.assign(tracklet=own.tracklets["tracklet"] + len(tracklets))
+    last = int(tracklets["tracklet"].max()) if len(tracklets) else -1
+    corners, more = own.centroids, own.tracklets.assign(tracklet=own.tracklets["tracklet"] + 1 + last)
     both = dict(diagnostics) | {key: own.record[key] for key in ("tags", "false_tags")}
     both["targets"] = diagnostics["targets"] | own.record["targets"]
     if followed:
@@ -121,6 +123,47 @@ def behind_targets(
     pairs = ((centroids, corners), (tracklets, more))
     tables = [pd.concat([table for table in pair if len(table)] or [pair[0]], ignore_index=True) for pair in pairs]
     return tables[0], tables[1], both
+
+
+def apart_from_tags(
+    centroids: DataFrame, tracklets: DataFrame, patches: Mapping[tuple[int, str], Sequence[Hull]], where: str
+) -> tuple[DataFrame, DataFrame, list[Finding]]:
+    """The tables of other targets without what lies at a tag that was painted over, and how often each target did.
+
+    patches  px, outlines by frame and field (see `tracking.tag_reader`)
+    A centroid there is NaN with the flag `merged`; a row of a tracklet is left out.
+    """
+    hidden, cut = (_at_tags(table, patches) for table in (centroids, tracklets))
+    if not (hidden.any() or cut.any()):
+        return centroids, tracklets, []
+    centroids = centroids.copy()
+    values = ["Xf", "Yf", "sd_x", "sd_y", "pixels", "mass", "contrast", "background"]
+    centroids.loc[hidden, values] = np.nan
+    centroids.loc[hidden, "flag"] = [
+        ";".join([*(flag.split(";") if flag else ()), "merged"]) for flag in centroids.loc[hidden, "flag"]
+    ]
+    share = hidden.groupby(centroids["target"].astype(str)).mean()
+    findings = []
+    for target, part in share[share > LIMITS.share].items():
+        text = (
+            f"{where}: {target} touches the paper of a tag, or is hidden by it, in {100 * part:.2g} % of the pictures"
+        )
+        cure = "Keep targets and tags apart by a diameter, or cut the paper smaller."
+        findings.append(Finding("note", "target-at-tag", f"{text}: it is not measured there", cure))
+    return centroids, tracklets[~cut].reset_index(drop=True), findings
+
+
+def _at_tags(table: DataFrame, patches: Mapping[tuple[int, str], Sequence[Hull]]) -> Any:
+    """Which rows lie at a patch of their frame and field."""
+    from pandas import Series
+
+    found = np.zeros(len(table), bool)
+    b, radius = table[["Xf", "Yf"]].to_numpy(float), np.sqrt(table["pixels"].to_numpy(float) / np.pi)
+    frame, field = table["frame"].to_numpy(), table["field"].to_numpy().astype(str)
+    for (number, name), hulls in patches.items():
+        rows = np.flatnonzero((frame == number) & (field == name))
+        found[rows] = near(b[rows], np.nan_to_num(radius[rows]), hulls)
+    return Series(found, index=table.index)
 
 
 def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.clip import OPENING, field_order
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.detection.coded_tags import TagFinder
+from vidtrack.tracking.detection.tag_cover import Hull, cover
 from vidtrack.tracking.measurement.tag_corners import tag_corners
 
 CORNERS = ("1", "2", "3", "4")
@@ -57,19 +58,29 @@ class TagReader:
     family  one of `detection.coded_tags.FAMILIES`
     ids     those that count; None: every one
     fields  as `detect.fields`
+    cover   the frames are handed on with the tags painted over: for other targets in them
     """
 
-    def __init__(self, family: str, info: VideoInfo, *, ids: Sequence[int] | None = None, fields: str = "auto") -> None:
+    def __init__(
+        self,
+        family: str,
+        info: VideoInfo,
+        *,
+        ids: Sequence[int] | None = None,
+        fields: str = "auto",
+        cover: bool = False,
+    ) -> None:
         self._finder, self._info, self._fields = TagFinder(family), info, fields
         self._ids = None if ids is None else set(ids)
         self._samples: list[tuple[int, str, float, float]] = []
         self._found: list[tuple[int, int, Array, Array, float, float, float, int]] = []
         self._damage = DamagedPictures(info.bits)
+        self._cover, self.patches = cover, dict[tuple[int, str], list[Hull]]()
         self.order = "frame"
         self.modules = self._finder.modules
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
-        """The frames unchanged."""
+        """The frames, unchanged or with tags painted over; where, px, is in `patches`, by frame and field."""
         frames = self._damage.over(frames)
         opening: list[Frame] = []
         if self._fields != "frame":
@@ -77,27 +88,44 @@ class TagReader:
             if opening:
                 self.order = field_order(self._fields, self._info, opening)[0]
         for frame in chain(opening, frames):
-            self._look(frame)
-            yield frame
+            found = self._look(frame)
+            yield self._covered(frame, found) if self._cover and any(found.values()) else frame
 
-    def _look(self, frame: Frame) -> None:
+    def _look(self, frame: Frame) -> dict[tuple[str, int | None], list[Array]]:
+        """The corners of the tags in the picture, or in each field of it: by its name and parity, px of its own."""
         if self.order == "frame":
-            self._sample(frame, "frame", 0.0, frame.luma, None)
-            return
-        for field in split(frame.luma, self.order):
-            self._sample(frame, field.name, field.offset, field.luma, field.parity)
+            return {("frame", None): self._sample(frame, "frame", 0.0, frame.luma, None)}
+        return {
+            (field.name, field.parity): self._sample(frame, field.name, field.offset, field.luma, field.parity)
+            for field in split(frame.luma, self.order)
+        }
 
-    def _sample(self, frame: Frame, field: str, offset: float, luma: NDArray[np.generic], parity: int | None) -> None:
+    def _covered(self, frame: Frame, found: dict[tuple[str, int | None], list[Array]]) -> Frame:
+        luma = np.array(frame.luma)
+        for (field, parity), tags in found.items():
+            own = luma if parity is None else luma[parity::2]
+            for corners in tags:
+                hull = cover(own, corners, self.modules)
+                if hull is not None:
+                    if parity is not None:
+                        hull = (hull * [1, 2] + [0, parity]).astype(np.float32)
+                    self.patches.setdefault((frame.index, field), []).append(hull)
+        return frame._replace(luma=luma)
+
+    def _sample(
+        self, frame: Frame, field: str, offset: float, luma: NDArray[np.generic], parity: int | None
+    ) -> list[Array]:
         import cv2
 
         k = len(self._samples)
         self._samples.append((frame.index, field, float(frame.time), offset))
         if frame.corrupt:
-            return
+            return []
         picture = _eight_bits(luma, self._info.bits)
         if parity is not None:  # square again for the detector; the corners are measured in the field itself
             picture = cv2.resize(picture, (picture.shape[1], 2 * picture.shape[0]))
         found = self._finder.found(picture)
+        each = [corners if parity is None else corners * [1.0, 0.5] - [0.0, 0.25] for corners in found.corners]
         numbers, count = np.unique(found.ids, return_counts=True)
         for number, several in zip(numbers.tolist(), count.tolist(), strict=True):
             if self._ids is not None and number not in self._ids:
@@ -116,6 +144,7 @@ class TagReader:
                 b, sd = b * [1.0, 2.0] + [0.0, parity], sd * [1.0, 2.0]
             flag = 0 if np.isfinite(b).all() else 3
             self._found.append((k, number, b, sd, side, own.blur, own.contrast, flag))
+        return each
 
     def seen(self) -> TagsSeen:
         """All that was noted."""
