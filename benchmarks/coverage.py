@@ -126,9 +126,9 @@ def a_decay(rng: np.random.Generator) -> list[Held]:
     hz, decay = fn * np.sqrt(1 - zeta**2), 2 * np.pi * fn * zeta
     swing = Oscillation(along=(1, 0, 0), amplitude=amplitude, hz=hz, decay=decay, release_s=0.5)
     found = located(rig(rng), {"t1": Motion(oscillations=(swing,))}, 6.0, rng)
-    record = analysis(
-        found.trajectories, decay={}, gradients=(found.record.get("uncertainty") or {}).get("gradients"), units="in"
-    ).record["decay"]
+    record = analysis(found.trajectories, decay={}, uncertainty=found.record.get("uncertainty"), units="in").record[
+        "decay"
+    ]
     truth = {"fn_Hz": fn, "zeta": zeta, "Td_s": 1 / hz, "quadratic": 0.0}
     return [_held(name, record[name], value) for name, value in truth.items()]
 
@@ -154,7 +154,8 @@ def in_waves(rng: np.random.Generator) -> list[Held]:
         points={"float": {"CoG": COG}},
         axes=AXES,
         waves={"elevation": "eta", "kind": "regular"},
-        gradients=(found.record.get("uncertainty") or {}).get("gradients"),
+        uncertainty=found.record.get("uncertainty"),
+        shapes={"float": FLOAT},
         units="in",
     )
     when = np.linspace(0, 1 / hz, 4000, endpoint=False)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from tests.location.test_budget import CAMERAS, budget
+from vidtrack.analysis.mixing import ErrorField, mixing
 from vidtrack.analysis.responses import Series
-from vidtrack.analysis.waves import mixing, waves_and_responses
+from vidtrack.analysis.waves import waves_and_responses
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.budget import calibration_gradients
+from vidtrack.location.budget import calibration_field
 
 F, A = 1.0, 1.25
 T = np.arange(0, 6.5, 1 / 30)
@@ -37,7 +38,7 @@ def test_rao_and_phase_are_inside_their_bands_in_95_of_100_trials():
         for camera, u in zip(CAMERAS, known, strict=True)
     ]
     edges = np.cumsum([0, *(len(u.names) for u in known)])
-    G = calibration_gradients(CAMERAS, p, known, joint)
+    field = ErrorField(*calibration_field(CAMERAS, p, known, joint))
     names = [f"t.{a}" for a in "xyz"]
     inside, narrow = np.zeros((3, 2)), np.zeros((3, 2))
     for trial in range(TRIALS):
@@ -48,7 +49,7 @@ def test_rao_and_phase_are_inside_their_bands_in_95_of_100_trials():
         gauge_t = np.arange(-0.5, 7, 0.01)
         gauge = A * np.cos(2 * np.pi * F * gauge_t) + rng.normal(0, 0.01, gauge_t.size)
         own = Series(gauge_t, gauge, np.full(gauge_t.size, np.nan), "")
-        count_inside(inside, waves_and_responses("eta", own, series, {}, "in", mixing(series, G, None))[0])
+        count_inside(inside, waves_and_responses("eta", own, series, {}, "in", mixing(series, field, None))[0])
         if trial < 60:
             count_inside(narrow, waves_and_responses("eta", own, series, {}, "in", None)[0])
     # 95 of 100 over all 2400; of one count of 400 fewer than 371 in one of 60

@@ -6,7 +6,7 @@ import pytest
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.budget import calibration_gradients, error_budget
+from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.run_pictures import Uncertain
 from vidtrack.location.shared_survey import Survey, joint_covariance, survey_covariance
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -84,7 +84,7 @@ def test_without_a_calibration_s_covariance_the_centroids_are_all_there_is():
 def test_the_gradient_holds_the_displacements_that_wrong_calibrations_make():
     """Errors of the survey are drawn, and the displacement between two places measured with cameras that are off so."""
     _, known, joint, p = budget()
-    G = calibration_gradients(CAMERAS, p, known, joint)
+    G = calibration_field(CAMERAS, p, known, joint).gradients
     rng = np.random.default_rng(7)
     a = np.array([[-20.0, 0, 0], [20.0, 0, 0]])
     root = np.linalg.cholesky(joint + 1e-18 * np.diag(np.diag(joint)) + 1e-20 * np.eye(len(joint)))
@@ -105,7 +105,7 @@ def test_the_gradient_holds_the_displacements_that_wrong_calibrations_make():
 
 def test_no_calibration_or_too_few_points_have_no_gradient():
     _, known, joint, p = budget()
-    assert calibration_gradients(CAMERAS, p, [None, None], None) is None
-    assert calibration_gradients(CAMERAS, p[0, :2], known, joint) is None
+    assert calibration_field(CAMERAS, p, [None, None], None) is None
+    assert calibration_field(CAMERAS, p[0, :2], known, joint) is None
     unknown = [Uncertain(u.names, u.pivot, u.covariance * np.nan) for u in known]
-    assert calibration_gradients(CAMERAS, p, unknown, None) is None
+    assert calibration_field(CAMERAS, p, unknown, None) is None

@@ -79,7 +79,7 @@ def analysed():
         "units": "m",
         "points": {"float": {"CoG": (1, 0, 2)}},
     }
-    return plain(analysis(nothing, bodies, gauge, gradients=np.full((1, 3, 3), 1e-3), **how).record)
+    return plain(analysis(nothing, bodies, gauge, uncertainty={"gradients": np.full((1, 3, 3), 1e-3)}, **how).record)
 
 
 def released():

@@ -22,6 +22,10 @@ FEW_SAMPLES_A_PERIOD = 100
 """Validation data of the US Department of Energy ask for at least so many samples in a wave period."""
 
 
+NOT_ZERO = 2.4477
+"""Standard errors of a vector of two parts beyond which it is not zero, at 95 %: root of chi squared, 2 degrees."""
+
+
 class Harmonics(NamedTuple):
     """What `fit_harmonics` returns.
 
@@ -119,8 +123,12 @@ def fit_harmonics(t: ArrayLike, x: ArrayLike, f: float, *, n_harmonics: int = 3,
     for h, c in enumerate(coefficients):
         at = slice(2 + 2 * h, 4 + 2 * h)
         along, across = _polar_sd(solution[at], covariance[at, at])
-        amplitude.append(Estimate(float(abs(c)), factor * along))
-        phase.append(Estimate(float(-np.degrees(np.angle(c))), float(np.degrees(factor * across))))
+        own = (
+            Estimate(float(abs(c)), factor * along),
+            Estimate(float(-np.degrees(np.angle(c))), np.degrees(factor * across)),
+        )
+        for each, found in zip((amplitude, phase), beyond_zero(*own), strict=True):
+            each.append(found)
     own = [abs(_one_period(ts, xs, f, t0, k)) for k in range(periods)]
     return Harmonics(
         f=f,
@@ -135,6 +143,20 @@ def fit_harmonics(t: ArrayLike, x: ArrayLike, f: float, *, n_harmonics: int = 3,
         steadiness=float(np.nanstd(own, ddof=1) / abs(coefficients[0])) if coefficients[0] else float("nan"),
         rms=float(np.sqrt(np.mean(residual**2))),
     )
+
+
+def beyond_zero(amplitude: Estimate, phase_deg: Estimate) -> tuple[Estimate, Estimate]:
+    """Amplitude and phase with intervals that hold also where the amplitude may be 0: the phase is then open.
+
+    The amplitude of noise alone is never 0, and lies beyond 1.96 standard errors in 15 of 100 records; so an amplitude
+    that two parts of noise explain (see `NOT_ZERO`) has an interval that reaches 0.
+    """
+    across = amplitude.value * np.radians(phase_deg.half_width)
+    reach = NOT_ZERO / 1.96 * float(np.fmax(amplitude.half_width, across))
+    if not amplitude.value < reach:
+        return amplitude, phase_deg
+    open_phase = phase_deg._replace(half_width=180.0) if np.isfinite(phase_deg.value) else phase_deg
+    return amplitude._replace(half_width=reach), open_phase
 
 
 def response(wave: Harmonics, motion: Harmonics, *, harmonic: int = 1) -> Response:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vidtrack.analysis.harmonics import Harmonics, fit_harmonics, phase_average, response
+from vidtrack.analysis.harmonics import Harmonics, beyond_zero, fit_harmonics, phase_average, response
 from vidtrack.analysis.interval import Estimate, t_factor
 from vidtrack.analysis.spectra import evenly, sea_state, single_waves, spectrum, transfer
 from vidtrack.arrays import Array
@@ -82,10 +82,14 @@ def regular_waves(
             for h, one in enumerate(each)
         ]
         ratio = _widened(each[0].ratio, unsure[0][0] / max(abs(wave.coefficients[0]), 1e-300))
+        ratio = beyond_zero(ratio, phases[0])[0]
+        amplitudes = [_widened(a, unsure[h][0]) for h, a in enumerate(found.amplitude)]
+        settled = [beyond_zero(*own) for own in zip(amplitudes, phases, strict=True)]
+        amplitudes, phases = [own[0] for own in settled], [own[1] for own in settled]
         record["responses"][name] = {
             "unit": motion.unit,
             "mean": fields(found.mean),
-            "harmonics": [fields(_widened(a, unsure[h][0])) for h, a in enumerate(found.amplitude)],
+            "harmonics": [fields(own) for own in amplitudes],
             "rao": fields(ratio),
             "phase_deg": fields(phases[0]),
             "phases_deg": [fields(phase) for phase in phases],

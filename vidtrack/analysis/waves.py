@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vidtrack.analysis.harmonics import FEW_SAMPLES_A_PERIOD, fit_harmonics, fundamental_frequency
 from vidtrack.analysis.responses import Series, Systematic, irregular_waves, regular_waves
 from vidtrack.analysis.water_waves import wave_number
-from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.lengths import METRES
 
 G_M = 9.80665
 REGULAR = 0.9
 """Share of a wave's variance in its fundamental and two harmonics from which on it counts as regular."""
-TRANSLATIONS, ROTATIONS = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")
 FEW_PERIODS = 5
 """Fewer whole periods make a regular wave's numbers doubtful."""
 
@@ -68,27 +65,6 @@ def waves_and_responses(
         record |= irregular
         findings += found
     return record, findings
-
-
-def mixing(names: Iterable[str], gradients: ArrayLike, basin: ArrayLike | None) -> Systematic:
-    """For each series of targets and bodies, what the calibration's error mixes into it.
-
-    gradients   (n, 3, 3), see `location.budget.calibration_gradients`; basin: rows (3, 3), the world directions of
-                surge, sway and heave
-    An angle is unsure by a share of itself: by how differently two directions may be scaled.
-    """
-    G = np.asarray(gradients, float)
-    share = np.array([[np.sqrt(2 * np.sum(G**2) / 9)]])
-    turned = G if basin is None else np.asarray(basin) @ G @ np.asarray(basin).T
-    found: dict[str, tuple[Sequence[str], Array]] = {}
-    for name in names:
-        group, _, last = name.rpartition(".")
-        for kind, own in (("xyz", G), (TRANSLATIONS, turned)):
-            if group and last in kind:
-                found[name] = [f"{group}.{other}" for other in kind], own[:, list(kind).index(last)]
-        if group and last in ROTATIONS:
-            found[name] = [name], share
-    return found
 
 
 def _common_time(own: Series, others: Sequence[Series], how: Mapping[str, Any]) -> dict[str, Any]:

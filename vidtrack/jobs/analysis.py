@@ -21,7 +21,7 @@ def run(job: Job) -> None:
     """inputs: trajectories; located (locate.json); bodies, channels where there are any; light of each camera where the
     channels' clock is joined by a lamp. outputs: motions, record.
 
-    settings: units, run, cameras, points, axes, decay, waves, channels.
+    settings: units, run, cameras, points, shapes, axes, decay, waves, channels.
     """
     order = job.settings
     how = order["channels"] or {}
@@ -37,7 +37,8 @@ def run(job: Job) -> None:
         about=order["about"],
         decay=order["decay"],
         waves=order["waves"],
-        gradients=(read_json(job.path("located")).get("uncertainty") or {}).get("gradients"),
+        uncertainty=read_json(job.path("located")).get("uncertainty"),
+        shapes=order["shapes"],
         units=order["units"],
         where=f"config.yaml: runs.{order['run']}.analysis",
     )

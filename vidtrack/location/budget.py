@@ -7,7 +7,8 @@ locating the same samples with one part alone in their covariance.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,9 @@ FLAT = 0.02
 
 SMALL = 1e-4
 """Directions of the calibration's error with less than this share of the whole are left out."""
+
+STENCIL = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if np.abs(d).sum() < 3])
+"""Places (19, 3), in shares of how far points lie apart, at which the curvature of the calibration's error is found."""
 
 PARTS = ("survey", "calibration", "centroid", "clock")
 
@@ -79,14 +83,29 @@ def error_budget(
     return {"axes": axes, "samples": int(good.sum())}
 
 
-def calibration_gradients(
-    cameras: Sequence[Camera], points: Array, uncertainties: Sequence[CameraUncertainty | None], joint: Array | None
-) -> Array | None:
-    """How unsure the calibration leaves scale and axes: matrices G_k (n, 3, 3) in  error = e0 + sum u_k G_k (p - mean).
+class CalibrationField(NamedTuple):
+    """How unsure the calibration leaves scale, axes and straightness: independent errors (n) of positions,
 
-    points   (..., 3) located, world units; G holds along the directions in which they lie apart, and is 0 across
-    The u_k are independent, of variance 1, and the same for all samples of a run: a displacement a is unsure by the
-    root of the sum of squares of G_k a. None where no calibration is uncertain.
+        error = e0 + sum u_k (G_k d + 1/2 d H_k d),  d = p - about
+
+    with u_k of variance 1 and the same for all samples of a run.
+
+    gradients    (n, 3, 3)     G; along the directions in which points lie apart, and 0 across
+    curvatures   (n, 3, 3, 3)  H, 1 / world units: by how much G changes with the place; by the first index the error's
+    about        (3,)          world units, the mean of the points
+    """
+
+    gradients: Array
+    curvatures: Array
+    about: Array
+
+
+def calibration_field(
+    cameras: Sequence[Camera], points: Array, uncertainties: Sequence[CameraUncertainty | None], joint: Array | None
+) -> CalibrationField | None:
+    """The error field that the calibration leaves about the points (..., 3) that were located, world units.
+
+    None where no calibration is uncertain, or fewer than 4 points are known.
     """
     known = [i for i, u in enumerate(uncertainties) if u is not None]
     p = points.reshape(-1, 3)
@@ -94,6 +113,10 @@ def calibration_gradients(
     p = p[:: max(1, len(p) // SPREAD)]
     if not known or len(p) < 4:
         return None
+    about = p.mean(0)
+    reach = max(float(np.sqrt(((p - about) ** 2).sum(1).mean())), 1e-12)
+    n = len(p)
+    p = np.concatenate([p, about + reach * STENCIL])
     J = []
     for i in known:
         u = uncertainties[i]
@@ -113,8 +136,8 @@ def calibration_gradients(
     values, vectors = np.linalg.eigh(covariance)
     b = np.stack([project(camera, p) for camera in cameras])
     at = locate_points(cameras, b, sd=1.0, most_unsure=np.inf).point
-    apart = at - np.nanmean(at, 0)
-    found = []
+    apart = at[:n] - np.nanmean(at[:n], 0)
+    first, second = [], []
     for value, v in zip(values, vectors.T, strict=True):
         if value <= 0:
             continue
@@ -122,15 +145,28 @@ def calibration_gradients(
         for k, i in enumerate(known):
             moved[i] -= J[k] @ (np.sqrt(value) * v[edges[k] : edges[k + 1]])
         shift = locate_points(cameras, moved, sd=1.0, most_unsure=np.inf).point - at
-        good = np.isfinite(shift).all(-1) & np.isfinite(apart).all(-1)
+        good = np.isfinite(shift[:n]).all(-1) & np.isfinite(apart).all(-1)
         if good.sum() > 3:
-            G, *_ = np.linalg.lstsq(apart[good], shift[good] - shift[good].mean(0), rcond=FLAT)
-            found.append(G.T)
-    if not found:
+            G, *_ = np.linalg.lstsq(apart[good], shift[:n][good] - shift[:n][good].mean(0), rcond=FLAT)
+            first.append(G.T)
+            second.append(_curvature(shift[n:]) / reach**2)
+    if not first:
         return None
-    each = np.stack(found)
+    each = np.stack(first)
     size = (each**2).sum((1, 2))
-    return np.asarray(each[size > SMALL * size.sum()])
+    kept = size > SMALL * size.sum()
+    return CalibrationField(each[kept], np.stack(second)[kept], about)
+
+
+def _curvature(shift: Array) -> Array:
+    """Second derivatives (3, 3, 3) of errors (19, 3) at the points of the stencil; 0 where one of them is not seen."""
+    if not np.isfinite(shift).all():
+        return np.zeros((3, 3, 3))
+    x, y, z = STENCIL.T
+    terms = np.column_stack([np.ones(len(x)), x, y, z, x * x / 2, y * y / 2, z * z / 2, x * y, x * z, y * z])
+    fitted, *_ = np.linalg.lstsq(terms, shift, rcond=None)
+    xx, yy, zz, xy, xz, yz = fitted[4:]
+    return np.stack([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1)
 
 
 def _diagonal(covariance: Array) -> Array:

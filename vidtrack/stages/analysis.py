@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from vidtrack.analysis.channel_clock import Joined, by_lamp, by_motion, by_offset
 from vidtrack.analysis.decay import free_decay
+from vidtrack.analysis.mixing import ErrorField, Resting, mixing
 from vidtrack.analysis.motions import (
     Motions,
     basin_axes,
     before_motion,
+    mean_rotation,
     motions_at,
     statistics,
     watch_circle,
 )
 from vidtrack.analysis.responses import Series, Systematic, fields
-from vidtrack.analysis.waves import mixing, waves_and_responses
+from vidtrack.analysis.waves import waves_and_responses
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.freedom import DEGREES_OF_FREEDOM
@@ -61,7 +62,8 @@ def analysis(
     about: str | Sequence[float] = "mean",
     decay: Mapping[str, Any] | None = None,
     waves: Mapping[str, Any] | None = None,
-    gradients: ArrayLike | None = None,
+    uncertainty: Mapping[str, Any] | None = None,
+    shapes: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     units: str = "",
     where: str = "analysis",
 ) -> Analysis:
@@ -79,7 +81,8 @@ def analysis(
                    between which it rests
     decay          series, drop_half_cycles, quadratic, end: see `free_decay`
     waves          elevation (a series), kind: auto | regular | irregular; period s; start, end s; depth, distance
-    gradients      of the calibration's error: `uncertainty.gradients` of locate.json
+    uncertainty    gradients, curvatures, about: what the calibration leaves open, `uncertainty` of locate.json
+    shapes         body: {target: its place in the body's axes}: on these it depends what a bent field does to a pose
     A series is named <target>.<x|y|z>, <body>.<surge ... yaw>, <body>@<point>.<surge ... yaw>, or by its channel.
     Raises VidtrackError where a name fits no series, or bodies come without axes.
     """
@@ -102,7 +105,12 @@ def analysis(
         own = _named(series, name, f"{where}.waves.elevation")
         others = {other: s for other, s in series.items() if other != name}
         record["waves"], found = waves_and_responses(
-            name, own, others, waves, units, _mixing(others, gradients, axes, channels)
+            name,
+            own,
+            others,
+            waves,
+            units,
+            _mixing(others, uncertainty or {}, bodies, points or {}, shapes or {}, axes),
         )
         findings += found
     return Analysis(motions, record, findings)
@@ -177,16 +185,33 @@ def _elevation(series: Mapping[str, Series], name: str, axes: Mapping[str, str] 
 
 
 def _mixing(
-    series: Iterable[str],
-    gradients: ArrayLike | None,
+    series: Mapping[str, Series],
+    uncertainty: Mapping[str, Any],
+    bodies: pd.DataFrame | None,
+    points: Mapping[str, Mapping[str, Sequence[float]]],
+    shapes: Mapping[str, Mapping[str, Sequence[float]]],
     axes: Mapping[str, str] | None,
-    channels: pd.DataFrame | None,
 ) -> Systematic | None:
-    if gradients is None:
+    """What the calibration's error mixes into the series of targets and bodies."""
+    if uncertainty.get("gradients") is None:
         return None
-    basin = basin_axes(axes["waves"], axes["up"]) if axes else None
-    others = () if channels is None else channels.columns
-    return mixing([name for name in series if name not in others], gradients, basin)
+    G = np.asarray(uncertainty["gradients"], float)
+    curvatures = uncertainty.get("curvatures")
+    H = np.zeros((*G.shape, 3)) if curvatures is None else np.asarray(curvatures, float)
+    about = uncertainty.get("about")
+    field = ErrorField(G, H, np.zeros(3) if about is None else np.asarray(about, float))
+    resting: dict[str, Resting] = {}
+    for name, rows in bodies.groupby("body", sort=False) if bodies is not None and axes else ():
+        origin = np.nanmean(rows[["x", "y", "z"]].to_numpy(float), axis=0)
+        R = rotation_from_quaternion(rows[["qw", "qx", "qy", "qz"]].to_numpy(float))
+        R = mean_rotation(R[np.isfinite(R).all((1, 2))])
+        places = np.array(list(shapes.get(str(name), {}).values()), float).reshape(-1, 3)
+        targets = origin + (places if len(places) > 2 else np.concatenate([np.eye(3), -np.eye(3)])) @ R.T
+        resting[str(name)] = Resting(targets, origin)
+        for point, place in points.get(str(name), {}).items():
+            resting[f"{name}@{point}"] = Resting(targets, origin + R @ np.asarray(place, float))
+    filmed = [name for name, own in series.items() if np.isfinite(own.sigma).any()]
+    return mixing(filmed, field, basin_axes(axes["waves"], axes["up"]) if axes else None, resting)
 
 
 def _joined(

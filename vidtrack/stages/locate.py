@@ -17,7 +17,7 @@ from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
-from vidtrack.location.budget import calibration_gradients, error_budget
+from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.common_moments import check_overlap, recorded_twice
 from vidtrack.location.followed import rows_of, view_of
@@ -192,7 +192,8 @@ def locate(
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
     record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips)}
-    record["uncertainty"]["gradients"] = calibration_gradients(rig, located.point, uncertainties, joint)
+    field = calibration_field(rig, located.point, uncertainties, joint)
+    record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
         findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))

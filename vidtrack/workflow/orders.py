@@ -247,6 +247,7 @@ def analysis(settings: Settings, experiment: Experiment, run: str) -> Order:
         "units": settings.units,
         "run": run,
         "points": {name: body.named for name, body in own.bodies.items()},
+        "shapes": {name: body.targets for name, body in own.bodies.items()},
         "axes": axes.model_dump() if (axes := own.axes or settings.axes) else None,
         "about": own.about,
         "decay": wanted.get("decay"),
