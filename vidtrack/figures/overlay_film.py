@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.figures.style import PALETTE
+from vidtrack.figures.style import PALETTE, over_picture
 
 if TYPE_CHECKING:
     from vidtrack.timing.frame import Luma
@@ -106,8 +106,7 @@ def _write(picture: Any, text: str, at: tuple[int, int], colour: tuple[int, int,
 
 
 def _bgr(colour: str) -> tuple[int, int, int]:
-    """Blue, green and red of #rrggbb, lightened so that it shows on dark pictures."""
-    parts = [int(colour[i : i + 2], 16) for i in (5, 3, 1)]
-    lift = max(0, 200 - max(parts))
-    blue, green, red = (min(255, part + lift) for part in parts)
+    """Blue, green and red of #rrggbb as it is drawn over pictures."""
+    light = over_picture(colour)
+    blue, green, red = (int(light[i : i + 2], 16) for i in (5, 3, 1))
     return blue, green, red

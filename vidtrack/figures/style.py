@@ -17,6 +17,13 @@ REFERENCE_COLOUR = "#444444"
 REJECTED_COLOUR = "#B00020"
 
 
+def over_picture(colour: str) -> str:
+    """#rrggbb of the same hue, light enough to show on dark pictures."""
+    parts = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
+    lift = max(0, 200 - max(parts))
+    return "#" + "".join(f"{min(255, part + lift):02X}" for part in parts)
+
+
 def camera_colours(cameras: Sequence[str]) -> dict[str, str]:
     """The colour of each camera, by its place in the config."""
     return {camera: PALETTE[i % len(PALETTE)] for i, camera in enumerate(cameras)}

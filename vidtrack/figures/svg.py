@@ -26,7 +26,7 @@ class Look:
     """
 
     font: float = 12.0
-    letter: float = 6.9
+    letter: float = 7.4
     row: float = 17.0
     title: float = 22.0
     edge: float = 10.0
@@ -238,7 +238,7 @@ def _axes(ax: Axes, box: Box, numbered: bool) -> Iterator[str]:
         yield _text(box.left + box.width / 2, foot + down_by, ax.xlabel, "middle")
     if ax.ylabel:
         # beyond the widest number, turned
-        far = box.left - 12 - LOOK.letter * (_widest(y_places, y_step) if ax.ticks else 0)
+        far = box.left - 15 - LOOK.letter * (_widest(y_places, y_step) if ax.ticks else 0)
         place = f"{UNIT * far:.0f} {UNIT * (box.top + box.height / 2):.0f}"
         yield f'<text transform="translate({place}) rotate(-90)" text-anchor="middle">{escape(ax.ylabel)}</text>'
     rows = _legend_rows(ax, box.legend)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidtrack.figures.drawing import INK, Drawing, Picture, grey_uri, new_drawing, picture_axes
-from vidtrack.figures.style import REJECTED_COLOUR
+from vidtrack.figures.style import PALETTE, REJECTED_COLOUR, over_picture
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -17,9 +17,6 @@ MANY = 8
 """Beyond so many targets a legend is of no use."""
 
 FOUND_AGAIN = "#ff4040"
-
-OVER_GREY = ("#E69F00", "#56B4E9", "#CC79A7", "#F0E442", "#009E73", "#D55E00", "#FFFFFF", "#0072B2")
-"""Okabe and Ito's colours in the order in which they stand out from a dark picture."""
 
 
 def tracks(centroids: Mapping[str, DataFrame], colours: Mapping[str, str], title: str) -> Drawing:
@@ -51,7 +48,7 @@ def tracks_over_picture(picture: np.ndarray[Any, Any], table: DataFrame, camera:
     gaps = 0
     for i, (target, rows) in enumerate(table.groupby("target", sort=False)):
         b = rows[["Xf", "Yf"]].to_numpy(float)
-        ax.plot(b[:, 0], b[:, 1], OVER_GREY[i % len(OVER_GREY)], label=str(target))
+        ax.plot(b[:, 0], b[:, 1], over_picture(PALETTE[i % len(PALETTE)]), label=str(target))
         seen = np.flatnonzero(np.isfinite(b[:, 0]))
         for k in np.flatnonzero(np.diff(seen) > 1):
             gaps += 1

@@ -95,11 +95,19 @@ def _pictures(
             if frame.index > last:
                 break
             when = times.get(frame.index, float("nan"))
-            text = f"frame {frame.index}" + (f"  {when:.3f} s" if np.isfinite(when) else "")
+            text = f"frame {frame.index}" + (f"  {_clock(when)}" if np.isfinite(when) else "")
             picture = painter.painted(frame.luma, marks.get(frame.index, []), text)
             if frame.index >= (first + last) // 2 and not poster:
                 poster.append(picture)
             yield frame.time, picture
+
+
+def _clock(seconds: float) -> str:
+    """Seconds of the run as a clock shows them, where they count from midnight."""
+    ms = round(1000 * seconds)
+    if abs(ms) < 100_000:
+        return f"{ms / 1000:.3f} s"
+    return f"{ms // 3_600_000:02d}:{ms // 60_000 % 60:02d}:{ms / 1000 % 60:06.3f}"
 
 
 def _write(path: str, pictures: Iterator[tuple[Fraction, Any]], video: Video, where: str) -> None:

@@ -30,6 +30,22 @@ def analysis_tables(record: Record, units: str) -> list[Table]:
     return [table for table in tables if table]
 
 
+def warnings(record: Record) -> list[str]:
+    """What a reader of the numbers has to know, though they are right: few samples a period of a regular wave."""
+    waves: Record = record.get("waves") or {}
+    each = {waves.get("elevation"): waves.get("samples_a_period")}
+    each |= {name: own.get("samples_a_period") for name, own in (waves.get("responses") or {}).items()}
+    few = {name: n for name, n in each.items() if n is not None and n < FEW_SAMPLES_A_PERIOD - 0.5}
+    if not few:
+        return []
+    least = min(few, key=lambda name: few[name])
+    others = f" and {len(few) - 1} more" if len(few) > 1 else ""
+    return [
+        f"Warning: {number(few[least], 3)} samples a period of {least}{others}; {FEW_SAMPLES_A_PERIOD} are asked for "
+        "where such numbers validate others. Record at a higher rate."
+    ]
+
+
 def motions_tables(motions: Record, units: str, about: str = "mean") -> list[Table]:
     """Statistics of the six degrees of freedom of each point of each body."""
     tables = []

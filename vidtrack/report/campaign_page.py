@@ -72,7 +72,7 @@ def runs_table(runs: Record, units: str) -> Table:
         ]
         for name, own in runs.items()
     ]
-    units_of = {"H": f"H asked ({units})", "T": "T asked (s)", "heading": "heading", "scale": "scale"}
+    units_of = {"H": f"H asked ({units})", "T": "T asked (s)", "heading": "heading (deg)", "scale": "scale"}
     header = ["run", *(units_of[key] for key in asked), *(_label(n, units) for n in measured_names), *words]
     return Table("All runs", header, rows, ABOUT["campaign"], [f"run-{name}" for name in runs])
 

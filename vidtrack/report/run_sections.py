@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vidtrack.report.analysis_sections import analysis_tables
+from vidtrack.report.analysis_sections import analysis_tables, warnings
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
@@ -31,7 +31,7 @@ def run_section(
         bodies_table(own.record("bodies"), units),
         smoothing_table(own.record("kinematics"), units),
     ]
-    lines = _lines(comparison, locate, units)
+    lines = [*_lines(comparison, locate, units), *warnings(own.record("analysis"))]
     if not own.records.keys() & {"locate", "waterline"}:
         lines.append("Nothing was located in this run: see the verdict.")
     return Section(f"run-{name}", name, lines, [t for t in tables if t], figures)

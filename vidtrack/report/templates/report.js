@@ -11,6 +11,14 @@
     parent.append(node);
     return node;
   };
+  // The colour of a line as text: nearer to the ink, so that it is read on paper and on a dark screen.
+  function readable(colour) {
+    const parts = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
+    const ink = style("--ink"), whole = ink.length === 4 ? "#" + [...ink.slice(1)].map(c => c + c).join("") : ink;
+    if (!/^#[0-9a-f]{6}$/i.test(colour) || !/^#[0-9a-f]{6}$/i.test(whole)) return colour;
+    const to = parts(whole);
+    return "rgb(" + parts(colour).map((v, i) => Math.round(0.6 * v + 0.4 * to[i])).join(",") + ")";
+  }
   function clock(seconds) {
     if (Math.abs(seconds) < 100) return seconds.toFixed(3) + " s";
     const two = value => String(Math.floor(value)).padStart(2, "0");
@@ -97,7 +105,7 @@
         pen.stroke();
       };
       const dot = (p, colour, size) => { const [x, y] = flat(p); pen.fillStyle = colour; pen.beginPath(); pen.arc(x, y, size, 0, 7); pen.fill(); };
-      const word = (p, text, colour) => { const [x, y] = flat(p); pen.fillStyle = colour; pen.fillText(text, x + 7, y - 5); };
+      const word = (p, text, colour) => { const [x, y] = flat(p); pen.fillStyle = readable(colour); pen.fillText(text, x + 7, y - 5); };
       const ink = style("--ink"), faint = style("--faint");
       data.hull.forEach(([i, j]) => line([data.points[i], data.points[j]], faint, 0.6));
       data.points.forEach(p => dot(p, faint, 1.6));
@@ -256,7 +264,7 @@
         pen.restore();
         reading.replaceChildren();
         if (time.cursor !== null) make("span", reading, {}, clock(time.cursor));
-        words.forEach((text, i) => make("span", reading, {style: "color:" + (panel.lines[i].colour || "inherit")}, text));
+        words.forEach((text, i) => make("span", reading, {style: "color:" + readable(panel.lines[i].colour || style("--ink"))}, text));
       }
       const at = event => low() + (high() - low()) * (event.offsetX - left) / (canvas.clientWidth - left - right);
       canvas.addEventListener("pointerdown", event => { drag = [event.offsetX, event.offsetX, at(event)]; canvas.setPointerCapture(event.pointerId); });
@@ -285,6 +293,9 @@
     (data.kind === "space" ? space : series)(figure.querySelector(".stage"), data, figure.querySelector("figcaption").textContent);
   }
   drawAll();
+  // On paper nothing can be unfolded: what is worth knowing is printed.
+  window.addEventListener("beforeprint", () => document.querySelectorAll("details:not(.about):not([open])").forEach(part => { part.open = true; part.dataset.folded = ""; }));
+  window.addEventListener("afterprint", () => document.querySelectorAll("details[data-folded]").forEach(part => { part.open = false; delete part.dataset.folded; }));
   window.addEventListener("resize", drawAll);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
 
