@@ -119,16 +119,15 @@ def fit_harmonics(t: ArrayLike, x: ArrayLike, f: float, *, n_harmonics: int = 3,
     covariance = parameter_covariance(J, residual)
     factor = t_factor(len(ts) - J.shape[1])
     coefficients = solution[2::2] - 1j * solution[3::2]
-    amplitude, phase = [], []
+    amplitude: list[Estimate] = []
+    phase: list[Estimate] = []
     for h, c in enumerate(coefficients):
         at = slice(2 + 2 * h, 4 + 2 * h)
         along, across = _polar_sd(solution[at], covariance[at, at])
-        own = (
-            Estimate(float(abs(c)), factor * along),
-            Estimate(float(-np.degrees(np.angle(c))), np.degrees(factor * across)),
-        )
-        for each, found in zip((amplitude, phase), beyond_zero(*own), strict=True):
-            each.append(found)
+        lag = Estimate(float(-np.degrees(np.angle(c))), float(np.degrees(factor * across)))
+        size, lag = beyond_zero(Estimate(float(abs(c)), factor * along), lag)
+        amplitude.append(size)
+        phase.append(lag)
     own = [abs(_one_period(ts, xs, f, t0, k)) for k in range(periods)]
     return Harmonics(
         f=f,

@@ -28,6 +28,8 @@ def response_curves(curves: Mapping[str, Sequence[Point]], unit: str, title: str
         for ax, key in ((ratios, "rao"), (phases, "phase_deg")):
             value = [point[key]["value"] if point[key]["value"] is not None else float("nan") for point in own]
             width = [point[key].get("half_width") or 0.0 for point in own]
+            if key == "phase_deg":  # a phase that is open has no place
+                value = [v if w < 180 else float("nan") for v, w in zip(value, width, strict=True)]
             ax.plot(T, value, colour, width=0.9, mark=MARKS[i % len(MARKS)], size=6.0, label=name)
             ax.bars(T, value, width, colour)
     ratios.ylabel, ratios.ylim, ratios.legend = f"response over wave ({unit})", (0.0, float("nan")), True

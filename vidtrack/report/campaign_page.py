@@ -32,7 +32,7 @@ LABELS = {
 }
 
 
-MOST_CURVES = 8
+MOST_CURVES = 12
 """Motions in one figure."""
 
 
@@ -48,9 +48,9 @@ def campaign_page(record: Record, *, units: str, title: str, provenance: Record)
         full_scale_responses(runs, units),
     ]
     charts = []
-    for unit, curves in _curves(runs, units).items():
-        caption = "Response over the period of the waves, with 95 % intervals; each point is a run"
-        charts.append(Chart(f"{caption} ({unit})", response_curves(curves, unit, title)))
+    for (unit, body), curves in _curves(runs, units).items():
+        caption = f"Response of {body} over the period of the waves, with 95 % intervals; each point is a run ({unit})"
+        charts.append(Chart(caption, response_curves(curves, unit, body)))
     lines = [f"{len(runs)} runs, {sum(bool(own['analysed']) for own in runs.values())} of them analysed."]
     section = Section("campaign", "Campaign", lines, [t for t in tables if t], drawn(charts))
     links = {f"run-{name}": run_file(name) for name, own in runs.items() if own["analysed"]}
@@ -157,8 +157,11 @@ def full_scale_responses(runs: Record, units: str) -> Table | None:
     return Table("Response at full scale, by Froude's law", header, rows, ABOUT["full-scale"], keys)
 
 
-def _curves(runs: Record, units: str) -> dict[str, dict[str, list[Record]]]:
-    """By unit of the ratio, the points of each motion that is seen in two runs or more; bodies before targets."""
+def _curves(runs: Record, units: str) -> dict[tuple[str, str], dict[str, list[Record]]]:
+    """By unit of the ratio and body, the points of each motion that is seen in two runs or more; bodies before targets.
+
+    A body turns by the same angle at each of its points: it is shown once.
+    """
     points: dict[str, dict[str, list[Record]]] = {}
     for name, own in runs.items():
         T = (own["measured"].get("T_s") or {}).get("value")
@@ -166,12 +169,16 @@ def _curves(runs: Record, units: str) -> dict[str, dict[str, list[Record]]]:
             if T is not None and response["rao"]["value"] is not None:
                 point = {"run": name, "T": T, **response}
                 points.setdefault(_ratio_unit(response["unit"], units), {}).setdefault(motion, []).append(point)
-    out = {}
+    out: dict[tuple[str, str], dict[str, list[Record]]] = {}
     for unit, of_unit in points.items():
-        several = {motion: own for motion, own in of_unit.items() if len(own) > 1}
-        chosen = _of_bodies(several)
-        if chosen:
-            out[unit] = dict(list(chosen.items())[:MOST_CURVES])
+        for motion, own in _of_bodies({motion: own for motion, own in of_unit.items() if len(own) > 1}).items():
+            group, _, dof = motion.rpartition(".")
+            body, _, place = group.partition("@")
+            if place and dof in DEGREES_OF_FREEDOM[3:] and f"{body}.{dof}" in of_unit:
+                continue
+            curves = out.setdefault((unit, body or motion), {})
+            if len(curves) < MOST_CURVES:
+                curves[motion] = own
     return out
 
 
