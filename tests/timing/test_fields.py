@@ -228,3 +228,9 @@ def test_from_tape_to_order_through_a_real_codec(tmp_path: Path):
         order = order_from_motion(*np.array(places).transpose(1, 0, 2))
         assert order.order == "top"
         assert chosen_order(said, order)[0] == "top"
+
+
+def test_the_weighted_median_is_where_half_of_the_weight_is_reached():
+    assert fields._weighted_median(np.array([3.0, 1, np.nan, 2]), np.array([5.0, 1, 9, 1])) == 3
+    assert fields._weighted_median(np.array([3.0, 1, 2]), np.array([1.0, 1, 1])) == 2
+    assert fields._weighted_median(np.array([3.0]), np.array([0.0])) == 0

@@ -5,7 +5,7 @@ import pytest
 
 from tests.timing import libltc
 from vidtrack.simulate.ltc import ltc_signal
-from vidtrack.timing.ltc import Reading, chained, code_rate, joined, read_words
+from vidtrack.timing.ltc import Reading, _boxcar, _numbers, chained, code_rate, joined, read_words
 from vidtrack.timing.timecode import Timecode, frame_from_parts, label_from_frame, parse
 
 FS = 48_000
@@ -222,3 +222,38 @@ def test_in_noise_libltc_reads_the_same_labels_at_the_same_places(snr):
     assert len(ours.time) >= len(apart)
     assert np.quantile(np.abs(apart), 0.9) < 0.01 * FS / 25  # theirs are whole samples, of one crossing each
     assert np.std(apart) > 0.2
+
+
+@pytest.mark.parametrize("part", [0.5, 159.5 / 160])
+def test_a_word_in_which_time_jumps_by_less_than_half_a_half_bit_is_left_out(part):
+    """The tape stands still for 0.45 of a half bit, within a word and at its end: nothing else in it is wrong."""
+    first, fs = parse("01:00:00:00", Fraction(30)), 96_000
+    half = fs // (160 * 30)
+    at = int((20 + part) * 160 * half) + half // 4
+    signal = sound(first, 2, fs=fs)
+    held = np.concatenate([signal[:at], np.full(int(0.45 * half), signal[at]), signal[at:]])
+    words = read_words(held, fs)
+    numbers = frame_from_parts(words.parts, Fraction(30), False) - first.frame
+    assert 20 not in numbers
+    assert {18, 19, 22, 23} <= set(numbers.tolist())
+
+
+@pytest.mark.parametrize("samples", [np.zeros(FS), np.full(300, 0.5), np.zeros(0)])
+def test_silence_and_a_moment_of_sound_have_no_words(samples):
+    assert not read_words(samples, FS).start.size
+
+
+def test_a_mean_over_neighbours_holds_the_ends():
+    np.testing.assert_allclose(_boxcar(np.full(9, 3.0), 5), 3.0)
+
+
+def test_labels_that_drop_frame_leaves_out_are_refused_in_every_minute_but_the_tenth():
+    first = parse("10:00:59;20", NTSC)
+    good = read_words(sound(first, 2), FS)
+    for minute in (1, 9, 11):
+        at = np.arange(len(good.start)) == 20
+        parts = {"minutes": minute, "seconds": 0, "frames": 1}
+        odd = good.parts._replace(**{key: np.where(at, n, getattr(good.parts, key)) for key, n in parts.items()})
+        numbers, valid = _numbers(odd, NTSC, True)
+        assert np.flatnonzero(~valid).tolist() == [20]
+        assert valid.size == numbers.size

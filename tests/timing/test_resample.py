@@ -101,3 +101,13 @@ def test_the_moments_of_another_camera_fill_in_where_the_first_has_none():
     assert at[-1] == pytest.approx(late[-1])
     assert set(whose.tolist()) == {0, 1}
     assert len(common_times([np.zeros(0), np.zeros(0)])[0]) == 0
+
+
+def test_a_gap_does_not_change_the_usual_interval():
+    assert interval(np.concatenate([np.arange(10), 50 + np.arange(10)]) / 30) == pytest.approx(1 / 30)
+    assert np.isnan(interval([1.0]))
+
+
+def test_two_stills_are_two_moments_unless_they_are_one():
+    assert common_times([[1.0], [5.0]])[0].tolist() == [1.0, 5.0]
+    assert common_times([[1.0], [1.0]])[0].tolist() == [1.0]

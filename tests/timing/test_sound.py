@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.timing.sound import timing_from_sound
+from vidtrack.timing.sound import TAPER, _tapered, timing_from_sound
 
 HZ = 8000
 
@@ -143,3 +143,12 @@ def test_a_window_in_which_one_microphone_heard_something_else_does_not_count():
     assert timing.clock.offset_s == pytest.approx(1.0, abs=2e-5)
     assert timing.clock.rate_ppm == pytest.approx(0, abs=2)
     assert timing.n < timing.of
+
+
+def test_a_hum_that_is_cut_off_leaks_into_no_other_frequency():
+    n = 4096
+    hum = np.sin(2 * np.pi * 20.5 * np.arange(n) / n)
+    cut, tapered = (np.abs(np.fft.rfft(x)) for x in (hum, _tapered(hum)))
+    beyond = slice(int(40 / TAPER), None)
+    assert tapered[beyond].max() < 0.01 * cut[beyond].max()
+    assert tapered.max() == pytest.approx(cut.max(), rel=2 * TAPER + 0.1)

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.timing.timebase import Anchor, TimeBase, base_from_labels, code_rate_of, grid_rate, time_base
+from vidtrack.timing.timebase import (
+    LEAST_SCATTER,
+    Anchor,
+    TimeBase,
+    base_from_labels,
+    code_rate_of,
+    grid_rate,
+    scatters,
+    time_base,
+)
 from vidtrack.timing.timecode import parse
 
 NTSC = Fraction(30000, 1001)
@@ -194,3 +203,13 @@ def test_time_code_counts_by_a_rate_that_time_codes_have(rate, labels):
     assert rate_of_code == labels or abs(rate_of_code / labels - 1) < 0.002
     ten = parse("10:00:00:00", rate_of_code)
     assert time_base(rate, ten).seconds(0.0) == pytest.approx(36000, abs=1e-6)
+
+
+def test_a_first_stamp_that_is_late_by_less_than_a_scatter_makes_none():
+    """All others are early by as much beside it; it alone is off."""
+    rate = Fraction(30)
+    times = np.arange(40) / 30
+    times[0] += 0.75 * LEAST_SCATTER / 30
+    assert not scatters(times, rate, 1e-7)
+    times[0] += 0.75 * LEAST_SCATTER / 30
+    assert scatters(times, rate, 1e-7)

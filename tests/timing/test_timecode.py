@@ -183,3 +183,8 @@ def test_labels_keep_the_shape_of_the_numbers():
     assert label_from_frame(np.zeros((2, 3), int), Fraction(25)).shape == (2, 3)
     assert frame_from_label(np.full((2, 3), "00:00:01:00"), Fraction(25)).shape == (2, 3)
     assert label_from_frame(0, Fraction(25)).shape == ()
+
+
+@pytest.mark.parametrize("labels", [24, 30, 60, 120, 480, 960])
+def test_rates_that_are_written_rounded_are_ntscs_however_high(labels):
+    assert exact_rate(round(labels * 1000 / 1001, 2)) == Fraction(labels * 1000, 1001)

@@ -41,17 +41,16 @@ def nominal(rate: Fraction) -> int:
 def exact_rate(rate: Fraction | float | str) -> Fraction:
     """The exact rate that a rounded one stands for: 29.97 and 2997/100 are 30000/1001, 23.976 is 24000/1001.
 
-    A rate within 200 parts in a million of n or n 1000/1001 (n whole) is taken for it; any other is kept as it is.
-    The two families lie 1000 parts in a million apart; 23.98 is 166 off. Raises ValueError unless the rate is positive.
+    A rate within 200 parts in a million of n or n 1000/1001 (n whole) is taken for it, the nearer of the two; any other
+    is kept as it is. Below 500 the two families lie 1000 parts in a million apart; 23.98 is 166 off.
+    Raises ValueError unless the rate is positive.
     """
     given = Fraction(rate) if not isinstance(rate, float) else Fraction(rate).limit_denominator(1_000_000)
     if given <= 0:
         raise ValueError(f"a frame rate must be positive, not {rate}")
-    n = round(given)
-    for candidate in (Fraction(n), Fraction(round(given * Fraction(1001, 1000)) * 1000, 1001)):
-        if candidate and abs(given / candidate - 1) < Fraction(200, 1_000_000):
-            return candidate
-    return given
+    whole, ntsc = Fraction(round(given)), Fraction(round(given * Fraction(1001, 1000)) * 1000, 1001)
+    nearest = min(whole, ntsc, key=lambda candidate: abs(given - candidate))
+    return nearest if nearest and abs(given / nearest - 1) < Fraction(200, 1_000_000) else given
 
 
 def drops_of(rate: Fraction, drop: bool) -> int:
