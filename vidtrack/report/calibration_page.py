@@ -18,6 +18,7 @@ from vidtrack.report.page import Figure, Page, Section
 from vidtrack.report.provenance_section import provenance_section
 from vidtrack.report.space_view import as_json, camera_of, space_view
 from vidtrack.report.verdict_section import calibration_verdict, judged_cameras
+from vidtrack.report.ways_sections import body_section, wand_section
 from vidtrack.results import CameraResults, Results
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ def _rig(results: Results, colours: Mapping[str, str], units: str) -> list[Figur
 
 def _calibration(results: Results, units: str) -> list[Section]:
     parts = [calibration.accuracy_section(results.back, units)] if results.back and "n_points" in results.back else []
+    parts += [wand_section(results.wand, units)] if results.wand and "moments" in results.wand else []
+    parts += [body_section(results.by_body, units)] if results.by_body and "moments" in results.by_body else []
     cameras = {**dict.fromkeys(judged_cameras(results), CameraResults()), **results.cameras}
     for name, own in cameras.items():
         if own.record is None or "f" not in own.record:

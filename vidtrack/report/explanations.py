@@ -130,6 +130,20 @@ ABOUT = {
         "A rigid body is fitted to its targets in every sample. Off the rigid body: the distance between where "
         "targets are and where the body has them."
     ),
+    "wand-held-out": (
+        "Each lens is fitted to some of the moments and predicts the others. Error: of their sights and lengths "
+        "together, to compare the models by. The plainest lens that predicts as well as any is used."
+    ),
+    "wand-clocks": "How much later than the first camera's each clock is, estimated from the wand's motion.",
+    "body-held-out": (
+        "Half of the stretches of time refine the cameras, the other half judges them, and the other way round. Only "
+        "where they are surely better, and neither number is surely worse, the refined cameras are used."
+    ),
+    "body-distances": "As config.yaml has the body, and as the cameras see it without being given its distances.",
+    "coded-tags": (
+        "Corners off: from where the pose and the calibration put them. Sd grown: times the noise of the picture. Size "
+        "seen: by several cameras, or several tags; one tag before one camera does not show it."
+    ),
     "smoothing": (
         "Velocities and accelerations come from a smoothing spline. Scatter: of the positions about it. Over "
         "sigma: 1 where sigma is all noise; less where sigma holds errors that last, as of the calibration."

@@ -9,6 +9,7 @@ from vidtrack.report.analysis_sections import analysis_tables, warnings
 from vidtrack.report.explanations import ABOUT
 from vidtrack.report.numbers import interval, measured, number, one_over, pick, share
 from vidtrack.report.page import Figure, Section, Table
+from vidtrack.report.ways_sections import tags_table
 from vidtrack.results import RunResults
 
 Record = Mapping[str, Any]
@@ -29,6 +30,7 @@ def run_section(
         *analysis_tables(own.record("analysis"), units),
         *stated,
         bodies_table(own.record("bodies"), units),
+        tags_table(own.record("bodies")),
         smoothing_table(own.record("kinematics"), units),
     ]
     lines = [*_lines(comparison, locate, units), *warnings(own.record("analysis"))]
