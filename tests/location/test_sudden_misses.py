@@ -6,7 +6,7 @@ from scipy.stats import chi2
 
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.sudden_misses import _chi2, with_grown_sigma
+from vidtrack.location.sudden_misses import unlikely_chi2, with_grown_sigma
 from vidtrack.simulate.rig import thesis_rig
 
 T = np.linspace(0, 8, 400)
@@ -57,4 +57,4 @@ def test_a_few_samples_say_nothing_of_what_is_usual():
 @pytest.mark.parametrize("freedom", [1, 3, 5])
 @pytest.mark.parametrize(("deviations", "beyond"), [(0.0, 0.5), (3.719, 1e-4)])
 def test_chance_is_that_of_chi_squared(freedom, deviations, beyond):
-    assert _chi2(freedom, deviations) == pytest.approx(chi2.isf(beyond, freedom), rel=0.075)
+    assert unlikely_chi2(freedom, deviations) == pytest.approx(chi2.isf(beyond, freedom), rel=0.075)

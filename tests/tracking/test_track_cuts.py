@@ -28,7 +28,7 @@ def line(k=40, n=1, step=2.0):
 
 
 def cut(rows, others=NONE):
-    return cut_tracks(rows, others, np.array([1.0, 1.0]))
+    return cut_tracks(rows, others)
 
 
 def spans(cut):

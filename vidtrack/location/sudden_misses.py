@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.geometry.triangulate import Located
@@ -46,9 +47,9 @@ def with_grown_sigma(located: Located, sd: Array) -> tuple[Located, Bools]:
             alike = freedom[i] == own
             if alike.sum() < SUDDEN.fewest:
                 continue
-            usual = max(float(np.median(z2[i, alike])) / _chi2(own, 0.0), 1.0)
+            usual = max(float(np.median(z2[i, alike])) / float(unlikely_chi2(own, 0.0)), 1.0)
             q = z2[i, alike] / usual
-            beyond = q > _chi2(own, SUDDEN.chance)
+            beyond = q > unlikely_chi2(own, SUDDEN.chance)
             growth[i, alike] = np.where(beyond, np.sqrt(q / own), 1.0)
     grown = growth > 1
     if not grown.any():
@@ -62,10 +63,11 @@ def with_grown_sigma(located: Located, sd: Array) -> tuple[Located, Bools]:
     )
 
 
-def _chi2(freedom: int, deviations: float) -> float:
+def unlikely_chi2(freedom: ArrayLike, deviations: float) -> Array:
     """The chi squared that is as unlikely as so many standard deviations of a normal one (Wilson and Hilferty, 1931).
 
     Within 7 % of the exact one from one degree of freedom on; scipy's takes 0.3 s to import.
     """
+    freedom = np.asarray(freedom, float)
     spread = 2 / (9 * freedom)
-    return float(freedom * (1 - spread + deviations * spread**0.5) ** 3)
+    return np.asarray(freedom * (1 - spread + deviations * spread**0.5) ** 3)

@@ -152,9 +152,10 @@ def locate(
         views, match, again = searched_again(views, times, at, match, pieces, rows)
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
-    fallback = 1.0 if all(v.has_sd for v in views) else SD_PX
+    relative = not all(v.has_sd for v in views)
+    fallback = SD_PX if relative else 1.0
     lag = 3 if any(s.between for s in seen) else 1
-    noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag)
+    noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag, relative=relative)
     sd *= noise.factor
     reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]

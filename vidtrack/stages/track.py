@@ -37,7 +37,7 @@ from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import Moments, chosen_clock, sample_moments
-from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
+from vidtrack.tracking.measurement.sd_scaling import others_with_grown_sd, with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
@@ -196,7 +196,8 @@ def track(
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     grown = np.median(seen.factor, axis=1) if names else np.ones(2)
-    cut = cut_tracks(rows, kept_others(tracker.others(), damaged), grown)
+    others = others_with_grown_sd(kept_others(tracker.others(), damaged), time, grown, shapes, lines=lines)
+    cut = cut_tracks(rows, others)
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     seen_well = [one for one in tracker.windows.kept if not damaged[one.sample]]
     windows = _window_table(seen_well, columns, clip.detection.noise, grown)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.record import Others
-from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, POSITION, RECOVERED, SD_X, SD_Y, Rows, X
+from vidtrack.tracking.state import CONTRAST, EDGE, MERGED, PIXELS, POSITION, RECOVERED, Rows, X
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,11 @@ class CutTracks(NamedTuple):
     met: NDArray[np.object_]
 
 
-def cut_tracks(rows: Rows, others: Others, sd_factor: Array) -> CutTracks:
-    """Tracklets of n targets and of all else that was followed.
-
-    sd_factor  (2,) by which the sd_x and sd_y of the others are grown, as those of the targets are already
-    """
+def cut_tracks(rows: Rows, others: Others) -> CutTracks:
+    """Tracklets of n targets and of all else that was followed."""
     samples, n = rows.flag.shape
     others = _besides(rows, others)
     values = np.concatenate([rows.values.transpose(0, 2, 1).reshape(len(rows.values), -1), others.values], axis=1)
-    values[[SD_X, SD_Y], n * samples :] *= np.asarray(sd_factor)[:, None]
     track = np.concatenate([np.repeat(np.arange(n), samples), others.track])
     sample = np.concatenate([np.tile(np.arange(samples), n), others.sample])
     flag = np.concatenate([rows.flag.T.ravel(), others.flag])

@@ -126,10 +126,10 @@ def _lasting(light: Array, later: Array) -> float:
     """By how much errors of samples that are `later` apart differ more than those of neighbours: codecs repeat errors.
 
     Of all targets together; their light shows it without any motion. A light that itself flickers says nothing of
-    errors: it scatters more than those of any codec.
+    errors: it scatters more than those of any codec, if not from sample to sample then over `later` samples.
     """
     ratio = later / np.where(light > 0, light, np.nan)
-    known = ratio[np.isfinite(ratio) & (light < DIFFERENCES.position_to_light)]
+    known = ratio[np.isfinite(ratio) & (np.fmax(light, later) < DIFFERENCES.position_to_light)]
     return max(1.0, float(np.median(known))) if known.size else 1.0
 
 

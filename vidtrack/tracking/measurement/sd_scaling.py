@@ -8,7 +8,8 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
-from vidtrack.tracking.measurement.shape_change import ShapeEvidence
+from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
+from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 
@@ -49,6 +50,18 @@ def with_grown_sd(
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
     return rows._replace(values=values), seen
+
+
+def others_with_grown_sd(others: Others, time: Array, factor: Array, shapes: ShapeEvidence, *, lines: int) -> Others:
+    """The samples of all other tracks, as those of the targets: with the sd grown, and with what their shapes say.
+
+    time  (samples,); factor (2,): by how much the tracks of the targets scatter more than sd_x and sd_y say
+    shapes  of the targets
+    """
+    values = others.values.copy()
+    position, sd = shape_evidence_of_others(values, others.track, others.sample, time, shapes, lines)
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(values[[SD_X, SD_Y]] * factor[:, None], sd)
+    return others._replace(values=values)
 
 
 def _clipped(rows: Rows, lines: int, kind: str) -> Array:

@@ -3,6 +3,8 @@
 Second moments of the light, over their sum, do not depend on how bright or how far away a target is. Where they differ
 from what is usual of the target, by far more than they scatter, a part of it is hidden (a rope) or something is added
 (glitter, a neighbour): what changes the second moments by D at the distance r from the middle moves the middle by D/r.
+Where something bright is beside the target a disc is fitted, which has no second moments. Then its light and its pixels
+say what is hidden: a part of the share s of a disc that is hidden at its rim moves the middle by about 0.85 s radii.
 
 An exposure of T samples draws a moving target out: with the velocity v (px a sample) the second moments grow by
 T^2 v v^T / 12. The middle of such a streak is the mean over the exposure, which differs from the position in the middle
@@ -16,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.state import PIXELS, XX, XY, YY, X, Y
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.state import MASS, PIXELS, XX, XY, YY, X, Y
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class Shapes:
     beyond     standard deviations from the usual shape that are no chance
     like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
     arm        of its radius, at which a change of the second moments is taken to be
+    cut        of its radius, by which the middle moves where all but nothing of it is hidden
+    about      samples with second moments about one without, whose light and pixels are usual there
+    grain      scatter of the logarithms of light and pixels, at least
+    at_once    tracks that are looked at together
     longest    exposure, samples
     sure       standard deviations of its square from which on an exposure is corrected
     unknown    share of that correction that is not known
@@ -39,6 +45,10 @@ class Shapes:
     beyond: float = 5.0
     like_rest: float = 3.0
     arm: float = 0.6
+    cut: float = 0.85
+    about: int = 15
+    grain: float = 0.01
+    at_once: int = 64
     longest: float = 1.1
     sure: float = 6.0
     unknown: float = 0.3
@@ -53,43 +63,84 @@ class ShapeEvidence(NamedTuple):
 
     position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
     exposure  samples; 0: too short to be seen
+    usual     (3, 2) of the targets' shapes, median and scatter; NaN where it is not known
     """
 
     position: Array
     sd: Array
     exposure: float
+    usual: Array
 
 
-def shape_evidence(values: Array, time: Array, lines: int = 1) -> ShapeEvidence:
+def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence | None = None) -> ShapeEvidence:
     """What the shapes in values (MEASURED, k, n) say.
 
-    time  (k,) samples; lines: of the frame buffer to a row of a sample
+    time  (k,) samples, or (k, n); lines: of the frame buffer to a row of a sample
+    of    what other targets of the recording show: its exposure, and its usual shape for those of few samples
     """
     second, position = values[[XX, YY, XY]], values[[X, Y]]
     sd = np.zeros(position.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
-        return ShapeEvidence(position, sd, 0.0)
-    velocity, acceleration = _motion(position, time)
+        return ShapeEvidence(position, sd, 0.0, np.full((3, 2), np.nan))
+    velocity, acceleration = _motion(position, time.reshape(len(time), -1))
     streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
-    square = _exposure(second, streak, seen)
+    square = _exposure(second, streak, seen) if of is None else of.exposure**2
     if square:
         late = square / 24 * acceleration
-        usual = np.sqrt(np.nanmean(np.square(late), axis=1, keepdims=True))
+        usual = _rms(late)
         position = position - np.nan_to_num(late)
         unknown = np.where(np.isfinite(late), SHAPES.unknown * np.abs(late), usual)
         ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
         sd = np.hypot(np.nan_to_num(unknown), np.nan_to_num(ends))
         second = second - square * np.nan_to_num(streak)
-    shift = _shift(second, np.where(seen, values[PIXELS], np.nan) * lines)
-    return ShapeEvidence(position, np.hypot(sd, np.nan_to_num(shift)), float(np.sqrt(square)))
+    shift, usual = _shift(second, np.where(seen, values[PIXELS], np.nan) * lines, None if of is None else of.usual)
+    hidden = _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines)
+    sd = np.hypot(sd, np.nan_to_num(np.where(seen, shift, hidden)))
+    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual)
+
+
+def shape_evidence_of_others(
+    values: Array, track: Ints, sample: Ints, time: Array, of: ShapeEvidence, lines: int = 1
+) -> tuple[Array, Array]:
+    """Position and sd (2, N), as `ShapeEvidence` has them, of samples (N,) of tracks in values (MEASURED, N).
+
+    time  (k,) of all samples; of: what the targets show
+    """
+    position, sd = values[[X, Y]].copy(), np.zeros((2, track.size))
+    order = np.lexsort((sample, track))
+    cuts = np.flatnonzero(np.diff(track[order])) + 1
+    tracks = sorted(np.split(order, cuts), key=len)
+    for first in range(0, len(tracks) if track.size else 0, SHAPES.at_once):
+        several = tracks[first : first + SHAPES.at_once]
+        most = len(several[-1])
+        block = np.full((len(values), most, len(several)), np.nan)
+        when = np.tile(np.arange(most, dtype=float)[:, None], len(several))
+        for i, rows in enumerate(several):
+            block[:, : len(rows), i], when[: len(rows), i] = values[:, rows], time[sample[rows]]
+            when[len(rows) :, i] += when[len(rows) - 1, i]
+        found = shape_evidence(block, when, lines, of)
+        for i, rows in enumerate(several):
+            position[:, rows], sd[:, rows] = found.position[:, : len(rows), i], found.sd[:, : len(rows), i]
+    return position, sd
+
+
+def _rms(late: Array) -> Array:
+    """The rms of each target (2, 1, n), that of all where nothing is known of one; 0 where nothing is of any."""
+    known = np.isfinite(late)
+    square, count = np.where(known, late**2, 0.0).sum(axis=1, keepdims=True), known.sum(axis=1, keepdims=True)
+    every = square.sum(axis=2, keepdims=True) / np.maximum(count.sum(axis=2, keepdims=True), 1)
+    return np.asarray(np.sqrt(np.where(count > 0, square / np.maximum(count, 1), every)))
 
 
 def _motion(position: Array, time: Array) -> tuple[Array, Array]:
-    """Velocity and acceleration (2, k, n), px a sample and its square; NaN where a neighbour is missing."""
+    """Velocity and acceleration (2, k, n), px a sample and its square, NaN where a neighbour is missing; time (k, n) or
+    (k, 1).
+    """
     velocity, acceleration = np.full((2, *position.shape), np.nan)
     if len(time) > 2:
-        before, after = np.diff(time)[:-1, None], np.diff(time)[1:, None]
+        step = np.diff(time, axis=0)
+        before, after = step[:-1], step[1:]
         steps = np.diff(position, axis=1)
         first, second = steps[:, :-1] / before, steps[:, 1:] / after
         velocity[:, 1:-1] = (first * after + second * before) / (before + after)
@@ -127,34 +178,62 @@ def _exposure(second: Array, streak: Array, seen: Bools) -> float:
     return float(square)
 
 
-def _shift(second: Array, area: Array) -> Array:
-    """px (k, n), by which a part that is hidden or added may have moved the middle; 0 where the shape is the usual."""
+def _shift(second: Array, area: Array, known: Array | None) -> tuple[Array, Array]:
+    """px (k, n), by which a part that is hidden or added may have moved the middle, 0 where the shape is the usual; and
+    what is usual (3, 2); known: of other targets.
+    """
     size = second[0] + second[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.stack([(second[0] - second[1]) / size, 2 * second[2] / size, 2 * np.pi * size / area])
         radius = np.sqrt(area / np.pi)
-    off, usual = _from_usual(shape)
-    odd = np.abs(off) > SHAPES.beyond * usual[:, None]
+    off, scatter, usual = _from_usual(shape, known)
+    odd = np.abs(off) > SHAPES.beyond * scatter[:, None]
     change = np.where(odd, np.abs(off), 0.0)
     far = np.max(np.nan_to_num(change), axis=0)
-    return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius)))
+    return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), usual
 
 
-def _from_usual(shape: Array) -> tuple[Array, Array]:
-    """How far shapes (3, k, n) are from what is usual of each target, and how much that scatters (3, n)."""
+def _from_usual(shape: Array, known: Array | None) -> tuple[Array, Array, Array]:
+    """How far shapes (3, k, n) are from what is usual of each target, and how much that scatters (3, n); the usual
+    shape and scatter of them all (3, 2), those of `known` where no target has enough samples.
+    """
     count = np.isfinite(shape[0]).sum(axis=0)
-    known = count >= SHAPES.fewest
-    if not known.any():
-        return np.zeros(shape.shape), np.ones((3, shape.shape[2]))
-    usual = np.full((3, shape.shape[2]), np.nan)
-    usual[:, known] = np.nanmedian(shape[:, :, known], axis=1)
-    off = shape - usual[:, None]
-    spread = np.full(usual.shape, np.nan)
-    spread[:, known] = 1.4826 * np.nanmedian(np.abs(off[:, :, known]), axis=1)
-    rest = np.nanmedian(spread, axis=1, keepdims=True)
-    spread = np.minimum(spread, SHAPES.like_rest * rest)
-    few = ~known & (count > 0)
-    if few.any():
-        off[:, :, few] = shape[:, :, few] - np.nanmedian(usual, axis=1)[:, None, None]
-        spread[:, few] = SHAPES.like_rest * rest
-    return off, np.maximum(spread, 1e-6)
+    enough = count >= SHAPES.fewest
+    usual, spread = np.full((2, 3, shape.shape[2]), np.nan)
+    if enough.any():
+        usual[:, enough] = np.nanmedian(shape[:, :, enough], axis=1)
+        spread[:, enough] = 1.4826 * np.nanmedian(np.abs(shape - usual[:, None])[:, :, enough], axis=1)
+    all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(spread, axis=1)], axis=1) if enough.any() else None
+    if known is not None and np.isfinite(known).all():
+        all_of = known
+    if all_of is None:
+        return np.zeros(shape.shape), np.ones((3, shape.shape[2])), np.full((3, 2), np.nan)
+    off = shape - np.where(enough, usual, all_of[:, :1])[:, None]
+    most = SHAPES.like_rest * all_of[:, 1:]
+    spread = np.where(enough, np.minimum(spread, most), most)
+    return off, np.maximum(spread, 1e-6), all_of
+
+
+def _hidden(light: Array, usual: Bools, lines: int) -> Array:
+    """px (k, n), by which a part that is hidden or added may have moved the middle of what has no second moments.
+
+    light  (2, k, n) pixels and mass, NaN where not measured; usual (k, n): where the shape is the usual one
+    Both must have changed: where two touch, the pixels are shared out as it comes, and a lamp that flickers changes the
+    mass alone.
+    """
+    shift = np.zeros(usual.shape)
+    odd = np.isfinite(light).all(axis=0) & (light > 0).all(axis=0) & ~usual
+    for i in np.flatnonzero(odd.any(axis=0) & (usual.sum(axis=0) >= SHAPES.fewest)):
+        at, own = np.flatnonzero(odd[:, i]), np.flatnonzero(usual[:, i])
+        first = np.clip(np.searchsorted(own, at) - SHAPES.about // 2, 0, max(own.size - SHAPES.about, 0))
+        near = own[np.minimum(first[:, None] + np.arange(SHAPES.about), own.size - 1)]
+        about = np.log(light[:, near, i])  # (2, odd, about)
+        middle = np.median(about, axis=-1)
+        grain = 1.4826 * np.median(np.abs(about - middle[..., None]), axis=-1)
+        change = np.log(light[:, at, i]) - middle
+        beyond = (np.abs(change) > SHAPES.beyond * np.maximum(grain, SHAPES.grain)).all(axis=0)
+        beyond &= np.sign(change[0]) == np.sign(change[1])
+        share = -np.expm1(-np.abs(change).min(axis=0))
+        radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
+        shift[at, i] = np.where(beyond, SHAPES.cut * share * radius, 0.0)
+    return shift
