@@ -30,6 +30,8 @@ class Shapes:
     beyond     standard deviations from the usual shape that are no chance
     like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
     arm        of its radius, at which a change of the second moments is taken to be
+    whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
+               to be seen whole: those samples say what is usual of it
     cut        of its radius, by which the middle moves where all but nothing of it is hidden
     about      samples with second moments about one without, whose light and pixels are usual there
     grain      scatter of the logarithms of light and pixels, at least
@@ -45,6 +47,8 @@ class Shapes:
     beyond: float = 5.0
     like_rest: float = 3.0
     arm: float = 0.6
+    whole: float = 0.6
+    but_few: float = 0.95
     cut: float = 0.85
     about: int = 15
     grain: float = 0.01
@@ -186,23 +190,34 @@ def _shift(second: Array, area: Array, known: Array | None) -> tuple[Array, Arra
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.stack([(second[0] - second[1]) / size, 2 * second[2] / size, 2 * np.pi * size / area])
         radius = np.sqrt(area / np.pi)
-    off, scatter, usual = _from_usual(shape, known)
+    whole = np.where(area >= SHAPES.whole * _most(area), shape, np.nan)
+    off, scatter, usual = _from_usual(shape, whole, known)
     odd = np.abs(off) > SHAPES.beyond * scatter[:, None]
     change = np.where(odd, np.abs(off), 0.0)
     far = np.max(np.nan_to_num(change), axis=0)
     return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), usual
 
 
-def _from_usual(shape: Array, known: Array | None) -> tuple[Array, Array, Array]:
+def _most(area: Array) -> Array:
+    """How large each target (k, n) is but for a few samples, (n,)."""
+    seen = np.isfinite(area).any(axis=0)
+    most = np.full(area.shape[1], np.nan)
+    most[seen] = np.nanquantile(area[:, seen], SHAPES.but_few, axis=0)
+    return most
+
+
+def _from_usual(shape: Array, whole: Array, known: Array | None) -> tuple[Array, Array, Array]:
     """How far shapes (3, k, n) are from what is usual of each target, and how much that scatters (3, n); the usual
-    shape and scatter of them all (3, 2), those of `known` where no target has enough samples.
+    shape and scatter of them all (3, 2), those of `known` where it is given.
+
+    whole  (3, k, n) the shapes of samples that show a target whole, the others NaN
     """
-    count = np.isfinite(shape[0]).sum(axis=0)
+    count = np.isfinite(whole[0]).sum(axis=0)
     enough = count >= SHAPES.fewest
     usual, spread = np.full((2, 3, shape.shape[2]), np.nan)
     if enough.any():
-        usual[:, enough] = np.nanmedian(shape[:, :, enough], axis=1)
-        spread[:, enough] = 1.4826 * np.nanmedian(np.abs(shape - usual[:, None])[:, :, enough], axis=1)
+        usual[:, enough] = np.nanmedian(whole[:, :, enough], axis=1)
+        spread[:, enough] = 1.4826 * np.nanmedian(np.abs(whole - usual[:, None])[:, :, enough], axis=1)
     all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(spread, axis=1)], axis=1) if enough.any() else None
     if known is not None and np.isfinite(known).all():
         all_of = known
