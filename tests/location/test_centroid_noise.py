@@ -34,3 +34,14 @@ def test_few_samples_give_their_errors_which_are_never_too_small():
 
 def test_one_sample_of_two_cameras_gives_what_is_assumed():
     assert noise_factor(*sights(2, 1, 0.4), 0.1) == Noise(0.1, "none")
+
+
+def test_centroids_better_than_their_sd_make_those_of_no_other_target_too_small():
+    """Nine of ten targets are five times better than their sd says: the sigma of the tenth was a third of its error."""
+    cameras, b, sd = sights(3, 300, 0.2)
+    _, worse, _ = sights(3, 300, 1.0)
+    b = np.concatenate([b] * 9 + [worse], axis=1)
+    sd = np.ones(b.shape)
+    assert noise_factor(cameras, b, sd, 1.0).factor > 0.9
+    assert noise_factor(cameras, b[:, :9], sd[:, :9], 1.0).factor == pytest.approx(0.2, rel=0.15)
+    assert noise_factor(cameras, b, sd, 1.0, relative=True).factor < 0.5

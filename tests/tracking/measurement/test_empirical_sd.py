@@ -147,7 +147,7 @@ def test_the_light_of_measured_discs_scatters_as_their_sd_foretells(radius):
     assert told.light == pytest.approx(np.ones(1), abs=0.3)  # the plane under it is foretold roughly
 
 
-@pytest.mark.parametrize("period", [3.1, 4.7])
+@pytest.mark.parametrize("period", [3.1, 4.7, 14.0])
 def test_a_light_that_flickers_is_no_error_of_a_codec(period):
     """The sd of all targets was grown up to a hundredfold."""
     k, n = 300, 4

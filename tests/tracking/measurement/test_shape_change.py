@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.shape_change import shape_evidence
+from vidtrack.tracking.measurement.shape_change import shape_evidence, shape_evidence_of_others
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
 
 K, RADIUS, SD = 80, 5.0, 0.01
@@ -115,3 +115,53 @@ def test_samples_without_moments_stay_as_they_are():
     told, exposure = with_shape_told(values, TIME)
     assert exposure == 0
     assert np.array_equal(told, values, equal_nan=True)
+
+
+def cut_off(light: np.ndarray, i: int) -> np.ndarray:
+    """A post hides up to two thirds of the target, for more than half of the time."""
+    light = light.copy()
+    if i >= 34:
+        light[:, : 26 + min(i - 34, 6)] = 0
+    return light
+
+
+def test_a_target_that_is_hidden_in_part_for_most_of_the_time_is_measured_by_its_whole_shape():
+    values = filmed(slow, cut_off)
+    out, _ = with_shape_told(values, TIME)
+    off = np.abs(error(values, slow))
+    assert (off[40:] > 20 * SD).any(axis=1).all()
+    assert (off < 5 * out[[SD_X, SD_Y], :, 0].T).all()
+    assert (out[SD_X, :34] < 1.5 * SD).mean() > 0.95
+
+
+def test_fits_without_moments_hold_what_their_light_and_pixels_say_is_hidden():
+    values, whole = filmed(slow, cut_off), filmed(slow)
+    values[[XX, YY, XY], 34:] = np.nan
+    out, _ = with_shape_told(values, TIME)
+    off = np.abs(error(values, slow))
+    assert (off[40:] > 20 * SD).any(axis=1).all()
+    assert (off < 5 * out[[SD_X, SD_Y], :, 0].T).all()
+    whole[[XX, YY, XY], 34:] = np.nan
+    whole[MASS] *= 1 + 0.4 * np.sin(TIME)[:, None]  # a lamp that flickers hides nothing
+    assert (with_shape_told(whole, TIME)[0][SD_X, 34:] > 1.5 * SD).mean() < 0.05
+    whole = filmed(slow)
+    whole[[XX, YY, XY], 34:] = np.nan
+    whole[PIXELS, 34:] *= 0.6  # nor do pixels that a neighbour takes
+    assert (with_shape_told(whole, TIME)[0][SD_X, 34:] > 1.5 * SD).mean() < 0.05
+
+
+def test_other_tracks_are_corrected_as_those_of_the_targets():
+    """Tracks of few samples have the exposure and the usual shape of the targets."""
+    target = filmed(quick, stations=24, exposure=0.8)
+    of = shape_evidence(target, TIME)
+    long, short = filmed(quick, stations=24, exposure=0.8), filmed(quick, rope, stations=24, exposure=0.8)[:, 32:40]
+    values = np.concatenate([long[:, :, 0], short[:, :, 0]], axis=1)
+    track, sample = np.repeat([7, 3], [K, 8]), np.concatenate([np.arange(K), np.arange(32, 40)])
+    mixed = np.random.default_rng(1).permutation(track.size)
+    position, sd = shape_evidence_of_others(values[:, mixed], track[mixed], sample[mixed], TIME, of)
+    back = np.argsort(mixed)
+    truth = np.array([quick(float(t)) for t in sample]).T
+    assert np.allclose(position[:, back[:K]], of.position[:, :, 0])
+    off = np.abs(position[:, back] - truth)[:, K:]
+    assert (off > 5 * SD).any()
+    assert (off < 5 * np.hypot(sd[:, back], SD)[:, K:]).all()

@@ -27,7 +27,10 @@ class Shapes:
     """When a shape says something.
 
     fewest     samples of a target that say what is usual of it, and of blur that say how long the exposure was
+    nearest    share of the samples whose shapes are nearest to the usual one: they say how much it scatters, since in
+               many of the others a part may be hidden; nearest_sd: of a normal distribution within which so many are
     beyond     standard deviations from the usual shape that are no chance
+    fewer      the same of the pixels, where the light is beyond
     like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
     arm        of its radius, at which a change of the second moments is taken to be
     whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
@@ -44,7 +47,10 @@ class Shapes:
     """
 
     fewest: int = 16
+    nearest: float = 0.25
+    nearest_sd: float = 0.3186
     beyond: float = 5.0
+    fewer: float = 3.0
     like_rest: float = 3.0
     arm: float = 0.6
     whole: float = 0.6
@@ -217,7 +223,8 @@ def _from_usual(shape: Array, whole: Array, known: Array | None) -> tuple[Array,
     usual, spread = np.full((2, 3, shape.shape[2]), np.nan)
     if enough.any():
         usual[:, enough] = np.nanmedian(whole[:, :, enough], axis=1)
-        spread[:, enough] = 1.4826 * np.nanmedian(np.abs(whole - usual[:, None])[:, :, enough], axis=1)
+        nearest = np.nanquantile(np.abs(whole - usual[:, None])[:, :, enough], SHAPES.nearest, axis=1)
+        spread[:, enough] = nearest / SHAPES.nearest_sd
     all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(spread, axis=1)], axis=1) if enough.any() else None
     if known is not None and np.isfinite(known).all():
         all_of = known
@@ -238,7 +245,7 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
     """
     shift = np.zeros(usual.shape)
     odd = np.isfinite(light).all(axis=0) & (light > 0).all(axis=0) & ~usual
-    for i in np.flatnonzero(odd.any(axis=0) & (usual.sum(axis=0) >= SHAPES.fewest)):
+    for i in np.flatnonzero(odd.any(axis=0) & (usual.sum(axis=0) > SHAPES.about // 2)):
         at, own = np.flatnonzero(odd[:, i]), np.flatnonzero(usual[:, i])
         first = np.clip(np.searchsorted(own, at) - SHAPES.about // 2, 0, max(own.size - SHAPES.about, 0))
         near = own[np.minimum(first[:, None] + np.arange(SHAPES.about), own.size - 1)]
@@ -246,7 +253,9 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
         middle = np.median(about, axis=-1)
         grain = 1.4826 * np.median(np.abs(about - middle[..., None]), axis=-1)
         change = np.log(light[:, at, i]) - middle
-        beyond = (np.abs(change) > SHAPES.beyond * np.maximum(grain, SHAPES.grain)).all(axis=0)
+        beyond = (np.abs(change) > np.array([[SHAPES.fewer], [SHAPES.beyond]]) * np.maximum(grain, SHAPES.grain)).all(
+            axis=0
+        )
         beyond &= np.sign(change[0]) == np.sign(change[1])
         share = -np.expm1(-np.abs(change).min(axis=0))
         radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
