@@ -42,6 +42,6 @@ def test_centroids_better_than_their_sd_make_those_of_no_other_target_too_small(
     _, worse, _ = sights(3, 300, 1.0)
     b = np.concatenate([b] * 9 + [worse], axis=1)
     sd = np.ones(b.shape)
-    assert noise_factor(cameras, b, sd, 1.0).factor > 0.9
+    assert noise_factor(cameras, b, sd, 1.0).factor > 0.65  # the mean of all says 0.37
     assert noise_factor(cameras, b[:, :9], sd[:, :9], 1.0).factor == pytest.approx(0.2, rel=0.15)
     assert noise_factor(cameras, b, sd, 1.0, relative=True).factor < 0.5

@@ -164,4 +164,10 @@ def test_other_tracks_are_corrected_as_those_of_the_targets():
     assert np.allclose(position[:, back[:K]], of.position[:, :, 0])
     off = np.abs(position[:, back] - truth)[:, K:]
     assert (off > 5 * SD).any()
-    assert (off < 5 * np.hypot(sd[:, back], SD)[:, K:]).all()
+    assert (off < 6 * np.hypot(sd[:, back], SD)[:, K:]).all()
+
+
+def test_the_ends_of_a_streaking_track_are_no_odd_shapes():
+    """What is not known there is the acceleration alone: their sd was 3 to 11 px."""
+    values = filmed(quick, stations=24, exposure=0.8)
+    assert with_shape_told(values, TIME)[0][[SD_X, SD_Y]][:, [0, -1]].max() < 0.5

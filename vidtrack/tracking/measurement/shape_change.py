@@ -144,8 +144,8 @@ def _rms(late: Array) -> Array:
 
 
 def _motion(position: Array, time: Array) -> tuple[Array, Array]:
-    """Velocity and acceleration (2, k, n), px a sample and its square, NaN where a neighbour is missing; time (k, n) or
-    (k, 1).
+    """Velocity and acceleration (2, k, n), px a sample and its square, NaN where a neighbour is missing, the velocity
+    where both are; time (k, n) or (k, 1).
     """
     velocity, acceleration = np.full((2, *position.shape), np.nan)
     if len(time) > 2:
@@ -155,6 +155,12 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
         first, second = steps[:, :-1] / before, steps[:, 1:] / after
         velocity[:, 1:-1] = (first * after + second * before) / (before + after)
         acceleration[:, 1:-1] = 2 * (second - first) / (before + after)
+    if len(time) > 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rate = np.diff(position, axis=1) / np.diff(time, axis=0)
+        for side, there in ((slice(1, None), rate), (slice(None, -1), rate)):
+            own = velocity[:, side]
+            own[...] = np.where(np.isfinite(own), own, there)
     return velocity, acceleration
 
 
