@@ -79,6 +79,9 @@ def test_a_misspelt_key_names_the_nearest_one_wherever_it_belongs():
         "config.yaml: cameras.cam1.treshold: no such setting; did you mean 'threshold'?"
     ]
     assert "did you mean 'calibration'" in refusals(calbration={})[0]
+    (line,) = refusals(detect={"sigma": 3})
+    assert "detect.sigma: no such setting in this section, but in another one. Move it; known here: " in line
+    assert "did you mean" not in line
 
 
 def test_all_problems_are_told_at_once_each_with_its_place():

@@ -55,6 +55,8 @@ def test_every_mistake_is_a_line_with_its_place():
 
 def test_a_setting_like_no_other_is_to_be_removed_and_a_missing_one_given():
     assert refused(zzzz=1) == ["lab.yaml: zzzz: no such setting. Remove it."]
+    (line,) = refused(lamps={"left": {"size": [1, 2]}})
+    assert "no such setting in this section; 'size' belongs in another one" in line
     with pytest.raises(VidtrackError, match=r"size: missing\. Give it; it has no default"):
         plan_from(Lab, {}, "lab.yaml")
 

@@ -42,6 +42,8 @@ def _message(path: list[str], problem: Mapping[str, Any], model: type[BaseModel]
     if kind == "extra_forbidden":
         here = _known_keys(path[:-1], model)
         near = did_you_mean(path[-1], here) or did_you_mean(path[-1], _all_keys(model))
+        if near == path[-1]:
+            return f"no such setting in this section, but in another one. Move it; known here: {', '.join(here)}."
         return "no such setting; " + (f"did you mean {near!r}?" if near else f"known here: {', '.join(here)}.")
     if kind == "missing":
         return "missing. Give it; it has no default."

@@ -58,7 +58,10 @@ def plan_from(kind: type[P], values: Mapping[str, Any], where: str) -> P:
 def _line(kind: type[Plan], problem: Mapping[str, Any]) -> str:
     place = ".".join(str(part) for part in problem["loc"])
     if problem["type"] == "extra_forbidden":
-        near = did_you_mean(str(problem["loc"][-1]), _all_keys(kind))
+        key = str(problem["loc"][-1])
+        near = did_you_mean(key, _all_keys(kind))
+        if near == key:
+            return f"{place}: no such setting in this section; {key!r} belongs in another one. Move or remove it."
         return f"{place}: no such setting" + (f"; did you mean {near!r}?" if near else ". Remove it.")
     if problem["type"] == "missing":
         return f"{place}: missing. Give it; it has no default."
