@@ -79,6 +79,28 @@ def test_two_makes_of_cameras_with_their_own_cards_are_paired_stills_with_stills
     assert found["calibration"] == {"take2": {"nikon": paths[1], "canon": paths[2]}}
 
 
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "NVR_ch{c}_main_2026031410{m:02d}{s:02d}_20260314110000.mp4",
+        "ch{c}/2026-03-14_10-{m:02d}-{s:02d}_main.mp4",
+        "{m}/cam{c}_20260314T10{m:02d}{s:02d}.avi",
+    ],
+)
+def test_recordings_that_began_together_by_the_times_in_their_names_are_one_take(pattern):
+    began = [(c, m, 2 * c + m) for c in (1, 2, 3) for m in (7, 21)]
+    found = arranged(recordings(*(pattern.format(c=c, m=m, s=s) for c, m, s in began)))
+    assert len(found.cameras) == 3
+    assert [len(take.recordings) for take in found.takes] == [3, 3]
+    assert not found.left
+    assert any("times in their names" in note for note in found.notes)
+
+
+def test_takes_of_one_camera_that_follow_each_other_at_once_are_kept_apart():
+    found = arranged(recordings(*(f"cam{c}_20260314_1000{s + c:02d}.mp4" for c in (1, 2) for s in (10, 20, 30))))
+    assert [len(take.recordings) for take in found.takes] == [2, 2, 2]
+
+
 def test_one_recording_is_a_run_of_one_camera_and_that_is_said():
     found = arranged(recordings("toss.mp4"))
     assert (found.cameras, found.of("run")[0].name) == (["cam1"], "toss")

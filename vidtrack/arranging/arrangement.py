@@ -15,10 +15,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from vidtrack.arranging.inventory import Recording
+from vidtrack.arranging.times_in_names import LIMITS, STAMP, one_time_a_take
 from vidtrack.naming import chapter_of
 
 CAMERA = re.compile(
-    r"(cam(era)?|kamera|gopro|view|c|k|v)[ _-]?\d+|(cam(era)?|kamera)[ _-]?[a-z]+|left|right|top|bottom|front|back|rear"
+    r"(cam(era)?|kamera|gopro|view|channel|ch|c|k|v)[ _-]?\d+|(cam(era)?|kamera)[ _-]?[a-z]+|left|right|top|bottom|front|back|rear"
     r"|side|above|north|south|east|west|port|starboard|links|rechts|l|r",
     re.IGNORECASE,
 )
@@ -69,6 +70,10 @@ class Arrangement(NamedTuple):
     def of(self, kind: str) -> list[Take]:
         """The calibration clips, or the runs."""
         return [take for take in self.takes if take.kind == kind]
+
+
+Split = dict[str, tuple[str, list[str]]]
+"""By path: the word of the camera, and the words of the take."""
 
 
 class Wishes(NamedTuple):
@@ -124,15 +129,18 @@ def as_laid_out(recording: Recording) -> tuple[str, list[str]] | None:
 def _guess(recordings: Sequence[Recording], notes: list[str]) -> Callable[[Recording], tuple[str, list[str]]]:
     """A function from a recording to its camera and the words of its take."""
     parts = _without_common_folder({r.path: _parts(r) for r in recordings})
-    depth = max(len(p) for p in parts.values())
-    best: tuple[float, Callable[[Recording], tuple[str, list[str]]], str] | None = None
-    for at in (*range(-depth, depth), None):
-        split = {path: _without(p, at) for path, p in parts.items()}
-        if all(s is not None for s in split.values()):
-            known = {path: s for path, s in split.items() if s is not None}
-            score = _score(list(known.values()))
-            if best is None or score > best[0] + 1e-9:
-                best = score, lambda r, known=known: _named(*known[r.path]), ""
+    best = _best_place(parts)
+    single = all(len(r.parts) == 1 for r in recordings)
+    timed = single and one_time_a_take({r.path: os.path.split(os.path.splitext(r.path)[0]) for r in recordings})
+    if timed:
+        by_time = _without_common_folder({r.path: _parts(r, timed[r.path]) for r in recordings})
+        together = _best_place(by_time)
+        if together and (best is None or best[0] < together[0] - 0.1):
+            parts, best = by_time, together
+            notes.append(
+                f"recordings that begin within {LIMITS.together_s:g} s of each other, by the times in their names, are "
+                "taken as one run or clip: look whether that is right"
+            )
     paired = _by_order(recordings)
     if paired and (best is None or best[0] < _score(list(paired.values())) - 0.3):
         notes.append("recordings were paired between cameras by the order of their names: look whether that is right")
@@ -140,16 +148,33 @@ def _guess(recordings: Sequence[Recording], notes: list[str]) -> Callable[[Recor
     if best is None or best[0] < 0:
         notes.append("no camera is named in the paths: each recording is taken as a run of one camera, cam1")
         return lambda r: ("cam1", parts[r.path])
-    return best[1]
+    known = best[1]
+    return lambda r: _named(*known[r.path])
 
 
-def _parts(recording: Recording) -> list[str]:
-    """Folders, and the words of the name; of numbered pictures the number is left out."""
+def _best_place(parts: Mapping[str, list[str]]) -> tuple[float, Split] | None:
+    """The place of the camera that fits best, and how well."""
+    depth = max(len(p) for p in parts.values())
+    best: tuple[float, Split] | None = None
+    for at in (*range(-depth, depth), None):
+        split = {path: _without(p, at) for path, p in parts.items()}
+        known = {path: s for path, s in split.items() if s is not None}
+        if len(known) == len(split):
+            score = _score(list(known.values()))
+            if best is None or score > best[0] + 1e-9:
+                best = score, known
+    return best
+
+
+def _parts(recording: Recording, stem: str | None = None) -> list[str]:
+    """Folders, and the words of the name, or of another `stem`; of numbered pictures the number is left out."""
     folder, name = os.path.split(recording.path)
-    stem = os.path.splitext(name)[0]
-    if recording.kind == "pictures":
+    given, stem = stem, os.path.splitext(name)[0]
+    if given is not None:
+        stem = given
+    elif recording.kind == "pictures":
         stem = re.sub(r"\d+$", "", stem)
-    if chapter := chapter_of(name):
+    elif chapter := chapter_of(name):
         stem = f"G{chapter[0]}"
     elif recording.kind == "chapters":
         stem = _without_counter([os.path.splitext(os.path.basename(part))[0] for part in recording.parts]) or stem
@@ -220,7 +245,7 @@ def _score(split: Sequence[tuple[str, list[str]]]) -> float:
     if len(values) > MOST_CAMERAS or sum(map(len, takes.values())) < len(split):
         return -2.0
     looks = sum(_looks_like_camera(v) for v in values) / len(values)
-    wrong = sum(bool(CALIBRATION.fullmatch(v)) or v in GENERIC for v in values) / len(values)
+    wrong = sum(bool(CALIBRATION.fullmatch(v) or STAMP.fullmatch(v)) or v in GENERIC for v in values) / len(values)
     whole = sum(map(len, takes.values())) / (len(takes) * len(values))
     if len(values) == 1:
         return looks - 1.5 * wrong - 0.5

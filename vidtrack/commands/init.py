@@ -145,7 +145,8 @@ def show(found: Arrangement) -> None:
     click.echo(f"cameras: {', '.join(found.cameras)}")
     for kind, title in (("calibration", "calibration clips"), ("run", "runs")):
         takes = found.of(kind)
-        click.echo(f"{title}: {', '.join(take.name for take in takes) or 'none found'}")
+        none = "none found" if kind == "run" else "none found by their names. Name one: --clip NAME=PATTERN"
+        click.echo(f"{title}: {', '.join(take.name for take in takes) or none}")
         for take in takes:
             for camera, recording in take.recordings.items():
                 parts = f" and {len(recording.parts) - 1} more ({recording.kind})" if len(recording.parts) > 1 else ""
