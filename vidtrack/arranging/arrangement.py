@@ -19,8 +19,8 @@ from vidtrack.arranging.times_in_names import LIMITS, STAMP, one_time_a_take
 from vidtrack.naming import chapter_of
 
 CAMERA = re.compile(
-    r"(cam(era)?|kamera|gopro|view|channel|ch|c|k|v)[ _-]?\d+|(cam(era)?|kamera)[ _-]?[a-z]+|left|right|top|bottom|front|back|rear"
-    r"|side|above|north|south|east|west|port|starboard|links|rechts|l|r",
+    r"(cam(era)?|kamera|gopro|view|channel|ch|c|k|v)[ _-]?\d+|(cam(era)?|kamera)[ _-]?[a-z]+|left|right|top|bottom"
+    r"|front|back|rear|side|above|north|south|east|west|port|starboard|links|rechts|l|r",
     re.IGNORECASE,
 )
 """Words that name a camera."""
