@@ -200,3 +200,17 @@ def test_without_colour_levels_are_the_stored_luma_without_a_copy(tmp_path):
         picture = next(plain.decode(video=0))
         np.testing.assert_array_equal(frame.luma, luma_reader(picture.format)(picture))
         assert frame.luma.base is not None
+
+
+def test_chroma_that_is_sampled_every_four_pixels_scatters_but_draws_to_no_side(monkeypatch):
+    step, offset = GRIDS["411"]
+    away = []
+    for k in range(24):
+        at = 40.0 + k / 6, 44.0 + (k % 5) / 5  # every phase of the samples, four pixels apart
+        monkeypatch.setattr(f"{__name__}.place", lambda _, at=at: at)
+        plane = np.rint(20 + 200 * share(0, SIZE, step, offset)).astype(np.uint8)
+        levels = _as_luma(plane, SIZE[::-1], centred=False, interlaced=False)
+        away.append((centroid(levels) - at)[0])
+    assert abs(np.mean(away)) < 0.01
+    assert 0.02 < np.std(away) < 0.05
+    assert np.abs(away).max() < 0.13
