@@ -173,6 +173,30 @@ def test_a_threshold_that_is_no_setting_is_refused_and_nothing_is_written(served
     assert Path("config.yaml").read_bytes() == before
 
 
+@pytest.mark.parametrize("kind", ["clip", "run", "other"])
+@pytest.mark.parametrize("name", ["../../../outside", "..", "/tmp", "front/../front", "new", ""])
+def test_names_that_are_none_of_the_experiments_are_refused_and_nothing_is_written(served, kind, name):
+    import os
+    from pathlib import Path
+
+    def lies_here():
+        return sorted(str(path) for path in Path.cwd().parent.rglob("*")), Path("config.yaml").read_bytes()
+
+    os.makedirs("../outside", exist_ok=True)
+    before = lies_here()
+    state = json.loads(request(served, "GET", "/state")[2])
+    rows = [{"tag": "1", "target": "1", "Xf": 1, "Yf": 1, "width": 9, "height": 9}]
+    tables = [{"kind": kind, "name": name, "camera": c, "rows": rows, "version": ""} for c in state["cameras"]]
+    changes = [{"kind": kind, "name": name, "changes": {"threshold": 90}}]
+    for given in ({"tables": tables}, {"detect": changes, "config": state["config"]}):
+        status, _, content = request(served, "POST", "/save", given)
+        assert status == 422, content
+    assert request(served, "POST", "/save", {"tags": {name: "1-4"}, "config": state["config"]})[0] == 422
+    asked = f"kind={kind}&name={name}&camera=cam1&n=0"
+    assert {request(served, "GET", f"/{what}?{asked}")[0] for what in ("frame", "mask", "info")} <= {400, 422}
+    assert lies_here() == before
+
+
 def test_a_file_that_has_changed_since_is_not_overwritten(served):
     from pathlib import Path
 

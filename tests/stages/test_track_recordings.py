@@ -11,6 +11,9 @@ import pytest
 from tests.files.clips import ball, make_clip, video_frame
 from tests.video import test_colour
 from tests.video.pictures import cine, ser, tiff, write_mraw
+from vidtrack.files.experiment import look_through
+from vidtrack.preview.views import opened_with
+from vidtrack.settings.config import settings_from_config
 from vidtrack.stages.track import track
 from vidtrack.video.reader import open_video
 
@@ -168,6 +171,43 @@ def check(table, where, within):
 def test_centroids_of_every_kind_of_recording_are_where_the_ball_was_drawn(tmp_path, kind):
     path, how = KINDS[kind](tmp_path)
     check(centroids(path, how), place, 0.15)  # sd 0.02 px; GIF and H.264 round levels
+
+
+ELSEWHERE = {
+    "file": (clip("a.mkv", "ffv1", "gray"), "../far/a.mkv"),
+    "files": (chapters, ["../far/GX010007.MP4", "../far/GX020007.MP4"]),
+    "folder": (numbered("png", 8), "../far"),
+    "pattern": (numbered("tif", 16), "../far/shot*.tif"),
+}
+
+
+def centroids_of(config):
+    """Centroids of cam1 in the one run of the current folder, its recording opened as the workflow opens it."""
+    settings = settings_from_config({"units": "in", **config})
+    experiment, problems = look_through(settings)
+    assert problems == []
+    ((name, run),) = experiment.runs.items()
+    return centroids(run.videos["cam1"], opened_with(settings, experiment, "run", name, "cam1"))
+
+
+@pytest.mark.parametrize("kind", ELSEWHERE)
+def test_a_recording_that_the_config_names_elsewhere_is_measured_there(tmp_path, monkeypatch, kind):
+    write, path = ELSEWHERE[kind]
+    for name in ("far", "lab"):
+        (tmp_path / name).mkdir()
+    write(tmp_path / "far")
+    monkeypatch.chdir(tmp_path / "lab")
+    run = {"videos": {"cam1": path}, **({} if kind in ("file", "files") else {"rate": RATE})}
+    check(centroids_of({"cameras": {"cam1": {}}, "runs": {"swim": run}}), place, 0.15)
+
+
+@pytest.mark.parametrize(("camera", "run"), [(RATE, None), (None, RATE), (10, RATE)])
+def test_the_rate_of_a_camera_or_of_a_run_stretches_the_times_and_the_run_s_counts(tmp_path, monkeypatch, camera, run):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs/swim").mkdir(parents=True)
+    os.rename(clip("a.mkv", "ffv1", "gray", stated=25)(tmp_path)[0], tmp_path / "runs/swim/cam1.mkv")
+    given = [{} if rate is None else {"rate": rate} for rate in (camera, run)]
+    check(centroids_of({"cameras": {"cam1": given[0]}, "runs": {"swim": given[1]}}), place, 0.15)
 
 
 def film_in_colour(path):

@@ -91,10 +91,7 @@ class Desk:
 
     def pictures(self, kind: str, name: str, camera: str) -> Pictures:
         """The pictures of a recording, opened once; VidtrackError where there is none."""
-        folders = self.experiment.clips if kind == "clip" else self.experiment.runs
-        if name not in folders or camera not in folders[name].videos:
-            raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
-        path = folders[name].videos[camera]
+        path = self._path_of(kind, name, camera)
         with self._lock:
             if self._closed:
                 raise VidtrackError("the page is closed. Call vidtrack pick again.")
@@ -104,6 +101,13 @@ class Desk:
                 self.counted = 0
                 self._pictures[key] = Pictures(path, lambda n: setattr(self, "counted", n), **how)
             return self._pictures[key]
+
+    def _path_of(self, kind: str, name: str, camera: str) -> str:
+        """The recording of a camera in a clip or a run; VidtrackError where there is none of these names."""
+        folders = self.experiment.clips if kind == "clip" else self.experiment.runs
+        if kind not in ("clip", "run") or name not in folders or camera not in folders[name].videos:
+            raise VidtrackError(f"{kind} {name}: no recording of camera {camera!r}.")
+        return folders[name].videos[camera]
 
     def state(self) -> dict[str, Any]:
         """All that the page shows before a picture is chosen."""
@@ -117,8 +121,7 @@ class Desk:
             own["targets"] = target_names(self.settings, self.experiment.runs[name]) if kind == "run" else []
             own["table"] = self.table(kind, name)
             own["text"] = self._tags_as_written(name) if kind == "clip" else ""
-            own["version"] = store.version_of(own["table"])
-            views.append(own)
+            views.append({**own, "version": store.version_of(own["table"])})
         return {
             "views": views,
             "tags": tags,
@@ -169,8 +172,7 @@ class Desk:
     def info(self, kind: str, name: str, camera: str) -> dict[str, Any]:
         """What a recording is."""
         pictures = self.pictures(kind, name, camera)
-        info = pictures.info
-        first = pictures.picture(0)
+        info, first = pictures.info, pictures.picture(0)
         scale = 255.0 / (2**info.bits - 1)
         low, high = float(np.percentile(first[::4, ::4], 0.1)) * scale, float(first.max()) * scale
         return {
@@ -300,10 +302,15 @@ class Desk:
         with self._lock:
             tables: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
             for own in given.get("tables", []):
+                self._path_of(own["kind"], own["name"], own["camera"])  # a name of none, such as ../.., is no path
                 tables.setdefault((own["kind"], own["name"]), []).append(own)
             for key, parts in tables.items():
                 store.check_version(self.table(*key), parts[0]["version"])
             changes, tags = given.get("detect", []), given.get("tags", {})
+            known = {recording[:2] for recording in self._recordings()}
+            for place in [(own["kind"], own["name"]) for own in changes] + [("clip", clip) for clip in tags]:
+                if place not in known and place[0] != "all":
+                    raise VidtrackError(f"{place[0]} {place[1]}: there is none here. Load the page again.")
             if changes or tags:
                 store.check_version("config.yaml", given["config"])
             for (kind, name), parts in tables.items():
