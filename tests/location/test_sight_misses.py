@@ -19,8 +19,11 @@ def pluck(t):
     return np.exp(-0.1 * t)[:, None] * np.stack(swing, -1)
 
 
-def misses(n, *, roll=0.0, late=0.0, seed=0, known=True, lost=()):
-    """Of a run of n cameras, the second of which turned about its axis (deg) or is late (s) after the calibration."""
+def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=()):
+    """Of a run of n cameras, the second of which turned about its axis (deg) or is late (s) after the calibration.
+
+    zoom   camera: share by which its focal length grew since
+    """
     rng = np.random.default_rng(seed)
     points, cameras, uncertainties, b = thesis_points()[1], [], [], []
     for i, camera in enumerate(thesis_rig(n)):
@@ -29,7 +32,7 @@ def misses(n, *, roll=0.0, late=0.0, seed=0, known=True, lost=()):
         cameras.append(fit.camera)
         uncertainties.append(fit.uncertainty if known else None)
         R = rotation_from_vector([0, 0, np.radians(roll * (i == 1))]) @ camera.R
-        moved = camera.with_(R=R, T=-R @ camera.position)
+        moved = camera.with_(R=R, T=-R @ camera.position, f=camera.f * (1 + dict(zoom).get(i, 0.0)))
         b.append(project(moved, pluck(AT + late * (i == 1))) + rng.normal(0, NOISE, (AT.size, 2)))
     b = np.stack(b)[:, None]
     for camera, moments in lost:
@@ -66,6 +69,20 @@ def test_a_clock_that_is_late_is_named_with_its_delay():
     assert (found.cause.kind, found.cause.cameras) == ("late", (1,))
     assert found.cause.amount == pytest.approx(0.016, abs=2e-4)
     assert found.cause.moved == pytest.approx(over, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("n", "zoom", "kind"),
+    [(3, {1: 0.01}, "zoomed"), (2, {1: 0.01}, "zoomed"), (3, dict.fromkeys(range(3), 0.05), "all zoomed")],
+)
+def test_a_lens_that_was_zoomed_or_focused_again_is_named_with_the_share(n, zoom, kind):
+    found, over = misses(n, zoom=zoom.items())
+    assert over > 3
+    assert found.cause.kind == kind
+    assert set(zoom) <= set(found.cause.cameras)
+    assert found.cause.amount == pytest.approx(zoom[1], rel=0.15)
+    assert found.cause.evidence > 30
+    assert found.cause.share > 0.5
 
 
 def test_of_two_cameras_either_clock_may_be_the_late_one():

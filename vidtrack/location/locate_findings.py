@@ -180,6 +180,11 @@ def _in_words(cause: Record) -> str:
     cameras = " or ".join(cause["cameras"])
     if cause["kind"] == "turned":
         return f"{cameras} turned by {cause['amount']:.2g} ± {cause['sd']:.1g} deg after its calibration"
+    if "zoomed" in cause["kind"]:
+        who = "all lenses" if cause["kind"] == "all zoomed" else f"a lens of {cameras}"
+        return (
+            f"{who} at another zoom or focus than in the calibration, {cause['amount']:+.2%} ± {cause['sd']:.1%} of f"
+        )
     return f"a clock of {cameras} that is off by {1e3 * abs(cause['amount']):.3g} ± {1e3 * cause['sd']:.1g} ms"
 
 
@@ -189,6 +194,8 @@ def _cure(record: Record) -> str:
         cause = sights["cause"]
         if cause["kind"] == "late":
             return f"Set cameras.{cause['cameras'][0]}.clock: auto, or give its offset_s."
+        if "zoomed" in cause["kind"]:
+            return "Switch autofocus, zoom and stabilisation off; calibrate with the lens as it was in the run."
         return "Compare its picture with that of the calibration clips; calibrate it again as it stood in the run."
     return (
         "Neither one late clock nor one turned camera explains it: check that one name means one target in all "

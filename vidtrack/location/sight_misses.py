@@ -5,13 +5,14 @@ A point p located from the pixels of several cameras leaves, in units of the cen
     e = H (noise + D k),     H = 1 - P (P' P)^-1 P'
 
 P = d(px)/dp, D = d(px)/d(parameters), k the calibration's error, of covariance C. Beside k, each cause is fitted alone:
-one camera turned after its calibration, or one clock late. What a cause takes away of the squared residuals is the
-evidence for it; what it moves the positions by, over their sigma, is what it matters, however few px that is.
+one camera turned after its calibration, one lens or all at another zoom or focus, or one clock late. What a cause takes
+away of the squared residuals is the evidence for it; what it moves the positions by, over their sigma, is what it
+matters, however few px that is.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,21 +37,26 @@ LIKELY_TURN = 0.05
 """ASSUME: rad, a camera that was moved by accident turned by about as much. It keeps directions that the targets do not
 show from being taken for large turns."""
 
+LIKELY_ZOOM = 0.05
+"""ASSUME: share of its focal length by which a lens differs that was zoomed or focused again after its calibration."""
+
 LIKELY_LATE_S, LIKELY_READOUT_S = 0.5, 0.05
 """ASSUME: s, how late a clock and how long a read-out is before anything is known of it."""
 
 LARGEST_TURN = 15.0
 """deg; a camera that turned by more does not show the targets where they were: the turn stands for something else."""
 
+LIKELY = {"turned": LIKELY_TURN, "late": np.inf, "zoomed": LIKELY_ZOOM, "all zoomed": LIKELY_ZOOM}
+
 AS_GOOD = 0.95
 """Causes that explain this share of what the best one explains are as likely."""
 
 
 class Cause(NamedTuple):
-    """One camera turned, by so many degrees, or its clock late, by so many s, and what that explains.
+    """One camera turned, by so many degrees, zoomed, by such a share, or its clock late, by so many s, and its worth.
 
-    kind     turned | late
-    cameras  the camera; and those that explain as much
+    kind     turned | late | zoomed | all zoomed
+    cameras  the camera; and those that explain as much; all where they are meant together
     share    of the excess of squared misses that it explains
     evidence chi squared that it takes away, of samples whose errors are not independent
     moved    rms of what it moves the positions by, over sigma
@@ -228,7 +234,7 @@ def _scales(C: Array) -> Array:
 
 
 def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, A: Array, C: Array) -> list[Cause]:
-    """Every camera turned and every clock late, each fitted alone beside the calibration's error; the best first."""
+    """Every camera turned or zoomed, every clock late, each fitted alone beside the calibration's error; best first."""
     AL = A.reshape(system.e.size, len(C)) @ _root(C)
     N = AL.T @ AL + np.eye(len(C))  # the calibration's error in units of its own covariance
     e = system.e.ravel()
@@ -236,27 +242,34 @@ def _causes(cameras: Sequence[Camera], system: _System, p: Array, velocity: Arra
     before = float(e @ e - AL.T @ e @ np.linalg.solve(N, AL.T @ e))
     evidence = 1 / (1 + len(p) * BIAS_PX**2 / float(np.median(system.sd[system.sd > 0])) ** 2)
     found = []
+    for kind, follows in _hypotheses(cameras, p, velocity):
+        X = sum(_through(system, i, px) for i, px in follows.items()).reshape(e.size, -1)  # type: ignore[union-attr]
+        S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X) + np.eye(X.shape[1]) / LIKELY[kind] ** 2
+        g = X.T @ e - X.T @ AL @ np.linalg.solve(N, AL.T @ e)
+        inverse = np.linalg.pinv(S, rcond=1e-10, hermitian=True)
+        x, gain = inverse @ g, float(g @ inverse @ g)
+        size = float(np.linalg.norm(x)) or 1e-300
+        spread = float(np.sqrt(np.maximum(x @ inverse @ x, 0.0))) / size * max((before - gain) / expected, 1.0) ** 0.5
+        px = sum(_whitened(system, i, own @ x) for i, own in follows.items())
+        moved = np.einsum("nij,nj->ni", system.G, px)
+        ratio = float(np.sqrt((moved**2).sum(-1).mean() / system.sigma2.mean()))
+        amount, unit = (size, 180 / np.pi) if kind == "turned" else (float(x[0]), 1.0)
+        share = min(gain / max(before - expected, gain, 1e-300), 1.0)
+        found.append(Cause(kind, tuple(follows), amount * unit, spread * unit, share, gain * evidence, ratio))
+    # a turn has three numbers to explain with, the others have one
+    return sorted(found, key=lambda cause: -cause.evidence * (AS_GOOD if cause.kind == "turned" else 1.0))
+
+
+def _hypotheses(cameras: Sequence[Camera], p: Array, velocity: Array) -> Iterator[tuple[str, dict[int, Array]]]:
+    """Each cause and, by camera, what px (n, 2, k) follow from it."""
+    zooms = {}
     for i, camera in enumerate(cameras):
-        turn = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter[..., :3])
-        late = np.nan_to_num(velocity[i])[..., None]
-        for kind, follows in (("turned", turn), ("late", late)):
-            X = _through(system, i, follows).reshape(e.size, -1)
-            S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X)
-            g = X.T @ e - X.T @ AL @ np.linalg.solve(N, AL.T @ e)
-            if kind == "turned":
-                S = S + np.eye(3) / LIKELY_TURN**2
-            inverse = np.linalg.pinv(S, rcond=1e-10, hermitian=True)
-            x, gain = inverse @ g, float(g @ inverse @ g)
-            size = float(np.linalg.norm(x)) or 1e-300
-            spread = (
-                float(np.sqrt(np.maximum(x @ inverse @ x, 0.0))) / size * max((before - gain) / expected, 1.0) ** 0.5
-            )
-            moved = np.einsum("nij,nj->ni", system.G, _whitened(system, i, follows @ x))
-            ratio = float(np.sqrt((moved**2).sum(-1).mean() / system.sigma2.mean()))
-            amount, unit = (size, 180 / np.pi) if kind == "turned" else (float(x[0]), 1.0)
-            share = min(gain / max(before - expected, gain, 1e-300), 1.0)
-            found.append(Cause(kind, (i,), amount * unit, spread * unit, share, gain * evidence, ratio))
-    return sorted(found, key=lambda cause: -cause.evidence)
+        by = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter)
+        zooms[i] = by[..., columns(camera, ["f"])] * camera.f
+        yield "turned", {i: by[..., :3]}
+        yield "late", {i: np.nan_to_num(velocity[i])[..., None]}
+        yield "zoomed", {i: zooms[i]}
+    yield "all zoomed", zooms
 
 
 def _readouts(
@@ -323,5 +336,7 @@ def _likeliest(causes: Sequence[Cause]) -> Cause:
     """The best cause, with every camera of which the same explains as much."""
     causes = [c for c in causes if c.kind != "turned" or c.amount < LARGEST_TURN] or list(causes)
     best = causes[0]
+    if best.kind == "all zoomed":
+        return best
     alike = [c.cameras[0] for c in causes if c.kind == best.kind and c.evidence >= AS_GOOD * best.evidence]
     return best._replace(cameras=tuple(alike))
