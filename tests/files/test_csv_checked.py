@@ -156,6 +156,7 @@ def test_what_is_unambiguous_is_read(tmp_path, data):
             "tag,x,y,z\n% the wall\n1,1,2,3\n",
             "line 2: 1 cell where the header names 4. If the line is a comment, begin",
         ),
+        ("tag,x,y,z\n1,1e300,2,3\n", "line 2: x is '1e300', which no place has"),
         ("tag,x,y,z\n1,01.Mai,2,3\n", "line 2: x is '01.Mai', a date, which a spreadsheet may have made of a number"),
         ("tag;x;y;z\n1;1.234;2.500;3.000\n2;12;1.100;0\n", "the point may begin decimals or separate thousands"),
         ("tag,x,y,z,sigma\n1,1,2,3,-0.1\n", "line 2: sigma is '-0.1'; it must be 0 or greater"),

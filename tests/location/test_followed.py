@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vidtrack.location.followed import Rows, view_of
+from vidtrack.location.followed import Rows, rows_of, view_of
 from vidtrack.simulate.rig import thesis_rig
 
 CAMERA = thesis_rig(1)[0]
@@ -65,3 +65,24 @@ def test_each_piece_knows_its_tracklet_in_the_table_and_the_name_that_a_start_bo
     alone = view_of("cam1", centroids([""] * 10), None, CAMERA, None)
     assert alone.number.tolist() == [-1]
     assert alone.given == [""]
+
+
+def test_rows_without_a_time_are_none_and_a_deviation_that_is_not_above_0_is_not_known():
+    columns = {
+        name: np.array(values)
+        for name, values in {
+            "time_s": [0.0, np.nan, 0.1, 0.2],
+            "target": ["a"] * 4,
+            "Xf": [1.0] * 4,
+            "Yf": [2.0] * 4,
+            "sd_x": [0.02, 0.02, 0.0, 0.04],
+            "sd_y": [0.02, 0.02, -1.0, 0.04],
+        }.items()
+    }
+    seen = rows_of(columns)
+    assert seen.time.tolist() == [0.0, 0.1, 0.2]
+    view = view_of("cam1", seen, None, thesis_rig(2)[0], None)
+    assert view.sd[0].tolist() == [[0.02, 0.02], [0.03, 0.03], [0.04, 0.04]]
+    never = view_of("cam1", rows_of(columns | {"sd_x": np.zeros(4), "sd_y": np.zeros(4)}), None, thesis_rig(2)[0], None)
+    assert not never.has_sd
+    assert (never.sd > 0).all()

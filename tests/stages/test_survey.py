@@ -124,3 +124,14 @@ def test_the_job_writes_what_it_found(tmp_path, eight):
     assert record["cameras"] == names
     assert [each["tag"] for each in record["misplaced"]] == ["C1", "C2", "C3", "C4", "C5"]
     assert len(record["left_out"]["cam2"]) == 5
+
+
+def test_many_wrong_names_in_one_camera_are_few_findings_that_say_so():
+    rng = np.random.default_rng(7)
+    b = np.stack(seen(ring(8, rng), P, rng, 0.3))
+    b[0, :9] = np.roll(b[0, :9], 1, axis=0)
+    _, found = judged(P, b)
+    own = [f for f in found.findings if f.text.startswith("cam1")]
+    assert len(own) == 6
+    assert own[-1].code == "sights-mistaken"
+    assert "4 more tags lie elsewhere in this camera alone" in own[-1].text

@@ -11,6 +11,9 @@ from vidtrack.files.csv_columns import Columns, Header, find_header, unit_proble
 from vidtrack.files.csv_numbers import MISSING, NumberStyle, why_not_a_number
 from vidtrack.files.csv_text import Path, Row, read_text, short, split_rows
 
+LARGEST = 1e12
+"""What no coordinate exceeds, in px or in a unit of length: squares of far larger ones have no digits left."""
+
 _COMMENTS = ("%", "//", "!", ";", "*", "--")
 """What begins a comment in files of other programs."""
 
@@ -80,6 +83,8 @@ def _value(name: str, cell: str, columns: Columns, style: NumberStyle) -> tuple[
         value = style.number(cell)
         if value is None:
             return math.nan, f"{short(cell)}, {why_not_a_number(cell)}"
+        if name in columns.units and name not in columns.times and abs(value) > LARGEST and not blank:
+            return math.nan, f"{short(cell)}, which no place has. Correct it."
         if (name in columns.positive and value <= 0) or (name in columns.not_negative and value < 0):
             least = "greater than 0" if name in columns.positive else "0 or greater"
             cure = "Correct it, or leave it empty" if blank else "Correct it"

@@ -24,7 +24,7 @@ class Rows(NamedTuple):
     time: Array  # (N,) s
     target: Labels  # (N,) its name; '' for none
     b: Array  # (N, 2) px; NaN where it was not measured
-    sd: Array  # (N, 2) px; NaN where that is not known
+    sd: Array  # (N, 2) px; NaN, 0 or less where that is not known
     flag: Labels  # (N,)
     label: Labels  # (N,) time code, or the like
     tracklet: Ints  # (N,) -1 for none
@@ -32,7 +32,10 @@ class Rows(NamedTuple):
 
 
 def rows_of(columns: Mapping[str, NDArray[Any]]) -> Rows:
-    """The rows of a table of centroids or of tracklets, by its columns."""
+    """The rows of a table of centroids or of tracklets, by its columns; without those that have no time."""
+    timed = np.isfinite(np.asarray(columns["time_s"], float))
+    if not timed.all():
+        columns = {name: values[timed] for name, values in columns.items()}
     n = len(columns["time_s"])
 
     def words(name: str) -> Labels:
@@ -80,11 +83,12 @@ def view_of(
         number, bound = rows.tracklet, rows.bound
     b = np.full((int(codes.max(initial=n - 1)) + 1, t.size, 2), np.nan)
     b[codes, column] = rows.b
-    has_sd = bool(np.isfinite(rows.sd[:, 0]).any())
+    known = np.isfinite(rows.sd) & (rows.sd > 0)
+    has_sd = bool(known.all(1).any())
     sd = np.ones(b.shape)
     if has_sd:
-        usual = np.nanmedian(rows.sd, axis=0)
-        sd[codes, column] = np.where(np.isfinite(rows.sd) & (rows.sd > 0), rows.sd, usual)
+        usual = np.nanmedian(np.where(known, rows.sd, np.nan), axis=0)
+        sd[codes, column] = np.where(known, rows.sd, usual)
     flag = np.full(b.shape[:2], "", object)
     flag[codes, column] = rows.flag
     label = np.full(t.size, "", object)

@@ -21,6 +21,9 @@ from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import derivatives
 
+MOST_SAID = 6
+"""Findings of single sights of one camera that are shown."""
+
 
 class JudgedSurvey(NamedTuple):
     """What the stage gives.
@@ -126,11 +129,25 @@ def _mistaken(names: list[str], tags: list[str], shared: SharedPoints, found: Pl
             continue
         places = project(camera, shared.p)
         mixed = {m.point: m for m in mixups(places, shared.b[i], found.mistaken[i], 5.0)}
+        own: list[Finding] = []
         for j in rows:
             if (mix := mixed.get(j)) and mix.mutual and mix.place < j and mix.place in rows:
                 continue
-            findings.append(_mistaken_finding(names[i], tags, j, shared, places, camera, mixed.get(j), units, i))
+            own.append(_mistaken_finding(names[i], tags, j, shared, places, camera, mixed.get(j), units, i))
+        findings += _few(own, names[i])
     return findings
+
+
+def _few(own: list[Finding], camera: str) -> list[Finding]:
+    """One camera's findings; of very many the first, and in one more that the names as a whole may be wrong there."""
+    if len(own) <= MOST_SAID:
+        return own
+    text = (
+        f"{camera}: {len(own) - MOST_SAID + 1} more tags lie elsewhere in this camera alone: all of its names may be "
+        "shifted by one, of another layout, or those of another camera"
+    )
+    cure = f"Look at the names in {camera}'s calibration picture, and correct its picks or its clip's tags."
+    return [*own[: MOST_SAID - 1], Finding("bad", "sights-mistaken", text, cure)]
 
 
 def _mistaken_finding(
