@@ -8,7 +8,15 @@ from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import rotation_from_vector
-from vidtrack.location.plane import MODELS, fit_plane, scaled_plane, world_covariance, world_from_frame_buffer
+from vidtrack.location.plane import (
+    MODELS,
+    fit_plane,
+    holds,
+    on_one_line,
+    scaled_plane,
+    world_covariance,
+    world_from_frame_buffer,
+)
 
 THESIS = Path(__file__).parents[2] / "data/thesis"
 FACING = np.diag([1.0, -1.0, -1.0])
@@ -159,3 +167,16 @@ def test_a_scale_must_be_positive():
 
 def test_a_lost_centroid_has_no_place():
     assert np.isnan(world_from_frame_buffer(scaled_plane(1), [np.nan, 3])).any()
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 90.0, 37.0])
+@pytest.mark.parametrize("n", [3, 5])
+def test_a_line_is_a_line_whichever_way_it_runs(turn, n):
+    """An upright line of three points held an affine map: 1,235 in off with a sigma of 24."""
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    along = np.linspace(0, 90, n)
+    b = np.stack([c * along, s * along], -1) + np.random.default_rng(n).normal(0, 0.05, (n, 2)) + 300
+    assert on_one_line(b)
+    assert not holds("affine", b)
+    assert not holds("homography", b)
+    assert holds("affine", np.vstack([b, b[0] + [-30 * s, 30 * c]]))

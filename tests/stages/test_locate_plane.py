@@ -11,7 +11,7 @@ from vidtrack.geometry.camera import project
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.stages.kinematics import kinematics
-from vidtrack.stages.locate_plane import COLUMNS, locate_plane
+from vidtrack.stages.locate_plane import COLUMNS, _warnings, locate_plane
 
 TOSS = Path(__file__).parents[2] / "../shared/real/ball-toss"
 
@@ -202,3 +202,11 @@ def test_a_plane_in_water_is_located_along_bent_light_where_that_predicts_points
     flat = points.drop(columns="z")
     with pytest.raises(VidtrackError, match="need z, for light is bent at window"):
         locate_plane(seen_there, through=[window | {"indices": [1.0, 1.49, 1.333]}], **given | {"points": flat})
+
+
+@pytest.mark.parametrize(("model", "warned"), [("scale", 1), ("affine", 1), ("homography", 0), ("radial", 0)])
+def test_a_plane_that_leans_is_a_doubt_only_where_the_map_does_not_rectify_it(model, warned):
+    record = {"model": model, "tilt_deg": 12.0, "tilt_sd_deg": 1.0, "chi2": 1.0, "held_out_rms": 0.1, "n_points": 9}
+    assert len(_warnings(record | {"on_one_line": False})) == warned
+    (*_, line) = _warnings(record | {"on_one_line": True})
+    assert "lie on one line" in line

@@ -58,6 +58,10 @@ class Plane:
     world_span: float
 
 
+LEAST_SPREAD = 0.02
+"""Second over first singular value of points, below which they are taken to lie on one line."""
+
+
 class PlaneFit(NamedTuple):
     """A fitted plane and how far to trust it; lengths in world units."""
 
@@ -185,12 +189,19 @@ def _spread(p: Array) -> float:
     return float(s[1] / s[0]) if len(s) > 1 and s[0] > 0 else 0.0
 
 
+def on_one_line(b: Array) -> bool:
+    """Whether points (n, 2) lie nearly on a line, however it runs: they say nothing of what is across it."""
+    return _spread(b) < LEAST_SPREAD
+
+
 def holds(model: str, b: Array) -> bool:
     """Whether points as they lie determine the model: enough of them, and of full rank."""
     if len(b) < 2 or 2 * len(b) < PARAMETERS[model]:
         return False
     if model == "scale":
         return True
+    if on_one_line(b):
+        return False
     q = (b - b.mean(0)) / max(float(np.ptp(b)), 1e-300)
     powers = {"affine": 3, "homography": 3, "radial": 3, "quadratic": 6, "cubic": 10}[model]
     monomials = np.stack([q[:, 0] ** i * q[:, 1] ** j for i, j in _EXPONENTS[:powers]], -1)

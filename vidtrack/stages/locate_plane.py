@@ -23,6 +23,7 @@ from vidtrack.location.plane import (
     PlaneFit,
     fit_plane,
     jacobian_by_position,
+    on_one_line,
     scaled_plane,
     world_covariance,
     world_from_frame_buffer,
@@ -99,6 +100,7 @@ def locate_plane(
     """
     if (scale is None) == (points is None):
         raise VidtrackError(f"{where}: plane needs either scale or points, and not both. Give one of them.")
+    centroids = centroids[np.isfinite(centroids["time_s"].to_numpy(float))]
     centroids, associations, open_ = _associated(centroids, tracklets, targets, camera)
     places: Places
     if scale is not None:
@@ -315,6 +317,7 @@ def _points_record(
         "held_out_rms": held_out,
         "held_out_by_model": fit.held_out,
         "chi2": fit.chi2,
+        "on_one_line": on_one_line(b),
         "tilt_deg": leaning.angle,
         "tilt_sd_deg": leaning.sd,
     }
@@ -323,20 +326,19 @@ def _points_record(
 
 def _warnings(record: dict[str, Any]) -> list[str]:
     warnings = []
-    if record["tilt_deg"] > TILT_LIMIT_DEG:
-        cure = (
-            "a scale factor does not hold"
-            if record["model"] in ("scale", "affine")
-            else "rectified by the known points"
-        )
+    if record["tilt_deg"] > TILT_LIMIT_DEG and record["model"] in ("scale", "affine"):  # the others rectify it
         warnings.append(
             f"the plane leans {record['tilt_deg']:.1f} +- {record['tilt_sd_deg']:.1f} degrees out of the picture's own "
-            f"(limit {TILT_LIMIT_DEG:g}): {cure}"
+            f"(limit {TILT_LIMIT_DEG:g}): a scale factor does not hold"
         )
     if record["chi2"] > 4:
         warnings.append(
             f"the known points miss the plane by {record['rms']:.4g} rms, {np.sqrt(record['chi2']):.1f} times what "
             f"their noise explains; worst is tag {record['max_tag']}"
+        )
+    if record["on_one_line"]:
+        warnings.append(
+            "the known points lie on one line: nothing tells how the plane leans across it; add points there"
         )
     if np.isnan(record["held_out_rms"]):
         warnings.append(f"{record['n_points']} known points leave none to check the {record['model']} with")
