@@ -204,9 +204,16 @@ def test_a_plane_in_water_is_located_along_bent_light_where_that_predicts_points
         locate_plane(seen_there, through=[window | {"indices": [1.0, 1.49, 1.333]}], **given | {"points": flat})
 
 
-@pytest.mark.parametrize(("model", "warned"), [("scale", 1), ("affine", 1), ("homography", 0), ("radial", 0)])
-def test_a_plane_that_leans_is_a_doubt_only_where_the_map_does_not_rectify_it(model, warned):
-    record = {"model": model, "tilt_deg": 12.0, "tilt_sd_deg": 1.0, "chi2": 1.0, "held_out_rms": 0.1, "n_points": 9}
-    assert len(_warnings(record | {"on_one_line": False})) == warned
-    (*_, line) = _warnings(record | {"on_one_line": True})
+def test_known_points_on_one_line_are_said_to_be():
+    record = {"model": "scale", "tilt_deg": np.nan, "chi2": 1.0, "held_out_rms": 0.1, "n_points": 9}
+    assert _warnings(record | {"on_one_line": False}) == []
+    (line,) = _warnings(record | {"on_one_line": True})
     assert "lie on one line" in line
+
+
+def test_centroids_without_a_time_are_left_out():
+    rows = centroids(seen(grid()))
+    late = rows.assign(time_s=np.where(np.arange(len(rows)) == 4, np.nan, rows["time_s"]))
+    done = locate_plane(late, points=known())
+    assert len(done.trajectories) == len(rows) - 1
+    assert np.isfinite(done.trajectories["time_s"]).all()
