@@ -343,7 +343,7 @@ def _warnings(record: dict[str, Any]) -> list[str]:
         )
     if record["on_one_line"]:
         warnings.append(
-            "the known points lie on one line: nothing tells how the plane leans across it; add points there"
+            "the known points lie on one line: nothing shows how the plane leans across it; add points there"
         )
     if np.isnan(record["held_out_rms"]):
         warnings.append(f"{record['n_points']} known points leave none to check the {record['model']} with")
