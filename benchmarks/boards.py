@@ -2,6 +2,8 @@
 
     python benchmarks/boards.py accuracy --seeds 20       40 views of a ChArUco board, 0.1 px on every corner
     python benchmarks/boards.py real FOLDER 10x7 24.23    stills of a real checkerboard: squares, side of one
+    python benchmarks/boards.py gamma                     corners of rendered boards where levels are light^(1/2.2)
+    python benchmarks/boards.py tied --seeds 5            cameras tied by a board beside a survey, and without the board
     python benchmarks/boards.py drone FOLDER              X_UASDemoData of the CIRN toolbox: 5 points, known lens
 
 Accuracy: two ways of filming. `filled`: the board is brought to every part of the picture at a third to nearly all of
@@ -13,12 +15,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.board import Board
+from vidtrack.calibration.board_circles import centroid_shift
 from vidtrack.calibration.board_corners import board_seen
 from vidtrack.calibration.board_fit import fit_board
 from vidtrack.geometry.camera import Camera, project
@@ -118,6 +122,87 @@ def real(folder: Path, board: Board) -> None:
     print(f"  held-out views, px: {', '.join(f'{name} {value:.3f}' for name, value in fit.held_out_px.items())}")
 
 
+def gamma(power: float = 1 / 2.2) -> None:
+    """How far corners and circles lie from where the camera puts them, levels as light and as light^power."""
+    from vidtrack.simulate.board_picture import board_picture, drawing
+
+    camera = Camera(239.3, 181.2, 1, 1, 1.0, 520.0, -0.05 / 520**2, np.eye(3), np.zeros(3), (480, 360))
+    print("                 rms of corners, px      along the line from the board's middle, px (a scale)")
+    for kind, columns, rows in (("charuco", 8, 6), ("checkerboard", 8, 5), ("circles", 7, 5), ("apriltag", 6, 4)):
+        board, bitmap = Board(kind, columns, rows, 30.0), drawing(kind, columns, rows)
+        errors: dict[str, list[Array]] = {"light": [], "gamma": []}
+        out: dict[str, list[float]] = {"light": [], "gamma": []}
+        rng = np.random.default_rng(0)
+        for _ in range(5):
+            R = cv2.Rodrigues(rng.normal(0, 0.3, 3) * [1, 1, 0.3])[0] @ np.diag([1, -1, -1.0])
+            T = np.array([*rng.uniform(-20, 20, 2), 560.0]) - R @ [15.0 * columns, 15.0 * rows, 0]
+            p = board.corners @ R.T + T
+            truth = project(camera, p)
+            if kind == "circles":
+                truth = truth + centroid_shift(camera, R[None], T[None], board.corners, board.diameter)[0]
+            picture = board_picture(camera, R, T, bitmap, 30.0, noise=0.5, rng=rng)
+            bent = np.rint(255 * (picture / 255.0) ** power).astype(np.uint8)
+            for name, each in (("light", picture), ("gamma", bent)):
+                seen = board_seen(board, each)
+                if seen is None:
+                    continue
+                off = min((seen.b - truth[ids] for ids in (seen.ids, len(truth) - 1 - seen.ids)), key=np.linalg.norm)
+                if kind == "apriltag":
+                    off = seen.b - truth[seen.ids]
+                at = seen.b - seen.b.mean(0)
+                errors[name].append(off)
+                if kind == "apriltag":  # from each tag's own middle
+                    middle = np.array([seen.b[seen.ids // 4 == k].mean(0) for k in seen.ids // 4])
+                    at = seen.b - middle
+                out[name].append(float((off * at).sum() / np.linalg.norm(at, axis=-1).sum()))
+        line = [f"{name} {np.sqrt(np.mean(np.concatenate(each) ** 2)):.3f}" for name, each in errors.items()]
+        print(f"  {kind:14s} {', '.join(line)}    {', '.join(f'{n} {np.mean(v):+.3f}' for n, v in out.items())}")
+
+
+def tied(seeds: int) -> None:
+    """Two cameras, 16 points surveyed to 0.5 mm, and a board of 24 views before both: 50 other points located."""
+    from scipy.spatial.transform import Rotation
+
+    from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
+    from vidtrack.calibration.bundle import bundle
+    from vidtrack.geometry.triangulate import locate_points
+
+    second = cv2.Rodrigues(np.array([0, 0.35, 0.0]))[0]
+    true = [TRUE, TRUE.with_(R=second, T=np.array([-350.0, 0, 60.0]))]
+    found: dict[str, list[float]] = {"survey alone": [], "with the board": [], "floor": []}
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        b = np.full((2, 24, len(BOARD.corners), 2), np.nan)
+        for k in range(24):
+            R = cv2.Rodrigues(rng.normal(0, 0.4, 3) * [1, 1, 2])[0] @ np.diag([1, -1, -1.0])
+            x = (BOARD.corners - BOARD.corners.mean(0)) @ R.T + rng.uniform([-150, -80, 450], [300, 80, 900])
+            for i, camera in enumerate(true):
+                at = project(camera, x)
+                inside = (at > 0).all(-1) & (at < np.array(SIZE) - 1).all(-1)
+                b[i, k] = np.where(inside[:, None], at + rng.normal(0, NOISE, at.shape), np.nan)
+        fit = fit_board(BOARD, b, np.full(b.shape[:3], NOISE), [SIZE] * 2, 0, model="tsai")
+        tie = TiedCameras(fit.cameras, [u.names for u in fit.uncertainties], fit.uncertainties[0].pivot, fit.covariance)
+        free = [fit.uncertainties[0].names] * 2
+        p = rng.uniform([-120, -80, 550], [260, 80, 850], (16, 3))
+        survey = p + rng.normal(0, 0.5, p.shape)
+        sights = np.stack([project(c, p) + rng.normal(0, NOISE, (16, 2)) for c in true])
+        where = rng.uniform([-100, -60, 600], [250, 60, 800], (50, 3))
+        clean = [project(c, where) + rng.normal(0, NOISE, (50, 2)) for c in true]
+        for word, ties in (("survey alone", ()), ("with the board", (tie,))):
+            done = bundle(true, survey, sights, sigma=0.5, free=free, sd=NOISE, tied=ties)
+            found[word].append(_beyond_motion(locate_points(done.cameras, np.stack(clean)).point, where, Rotation))
+        found["floor"].append(_beyond_motion(locate_points(true, np.stack(clean)).point, where, Rotation))
+    for word, each in found.items():
+        print(f"  {word:16s} {np.mean(each):.3f} mm beyond a rigid motion, mean over {seeds} sets")
+
+
+def _beyond_motion(located: Array, true: Array, rotation: Any) -> float:
+    """Mean distance after the best rigid motion."""
+    a, b = located - located.mean(0), true - true.mean(0)
+    turn, _ = rotation.align_vectors(b, a)
+    return float(np.linalg.norm(turn.apply(a) - b, axis=-1).mean())
+
+
 def drone(folder: Path) -> None:
     """Five control points and the lens of the toolbox's calibration, beside its own solution for the camera's place."""
     from scipy.io import loadmat
@@ -165,10 +250,16 @@ def main() -> None:
     own.add_argument("squares", help="as 10x7: columns and rows of squares")
     own.add_argument("square", type=float)
     own.add_argument("--type", default="checkerboard")
+    commands.add_parser("gamma")
+    commands.add_parser("tied").add_argument("--seeds", type=int, default=5)
     commands.add_parser("drone").add_argument("folder", type=Path)
     asked = parser.parse_args()
     if asked.command == "accuracy":
         accuracy(asked.seeds)
+    elif asked.command == "gamma":
+        gamma()
+    elif asked.command == "tied":
+        tied(asked.seeds)
     elif asked.command == "drone":
         drone(asked.folder)
     else:

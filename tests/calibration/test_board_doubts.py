@@ -1,9 +1,14 @@
 """What views of a board say against it, against the lens, or against the way in which it was filmed."""
 
+import cv2
 import numpy as np
+import pytest
 
-from tests.calibration.test_board_fit import BOARD, SIZE, fitted, views
+from tests.calibration.test_board_fit import BOARD, SIZE, cameras, fitted, views
+from vidtrack.calibration.board import Board
 from vidtrack.calibration.board_doubts import board_doubts
+from vidtrack.calibration.board_fit import fit_board
+from vidtrack.geometry.camera import project
 
 
 def codes(b):
@@ -28,3 +33,21 @@ def test_a_board_kept_in_a_corner_is_doubtful():
     b[(b[..., 0] > 700) | (b[..., 1] > 420)] = np.nan
     b = b[:, np.isfinite(b[0, ..., 0]).sum(-1) >= 6]
     assert {"board-in-a-corner", "board-views-poor"} & codes(b)
+
+
+@pytest.mark.parametrize(("out", "said"), [(-0.12, "smaller"), (0.0, ""), (0.12, "larger")])
+def test_tags_whose_corners_lie_inwards_or_outwards_are_noted(out, said):
+    """As a camera's gamma does it: the dark squares shrink, and the lens is the same to 0.1 %."""
+    board, camera, rng = Board("apriltag", 6, 4, 30.0), cameras(1)[0], np.random.default_rng(0)
+    b = np.full((1, 10, len(board.corners), 2), np.nan)
+    for k in range(10):
+        R = cv2.Rodrigues(rng.normal(0, 0.45, 3))[0] @ np.diag([1, -1, -1.0])
+        p = (board.corners - board.corners.mean(0)) @ R.T + rng.uniform([-100, -60, 400], [100, 60, 700])
+        at = project(camera, p)
+        away = (at.reshape(-1, 4, 2) - at.reshape(-1, 4, 2).mean(1, keepdims=True)).reshape(-1, 2)
+        b[0, k] = at + rng.normal(0, 0.05, at.shape) + out * away / np.linalg.norm(away, axis=-1, keepdims=True)
+    fit = fit_board(board, b, np.full(b.shape[:3], 0.05), [SIZE], 0, model="tsai")
+    found = [f.text for f in board_doubts("cam1", board, fit, 0, SIZE, "mm") if f.code == "board-tags-shrunk"]
+    assert len(found) == bool(said)
+    assert all(f"look {said} than" in text for text in found)
+    assert fit.cameras[0].f == pytest.approx(camera.f, rel=1e-3)

@@ -26,6 +26,8 @@ class DoubtSettings:
     """Share of the picture that the corners of all views should cover."""
     f_sd: float = 0.005
     """Share of f that its standard error may be."""
+    outward_px: float = 0.05
+    """px by which corners of dark tags may lie inwards or outwards: a camera's gamma draws them inwards by 0.15."""
 
 
 SETTINGS = DoubtSettings()
@@ -61,7 +63,25 @@ def board_doubts(name: str, board: Board, fit: BoardFit, row: int, size: tuple[i
     if sd_f > SETTINGS.f_sd * fit.cameras[row].f:
         text = f"{where}: the views leave f +- {100 * sd_f / fit.cameras[row].f:.1f} %."
         findings.append(Finding("doubtful", "board-views-poor", text, "Tilt the board by 20 to 45 deg, to all sides."))
+    if board.type == "apriltag" and abs(out := _outward(fit, row, board)) > SETTINGS.outward_px:
+        text = (
+            f"{where}: the tags look {'smaller' if out < 0 else 'larger'} than they are: their corners lie "
+            f"{abs(out):.2g} px from where the board has them, towards or from each tag's own middle. The lens hardly depends on it, the "
+            "distance of a single tag does."
+        )
+        cure = "Measure marker again; switch the camera's gamma off, or film sharper and darker."
+        findings.append(Finding("note", "board-tags-shrunk", text, cure))
     return findings
+
+
+def _outward(fit: BoardFit, row: int, board: Board) -> float:
+    """By how much (px, mean) corners of tags lie farther from the middle of their own tag than they should."""
+    b = predicted(fit, row, board)
+    n = len(b)
+    each = b.reshape(n, -1, 4, 2)
+    out = (each - each.mean(2, keepdims=True)).reshape(n, -1, 2)
+    along = (fit.residuals[row] * out).sum(-1) / np.linalg.norm(out, axis=-1)
+    return float(np.nanmean(along)) if np.isfinite(along).any() else 0.0
 
 
 def predicted(fit: BoardFit, row: int, board: Board) -> Array:

@@ -44,8 +44,8 @@ def drawing(
             if kind == "checkerboard" and (i + j) % 2 == 0:
                 board[y : y + PER_SQUARE, x : x + PER_SQUARE] = 0
             elif kind == "circles":
-                centre = (x + PER_SQUARE // 2, y + PER_SQUARE // 2)
-                cv2.circle(board, centre, PER_SQUARE // 4, 0, -1, cv2.LINE_AA)
+                centre = (2 * x + PER_SQUARE - 1, 2 * y + PER_SQUARE - 1)  # half px: between the two middle ones
+                cv2.circle(board, centre, PER_SQUARE // 2, 0, -1, cv2.LINE_AA, 1)
             elif kind == "apriltag":
                 tags = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary or "DICT_APRILTAG_36h11"))
                 tag, gap = tags.generateImageMarker(first + n, side), (PER_SQUARE - side) // 2
