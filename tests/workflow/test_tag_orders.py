@@ -4,7 +4,7 @@ import pytest
 
 from vidtrack.errors import VidtrackError
 from vidtrack.settings.config import settings_from_config
-from vidtrack.workflow.tag_orders import tagged, tags_of_run
+from vidtrack.workflow.tag_orders import tagged, tags_of_run, tags_read
 
 
 def run(**own):
@@ -43,3 +43,9 @@ def test_a_centre_or_four_corners_alone_say_where_it_is(place):
 def test_what_is_no_place_of_a_square_is_refused(place):
     with pytest.raises(VidtrackError, match=r"bodies\.float\.tags"):
         run(tags={"size": 4}, bodies={"float": {"tags": {7: place}}})
+
+
+def test_no_recording_is_read_again_because_tags_are_larger_than_was_thought():
+    first, second = (tags_read(run(tags={"size": size, "sigma": 0.01 * size, "ids": [7]})) for size in (4, 5))
+    assert first == second == {"family": "36h11", "ids": (7,), "named": [7]}
+    assert tags_read(run()) is None

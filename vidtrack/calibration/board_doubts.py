@@ -66,8 +66,8 @@ def board_doubts(name: str, board: Board, fit: BoardFit, row: int, size: tuple[i
     if board.type == "apriltag" and abs(out := _outward(fit, row, board)) > SETTINGS.outward_px:
         text = (
             f"{where}: the tags look {'smaller' if out < 0 else 'larger'} than they are: their corners lie "
-            f"{abs(out):.2g} px from where the board has them, towards or from each tag's own middle. The lens hardly depends on it, the "
-            "distance of a single tag does."
+            f"{abs(out):.2g} px from where the board has them, towards or from each tag's own middle. The lens hardly "
+            "depends on it, the distance of a single tag does."
         )
         cure = "Measure marker again; switch the camera's gamma off, or film sharper and darker."
         findings.append(Finding("note", "board-tags-shrunk", text, cure))

@@ -29,7 +29,7 @@ from vidtrack.workflow.own_settings import (
     targets_of,
     without_colour,
 )
-from vidtrack.workflow.tag_orders import tagged, tags_of_run, untagged
+from vidtrack.workflow.tag_orders import tagged, tags_read, untagged
 from vidtrack.workflow.waved import wand_cameras, wand_clips
 
 Order = dict[str, Any]
@@ -47,7 +47,7 @@ def track(settings: Settings, experiment: Experiment, run: str, camera: str) -> 
         "targets": targets_of(settings, experiment.runs[run]),
         "start_timecode": own.start_timecode,
         "recording": recording_of(settings, experiment.runs[run], camera),
-    } | ({"tags": tags} if (tags := tags_of_run(own)) else {})
+    } | ({"tags": tags} if (tags := tags_read(own)) else {})
 
 
 def calibration_points(settings: Settings, experiment: Experiment, camera: str, after: bool = False) -> Order:

@@ -17,6 +17,12 @@ def tags_of_run(own: Run) -> Order | None:
     return {**own.tags.model_dump(), "named": sorted({*(own.tags.ids or ()), *on})}
 
 
+def tags_read(own: Run) -> Order | None:
+    """What reading the tags in a recording needs to know: neither how large they are nor how well that is known."""
+    tags = tags_of_run(own)
+    return None if tags is None else {key: tags[key] for key in ("family", "ids", "named")}
+
+
 def tagged(own: Run) -> Order:
     """What stage locate needs to know of a run's coded tags; nothing where it has none."""
     if own.tags is None:
