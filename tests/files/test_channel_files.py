@@ -98,3 +98,17 @@ def test_a_name_that_is_not_there_times_that_fall_and_lengths_that_differ_are_re
     ):
         with pytest.raises(VidtrackError, match=says):
             read_channels(path, columns, time=time)
+
+
+@pytest.mark.parametrize("name", ["time_ms", "time (ms)"])
+def test_times_in_milliseconds_are_refused_in_every_format(tmp_path, name):
+    path = tmp_path / "gauges.csv"
+    path.write_text(f"{name},gauge\n0,1\n5,2\n")
+    own = name if name == "time_ms" else "time"
+    with pytest.raises(VidtrackError, match="is in ms, and vidtrack reads"):
+        read_channels(str(path), {"wave": "gauge"}, time=own)
+    if name == "time_ms":
+        table = pd.DataFrame({name: [0.0, 5.0], "gauge": [1.0, 2.0]})
+        table.to_parquet(tmp_path / "gauges.parquet")
+        with pytest.raises(VidtrackError, match="time_ms is in ms"):
+            read_channels(str(tmp_path / "gauges.parquet"), {"wave": "gauge"}, time=name)
