@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vidtrack.analysis.harmonics import fit_harmonics, fundamental_frequency, phase_average, response
+from vidtrack.analysis.harmonics import beyond_zero, fit_harmonics, fundamental_frequency, phase_average, response
+from vidtrack.analysis.interval import Estimate
 
 F = 0.8
 
@@ -85,3 +86,18 @@ def test_less_than_two_periods_are_refused():
     t = np.arange(0, 1, 1 / 60)
     with pytest.raises(ValueError, match="at least 2"):
         fit_harmonics(t, np.cos(t), 1.5)
+
+
+def test_of_noise_alone_the_amplitude_s_interval_holds_zero_in_95_of_100_records_and_the_phase_is_open():
+    rng = np.random.default_rng(8)
+    t = np.arange(0, 10, 0.05)
+    found = [fit_harmonics(t, rng.normal(size=t.size), 1.0, n_harmonics=1) for _ in range(200)]
+    held = [own.amplitude[0].value <= own.amplitude[0].half_width for own in found]
+    assert 180 <= sum(held) <= 199  # 190, three standard deviations
+    assert all((own.phase_deg[0].half_width == 180) == h for own, h in zip(found, held, strict=True))
+
+
+def test_a_clear_amplitude_keeps_its_interval():
+    size, lag = Estimate(1.0, 0.1), Estimate(30.0, 5.0)
+    assert beyond_zero(size, lag) == (size, lag)
+    assert beyond_zero(Estimate(0.1, 0.1), lag) == (Estimate(0.1, 0.1 * 2.4477 / 1.96), Estimate(30.0, 180.0))

@@ -21,3 +21,17 @@ def test_points_are_joined_in_the_order_of_their_periods_with_their_intervals():
     assert "response over wave (m/m)" in texts(figure)
     assert "period of the waves (s)" in texts(figure)
     assert len(phase.lines) == 2
+
+
+def test_a_phase_that_is_open_has_no_place():
+    points = [
+        {
+            "run": "a",
+            "T": T,
+            "rao": {"value": 0.1, "half_width": 0.2},
+            "phase_deg": {"value": 50.0, "half_width": width},
+        }
+        for T, width in ((1.0, 180.0), (2.0, 20.0))
+    ]
+    phases = response_curves({"b.yaw": points}, "deg/m", "b").axes[1]
+    assert np.isnan(phases.lines[0].y).tolist() == [True, False]

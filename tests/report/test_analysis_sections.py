@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.stages.test_analysis import AXES, body_in_waves, swinging
 from vidtrack.files.records import plain
-from vidtrack.report.analysis_sections import analysis_tables
+from vidtrack.report.analysis_sections import analysis_tables, warnings
 from vidtrack.stages.analysis import analysis
 
 
@@ -33,3 +33,14 @@ def test_waves_and_motions_have_a_table_each():
 
 def test_no_analysis_makes_no_table():
     assert analysis_tables({}, "m") == []
+
+
+def test_few_samples_a_period_are_a_warning_above_the_tables_and_enough_are_none():
+    few = {
+        "waves": {"elevation": "eta", "samples_a_period": 120.0, "responses": {"b.heave": {"samples_a_period": 31.4}}}
+    }
+    (line,) = warnings(few)
+    assert line.startswith("Warning: 31.4 samples a period of b.heave; 100")
+    assert "and 1 more" in warnings({"waves": {**few["waves"], "samples_a_period": 50.0}})[0]
+    assert warnings({"waves": {"elevation": "eta", "samples_a_period": 100.0}}) == []
+    assert warnings({}) == []

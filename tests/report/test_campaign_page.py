@@ -5,7 +5,7 @@ import pytest
 from tests.analysis.test_campaign import RECORDS, ROWS
 from vidtrack.analysis.campaign import campaign
 from vidtrack.files.records import plain
-from vidtrack.report.campaign_page import campaign_page
+from vidtrack.report.campaign_page import _curves, campaign_page
 
 MADE = {"vidtrack": "1"}
 
@@ -52,3 +52,19 @@ def test_a_campaign_of_nothing_analysed_still_has_its_list():
     rows = [{"run": "a", "H": 0.1}]
     (table,) = campaign_page(plain(campaign(rows, {})), units="m", title="t", provenance=MADE).sections[0].tables
     assert table.rows == [["a", "0.1"]]
+
+
+def test_each_body_has_its_curves_and_turns_are_shown_once():
+    response = {"rao": {"value": 1.0, "half_width": 0.1}, "phase_deg": {"value": 20.0, "half_width": 1.0}}
+    motions = {
+        f"b{i}{at}.{dof}": unit
+        for i in range(4)
+        for at in ("", "@CoG")
+        for dof, unit in (("heave", "m"), ("pitch", "deg"))
+    }
+    own = {name: {"unit": unit, **response} for name, unit in motions.items()}
+    runs = {run: {"measured": {"T_s": {"value": T}}, "responses": own} for run, T in (("a", 1.0), ("b", 2.0))}
+    found = _curves(runs, "m")
+    assert list(found) == [(unit, f"b{i}") for unit in ("m/m", "deg/m") for i in range(4)]
+    assert list(found["m/m", "b3"]) == ["b3.heave", "b3@CoG.heave"]
+    assert list(found["deg/m", "b3"]) == ["b3.pitch"]
