@@ -105,7 +105,15 @@
         pen.stroke();
       };
       const dot = (p, colour, size) => { const [x, y] = flat(p); pen.fillStyle = colour; pen.beginPath(); pen.arc(x, y, size, 0, 7); pen.fill(); };
-      const word = (p, text, colour) => { const [x, y] = flat(p); pen.fillStyle = readable(colour); pen.fillText(text, x + 7, y - 5); };
+      const written = [];
+      const word = (p, text, colour) => {
+        const [x, y] = flat(p), wide = pen.measureText(text).width;
+        let at = y - 5;
+        while (written.some(([u, v, w]) => x < u + w + 4 && u < x + wide + 4 && Math.abs(at - v) < 13)) at += 13;
+        written.push([x, at, wide]);
+        pen.fillStyle = readable(colour);
+        pen.fillText(text, x + 7, at);
+      };
       const ink = style("--ink"), faint = style("--faint");
       data.hull.forEach(([i, j]) => line([data.points[i], data.points[j]], faint, 0.6));
       data.points.forEach(p => dot(p, faint, 1.6));
