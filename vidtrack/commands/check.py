@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vidtrack.commands.folder import FOLDER, NO_COLOR, inside, settings_here
+from vidtrack.commands.lines import say
 from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
@@ -46,20 +47,20 @@ def command(folder: str, no_color: bool) -> int:
             _check_exports(settings, experiment)
         except VidtrackError as error:
             for problem in error.problems:
-                click.echo(f"refused: {problem}")
-            click.echo(_refusals(len(error.problems)))
+                say(f"refused: {problem}")
+            say(_refusals(len(error.problems)))
             return 1
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         with console.status("looking") as status:
             found = survey(settings, experiment, cores, lambda what: status.update(f"looking at {what}"))
     for about, what in found.facts:
-        click.echo(f"{about}: {what}")
+        say(f"{about}: {what}")
     words = {"failed": "refused", "bad": "bad", "doubtful": "doubtful", "note": "note"}
     for finding in worst_first(dict.fromkeys(found.findings)):
-        click.echo(f"{words[finding.level]}: {sentence(finding.text)} {sentence(finding.cure)}".rstrip())
+        say(f"{words[finding.level]}: {sentence(finding.text)} {sentence(finding.cure)}".rstrip())
     refused = sum(finding.level == "failed" for finding in found.findings)
     if refused:
-        click.echo(_refusals(refused))
+        say(_refusals(refused))
     return 1 if refused else 0
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from vidtrack.commands.lines import say
 from vidtrack.errors import VidtrackError
 
 if TYPE_CHECKING:
@@ -104,13 +105,13 @@ def command(
         return 1
     done = write_folder(folder, found, units or "", how or "leave")
     for path in done.written:
-        click.echo(f"written: {path}")
+        say(f"written: {path}")
     for source, goal in done.placed:
-        click.echo(f"{how}: {source} -> {goal}")
+        say(f"{how}: {source} -> {goal}")
     for line in done.left:
-        click.echo(f"left: {line}")
+        say(f"left: {line}")
     for line in still_to_do(folder, found, how or "leave"):
-        click.echo(f"to do: {line}")
+        say(f"to do: {line}")
     return 0
 
 
@@ -142,22 +143,22 @@ def with_parts_joined(
 
 def show(found: Arrangement) -> None:
     """Print what is proposed."""
-    click.echo(f"cameras: {', '.join(found.cameras)}")
+    say(f"cameras: {', '.join(found.cameras)}")
     for kind, title in (("calibration", "calibration clips"), ("run", "runs")):
         takes = found.of(kind)
         none = "none found" if kind == "run" else "none found by their names. Name one: --clip NAME=PATTERN"
-        click.echo(f"{title}: {', '.join(take.name for take in takes) or none}")
+        say(f"{title}: {', '.join(take.name for take in takes) or none}")
         for take in takes:
             for camera, recording in take.recordings.items():
                 parts = f" and {len(recording.parts) - 1} more ({recording.kind})" if len(recording.parts) > 1 else ""
-                click.echo(f"  {take.name}/{camera}: {recording.path}{parts}")
+                say(f"  {take.name}/{camera}: {recording.path}{parts}")
             missing = [camera for camera in found.cameras if camera not in take.recordings]
             if missing:
-                click.echo(f"  {take.name}: nothing from {', '.join(missing)}")
+                say(f"  {take.name}: nothing from {', '.join(missing)}")
     for recording, why in found.left:
-        click.echo(f"left out: {recording.path}: {why}")
+        say(f"left out: {recording.path}: {why}")
     for note in found.notes:
-        click.echo(f"note: {note}")
+        say(f"note: {note}")
 
 
 def still_to_do(folder: str, found: Arrangement, how: str) -> list[str]:

@@ -17,12 +17,12 @@ from vidtrack.stages.calibrate import Calibration
 
 class Expected(NamedTuple):
     """sigma (3,): world units, in the middle of the points; field: diagonal of what the cameras see there;
-    starts: target: (where (3,), how far outside the points' volume).
+    starts: target: (where (3,), how far outside the points' volume, px by which a camera's line of sight misses it).
     """
 
     sigma: Array
     field: float
-    starts: dict[str, tuple[Array, float]]
+    starts: dict[str, tuple[Array, float, float]]
 
 
 def expected(
@@ -47,7 +47,8 @@ def expected(
         seen = np.array([_first(table, name) for table in centroids.values()])
         fix = locate_points(cameras, seen, sd=sd)
         outside = distance_outside(p, fix.point)
-        starts[name] = fix.point, float(outside) if outside is not None else 0.0
+        off = np.hypot(fix.error[..., 0], fix.error[..., 1])
+        starts[name] = fix.point, float(outside or 0.0), float(np.max(off, initial=0.0, where=np.isfinite(off)))
     return Expected(there.sigma, float(np.mean([_diagonal(camera, middle) for camera in cameras])), starts)
 
 

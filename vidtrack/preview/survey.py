@@ -41,6 +41,8 @@ FIELDS = {
 
 JOB_SECONDS = 3.0
 """ASSUME: what a small job takes, mostly its start."""
+START_MISS = 3.0
+"""px: more than centroids and calibrations leave between lines of sight; they meet at no place then."""
 
 SAMPLE_BYTES = 160
 """Results a sample, target and camera, measured on the demo; and as much again for each in space."""
@@ -292,9 +294,16 @@ def _space(
         share = answer.field / float(np.linalg.norm(sigma))
         each = ", ".join(f"{axis} {value:.2g}" for axis, value in zip("xyz", sigma, strict=True))
         found.say(about, f"sigma to expect amid the points: {each} {settings.units}, 1/{share:,.0f} of the field")
-    for name, (where, outside) in answer.starts.items():
+    for name, (where, outside, miss) in answer.starts.items():
         if not np.isfinite(where).all():
             found.warn("note", "start-unknown", f"{about}: where {name} starts is not located from its first samples")
+        elif miss > START_MISS:
+            found.warn(
+                "note", "start-lines-miss",
+                f"{about}: the cameras' first sights of {name} miss each other by {miss:.0f} px: they are not of one "
+                "moment, or one camera's box is about another target",
+                "Compare the boxes with the lines that vidtrack pick draws. The run says which it is.",
+            )  # fmt: skip
         elif outside > 0:
             at = ", ".join(f"{v:.3g}" for v in where)
             found.warn(
