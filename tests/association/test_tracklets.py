@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from vidtrack.association.tracklets import LONGEST_GAP, lanes, may_change, pieces_of, tracklets_of
+from vidtrack.association.tracklets import LONGEST_GAP, ends_of_tracks, lanes, may_change, pieces_of, tracklets_of
 
 
 @given(hnp.arrays(bool, st.tuples(st.integers(1, 3), st.integers(1, 30))), st.integers(0, 29))
@@ -46,3 +46,13 @@ def test_rows_in_any_order_become_tracklets():
     assert made.sample.tolist() == [4, 5, 7]
     assert made.b[:, 0].tolist() == [4, 6, 0]
     assert (made.first.tolist(), made.last.tolist()) == ([4, 5], [4, 7])
+
+
+def test_a_track_ends_as_the_recording_does_or_is_lost_and_begins_likewise():
+    b = np.full((100, 3, 2), 5.0)
+    b[40:70, 0] = np.nan  # lost in between
+    b[:60, 1] = np.nan  # found late
+    b[60:, 2] = np.nan  # lost for good
+    ends = ends_of_tracks(b)
+    assert ends.began.tolist() == ["first", "lost", "found", "first"]
+    assert ends.ended.tolist() == ["lost", "last", "last", "lost"]

@@ -146,3 +146,11 @@ def test_a_plateau_is_the_mean_level_over_the_background():
     raw[10:13, 0, 10:16] = 180
     grey, target, _, _, plane, _, pixels = measured(raw, threshold=100.0)
     assert plateau_of(grey, target, plane, pixels)[0] == pytest.approx(160, abs=0.2)
+
+
+def test_sd_of_the_binary_centroid_is_the_same_wherever_the_target_lies_in_its_window():
+    raw = np.full((24, 2, 24), 30, np.uint8)
+    raw[8:13, 0, 9:16] = raw[12:17, 1, 14:21] = 200
+    _, target, _, _, _, sums, _ = measured(raw)
+    _, _, sd_x, sd_y = binary(target, sums)
+    np.testing.assert_allclose([sd_x[1], sd_y[1]], [sd_x[0], sd_y[0]], rtol=1e-5)
