@@ -8,9 +8,9 @@
 
 `stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares
 the track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two
-take turns in one process; ratios are of medians of processor time, which a busy computer changes less than elapsed
-time. What was tracked is compared with the scene afterwards. `sd` follows balls of five sizes, at rest and moving,
-through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest sd (errors beyond 1 px are
+take turns in one process; ratios are of medians, of elapsed time (the stage measures beside the decoder) and of
+processor time, which a busy computer changes less. What was tracked is compared with the scene afterwards.
+`sd` follows balls of five sizes, at rest and moving, through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest sd (errors beyond 1 px are
 counted as wrong). `limits` runs the track
 job as the workflow does, on 300 and 1500 frames of 1080p, and prints its peak memory and how long it takes from its
 start to the first frame. `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them
@@ -166,11 +166,11 @@ def against_scene(tracked, kind: str, n: int) -> dict:
     }
 
 
-def seconds(action, *arguments) -> tuple[float, object]:
-    """Processor time of all threads, s: other work on the computer counts less than in elapsed time."""
-    began = time.process_time()
+def seconds(action, *arguments) -> tuple[tuple[float, float], object]:
+    """Elapsed time, which holds on an idle computer alone, and processor time of all threads, s."""
+    began = time.perf_counter(), time.process_time()
     result = action(*arguments)
-    return time.process_time() - began, result
+    return (time.perf_counter() - began[0], time.process_time() - began[1]), result
 
 
 def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads: int, folder: Path) -> list[dict]:
@@ -187,20 +187,22 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
                 plain.append(seconds(decode, path, threads)[0])
                 took, tracked = seconds(follow, path, n, threads)
                 whole.append(took)
-            ratio = statistics.median(whole) / statistics.median(plain)
+            (plain_s, plain_cpu), (whole_s, whole_cpu) = (np.median(times, axis=0) for times in (plain, whole))
             row = {
                 "clip": kind,
                 "targets": n,
-                "decode_ms": 1e3 * statistics.median(plain) / frames,
-                "stage_ms": 1e3 * statistics.median(whole) / frames,
-                "ratio": ratio,
+                "decode_ms": 1e3 * plain_s / frames,
+                "stage_ms": 1e3 * whole_s / frames,
+                "ratio": whole_s / plain_s,
+                "processor": whole_cpu / plain_cpu,
                 "limit": LIMITS[n],
                 **against_scene(tracked, kind, n),
             }
             table.append(row)
             print(
                 "{clip:11s} {targets:4d} targets  decode {decode_ms:6.2f} ms  stage {stage_ms:6.2f} ms  "
-                "ratio {ratio:5.2f} (limit {limit})  measured {measured:.4f}  rms {rms:.4f} px  worst {worst:.2f} px  "
+                "ratio {ratio:5.2f} (limit {limit}), of processor time {processor:5.2f}  "
+                "measured {measured:.4f}  rms {rms:.4f} px  worst {worst:.2f} px  "
                 "mistaken {mistaken}  z {z:.2f}".format(**row),
                 flush=True,
             )
