@@ -6,15 +6,15 @@
     python benchmarks/track.py sd [--only dv h264]
     python benchmarks/track.py peers
 
-`stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares
-the track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two
-take turns in one process; ratios are of medians, of elapsed time (the stage measures beside the decoder) and of
-processor time, which a busy computer changes less. What was tracked is compared with the scene afterwards.
-`sd` follows balls of five sizes, at rest and moving, through codecs, and prints z,
-the rms of error over sd_x, sd_y, which is 1 for an honest sd (errors beyond 1 px are counted as wrong). `limits` runs the track
-job as the workflow does, on 300 and 1500 frames of 1080p, and prints its peak memory and how long it takes from its
-start to the first frame. `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them
-beside vidtrack's own dependencies (a venv of its own keeps them out of the project's).
+`stage` renders clips of 10, 50 and 200 balls of radius 4 px with noise, writes them with each codec, and compares the
+track stage with a PyAV loop that decodes the same file with the same threads and touches no pixel. The two take turns
+in one process; ratios are of medians, of elapsed time (the stage measures beside the decoder) and of processor time,
+which a busy computer changes less. What was tracked is compared with the scene afterwards. `sd` follows balls of five
+sizes, at rest and moving, through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest sd
+(errors beyond 1 px are counted as wrong). `limits` runs the track job as the workflow does, on 300 and 1500 frames of
+1080p, and prints its peak memory and how long it takes from its start to the first frame. `peers` needs trackpy,
+numba and scikit-image: this script runs in any Python that has them beside vidtrack's own dependencies (a venv of its
+own keeps them out of the project's).
 """
 
 from __future__ import annotations
