@@ -154,3 +154,15 @@ def test_sd_of_the_binary_centroid_is_the_same_wherever_the_target_lies_in_its_w
     _, target, _, _, _, sums, _ = measured(raw)
     _, _, sd_x, sd_y = binary(target, sums)
     np.testing.assert_allclose([sd_x[1], sd_y[1]], [sd_x[0], sd_y[0]], rtol=1e-5)
+
+
+def test_an_unsure_slope_of_the_background_moves_the_centroid_by_the_square_of_the_region_s_spread():
+    raw, _ = windows(4, 5.0, side=SIDE)
+    grey, _, region, _, plane, sums, _ = measured(raw)
+    sure = weighted(grey, region, plane._replace(variance=np.zeros_like(plane.variance)), sums)
+    variance = np.broadcast_to([[1e-4], [3e-4]], plane.variance.shape)
+    unsure = weighted(grey, region, plane._replace(variance=variance), sums)
+    share = plane.noise / sure[2]
+    for axis, at in enumerate((3, 4)):
+        spread = (sure[at] / share) ** 2
+        np.testing.assert_allclose(unsure[at] ** 2 - sure[at] ** 2, (share * spread) ** 2 * variance[axis], rtol=1e-4)
