@@ -30,7 +30,6 @@ class Shapes:
     nearest    share of the samples whose shapes are nearest to the usual one: they say how much it scatters, since in
                many of the others a part may be hidden; nearest_sd: of a normal distribution within which so many are
     beyond     standard deviations from the usual shape that are no chance
-    fewer      the same of the pixels, where the light is beyond
     like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
     arm        of its radius, at which a change of the second moments is taken to be
     whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
@@ -50,7 +49,6 @@ class Shapes:
     nearest: float = 0.25
     nearest_sd: float = 0.3186
     beyond: float = 5.0
-    fewer: float = 3.0
     like_rest: float = 3.0
     arm: float = 0.6
     whole: float = 0.6
@@ -259,9 +257,7 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
         middle = np.median(about, axis=-1)
         grain = 1.4826 * np.median(np.abs(about - middle[..., None]), axis=-1)
         change = np.log(light[:, at, i]) - middle
-        beyond = (np.abs(change) > np.array([[SHAPES.fewer], [SHAPES.beyond]]) * np.maximum(grain, SHAPES.grain)).all(
-            axis=0
-        )
+        beyond = np.abs(change[1]) > SHAPES.beyond * np.maximum(grain[1], SHAPES.grain)
         beyond &= np.sign(change[0]) == np.sign(change[1])
         share = -np.expm1(-np.abs(change).min(axis=0))
         radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
