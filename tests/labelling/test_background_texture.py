@@ -65,3 +65,12 @@ def test_dark_balls_before_a_pattern_are_found_as_well():
     frames = [f._replace(luma=255 - f.luma) for f in scene(7, 13.0, FEW)]
     raised = take(frames, {"polarity": "dark"}, None, len(FEW))
     assert len(raised.at) == len(FEW)
+
+
+def test_a_pattern_in_a_part_of_the_picture_counts_for_the_balls_before_it():
+    plain = balls(AT, background=60.0, shape=SHAPE)
+    covered = (plain - 60.0) / plain.max()
+    part = grain(11, 8.0) * (np.arange(SHAPE[1]) < 110)
+    shot = take(clip(plain + (1 - covered) * part, 16, noise=1.0, seed=11), {}, None, len(AT))
+    sd, x = np.linalg.norm(shot.sd, axis=1), shot.at[:, 0]
+    assert np.median(sd[x < 100]) > 5 * np.median(sd[x > 200])

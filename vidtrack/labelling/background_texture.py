@@ -25,6 +25,7 @@ class TextureSettings:
     inside_px, outside_px  the rim, from the radius of the blob's pixels
     places                 at most so many places without a ball
     fewest                 so few places say nothing
+    nearby                 places next to a ball that speak for it: a pattern may fill a part of the picture alone
     over_noise             times the variance that noise alone leads to expect, from which on there is a pattern
     """
 
@@ -32,6 +33,7 @@ class TextureSettings:
     outside_px: float = 2.5
     places: int = 400
     fewest: int = 20
+    nearby: int = 30
     over_noise: float = 3.0
 
 
@@ -54,19 +56,22 @@ def texture_sd(still: Still, blobs: Blobs, noise: float | None = None) -> Array:
     rounded = np.maximum(np.rint(2 * radius) / 2, 1.0)
     for r in np.unique(rounded):
         reach = int(np.ceil(r + TEXTURE.outside_px))
-        windows = _windows(flat, blobs, reach)
+        windows, places = _windows(flat, blobs, reach)
         if len(windows) < TEXTURE.fewest:
             continue
         y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
         d = np.hypot(x, y)
         rim = (d >= r - TEXTURE.inside_px) & (d <= r + TEXTURE.outside_px)
-        own = rounded == r
+        own = np.flatnonzero(rounded == r)
+        off = np.hypot(places[:, 0] - blobs.Xf[own, None], places[:, 1] - blobs.Yf[own, None])
+        near = np.argsort(off, axis=1, kind="stable")[:, : TEXTURE.nearby]
         for k, along in enumerate((x * rim, y * rim)):
-            moment = np.tensordot(windows, along.astype(float), 2)
-            spread = (1.4826 * float(np.median(np.abs(moment - np.median(moment))))) ** 2
+            moment = np.tensordot(windows, along.astype(float), 2)[near]
+            middle = np.median(moment, axis=1, keepdims=True)
+            spread = (1.4826 * np.median(np.abs(moment - middle), axis=1)) ** 2
             alone = variance * float((along**2).sum())
-            if spread > TEXTURE.over_noise * alone:
-                out[own, k] = np.sqrt(spread - alone) / np.maximum(blobs.mass[own], 1e-9)
+            patterned = spread > TEXTURE.over_noise * alone
+            out[own, k] = np.sqrt(np.where(patterned, spread - alone, 0.0)) / np.maximum(blobs.mass[own], 1e-9)
     return out
 
 
@@ -86,14 +91,15 @@ def _free(shape: tuple[int, ...], blobs: Blobs, room: int) -> NDArray[np.bool_]:
     return free
 
 
-def _windows(flat: Array, blobs: Blobs, reach: int) -> Array:
-    """Windows (m, 2 reach + 1, 2 reach + 1) of the picture at places of a grid where no blob is."""
+def _windows(flat: Array, blobs: Blobs, reach: int) -> tuple[Array, Array]:
+    """Windows (m, 2 reach + 1, 2 reach + 1) of the picture at places of a grid where no blob is, and their middles
+    (m, 2) px."""
     rows, columns = flat.shape
     if min(rows, columns) <= 2 * reach + 1:
-        return np.zeros((0, 2 * reach + 1, 2 * reach + 1))
+        return np.zeros((0, 2 * reach + 1, 2 * reach + 1)), np.zeros((0, 2))
     free = _free(flat.shape, blobs, 2 * reach)
     step = max(1, int(np.sqrt((rows - 2 * reach) * (columns - 2 * reach) / (4 * TEXTURE.places))))
     at = np.argwhere(free[reach : rows - reach : step, reach : columns - reach : step]) * step
     at = at[:: max(1, len(at) // TEXTURE.places)]
     views = np.lib.stride_tricks.sliding_window_view(flat, (2 * reach + 1, 2 * reach + 1))
-    return np.asarray(views[at[:, 0], at[:, 1]], float)
+    return np.asarray(views[at[:, 0], at[:, 1]], float), at[:, ::-1] + float(reach)

@@ -123,3 +123,14 @@ def test_turning_the_picture_by_quarters_turns_the_blobs(quarters, mirrored):
 def test_all_105_dots_of_a_real_target_are_found_without_a_threshold(camera):
     found = find_blobs(cv2.imread(str(REAL / f"{camera}.tif"), cv2.IMREAD_UNCHANGED))
     assert len(found.Xf) == 105
+
+
+def test_a_ball_before_a_bright_pattern_keeps_its_own_size():
+    y, x = np.mgrid[:120, :160].astype(float)
+    pattern = 70 + 14 * (1 + np.sin(x / 3) * np.sin(y / 3)) * (np.abs(x - 80) < 70)
+    ball = 1 / (1 + np.exp(2 * (np.hypot(x - 81.3, y - 58.8) - 6)))
+    picture = np.clip(np.random.default_rng(3).normal(pattern * (1 - ball) + 220 * ball, 1.0), 0, 255).astype(np.uint8)
+    blobs = find_blobs(picture)
+    k = np.argmin(np.hypot(blobs.Xf - 81.3, blobs.Yf - 58.8))
+    assert np.hypot(blobs.Xf[k] - 81.3, blobs.Yf[k] - 58.8) < 0.3
+    assert 90 < blobs.pixels[k] < 150

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
 from vidtrack.tracking.detect_settings import Kind
-from vidtrack.tracking.detection.threshold import automatic, background_level, grey_scale, noise_sd
+from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level, grey_scale, noise_sd
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components_of, cut
 from vidtrack.tracking.sample import Sample
@@ -27,10 +27,13 @@ class BlobSettings:
 
     room_px  about a blob: three for its soft edge, three for the background
     uneven   noise sigmas: where the background varies over the picture by more, it is mapped
+    raised   a patch has a threshold of its own where by its brightness that is so many times the picture's: what else
+             stands out of the picture, a pattern behind the balls, sets it too low
     """
 
     room_px: int = 6
     uneven: float = 4.0
+    raised: float = 1.5
 
 
 BLOBS = BlobSettings()
@@ -135,7 +138,26 @@ def above_local_background(image: Picture, scale: float, noise: float) -> NDArra
     if scale != 1:  # in place: a fresh array of this size costs more than the arithmetic
         over *= np.float32(scale)
     over -= np.float32(background_level(image, scale=scale)) if background is None else background
-    return (over > np.float32(automatic(over, noise))).view(np.uint8)
+    level = automatic(over, noise)
+    mask = (over > np.float32(level)).view(np.uint8)
+    return _by_their_own_level(over, mask, level)
+
+
+def _by_their_own_level(over: NDArray[np.float32], mask: NDArray[np.uint8], level: float) -> NDArray[np.uint8]:
+    """The mask, in each patch that is far brighter than the threshold without what is dim in it.
+
+    over   grey levels above the background; level: the threshold that made the mask, likewise
+    """
+    smooth = cv2.blur(over, (3, 3))
+    high = np.float32(BLOBS.raised * level / THRESHOLD.share)
+    if not bool((smooth[mask > 0] > high).any()):
+        return mask
+    n, labels = cv2.connectedComponents(mask, connectivity=8)
+    peak = np.zeros(n, np.float32)
+    np.maximum.at(peak, labels[mask > 0], smooth[mask > 0])
+    own = np.where(peak > high, np.float32(THRESHOLD.share) * peak, np.float32(level))
+    own[0] = np.inf
+    return (over > own[labels]).view(np.uint8)
 
 
 def background_map(image: Picture, scale: float, noise: float) -> NDArray[np.float32] | None:
