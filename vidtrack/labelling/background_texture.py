@@ -102,4 +102,5 @@ def _windows(flat: Array, blobs: Blobs, reach: int) -> tuple[Array, Array]:
     at = np.argwhere(free[reach : rows - reach : step, reach : columns - reach : step]) * step
     at = at[:: max(1, len(at) // TEXTURE.places)]
     views = np.lib.stride_tricks.sliding_window_view(flat, (2 * reach + 1, 2 * reach + 1))
-    return np.asarray(views[at[:, 0], at[:, 1]], float), at[:, ::-1] + float(reach)
+    middles = np.asarray(at[:, ::-1] + float(reach), float)
+    return np.asarray(views[at[:, 0], at[:, 1]], float), middles

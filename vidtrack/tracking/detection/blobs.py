@@ -157,7 +157,7 @@ def _by_their_own_level(over: NDArray[np.float32], mask: NDArray[np.uint8], leve
     np.maximum.at(peak, labels[mask > 0], smooth[mask > 0])
     own = np.where(peak > high, np.float32(THRESHOLD.share) * peak, np.float32(level))
     own[0] = np.inf
-    return (over > own[labels]).view(np.uint8)
+    return np.asarray(over > own[labels], np.uint8)
 
 
 def background_map(image: Picture, scale: float, noise: float) -> NDArray[np.float32] | None:
