@@ -25,7 +25,7 @@ class TextureSettings:
     inside_px, outside_px  the rim, from the radius of the blob's pixels
     places                 at most so many places without a ball
     fewest                 so few places say nothing
-    nearby                 places next to a ball by which its background is judged: a pattern may fill a part of the picture
+    nearby                 places next to a ball by which its background is judged: a pattern may be in one part
     over_noise             times the variance that noise alone leads to expect, from which on there is a pattern
     """
 
