@@ -39,6 +39,15 @@ def test_the_rate_of_a_run_goes_before_that_of_its_camera():
     assert recording_of(settings, Clip("row1", {"cam2": "b.png"}, None), "cam2") == {}
 
 
+def test_the_rate_of_a_clip_goes_before_that_of_its_camera():
+    cameras = {"cam1": {"rate": 25}, "cam2": None}
+    clips = {"waved": {"rate": 240}}
+    settings = settings_from_config({"units": "in", "cameras": cameras, "calibration": {"clips": clips}})
+    for camera in cameras:
+        assert recording_of(settings, Clip("waved", {camera: "b.mp4"}, None), camera) == {"rate": 240}
+    assert recording_of(settings, Clip("row1", {"cam1": "b.mp4"}, None), "cam1") == {"rate": 25}
+
+
 def test_the_crop_of_a_run_goes_before_that_of_its_camera():
     assert crop_of(config(), "r1", "cam1") is None
     assert crop_of(config(), "r1", "cam2") == (1, 2, 3, 4)
