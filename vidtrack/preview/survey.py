@@ -13,8 +13,10 @@ import numpy as np
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment, Run, target_names
 from vidtrack.findings import Finding
+from vidtrack.geometry.picture_part import Picture
 from vidtrack.preview.boards import board_in_clips
 from vidtrack.preview.digitised import camera_in_file, points_in_files, tracks_in_file
+from vidtrack.preview.pictures import other_pictures, picture_of
 from vidtrack.preview.recordings import LIMITS, Opening, Recording, Target, look_at, targets_in, track_opening
 from vidtrack.preview.views import Few, View, opened_with, view_of
 from vidtrack.settings.config import Settings
@@ -70,6 +72,7 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
     """
     found = Facts([], [])
     views: dict[str, View] = {}
+    pictures: dict[str, Picture] = {}
     digitised = {camera for clip in experiment.clips.values() for camera in clip.digitised}
     for camera in experiment.given:
         _file(f"calibration, {camera}", found, partial(camera_in_file, settings, experiment, camera))
@@ -80,7 +83,7 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
             _file(f"calibration, {camera}", found, partial(points_in_files, settings, experiment, camera))
             continue
         tick(f"calibration of {camera}")
-        views[camera] = _calibration(settings, experiment, camera, found)
+        views[camera] = _calibration(settings, experiment, camera, found, pictures)
     work = 0.0
     size = 0.0
     for name, run in experiment.runs.items():
@@ -94,6 +97,7 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
             tick(f"run {name}, {camera}")
             _recording(settings, experiment, run, camera, found, looks, openings)
         _times(name, looks, found)
+        found.findings.extend(other_pictures(settings, name, pictures, {c: look.info for c, look in looks.items()}))
         mode = settings.runs[name].mode if name in settings.runs else "space"
         if mode == "space":
             _space(settings, run, views, openings, found)
@@ -113,10 +117,13 @@ def _file(about: str, found: Facts, read: Callable[[], str]) -> None:
             found.warn("failed", "file-refused", f"{about}: {problem}")
 
 
-def _calibration(settings: Settings, experiment: Experiment, camera: str, found: Facts) -> View:
+def _calibration(
+    settings: Settings, experiment: Experiment, camera: str, found: Facts, pictures: dict[str, Picture]
+) -> View:
     def read(clip: str, path: str, how: Mapping[str, Any]) -> Few:
         with open_video(path, **how) as video:
             frames = [frame._replace(luma=np.array(frame.luma)) for frame in islice(video.frames(), CLIP_FRAMES)]
+            pictures[camera] = picture_of(video.info)
             return Few(frames, (video.info.width, video.info.height), video.info.bits)
 
     view = view_of(settings, experiment, camera, read)
