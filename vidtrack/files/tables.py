@@ -35,6 +35,10 @@ UNITS = {
 """The unit of every column that has one, by name; `world` stands for the experiment's unit of length."""
 
 
+LARGE = 16 << 20
+"""Bytes of a table from which on what writing it took is given back: Arrow would keep as much again for later."""
+
+
 def write_parquet(
     path: Path,
     table: DataFrame,
@@ -65,6 +69,8 @@ def write_parquet(
     schema = pa.schema(fields, metadata={**(arrow.schema.metadata or {}), **{k.encode(): v for k, v in whole.items()}})
     with replacing(path) as file:
         pq.write_table(arrow.cast(schema), file, compression="zstd", write_page_checksum=True)
+    if arrow.nbytes > LARGE:
+        pa.default_memory_pool().release_unused()
 
 
 def read_parquet(path: Path) -> DataFrame:

@@ -182,7 +182,9 @@ def track(
     tracker.finish()
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
-    rows = with_earlier(tracker.rows(), earlier, lines)
+    rows, others, pieces, crops = tracker.rows(), tracker.others(), tracker.windows.kept, tracker.crops
+    del tracker  # what it recorded is as large as each table
+    rows = with_earlier(rows, earlier, lines)
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
@@ -196,13 +198,15 @@ def track(
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     grown = np.median(seen.factor, axis=1) if names else np.ones(2)
-    others = others_with_grown_sd(kept_others(tracker.others(), damaged), time, grown, shapes, lines=lines)
+    others = others_with_grown_sd(kept_others(others, damaged), time, grown, shapes, lines=lines)
     cut = cut_tracks(rows, others)
+    exposure = shapes.exposure
+    del others, shapes, time, elapsed
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
-    seen_well = [one for one in tracker.windows.kept if not damaged[one.sample]]
+    seen_well = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(seen_well, columns, clip.detection.noise, grown)
-    diagnostics = diagnosed(rows, moment.frame, moment.field, names, tracker.crops) | clip.as_record()
-    diagnostics |= {"begun": begun.how, "exposure": shapes.exposure}
+    diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record()
+    diagnostics |= {"begun": begun.how, "exposure": exposure}
     if damage.indices:
         diagnostics["damage_seen"] = sorted(damage.indices)
     record_scatter(diagnostics, seen, names)
@@ -244,24 +248,29 @@ class _Columns:
     def __init__(self, moment: Moments, clock: TimeBase) -> None:
         self.frame = moment.frame
         self.time_s = clock.seconds(moment.time, fields=moment.offset)
-        self.field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
-        self._labels = clock.labels(moment.time).astype(object)
+        field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
+        self._field, self._labels = _as_column(field), _as_column(clock.labels(moment.time))
 
     def of(self, sample: NDArray[np.intp]) -> dict[str, Any]:
         """Those of some samples (rows,)."""
         return {
             "frame": self.frame[sample],
-            "field": _words(self.field, self._fields[sample]),
+            "field": self._field.take(self._fields[sample]),
             "time_s": self.time_s[sample],
-            "timecode": _words(self._labels, sample),
+            "timecode": self._labels.take(sample),
         }
 
 
 def _words(of: Sequence[str] | NDArray[Any], which: NDArray[np.intp]) -> Any:
     """Words (rows,) picked from a few: many rows share one, which is quicker than one by one."""
+    return _as_column(of).take(which)
+
+
+def _as_column(words: Sequence[str] | NDArray[Any]) -> Any:
+    """Words as pandas keeps them, in a fifth of the memory of as many objects."""
     from pandas import Series
 
-    return Series(np.array(of, object)).array.take(which)
+    return Series(np.array(words, object)).array
 
 
 def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> DataFrame:
@@ -287,7 +296,8 @@ def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> D
             "box_w": np.tile(starts.box[:, 0], k),
             "box_h": np.tile(starts.box[:, 1], k),
             "flag": _words(_flag_words(), rows.flag.ravel()),
-        }
+        },
+        copy=False,
     )
 
 
@@ -318,7 +328,7 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
         "target": _words(words, cut.target[each]),
         "bound": bound[each],
     }
-    return DataFrame(table)[list(COLUMNS)]
+    return DataFrame({name: table[name] for name in COLUMNS}, copy=False)
 
 
 def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array) -> DataFrame:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,40 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.following.occlusion import recent
 from vidtrack.tracking.state import MEASURED, POSITION, Rows
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """together: blocks of samples after which they are copied into one; each alone takes seven times its numbers."""
+
+    together: int = 256
+
+
+BLOCKS = Blocks()
+
+Part = TypeVar("Part")
+
+
+class _Pile(Generic[Part]):
+    """Parts of which many small ones are soon joined to one, so that nothing of what they were cut from is held."""
+
+    def __init__(self, join: Callable[[Sequence[Part]], Part]) -> None:
+        self._join, self._joined = join, list[Part]()
+        self._loose: list[Part] = []
+
+    def append(self, part: Part) -> None:
+        self._loose.append(part)
+        if len(self._loose) == BLOCKS.together:
+            self._joined.append(self._join(self._loose))
+            self._loose = []
+
+    def whole(self) -> Part | None:
+        """All parts as one; None where there are none."""
+        parts = [*self._joined, *self._loose]
+        if not parts:
+            return None
+        self._joined, self._loose = [self._join(parts)], []
+        return self._joined[0]
 
 
 class Others(NamedTuple):
@@ -30,13 +66,13 @@ class Record:
 
     def __init__(self, n: int) -> None:
         self.n, self.samples = n, 0
-        self._blocks: list[Rows] = []
-        self._others: list[Others] = []
+        self._count = 0
+        self._rows, self._others = _Pile(_joined_rows), _Pile(_joined_others)
         self._recent: list[tuple[Array, Array]] = []  # times, X and Y of every place
         self._track = np.zeros(0, np.intp)
 
     def __len__(self) -> int:
-        return len(self._blocks)
+        return self._count
 
     def append(self, block: Rows, times: Array, track: Ints) -> None:
         """Take in a block; track: the number of the track in each column, -1: none."""
@@ -46,7 +82,7 @@ class Record:
             self._recent = [(t, np.where(new, np.nan, values)) for t, values in self._recent]
         self._recent = [*self._recent[-24:], (times, block.values[POSITION])]
         self._track = track.copy()
-        self._blocks.append(Rows(block.values[..., :n], block.corner[:, :n], block.flag[:, :n], block.total_pixels))
+        self._rows.append(Rows(block.values[..., :n], block.corner[:, :n], block.flag[:, :n], block.total_pixels))
         if (who := np.flatnonzero(track[n:] >= 0) + n).size:
             k = len(times)
             self._others.append(
@@ -58,6 +94,7 @@ class Record:
                 )
             )
         self.samples += len(times)
+        self._count += 1
 
     def recent(self) -> tuple[Array, Array]:
         """Times (k,) and positions (k, places, 2) of the last samples; none before the first block."""
@@ -68,17 +105,21 @@ class Record:
 
     def rows(self) -> Rows:
         """The targets."""
-        if not self._blocks:
-            n = self.n
-            return Rows(np.zeros((MEASURED, 0, n)), np.zeros((0, n, 2)), np.zeros((0, n), np.int64), np.zeros(0))
-        values = np.concatenate([block.values for block in self._blocks], axis=1)
-        return Rows._make([values, *(np.concatenate(column) for column in list(zip(*self._blocks, strict=True))[1:])])
+        n = self.n
+        none = Rows(np.zeros((MEASURED, 0, n)), np.zeros((0, n, 2)), np.zeros((0, n), np.int64), np.zeros(0))
+        return self._rows.whole() or none
 
     def others(self) -> Others:
         """All else that was followed."""
-        if not self._others:
-            return Others(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros((MEASURED, 0)), np.zeros(0, np.int64))
-        track, sample, values, flag = zip(*self._others, strict=True)
-        return Others(
-            np.concatenate(track), np.concatenate(sample), np.concatenate(values, axis=1), np.concatenate(flag)
-        )
+        none = Others(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros((MEASURED, 0)), np.zeros(0, np.int64))
+        return self._others.whole() or none
+
+
+def _joined_rows(blocks: Sequence[Rows]) -> Rows:
+    values, *columns = zip(*blocks, strict=True)
+    return Rows._make([np.concatenate(values, axis=1), *(np.concatenate(column) for column in columns)])
+
+
+def _joined_others(parts: Sequence[Others]) -> Others:
+    track, sample, values, flag = zip(*parts, strict=True)
+    return Others(np.concatenate(track), np.concatenate(sample), np.concatenate(values, axis=1), np.concatenate(flag))

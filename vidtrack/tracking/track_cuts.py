@@ -48,7 +48,7 @@ class CutTracks(NamedTuple):
     """N measured samples of tracklets, by tracklet and then by time; what is (m,) holds one value a tracklet.
 
     tracklet, sample  (N,) numbers from 0
-    values            (MEASURED, N); flag (N,) bits of FLAGS
+    values            (CONTRAST + 1, N), rows X to CONTRAST of what was measured; flag (N,) bits of FLAGS
     target            (m,) number of the target that the tracker took it for, -1: none
     began, ended      (m,) why, in words
     met               (m,) numbers of the tracklets that took part in the meeting that ended it, in words
@@ -68,18 +68,20 @@ def cut_tracks(rows: Rows, others: Others) -> CutTracks:
     """Tracklets of n targets and of all else that was followed."""
     samples, n = rows.flag.shape
     others = _besides(rows, others)
-    values = np.concatenate([rows.values.transpose(0, 2, 1).reshape(len(rows.values), -1), others.values], axis=1)
     track = np.concatenate([np.repeat(np.arange(n), samples), others.track])
     sample = np.concatenate([np.tile(np.arange(samples), n), others.sample])
     flag = np.concatenate([rows.flag.T.ravel(), others.flag])
     order = np.lexsort((sample, track))
-    track, sample, flag, values = track[order], sample[order], flag[order], values[:, order]
-    seen = np.flatnonzero(np.isfinite(values[X]))
+    seen = np.flatnonzero(np.isfinite(np.concatenate([rows.values[X].T.ravel(), others.values[X]])[order]))
+    values = np.empty((CONTRAST + 1, seen.size))
+    for row, own, other in zip(values, rows.values, others.values, strict=False):  # one at a time: there may be many
+        row[:] = np.concatenate([own.T.ravel(), other])[order[seen]]
+    track, sample, flag = track[order], sample[order], flag[order]
     if not seen.size:
         none = np.zeros(0, object)
-        return CutTracks(seen, seen, values[:, seen], flag[seen], seen, none, none, none)
+        return CutTracks(seen, seen, values, flag[seen], seen, none, none, none)
     hidden = [np.concatenate([[0], np.cumsum(flag & bit > 0)]) for bit in (MERGED, EDGE)]
-    why = _reasons(track[seen], sample[seen], values[:, seen], flag[seen], [many[seen] for many in hidden])
+    why = _reasons(track[seen], sample[seen], values, flag[seen], [many[seen] for many in hidden])
     starts = np.flatnonzero(why != "")
     ends = np.append(starts[1:], seen.size)
     numbers = np.repeat(np.arange(starts.size), ends - starts)
@@ -88,9 +90,9 @@ def cut_tracks(rows: Rows, others: Others) -> CutTracks:
     began[(began == "found") & (sample[seen[starts]] == 0)] = "first"
     own = track[seen[starts]]
     target = np.where(own < n, own, -1)
-    size = np.sqrt(values[PIXELS, seen] / np.pi)
-    met = _met(values[POSITION, seen[ends - 1]].T, size[ends - 1], sample[seen[ends - 1]], ended == "meeting")
-    return CutTracks(numbers, sample[seen], values[:, seen], flag[seen], target, began, ended, met)
+    size = np.sqrt(values[PIXELS] / np.pi)
+    met = _met(values[POSITION, ends - 1].T, size[ends - 1], sample[seen[ends - 1]], ended == "meeting")
+    return CutTracks(numbers, sample[seen], values, flag[seen], target, began, ended, met)
 
 
 def _besides(rows: Rows, others: Others) -> Others:

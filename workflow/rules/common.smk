@@ -138,6 +138,7 @@ def note_what_needs_nothing():
     planned = workflow.scheduler is not None and not len(workflow.dag)
     if planned and BOOK.settled.issuperset(ACCOUNTS):
         note_finished(CACHE, plan())
+        BOOK.save()
 
 
 def is_forced():
