@@ -261,13 +261,8 @@ class _Columns:
         }
 
 
-def _words(of: Sequence[str] | NDArray[Any], which: NDArray[np.intp]) -> Any:
-    """Words (rows,) picked from a few: many rows share one, which is quicker than one by one."""
-    return _as_column(of).take(which)
-
-
 def _as_column(words: Sequence[str] | NDArray[Any]) -> Any:
-    """Words as pandas keeps them, in a fifth of the memory of as many objects."""
+    """Words as pandas keeps them, in a fifth of the memory of as many objects; rows of a table take theirs of them."""
     from pandas import Series
 
     return Series(np.array(words, object)).array
@@ -281,7 +276,7 @@ def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> D
     return DataFrame(
         {
             **columns.of(np.repeat(np.arange(k), n)),
-            "target": _words(names, np.tile(np.arange(n), k)),
+            "target": _as_column(names).take(np.tile(np.arange(n), k)),
             "Xf": x,
             "Yf": y,
             "sd_x": sd_x,
@@ -295,7 +290,7 @@ def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> D
             "box_y": rows.corner[..., 1].ravel(),
             "box_w": np.tile(starts.box[:, 0], k),
             "box_h": np.tile(starts.box[:, 1], k),
-            "flag": _words(_flag_words(), rows.flag.ravel()),
+            "flag": _as_column(_flag_words()).take(rows.flag.ravel()),
         },
         copy=False,
     )
@@ -321,11 +316,11 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
         "sd_y": cut.values[SD_Y],
         "pixels": cut.values[PIXELS],
         "brightness": cut.values[CONTRAST],
-        "flag": _words(_flag_words(), cut.flag),
+        "flag": _as_column(_flag_words()).take(cut.flag),
         "began": cut.began[each],
         "ended": cut.ended[each],
         "met": cut.met[each],
-        "target": _words(words, cut.target[each]),
+        "target": _as_column(words).take(cut.target[each]),
         "bound": bound[each],
     }
     return DataFrame({name: table[name] for name in COLUMNS}, copy=False)
