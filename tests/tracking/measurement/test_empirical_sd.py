@@ -149,7 +149,7 @@ def test_the_light_of_measured_discs_scatters_as_their_sd_foretells(radius):
 
 @pytest.mark.parametrize(("period", "most"), [(3.1, 1.4), (4.7, 1.4), (14.0, 6.5)])
 def test_a_light_that_flickers_is_no_error_of_a_codec(period, most):
-    """The sd of all targets was grown up to a hundredfold; 23 times by a slow flicker, which is like a still pattern."""
+    """The sd of all targets was grown a hundredfold; 23 times by a slow flicker, which is like a still pattern."""
     k, n = 300, 4
     motion = circles(k)
     swing = 1 + 0.3 * np.sin(2 * np.pi * np.arange(k)[:, None] / period + np.arange(n))
