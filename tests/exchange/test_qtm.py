@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.exchange.runs import NAMES, RATE, bodies, run, times, trajectories
 from vidtrack.errors import VidtrackError
-from vidtrack.exchange.qtm import clock, write
+from vidtrack.exchange.qtm import write
 
 HEADER = [
     "NO_OF_FRAMES",
@@ -104,10 +104,3 @@ def test_times_that_are_not_even_are_refused():
     t = np.sort(times(60) + np.random.default_rng(0).normal(scale=1e-3, size=60))
     with pytest.raises(VidtrackError, match="QTM has one rate"):
         write(run(tables={"trajectories": trajectories(t=t)}))
-
-
-@pytest.mark.parametrize(
-    ("s", "said"), [(50409.992967, "14:00:09.993"), (86399.9996, "00:00:00.000"), (0, "00:00:00.000")]
-)
-def test_the_time_of_day_is_written_as_a_clock(s, said):
-    assert clock(s) == said

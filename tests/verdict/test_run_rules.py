@@ -4,7 +4,6 @@ import pytest
 
 from vidtrack.verdict.run_rules import (
     Track,
-    clock,
     comparison_findings,
     location_findings,
     motion_findings,
@@ -128,8 +127,3 @@ def test_a_reference_of_another_motion_and_a_truth_far_off_are_findings():
     assert codes(comparison_findings({"after": {"correlation": -0.9}})) == [("bad", "reference-differs")]
     (finding,) = comparison_findings({"truth": {"normalised_variance": {"x": 49.0, "y": None}}})
     assert (finding.level, finding.text) == ("doubtful", "positions are off truth.csv by 7 sigma rms along x")
-
-
-def test_times_read_as_clock_or_as_seconds_since_the_first_frame():
-    assert clock(36054.44) == "10:00:54.4"
-    assert clock(3.2) == "3.20 s"

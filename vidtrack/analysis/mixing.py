@@ -20,6 +20,7 @@ import numpy as np
 from vidtrack.analysis.responses import Systematic
 from vidtrack.arrays import Array
 from vidtrack.freedom import DEGREES_OF_FREEDOM
+from vidtrack.motion.rigid import rotation
 
 SMALL_TURN = 1e-3
 """rad, the turn by which derivatives are found."""
@@ -78,7 +79,7 @@ def rigid_mixing(field: ErrorField, body: Resting, basin: Array) -> Array:
     for axis in basin:
         ends = []
         for side in (1, -1):
-            moved = _pose_error(field, body, np.zeros(3), _turn(side * SMALL_TURN * axis))
+            moved = _pose_error(field, body, np.zeros(3), rotation(side * SMALL_TURN * axis))
             moved[:, 3:] -= side * SMALL_TURN * np.cross(axis, still[:, 3:])  # the turn from rest, not that of the body
             ends.append(moved)
         columns.append((ends[0] - ends[1]) / (2 * SMALL_TURN))
@@ -98,11 +99,3 @@ def _pose_error(field: ErrorField, body: Resting, shift: Array, R: Array) -> Arr
     turn = np.cross(b, e).sum(1) @ np.linalg.pinv(inertia).T
     place = e.mean(1) + np.cross(turn, body.point + shift - middle)
     return np.concatenate([place, turn], 1)
-
-
-def _turn(axis: Array) -> Array:
-    """The rotation (3, 3) by a vector, rad."""
-    angle = float(np.linalg.norm(axis))
-    x, y, z = axis / angle
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)

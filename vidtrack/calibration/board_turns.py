@@ -93,10 +93,7 @@ def one_orientation(board: Board, b: Array, sd: Array, poses: Sequence[Mapping[i
         rig[i] = best
         for view, turn in zip(shared, chosen.tolist(), strict=True):
             rows = turns[turn][0]  # the turned board's corner j is seen where corner rows[j] was
-            b[i, view], sd[i, view] = (
-                b[i, view, rows],
-                sd[i, view, rows],
-            )
+            b[i, view], sd[i, view] = b[i, view, rows], sd[i, view, rows]
         for view, pose in poses[i].items():
             there.setdefault(view, after(inverse(pose), best))
     return OneOrientation(b, sd, tuple(unsure))

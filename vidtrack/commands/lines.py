@@ -22,7 +22,6 @@ def broken(line: str, width: int) -> str:
     if len(line) <= width:
         return line
     indent = line[: len(line) - len(line.lstrip())]
-    return "\n".join(
-        textwrap.wrap(line, max(width, 20), subsequent_indent=indent + INDENT, break_long_words=False,
-                      break_on_hyphens=False, drop_whitespace=True)
-    )  # fmt: skip
+    lines = textwrap.TextWrapper(max(width, 20), break_long_words=False, break_on_hyphens=False)
+    lines.subsequent_indent = indent + INDENT
+    return lines.fill(line)

@@ -26,6 +26,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.exchange.matlab import mat_file
 from vidtrack.exchange.measured import Even, Run, Series, Written, evenly, filled_gaps, series
 from vidtrack.motion.rigid import rotation_from_quaternion
+from vidtrack.timing.clock_text import of_day
 
 POSE = ("X", "Y", "Z", "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{i}]" for i in range(9)))
 DIGITS = 6
@@ -40,7 +41,7 @@ def write(run: Run) -> Written:
     points = even.filled(s.stacked("x", "y", "z", "miss")) * scale
     files = {f"{run.name}_3D.tsv": _table_3d(run, s, even, points)}
     labelled = {"Count": float(len(s.names)), "Labels": _cells(s.names), "Data": points.transpose(1, 2, 0)}
-    record: dict[str, Any] = {"File": f"{run.name}.qtm", "Timestamp": clock(even.start), "StartFrame": 1.0}
+    record: dict[str, Any] = {"File": f"{run.name}.qtm", "Timestamp": of_day(even.start), "StartFrame": 1.0}
     record |= {"Frames": float(even.length), "FrameRate": even.rate, "Trajectories": {"Labeled": labelled}}
     if "bodies" in run.tables:
         own = series(run.tables["bodies"], "body", s.time)
@@ -70,12 +71,6 @@ def roll_pitch_yaw(R: Array) -> Array:
     return np.stack([roll, pitch, np.arctan2(-R[..., 0, 1], R[..., 0, 0])], -1)
 
 
-def clock(time: float) -> str:
-    """Seconds since midnight as hours, minutes and seconds."""
-    ms = round(time * 1000) % 86_400_000
-    return f"{ms // 3_600_000:02}:{ms // 60_000 % 60:02}:{ms // 1000 % 60:02}.{ms % 1000:03}"
-
-
 def _rotations(q: Array) -> Array:
     """(n, bodies, 3, 3) of unit quaternions (n, bodies, 4)."""
     return np.stack([rotation_from_quaternion(q[:, i]) for i in range(q.shape[1])], 1)
@@ -92,7 +87,7 @@ def _head(run: Run, even: Even, count: tuple[str, int], kind: str, names: tuple[
         "NO_OF_ANALOG\t0",
         "ANALOG_FREQUENCY\t0",
         "DESCRIPTION\tvidtrack",
-        f"TIME_STAMP\t{clock(even.start)}",
+        f"TIME_STAMP\t{of_day(even.start)}",
         f"DATA_INCLUDED\t{kind}",
         "\t".join([names[0], *names[1]]),
     ]

@@ -20,6 +20,7 @@ from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.overlay_film import Mark, names_of_tracks, overlay_marks, targets_of
 from vidtrack.timing.clock import Clock
+from vidtrack.timing.clock_text import readable
 from vidtrack.video.film import write_film
 from vidtrack.video.reader import open_video
 from vidtrack.workflow.job import Job
@@ -95,19 +96,11 @@ def _pictures(
             if frame.index > last:
                 break
             when = times.get(frame.index, float("nan"))
-            text = f"frame {frame.index}" + (f"  {_clock(when)}" if np.isfinite(when) else "")
+            text = f"frame {frame.index}" + (f"  {readable(when, 3)}" if np.isfinite(when) else "")
             picture = painter.painted(frame.luma, marks.get(frame.index, []), text)
             if frame.index >= (first + last) // 2 and not poster:
                 poster.append(picture)
             yield frame.time, picture
-
-
-def _clock(seconds: float) -> str:
-    """Seconds of the run as a clock shows them, where they count from midnight."""
-    ms = round(1000 * seconds)
-    if abs(ms) < 100_000:
-        return f"{ms / 1000:.3f} s"
-    return f"{ms // 3_600_000:02d}:{ms // 60_000 % 60:02d}:{ms / 1000 % 60:06.3f}"
 
 
 def _write(path: str, pictures: Iterator[tuple[Fraction, Any]], video: Video, where: str) -> None:

@@ -159,10 +159,10 @@ def _at_tags(table: DataFrame, patches: Mapping[tuple[int, str], Sequence[Hull]]
 
     found = np.zeros(len(table), bool)
     b, radius = table[["Xf", "Yf"]].to_numpy(float), np.sqrt(table["pixels"].to_numpy(float) / np.pi)
-    frame, field = table["frame"].to_numpy(), table["field"].to_numpy().astype(str)
-    for (number, name), hulls in patches.items():
-        rows = np.flatnonzero((frame == number) & (field == name))
-        found[rows] = near(b[rows], np.nan_to_num(radius[rows]), hulls)
+    rows_of: Mapping[Any, Any] = table.groupby(["frame", "field"], sort=False).indices
+    for (number, name), rows in rows_of.items():
+        if hulls := patches.get((int(number), str(name))):
+            found[rows] = near(b[rows], np.nan_to_num(radius[rows]), hulls)
     return Series(found, index=table.index)
 
 

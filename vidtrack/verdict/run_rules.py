@@ -8,6 +8,7 @@ from math import hypot
 from typing import Any, NamedTuple
 
 from vidtrack.findings import Finding
+from vidtrack.timing.clock_text import readable
 from vidtrack.verdict.calibration_rules import graded
 
 Record = Mapping[str, Any]
@@ -76,7 +77,7 @@ def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | No
     for name in located:
         track = tracks[name]
         share = (track.n - track.located) / track.n
-        where = f"the longest gap lasts {track.gap_s:.2g} s, from {clock(track.gap_from_s)}"
+        where = f"the longest gap lasts {track.gap_s:.2g} s, from {readable(track.gap_from_s)}"
         cure = "See in the tracks which camera lost it there; a third camera helps where views are blocked."
         if level := graded(share, LIMITS.not_located):
             text = f"target {name}: {track.located} of {track.n} samples were located; {where}"
@@ -177,10 +178,3 @@ def comparison_findings(comparison: Record) -> list[Finding]:
             cure = "Check that truth.csv is of these targets, axes and clock; else check the calibration."
             out.append(Finding(level, "truth-differs", text, cure))
     return out
-
-
-def clock(time_s: float) -> str:
-    """A time as a person reads it: 10:00:54.4 for seconds since midnight, 3.20 s for those since a first frame."""
-    if not time_s >= 100:
-        return f"{time_s:.2f} s"
-    return f"{int(time_s // 3600) % 24:02d}:{int(time_s // 60 % 60):02d}:{time_s % 60:04.1f}"
