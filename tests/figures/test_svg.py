@@ -109,3 +109,15 @@ def test_an_axis_of_nothing_and_one_of_a_single_value_are_drawn():
         assert high > low
         assert most > least
         assert svg(drawing).startswith("<svg")
+
+
+@pytest.mark.parametrize("span", [0.9, 1.0, 9.0, 99.0])
+def test_a_name_beside_an_axis_that_equal_scales_made_longer_is_not_cut(span):
+    drawing = new_drawing(1, 2, height=4.0)
+    for ax in drawing.axes:
+        ax.plot([-20 * span, 20 * span], [0, span / 10], "#123456")
+        ax.equal, ax.ylabel = "limits", "y (in)"
+    places = [float(x) / UNIT for x in re.findall(r"translate\((-?\d+) -?\d+\) rotate", svg(drawing))]
+    ends = [0.0, boxes(drawing)[0].left + boxes(drawing)[0].width]
+    assert len(places) == 2
+    assert all(place - 11.0 >= end for place, end in zip(places, ends, strict=True))  # letters stand 11 px high

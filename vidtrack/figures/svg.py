@@ -100,16 +100,21 @@ def boxes(drawing: Drawing) -> list[Box]:
     ratios = list(drawing.ratios) or [1.0] * rows
     free = drawing.height - sum(tops) - sum(feet) - (LOOK.title if drawing.title else 0.0)
     heights = [max(free, 20.0 * rows) * ratio / sum(ratios) for ratio in ratios]
-    lefts = [max(_beside(drawing.grid[i][k], bounds[i][k][1], heights[i]) for i in range(rows)) for k in range(columns)]
-    width = (drawing.width - sum(lefts) - LOOK.gap * columns - LOOK.edge) / columns
-    out, top = [], LOOK.title if drawing.title else 0.0
-    for i, row in enumerate(drawing.grid):
-        top, left = top + tops[i], 0.0
-        for k, ax in enumerate(row):
-            left += lefts[k]
-            out.append(_fitted(ax, Box(left, top, width, heights[i], *bounds[i][k], ax.y_down, wide)))
-            left += width + LOOK.gap
-        top += heights[i] + feet[i]
+    limits = [[own for _, own in row] for row in bounds]
+    for _ in range(2):  # equal scales make an axis longer, and its numbers wider
+        lefts = [
+            max(_beside(drawing.grid[i][k], limits[i][k], heights[i]) for i in range(rows)) for k in range(columns)
+        ]
+        width = (drawing.width - sum(lefts) - LOOK.gap * columns - LOOK.edge) / columns
+        out, top = [], LOOK.title if drawing.title else 0.0
+        for i, row in enumerate(drawing.grid):
+            top, left = top + tops[i], 0.0
+            for k, ax in enumerate(row):
+                left += lefts[k]
+                out.append(_fitted(ax, Box(left, top, width, heights[i], *bounds[i][k], ax.y_down, wide)))
+                limits[i][k] = out[-1].y
+                left += width + LOOK.gap
+            top += heights[i] + feet[i]
     return out
 
 
