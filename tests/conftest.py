@@ -1,11 +1,23 @@
 """A small experiment folder on paper: no real video, for what is decided before any is opened."""
 
+import os
+
 import hypothesis
 import pytest
 
 if hypothesis.settings.default.deadline is not None:  # a busy machine is no fault of the code
     hypothesis.settings.register_profile("untimed", deadline=None)
     hypothesis.settings.load_profile("untimed")
+
+
+@pytest.fixture(autouse=True)
+def ordinary_priority():
+    """No test may leave its process with real-time priority: what it starts later, a browser, would starve all else."""
+    before = os.sched_getscheduler(0)
+    yield
+    if (after := os.sched_getscheduler(0)) != before:
+        os.sched_setscheduler(0, before, os.sched_param(0))
+        pytest.fail(f"the test left its process in scheduling class {after}; see tests/files/clips.same_priority")
 
 
 @pytest.fixture

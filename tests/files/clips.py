@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,16 @@ import av
 import numpy as np
 
 NTSC = Fraction(30000, 1001)
+
+
+@contextmanager
+def same_priority() -> Iterator[None]:
+    """SVT's AV1 encoder gives the thread that calls it real-time priority, where it may, and leaves it there."""
+    before = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, *before)
 
 
 def ball(
@@ -67,7 +79,7 @@ def make_clip(
     sound  (samples,) or (channels, samples), full scale 1, starting `sound_start` samples after the first picture
     """
     picture = picture or moving_ball(*size)
-    with av.open(str(path), "w", format=muxer) as container:
+    with same_priority(), av.open(str(path), "w", format=muxer) as container:
         stream = container.add_stream(codec, rate=rate)
         stream.width, stream.height = size
         stream.pix_fmt, stream.options = pix_fmt, options or {}

@@ -31,10 +31,10 @@ def ball(x, y, bits):
 
 def coded(tile, bits, folder, kind="hvc1"):
     """hvcC, or av1C, and the sample of a tile."""
-    from tests.files.clips import video_frame
+    from tests.files.clips import same_priority, video_frame
 
     path, pix_fmt = folder / "tile.mkv", "yuv420p" if bits == 8 else "yuv420p10le"
-    with av.open(str(path), "w") as out:
+    with same_priority(), av.open(str(path), "w") as out:
         stream = out.add_stream("libx265" if kind == "hvc1" else "libsvtav1", rate=Fraction(25))
         stream.width, stream.height, stream.pix_fmt = TILE, TILE, pix_fmt
         stream.options = {"x265-params": "lossless=1:log-level=none:info=0"} if kind == "hvc1" else {"crf": "1"}
