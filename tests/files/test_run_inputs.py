@@ -1,10 +1,10 @@
-"""Sizes of pictures and read-outs come from the records of calibration and run."""
+"""Sizes of pictures come from the records of calibration and run."""
 
 import json
 
 import pytest
 
-from vidtrack.files.run_inputs import pictures_of, readouts_of
+from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.geometry.picture_part import Picture
 
 VIDEO = {"width": 640, "height": 480, "sample_aspect": "1", "rotation": 0}
@@ -29,6 +29,6 @@ def test_a_camera_of_another_program_has_the_size_that_its_file_states(paths):
     assert own["cam1"].calibration.width == 800
 
 
-def test_read_outs_are_in_seconds_and_0_where_nothing_is_said(paths):
-    assert readouts_of(["cam1"], paths[1:], {"cam1": 20.0})["cam1"].seconds == 0.02
-    assert readouts_of(["cam1"], paths[1:], {})["cam1"].seconds == 0.0
+def test_a_camera_whose_tracks_came_alone_has_no_recording(paths, tmp_path):
+    (tmp_path / "cam2.json").write_text("{}")
+    assert videos_of(["cam1", "cam2"], [paths[1], str(tmp_path / "cam2.json")]) == {"cam1": VIDEO}

@@ -176,3 +176,26 @@ def test_recordings_without_any_time_code_that_were_started_seconds_apart_are_br
     assert record["clocks"]["cameras"]["cam2"]["source"] == "motion"
     table = read_parquet(job.outputs["trajectories"])
     np.testing.assert_allclose(table["x"], path(table["time_s"].to_numpy())[:, 0], atol=0.02)
+
+
+def test_rows_that_are_read_one_after_the_other_are_brought_to_their_frames_in_a_plane_too(plane, tmp_path):
+    """150 px/s down the picture: 30 ms of read-out would misplace it by up to 1.1 in."""
+    t, v, readout, rows = np.arange(N) / 30, 150.0, 0.030, 480
+    seen = t + readout * (50 + v * t + 0.5) / rows / (1 - readout * v / rows)  # when its row is read
+    b = np.stack([np.full(N, 100.0), 50 + v * seen], -1)
+    write_parquet(tmp_path / "c", centroid_table(b), units="in", provenance={})
+    stated = {"ms": 1e3 * readout, "source": "GoPro's SROT", "doubt": "", "steady": True}
+    video = {"width": 512, "height": rows, "readout": stated}
+    write_json(tmp_path / "r", {"video": video}, {})
+    job = plane(scale=0.25, points=None, clip=None)
+    run(job)
+    table = read_parquet(job.outputs["trajectories"])
+    assert table["y"].to_numpy() == pytest.approx((50 + v * t) / 4, abs=1e-3)
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert record["readout"] == {"cam1": pytest.approx(readout)}
+    assert [f["code"] for f in record["findings"] if "readout" in f["code"]] == ["readout-of-maker"]
+    job.settings["readout_ms"] = {"cam1": 0.0}
+    run(job)
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert [f["code"] for f in record["findings"] if "readout" in f["code"]] == ["readout-disagrees"]
+    assert "readout" not in record

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from tests.discs import picture
+from tests.video.test_makers_readout import atom, header
 from vidtrack.files.records import read_json
 from vidtrack.jobs.track import run
 from vidtrack.workflow.job import Job
@@ -26,9 +27,9 @@ def write_clip(path, contrast, k=40):
         container.mux(stream.encode())
 
 
-def tracked(folder, contrast):
-    clip = folder / "cam1.mkv"
-    write_clip(clip, contrast)
+def tracked(folder, contrast, clip=None):
+    if clip is None:
+        write_clip(clip := folder / "cam1.mkv", contrast)
     outputs = {name: folder / f"{name}.parquet" for name in ("centroids", "tracklets", "light", "background")}
     outputs |= {"record": folder / "record.json", "picture": folder / "background.png"}
     settings = {"run": "r", "camera": "cam1", "targets": 1, "detect": {}}
@@ -50,3 +51,12 @@ def test_a_recording_that_shows_nothing_is_called_so(tmp_path):
     assert any("blank" in line for line in record["reading"]["problems"])
     assert [finding["code"] for finding in record["findings"]] == ["target-never-measured", "reading"]
     assert not len(tracklets)
+
+
+def test_the_read_out_that_the_maker_wrote_into_the_film_is_recorded(tmp_path):
+    write_clip(clip := tmp_path / "cam1.mov", 30, k=8)
+    with clip.open("ab") as file:
+        file.write(atom(b"moov", atom(b"udta", atom(b"GPMF", header(20.5)))))
+    record, _ = tracked(tmp_path, 30, clip)
+    assert record["video"]["readout"]["ms"] == 20.5
+    assert record["reading"]["frames"] == 8

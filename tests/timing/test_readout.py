@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vidtrack.timing.readout import Readout, at_frame_time
+from vidtrack.timing.readout import Readout, at_frame_time, table_at_frame_time
 from vidtrack.video.orientation import Orientation
 
 SIZE = (640, 480)
@@ -65,3 +65,17 @@ def test_the_share_follows_the_rows_of_the_stored_picture(transposed, flip_x, fl
     readout = Readout(1.0, (shown.shape[1], shown.shape[0]), own.rotation, own.mirrored)
     y, x = np.mgrid[0 : shown.shape[0], 0 : shown.shape[1]]
     assert readout.share(np.stack([x, y], -1).astype(float)) == pytest.approx((shown + 0.5) / 6)
+
+
+def test_the_rows_of_a_table_are_brought_to_their_frames_track_by_track():
+    readout = Readout(0.03, SIZE)
+    other = path(T + 0.4)
+    tracks = [rolled(readout), rolled(readout, lambda t: path(t + 0.4))]
+    b = np.stack(tracks, 1).reshape(-1, 2)  # a moment's samples beside each other
+    columns = {"time_s": np.repeat(T, 2), "track": np.tile([3, 7], len(T)), "Xf": b[:, 0], "Yf": b[:, 1]}
+    back = table_at_frame_time(columns, "track", readout)
+    assert np.abs(back["Yf"][::2] - path(T)[:, 1]).max() < 0.03
+    assert np.abs(back["Yf"][1::2] - other[:, 1]).max() < 0.03
+    loose = table_at_frame_time({**columns, "track": np.tile([3, -1], len(T))}, "track", readout)
+    assert np.isnan(loose["Xf"][1::2]).all()  # of no track, and without a velocity
+    assert (table_at_frame_time(columns, "track", Readout(0.0, SIZE))["Yf"] == b[:, 1]).all()

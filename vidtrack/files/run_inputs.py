@@ -9,7 +9,6 @@ from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json
 from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.run_pictures import Pictures
-from vidtrack.timing.readout import Readout
 
 
 def pictures_of(
@@ -35,14 +34,7 @@ def pictures_of(
     return pictures
 
 
-def readouts_of(names: Sequence[str], readings: Iterable[str], said: Mapping[str, float | str]) -> dict[str, Readout]:
-    """How each camera reads its picture: as the config says (ms), else, and where it is sought, all rows at once."""
-    out = {}
-    for name, path in zip(names, readings, strict=False):
-        video: Mapping[str, Any] = read_json(path).get("video") or {}
-        if video:
-            size = (int(video["width"]), int(video["height"]))
-            turn = int(video.get("rotation", 0)), bool(video.get("mirrored", False))
-            ms = said.get(name, 0.0)
-            out[name] = Readout(0.0 if isinstance(ms, str) else ms / 1e3, size, *turn)
-    return out
+def videos_of(names: Sequence[str], readings: Iterable[str]) -> dict[str, Mapping[str, Any]]:
+    """What the record of each camera's reading says of its recording; cameras whose tracks came alone are left out."""
+    each = {name: read_json(path).get("video") for name, path in zip(names, readings, strict=False)}
+    return {name: video for name, video in each.items() if video}

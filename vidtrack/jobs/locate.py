@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
-from vidtrack.files.run_inputs import pictures_of, readouts_of
+from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture
+from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
 from vidtrack.tags.poses import TagOrder
 from vidtrack.timing.clock_methods import clocks_to_use
+from vidtrack.timing.readout import table_at_frame_time
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -89,6 +91,7 @@ def _in_space(job: Job) -> Locations:
     options["clocks"] = clocks_to_use(options["clocks"], codes, together)
     pictures = _pictures(job, sizes)
     said = job.settings.get("readout_ms") or {}
+    chosen = chosen_readouts(videos_of(names, job.paths("readings")), said)
     where = f"runs.{job.settings['run']}"
     if moved := _moved(job):
         kept = {}  # they show what the cameras saw, not what they would have seen at rest
@@ -102,7 +105,7 @@ def _in_space(job: Job) -> Locations:
         calibrated,
         tags=_tags(job),
         by_motion=[camera for camera, ms in said.items() if ms == "motion"],
-        readouts=readouts_of(names, job.paths("readings"), said),
+        readouts=chosen.readouts,
         pictures=pictures,
         tracklets=followed,
         kept=kept,
@@ -113,7 +116,7 @@ def _in_space(job: Job) -> Locations:
         **options,
     )
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
-    located.record["findings"] = [*located.record["findings"], *as_records(scale.findings)]
+    located.record["findings"] = [*located.record["findings"], *as_records([*chosen.findings, *scale.findings])]
     return located
 
 
@@ -149,14 +152,20 @@ def _in_plane(job: Job) -> PlaneLocations:
     pictures = _pictures(job, {}) if plane.get("points") else {}
     clip = next((own.calibration for own in pictures.values()), None)
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
-    table = read_parquet(tables[0])
+    table, followed = read_parquet(tables[0]), next((read_parquet(path) for path in job.paths("tracklets")), None)
+    videos = videos_of(job.settings["cameras"], job.paths("readings"))
+    chosen = chosen_readouts(videos, job.settings.get("readout_ms") or {}, by_motion=False)
+    for readout in chosen.readouts.values():
+        table = table.assign(**table_at_frame_time(dict(table), "target", readout))
+        if followed is not None:
+            followed = followed.assign(**table_at_frame_time(dict(followed), "tracklet", readout))
     if moved := _moved(job):
         video = read_json(job.path("readings"))["video"]
         law = law_of_picture((video["width"], video["height"]))
         table = at_rest(table, moved[job.settings["cameras"][0]], law)
-    return locate_plane(
+    located = locate_plane(
         table,
-        tracklets=next((read_parquet(path) for path in job.paths("tracklets")), None),
+        tracklets=followed,
         targets=job.settings.get("targets"),
         camera=job.settings["cameras"][0],
         scale=plane.get("scale"),
@@ -169,6 +178,10 @@ def _in_plane(job: Job) -> PlaneLocations:
         through=job.settings.get("through") or (),
         where=where,
     )
+    if any(own.seconds for own in chosen.readouts.values()):
+        located.record["readout"] = {name: own.seconds for name, own in chosen.readouts.items()}
+    located.record["findings"] = [*located.record["findings"], *as_records(chosen.findings)]
+    return located
 
 
 def _known_points(job: Job, clip: str | None, where: str) -> DataFrame:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
-from vidtrack.files.run_inputs import pictures_of, readouts_of
+from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture
+from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.motion.pose_columns import COLUMNS
 from vidtrack.stages.tag_poses import table_of, tag_poses
 from vidtrack.tags.poses import TagOrder
@@ -36,7 +37,7 @@ def run(job: Job) -> None:
         clocks=located["clocks"]["cameras"],
         pictures=pictures_of(names, job.paths("labelling"), job.paths("readings"), sizes, order["crop"] or {}),
         points={name: table for name, table in points.items() if len(table)},
-        readouts=readouts_of(names, job.paths("readings"), used or order["readout_ms"] or {}),
+        readouts=chosen_readouts(videos_of(names, job.paths("readings")), used or order["readout_ms"] or {}).readouts,
         trajectories=read_parquet(job.path("trajectories")),
         where=f"runs.{order['run']}",
     )

@@ -24,6 +24,7 @@ from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
 from vidtrack.tracking.assessment import reading_findings
 from vidtrack.tracking.tag_reader import TagReader
+from vidtrack.video.makers_readout import makers_readout
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
 from vidtrack.workflow.job import Job
@@ -42,6 +43,7 @@ def run(job: Job) -> None:
         announce(label, phase="reading its time code")  # of a sound track: from beginning to end
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
+        stated = makers_readout(job.path("video"), float(1 / info.rate), info.rotation)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
         tags = _tag_reader(settings, info)
         with Progress(label, info.n_expected, "frames") as progress:
@@ -67,7 +69,7 @@ def run(job: Job) -> None:
     record = {
         "run": settings["run"],
         "camera": camera,
-        "video": _video_record(info),
+        "video": _video_record(info) | ({"readout": stated.as_record()} if stated else {}),
         "time": {
             "source": info.time.source,
             "rate": str(info.rate),

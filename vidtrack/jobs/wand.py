@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,11 @@ from vidtrack.calibration.wand.measured import wand_of
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_json, read_png, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, write_parquet
+from vidtrack.findings import as_records
 from vidtrack.geometry.camera import Camera
+from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.stages.wand import calibrate_by_wand
+from vidtrack.timing.readout import Readout, table_at_frame_time
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -27,19 +31,24 @@ def run(job: Job) -> None:
     (of settings.drop_cameras); sightings (of settings.surveyed); picks.
 
     settings: units, cameras {name: Cx, Cy, sensor, fix, prior, clock}, model, lengths, sigma, axes, clip, surveyed,
-    drop_cameras, bare (cameras without clips of points). outputs: record, table; for camera i camera_i, points_i and,
-    where it is bare, labelling_i, sightings_i, background_i, picture_i.
+    drop_cameras, bare (cameras without clips of points)[, readout_ms]. outputs: record, table; for camera i camera_i,
+    points_i and, where it is bare, labelling_i, sightings_i, background_i, picture_i.
     """
     settings = job.settings
     names = list(settings["cameras"])
     readings = {n: read_json(path) for n, path in zip(names, job.paths("readings"), strict=True)}
+    chosen = chosen_readouts(
+        {n: own["video"] for n, own in readings.items()}, settings.get("readout_ms") or {}, by_motion=False
+    )
     late, tracks = _timed(job, names, "tracks", readings, f"calibration.{settings['clip']}")
+    tracks = _by_frame(tracks, chosen.readouts)
     drop = None
     if settings["drop_cameras"]:
         dropped = {
             n: read_json(path) for n, path in zip(settings["drop_cameras"], job.paths("drop_readings"), strict=True)
         }
-        _, drop = _timed(job, settings["drop_cameras"], "drop", dropped, "calibration.wand.axes.drop")
+        _, fall = _timed(job, settings["drop_cameras"], "drop", dropped, "calibration.wand.axes.drop")
+        drop = _by_frame(fall, chosen.readouts)
     points = {n: read_parquet(path) for n, path in zip(settings["surveyed"], job.paths("sightings"), strict=True)}
     own = settings["cameras"]
     done = calibrate_by_wand(
@@ -63,9 +72,19 @@ def run(job: Job) -> None:
         write_parquet(job.outputs[f"points_{i}"], done.points[i], units=settings["units"], provenance=job.provenance)
         if name in settings["bare"]:
             _write_bare(job, i, name, readings[name])
+    done.record["findings"] = [*done.record["findings"], *as_records(chosen.findings)]
     columns = {"time_s": "s", "end": ""}
     write_parquet(job.outputs["table"], done.wand, units=settings["units"], provenance=job.provenance, columns=columns)
     write_json(job.outputs["record"], done.record, job.provenance)
+
+
+def _by_frame(tracks: dict[str, DataFrame], readouts: Mapping[str, Readout]) -> dict[str, DataFrame]:
+    """The tracks at the times of their frames, where a camera's rows are seen one after the other."""
+    out = {}
+    for name, table in tracks.items():
+        by = "tracklet" if "tracklet" in table else "target"
+        out[name] = table.assign(**table_at_frame_time(dict(table), by, readouts[name]))
+    return out
 
 
 def _timed(

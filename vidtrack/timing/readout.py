@@ -11,7 +11,8 @@ shown, they are columns, or count from the bottom.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -73,6 +74,26 @@ def at_frame_time(t: Array, b: Array, readout: Readout) -> Array:
         moved[~seen] = np.nan
         out[k] = moved
     return out
+
+
+def table_at_frame_time(columns: Mapping[Any, Any], track: str, readout: Readout) -> dict[str, Array]:
+    """The columns Xf and Yf of a table of tracks at the times of their frames, time_s.
+
+    columns  by name, each (n,); track: the one that says which track a row belongs to
+    NaN for what belongs to no track (a number below 0), and has no velocity.
+    """
+    b = np.stack([np.asarray(columns[name], float) for name in ("Xf", "Yf")], -1)
+    if readout.seconds:
+        t, out = np.asarray(columns["time_s"], float), np.full(b.shape, np.nan)
+        names, whose = np.unique(np.asarray(columns[track]), return_inverse=True)
+        for k, name in enumerate(names.tolist()):
+            if isinstance(name, str) or name >= 0:
+                rows = np.flatnonzero((whose == k) & np.isfinite(t))
+                at, first = np.unique(t[rows], return_index=True)
+                rows = rows[first]
+                out[rows] = at_frame_time(at, b[rows][None], readout)[0]
+        b = out
+    return {"Xf": b[:, 0], "Yf": b[:, 1]}
 
 
 def _drawn_on(rows: Array, track: Array, seen: Bools, i: int, at: float) -> Array:

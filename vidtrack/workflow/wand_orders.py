@@ -37,6 +37,7 @@ def wand(settings: Settings, experiment: Experiment) -> Order:
     cameras = wand_cameras(settings, experiment)
     pointed = [c for c in cameras if clips_of(settings, experiment, c) and experiment.points]
     axes = own.axes if own.axes is None or isinstance(own.axes, str) else own.axes.model_dump(exclude={"drop"})
+    rolling = {c: ms for c in cameras if (ms := settings.cameras[c].readout_ms) is not None}
     return {
         "units": settings.units,
         "clip": own.clip,
@@ -58,4 +59,5 @@ def wand(settings: Settings, experiment: Experiment) -> Order:
         "surveyed": pointed,
         "bare": [c for c in cameras if not clips_of(settings, experiment, c)],
         "drop_cameras": [c for c in cameras if own.drop and c in experiment.clips[own.drop].videos],
+        **({"readout_ms": rolling} if rolling else {}),
     }

@@ -41,9 +41,22 @@ def path(rng, reach=14.0, turns=True):
 
 
 def waved(
-    seed, m=2, n=300, noise=0.1, lengths=None, reach=14.0, turns=True, bend=0.0, cameras=None, late=None, told=None
+    seed,
+    m=2,
+    n=300,
+    noise=0.1,
+    lengths=None,
+    reach=14.0,
+    turns=True,
+    bend=0.0,
+    cameras=None,
+    late=None,
+    told=None,
+    readout=0.0,
 ):
-    """told: what is said of the lengths, if not what they are; late: s by which each camera's frames come later."""
+    """told: what is said of the lengths, if not what they are; late: s by which each camera's frames come later;
+    readout: s, of the rows of every camera.
+    """
     rng = np.random.default_rng(seed)
     cameras = cameras or thesis_rig(m)
     wand = wand_of(lengths or {"A-B": 20.0}, 0.002)
@@ -59,6 +72,10 @@ def waved(
     ends = balls(t)
     seen = [balls(t + (late[i] if late else 0.0)) for i in range(len(cameras))]
     b = np.stack([project(c, own) for c, own in zip(cameras, seen, strict=True)])
+    for _ in range(4 if readout else 0):  # each ball when its row is read
+        at = t[:, None] + readout * (b[..., 1] + 0.5) / cameras[0].image_size[1]
+        own = [np.stack([balls(when[:, k])[:, k] for k in range(len(places))], 1) for when in at]
+        b = np.stack([project(c, p) for c, p in zip(cameras, own, strict=True)])
     b = b + rng.normal(0, noise, b.shape)
     b = np.where(np.stack([contains(c, own) for c, own in zip(cameras, b, strict=True)])[..., None], b, np.nan)
     nominal = [
