@@ -41,7 +41,7 @@ def rolling(tmp_path_factory):
 
 
 def test_a_wand_before_rolling_shutters_calibrates_as_before_others(rolling):
-    """2 m/s in 25 ms: without the read-out the error is ten times the floor."""
+    """Without the read-out of 25 ms the error is four times the floor."""
     job, scene = rolling
     run(job)
     found = [read_camera(job.outputs[f"camera_{i}"]).camera for i in (0, 1)]

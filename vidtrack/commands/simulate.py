@@ -24,7 +24,7 @@ Examples:
 def command(scenario: str, folder: str, only_list: bool, seed: int | None, threads: int | None) -> int:
     """Render the experiment FOLDER that a SCENARIO describes: films, survey, picks, reference, truth.
 
-    SCENARIO is a YAML file, or one that comes with vidtrack: tutorial, demo, float, tank, wand.
+    SCENARIO is a YAML file, or one that comes with vidtrack: tutorial, demo, float, tank, wand, action.
     """
     from vidtrack.simulate.__main__ import main as simulate
     from vidtrack.workflow.shipped import SCENARIOS, example_or_file

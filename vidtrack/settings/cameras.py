@@ -83,7 +83,7 @@ class Camera(Section):
         None,
         description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below "
         "0 where it begins at the bottom; 0 for a global shutter; motion: found from targets that all cameras see; "
-        "default: 0, reported where motion shows another",
+        "default: as the file's maker states (GoPro), else 0, reported where motion shows another",
     )
     clock: Clock | Literal["auto", "motion", "sound", "flash"] | None = Field(
         None,

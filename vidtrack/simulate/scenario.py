@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.projection import Projection
 from vidtrack.simulate.background import Texture
 from vidtrack.simulate.motion import Motion, Oscillation
 from vidtrack.simulate.picture import Patch, Picture
@@ -51,6 +52,9 @@ class CameraPlan(Plan):
     p1: float = 0.0
     p2: float = 0.0
     skew: float = 0.0
+    projection: Projection = Field(
+        "perspective", description="or equidistant, of lenses beyond 100 degrees: f times the angle, not its tangent"
+    )
     through: tuple[str, ...] = Field((), description="interfaces through which it sees, from the camera on")
     clock: Clock = Clock()
     picture: dict[str, Any] = Field({}, description="whatever differs from the scenario's picture")
@@ -101,6 +105,7 @@ def camera_from_plan(plan: CameraPlan, name: str = "") -> Camera:
         p1=plan.p1,
         p2=plan.p2,
         skew=plan.skew,
+        projection=plan.projection,
         name=name,
     )
 

@@ -23,7 +23,7 @@ def workflow_file(*parts: str) -> str:
     raise VidtrackError(f"{'/'.join(parts)}: the workflow is not installed with vidtrack. Install it again.")
 
 
-SCENARIOS = {name: ("data", f"{name}.yaml") for name in ("tutorial", "demo", "float", "tank", "wand")}
+SCENARIOS = {name: ("data", f"{name}.yaml") for name in ("tutorial", "demo", "float", "tank", "wand", "action")}
 """Scenarios of the simulator that come with vidtrack, by name."""
 
 PLANS = {"thesis": ("data", "sensitivity", "thesis.yaml")}
