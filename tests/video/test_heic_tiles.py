@@ -37,7 +37,8 @@ def coded(tile, bits, folder, kind="hvc1"):
     with same_priority(), av.open(str(path), "w") as out:
         stream = out.add_stream("libx265" if kind == "hvc1" else "libsvtav1", rate=Fraction(25))
         stream.width, stream.height, stream.pix_fmt = TILE, TILE, pix_fmt
-        stream.options = {"x265-params": "lossless=1:bframes=0:log-level=none:info=0"} if kind == "hvc1" else {"crf": "1"}
+        lossless = {"x265-params": "lossless=1:bframes=0:log-level=none:info=0"}
+        stream.options = lossless if kind == "hvc1" else {"crf": "1"}
         # x265 reckons the time of the first pictures with a delay that one picture alone never sets
         out.mux(stream.encode(video_frame(tile, pix_fmt)))
         out.mux(stream.encode())
