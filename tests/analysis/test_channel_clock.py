@@ -4,13 +4,24 @@ import numpy as np
 import pytest
 
 from tests.timing.test_pulses import exposed, sampled
-from vidtrack.analysis.channel_clock import by_lamp, by_motion, by_offset
+from vidtrack.analysis.channel_clock import begun_on_run, by_lamp, by_motion, by_offset
 
 T = np.arange(0, 20, 1 / 60)
 
 
 def motion(t):
     return np.sin(1.9 * t) * np.exp(-0.05 * t) + 0.3 * np.sin(4.1 * t + 1)
+
+
+def test_exposures_begin_half_a_picture_before_their_middle_on_the_clock_that_was_found_for_the_camera():
+    clocks = {"cameras": {"cam2": {"offset_s": 0.5, "rate_ppm": 1000.0}}}
+    located = {"time": {"shift_s": {"cam2": 3600.0}}, "clocks": clocks}
+    middle = np.arange(5) / 25
+    expected = 3600.5 + middle - 0.02
+    found = begun_on_run(middle, located, "cam2")
+    assert found[0] == pytest.approx(expected[0], abs=0.001 * 3700)
+    assert np.diff(found).tolist() == pytest.approx([1.001 / 25] * 4)
+    assert begun_on_run(middle, {}, "cam1") == pytest.approx(middle - 0.02)
 
 
 def test_an_offset_is_added_as_given():

@@ -58,3 +58,11 @@ def test_a_richer_lens_never_fits_worse():
 def test_a_point_behind_the_camera_is_infinitely_far():
     camera, _, b, _ = case()
     assert distances(camera, camera.position[None] - camera.R[2], b[:1])[0] == np.inf
+
+
+def test_a_camera_of_which_nothing_is_said_has_its_principal_point_in_the_middle_and_a_usual_lens():
+    camera = Nominal.of((640, 480)).unplaced("cam1")
+    assert (camera.Cx, camera.Cy, camera.dx, camera.dy, camera.f) == (319.5, 239.5, 1.0, 1.0, 960.0)
+    stated = Nominal.of((640, 480), 300.0, None, (6.4, 4.8))
+    assert (stated.Cx, stated.Cy, stated.dx, stated.dy) == (300.0, 239.5, pytest.approx(0.01), pytest.approx(0.01))
+    assert stated.unplaced("cam2").f == pytest.approx(9.6)

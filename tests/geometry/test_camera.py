@@ -18,6 +18,7 @@ from vidtrack.geometry.camera import (
     undistorted_from_camera,
     undistorted_from_distorted,
     undistorted_jacobian,
+    units_per_px,
 )
 from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST, TERMS
@@ -55,6 +56,14 @@ def cameras(draw):
         R=rotation_from_vector([u(-3, 3), u(-3, 3), u(-3, 3)]),
         T=np.array([u(-50, 50), u(-50, 50), u(50, 500)]),
     )
+
+
+def test_a_row_of_the_picture_spans_what_two_points_that_far_apart_show():
+    camera = straight_on()
+    p = np.array([[3.0, -2.0, 100.0], [3.0, -2.0, 250.0]])
+    spans = units_per_px(camera, p)
+    beside = p + np.array([0.0, 1.0, 0.0]) * spans[:, None]
+    assert project(camera, beside) - project(camera, p) == pytest.approx(np.array([[0.0, 1.0]] * 2), abs=1e-9)
 
 
 pixels = st.tuples(st.floats(0, 511), st.floats(0, 479)).map(np.array)

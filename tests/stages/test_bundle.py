@@ -9,7 +9,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.jobs import bundle as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
-from vidtrack.stages.bundle import refine_together
+from vidtrack.stages.bundle import refine_together, ties_among
 
 FREE = free_parameters("tsai")
 SIGMA = 1 / 32 / np.sqrt(3)
@@ -75,6 +75,11 @@ def test_too_few_sights_are_refused_in_one_line():
     _, fits, tables = _rig()
     with pytest.raises(VidtrackError, match=r"camera 1: 6 measurements for 11"):
         refine_together([fit.camera for fit in fits], [tables[0], tables[1].head(3)])
+
+
+def test_a_tie_counts_where_it_joins_two_of_the_cameras():
+    ties = [{"cameras": ["a", "b"]}, {"cameras": ["b", "x"]}, {"cameras": ["x", "y"]}]
+    assert ties_among(ties, ["a", "b", "c"]) == ties[:1]
 
 
 def test_the_job_writes_a_camera_json_for_each_camera(tmp_path):

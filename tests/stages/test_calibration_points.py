@@ -10,7 +10,7 @@ import pytest
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import points_on_wires, thesis_rig
-from vidtrack.stages.calibration_points import calibration_points
+from vidtrack.stages.calibration_points import calibration_points, picks_from_before
 
 ONE_DOT = Path(__file__).parents[3] / "shared/real/one-dot"
 CAMERA = thesis_rig()[0]
@@ -230,6 +230,15 @@ def test_unknown_tags_sizes_that_differ_and_clips_without_frames_are_refused():
         calibration_points(other, POINTS, None, camera="cam1", tags=SHOWN)
     with pytest.raises(VidtrackError, match="calibration/row2: no frame to use"):
         calibration_points(clips(n=1) | {"row2": []}, POINTS, None, camera="cam1", tags=SHOWN)
+
+
+def test_a_ball_from_before_the_test_is_picked_in_the_first_clip_that_shows_it():
+    before = pd.DataFrame({"tag": ["1", "2", "2", "3"], "Xf": [1.0, 2.0, 9.0, 3.0], "Yf": 0.0})
+    before = before.assign(found=[True, True, True, False])
+    found = picks_from_before(before, {"row9": ["3"], "row1": ["2"], "row2": ["1", "2", "3"]}, "before.parquet")
+    assert found[["clip", "tag", "Xf"]].to_numpy().tolist() == [["row1", "2", 2.0], ["row2", "1", 1.0]]
+    assert set(found["file"]) == {"before.parquet"}
+    assert picks_from_before(before, {"row9": ["7"]}, "before.parquet") is None
 
 
 @pytest.mark.skipif(not ONE_DOT.exists(), reason="the real inputs are not here")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from vidtrack.files.records import plain
-from vidtrack.stages.clocks import clocks
+from vidtrack.stages.clocks import clocks, heard_cameras
 from vidtrack.timing.clock import Clock
 
 HZ = 8000
@@ -91,3 +91,9 @@ def test_cameras_of_different_rates_saw_the_lamp_in_exposures_of_different_lengt
         cameras[name] = (pd.DataFrame({"middle_s": t, "brightness": light + noise}), None)
     own = told(cameras, {"cam2": ["flash"]})["cam2"]["flash"]
     assert own["offset_s"] == pytest.approx(0.0, abs=0.0005)
+
+
+def test_sound_is_needed_of_the_references_and_of_cameras_whose_clock_is_sought_in_it():
+    cameras = ["cam1", "cam2", "cam3"]
+    assert heard_cameras(cameras, ["cam1"], {"cam2": ["flash"], "cam3": ["sound", "flash"]}) == ["cam1", "cam3"]
+    assert heard_cameras(cameras, ["cam1"], {"cam2": ["flash"]}) == []

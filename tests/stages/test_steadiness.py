@@ -6,7 +6,7 @@ import pytest
 
 from tests.steadiness.scenes import F, Wall, course_of
 from vidtrack.geometry.camera import project
-from vidtrack.stages.steadiness import THETA, Background, Calibration, at_rest, steadiness
+from vidtrack.stages.steadiness import THETA, Background, Calibration, at_rest, calibration_of, steadiness
 from vidtrack.steadiness.clips import clip_movements
 from vidtrack.steadiness.samples import BackgroundSamples, Keeping
 
@@ -32,6 +32,17 @@ def background(wall, thetas, calibrated=STILL, pixels=700_000, **film):
     known = Calibration(picture, np.empty((0, 3)), clips, {"row1": 10})
     course = table_of(course_of(film, pixels=pixels))
     return Background(course, samples.reference, samples.block, SIZE, wall.camera, None, known, 0.2)
+
+
+def test_the_balls_of_the_backgrounds_own_clip_are_hidden_and_a_run_in_a_plane_counts_one_clip():
+    sightings = pd.DataFrame({"clip": ["row1", "row1", "row2"], "found": [True, False, True]})
+    sightings = sightings.assign(Xf=[5.0, 6.0, 7.0], Yf=[1.0, 2.0, 3.0], pixels=[0, 0, 0])
+    labelling = {"background": {"clip": "row1"}, "steadiness": {"first": "row1"}}
+    found = calibration_of(np.zeros((2, 2)), sightings, labelling)
+    assert found.balls.tolist() == [[5.0, 1.0, 0.0]]
+    assert found.counts == {"row1": 1, "row2": 1}
+    assert found.clips == {"first": "row1"}
+    assert calibration_of(np.zeros((2, 2)), sightings, labelling, "row2").counts == {"row2": 1}
 
 
 def codes(found):

@@ -7,7 +7,7 @@ import pytest
 
 from tests.steadiness.scenes import F, Wall
 from vidtrack.files.records import plain
-from vidtrack.steadiness.clips import clip_findings, clip_movements, clips_from_record
+from vidtrack.steadiness.clips import clip_findings, clip_movements, clips_from_record, covers
 
 
 def pictures(thetas, balls=True):
@@ -20,6 +20,11 @@ def pictures(thetas, balls=True):
             picture[y - 4 : y + 5, x - 4 : x + 5] = 220
         shown[name], hung[name] = picture, np.column_stack([at, np.full(len(at), 5.0)])
     return shown, hung
+
+
+def test_a_ball_covers_a_disc_of_as_many_pixels():
+    discs = covers([[10.0, 20.0], [1.0, 2.0]], [np.pi * 25, 0])
+    assert discs.tolist() == [[10.0, 20.0, pytest.approx(5.0)], [1.0, 2.0, 0.0]]
 
 
 def test_clips_of_a_camera_at_rest_agree():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.timing.resample import common_times, interval, resample
+from vidtrack.timing.resample import common_times, exposures_begun, interval, resample
 
 T = np.arange(20) / 30
 
@@ -111,3 +111,8 @@ def test_a_gap_does_not_change_the_usual_interval():
 def test_two_stills_are_two_moments_unless_they_are_one():
     assert common_times([[1.0], [5.0]])[0].tolist() == [1.0, 5.0]
     assert common_times([[1.0], [1.0]])[0].tolist() == [1.0]
+
+
+def test_an_exposure_begins_half_an_interval_before_its_middle():
+    assert exposures_begun([1.0, 1.04, 1.08, 1.2]) == pytest.approx([0.98, 1.02, 1.06, 1.18])
+    assert np.isnan(exposures_begun([1.0])).all()

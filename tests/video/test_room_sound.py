@@ -1,5 +1,7 @@
 """What the microphones heard, on the cameras' own time."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,9 @@ def test_no_sound_and_a_time_that_jumps_are_told(tmp_path):
     jumped = stamps + np.where(stamps > 1, 3600.0, 0.0)
     assert room_sound(path, 0, stamps, jumped).note == "its time code jumps"
     assert room_sound(path, 0, stamps, stamps - 2 * (jumped - stamps)).note == "its time code jumps back"
+
+
+def test_the_sound_of_slow_motion_is_not_used():
+    found = room_sound("not opened", Fraction(0), np.arange(3.0), np.arange(3.0), pace=0.25)
+    assert found.samples.size == 0
+    assert found.note == "not used: the rate of the pictures was given"

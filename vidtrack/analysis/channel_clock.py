@@ -9,12 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.motion.lag import find_lag
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.pulses import timing_from_lamp
+from vidtrack.timing.resample import exposures_begun
 
 CONTRADICT = 3.3
 """Standard errors of their difference from which on two cameras contradict each other: one chance in a thousand."""
@@ -32,6 +34,17 @@ class Joined(NamedTuple):
     offset_sd: float
     record: dict[str, Any]
     findings: list[Finding]
+
+
+def begun_on_run(middle: ArrayLike, located: Mapping[str, Any], camera: str) -> Array:
+    """When a camera's exposures began, s on the run's clock, from their middles (n,), s by its own.
+
+    located   locate.json: what was added to the camera's time, and the clock that was found for it
+    """
+    shift = (located.get("time", {}).get("shift_s") or {}).get(camera) or 0.0
+    own = (located.get("clocks", {}).get("cameras") or {}).get(camera) or {}
+    clock = Clock(own.get("offset_s") or 0.0, own.get("rate_ppm") or 0.0)
+    return clock.corrected(exposures_begun(middle) + shift)
 
 
 def by_offset(t: Array, offset_s: float) -> Joined:

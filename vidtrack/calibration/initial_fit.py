@@ -51,6 +51,31 @@ class Nominal(NamedTuple):
         """Cx, Cy, dx and dy, as the closed form takes them."""
         return {"Cx": self.Cx, "Cy": self.Cy, "dx": self.dx, "dy": self.dy}
 
+    @classmethod
+    def of(
+        cls,
+        image_size: tuple[int, int],
+        Cx: float | None = None,
+        Cy: float | None = None,
+        sensor: tuple[float, float] | None = None,
+        through: tuple[Interface, ...] = (),
+    ) -> Nominal:
+        """From what the config says: the principal point is in the middle of the picture where it says nothing.
+
+        sensor  mm, width and height; lengths on it are in px where it is not known
+        """
+        width, height = image_size
+        dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
+        x, y = (width - 1) / 2 if Cx is None else Cx, (height - 1) / 2 if Cy is None else Cy
+        return cls(x, y, dx, dy, image_size, through)
+
+    def unplaced(self, name: str) -> Camera:
+        """The camera without a place, with a usual focal length of 1.5 widths of the picture; both are to be found."""
+        f = 1.5 * self.image_size[0] * self.dx
+        return Camera(
+            self.Cx, self.Cy, self.dx, self.dy, 1.0, f, 0.0, np.eye(3), np.zeros(3), self.image_size, name=name
+        )
+
 
 def tsai_solution(
     p: Array, b: Array, nominal: Nominal, fixed: Mapping[str, float] | None = None, *, coplanar: bool = False

@@ -137,5 +137,4 @@ class JudgingCamera:
 
 
 def nominal_of(view: View) -> Nominal:
-    width, height = view.image_size
-    return Nominal((width - 1) / 2, (height - 1) / 2, 1.0, 1.0, view.image_size, view.through)
+    return Nominal.of(view.image_size, through=view.through)

@@ -40,16 +40,7 @@ def task_from_settings(
         return _with_lens(
             where, lens, refine, fix, prior or {}, reject, interfaces_from_settings(where, through, units)
         )
-    width, height = image_size
-    dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
-    nominal = Nominal(
-        (width - 1) / 2 if Cx is None else Cx,
-        (height - 1) / 2 if Cy is None else Cy,
-        dx,
-        dy,
-        (width, height),
-        interfaces_from_settings(where, through, units),
-    )
+    nominal = Nominal.of(image_size, Cx, Cy, sensor, interfaces_from_settings(where, through, units))
     priors = {name: (float(mean), float(sd)) for name, (mean, sd) in (prior or {}).items()}
     task = Task(nominal, model, refine, _fixed(where, fix, nominal), priors, reject != "off")
     if problems := _unfit_settings(task):

@@ -329,6 +329,12 @@ def directions(camera: Camera, b: ArrayLike) -> Array:
     return np.asarray(c @ camera.R)
 
 
+def units_per_px(camera: Camera, p: ArrayLike) -> Array:
+    """World units that one row of the picture spans at points (..., 3), square to the optical axis: (...)."""
+    depth: Array = camera_from_world(camera, p)[..., 2]
+    return depth * camera.dy / camera.f
+
+
 def contains(camera: Camera, b: ArrayLike, margin: float = 0.0) -> NDArray[np.bool_]:
     """Whether frame buffer positions (..., 2) px lie inside the picture by at least `margin` px."""
     b = np.asarray(b, float)

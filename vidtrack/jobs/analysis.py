@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from vidtrack.analysis.channel_clock import begun_on_run
 from vidtrack.files.channel_files import read_channels
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.stages.analysis import COLUMNS, analysis
-from vidtrack.timing.clock import Clock
-from vidtrack.timing.resample import interval
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
@@ -67,13 +66,5 @@ def _light(job: Job) -> dict[str, DataFrame]:
     if not job.paths("light"):
         return {}
     located = read_json(job.path("located"))
-    clocks = located.get("clocks", {}).get("cameras") or {}
-    shifts = located.get("time", {}).get("shift_s") or {}
-    light = {}
-    for camera, path in zip(job.settings["cameras"], job.paths("light"), strict=True):
-        table, own = read_parquet(path), clocks.get(camera) or {}
-        middle = table["middle_s"].to_numpy(float)
-        begun = middle - 0.5 * interval(middle) + (shifts.get(camera) or 0.0)
-        clock = Clock(own.get("offset_s") or 0.0, own.get("rate_ppm") or 0.0)
-        light[camera] = table.assign(begun_s=clock.corrected(begun))
-    return light
+    tables = {c: read_parquet(path) for c, path in zip(job.settings["cameras"], job.paths("light"), strict=True)}
+    return {c: own.assign(begun_s=begun_on_run(own["middle_s"], located, c)) for c, own in tables.items()}

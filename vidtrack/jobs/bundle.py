@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.geometry.camera import Camera
-from vidtrack.stages.bundle import refine_together
+from vidtrack.stages.bundle import refine_together, ties_among
 from vidtrack.workflow.job import Job
 
 FRESH = ("standard_errors", "correlations", "uncertainty", "misfit", "joint", "provenance")
@@ -29,7 +27,10 @@ def run(job: Job) -> None:
         if each.uncertainty is None:
             raise VidtrackError(f"{path}: does not say which parameters of {name} are free. Run calibrate again.")
     points = [read_parquet(path) for path in job.paths("points")]
-    ties, boards = _ties(job, names)
+    tied = read_json(job.path("board"))["ties"] if job.paths("board") else []
+    ties = ties_among(tied, names)
+    lenses = zip(job.settings.get("boarded", []), job.paths("lenses"), strict=True)
+    boards = {name: read_camera(path).camera for name, path in lenses if any(name in tie["cameras"] for tie in ties)}
     if not ties and job.settings.get("board_only"):  # the board ties no cameras: nothing is asked of a bundle
         for name, each in zip(names, alone, strict=True):
             write_camera(job.outputs[name], each.camera, each.uncertainty, each.record, job.provenance)
@@ -58,13 +59,3 @@ def run(job: Job) -> None:
     if "survey" in job.outputs:
         columns = {f"shift_{axis}": "world" for axis in "xyz"}
         write_parquet(job.outputs["survey"], done.points, units=units, provenance=job.provenance, columns=columns)
-
-
-def _ties(job: Job, names: list[str]) -> tuple[list[dict[str, Any]], dict[str, Camera]]:
-    """What the board says of some of the cameras together, and these cameras in its world."""
-    if not (paths := job.paths("board")):
-        return [], {}
-    ties = [tie for tie in read_json(paths[0])["ties"] if len(set(tie["cameras"]) & set(names)) > 1]
-    tied = {name for tie in ties for name in tie["cameras"]}
-    lenses = zip(job.settings["boarded"], job.paths("lenses"), strict=True)
-    return ties, {name: read_camera(path).camera for name, path in lenses if name in tied}

@@ -21,8 +21,7 @@ from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, read_points, write_parquet
 from vidtrack.findings import Finding, as_records
 from vidtrack.progress import Progress
-from vidtrack.stages.calibration_points import Sightings, calibration_points, no_sightings
-from vidtrack.steadiness.clips import clip_findings, clip_movements
+from vidtrack.stages.calibration_points import calibration_points, compared, no_sightings, picks_from_before
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
 from vidtrack.video.reader import open_video
@@ -82,20 +81,8 @@ def _label(job: Job) -> None:
     write_png(job.outputs["picture"], found.picture)
     first, background = next(iter(found.means.items()))
     write_png(job.outputs["background"], np.rint(np.clip(background, 0, 255) * GREY_LEVEL).astype(np.uint16))
-    steadiness = _steadiness(found, camera)
-    record = {"reading": troubles, "pictures": pictures, "background": {"clip": first}, **steadiness}
+    record = {"reading": troubles, "pictures": pictures, "background": {"clip": first}, **compared(found, camera)}
     write_json(job.outputs["record"], found.record | record, provenance)
-
-
-def _steadiness(found: Sightings, camera: str) -> dict[str, Any]:
-    """Whether the camera moved from clip to clip; how, and findings."""
-    seen = found.table[found.table["found"]]
-    radius = np.sqrt(seen["pixels"] / np.pi)
-    balls = {clip: np.empty((0, 3)) for clip in found.means}
-    for clip, own in seen.assign(radius=radius).groupby("clip"):
-        balls[str(clip)] = own[["Xf", "Yf", "radius"]].to_numpy(float)
-    moved = clip_movements(found.means, balls)
-    return {"steadiness": moved.as_record(), "findings": as_records([*found.findings, *clip_findings(camera, moved)])}
 
 
 def _picture(video: Video) -> dict[str, Any]:
@@ -113,19 +100,9 @@ def _picks(job: Job) -> pd.DataFrame | None:
         if len(table):
             parts.append(table.assign(clip=clip, file=path))
     if not parts and job.paths("before"):
-        parts = _where_they_were(job)
+        tags = {clip: own["tags"] for clip, own in job.settings["clips"].items()}
+        return picks_from_before(read_parquet(job.path("before")), tags, job.path("before"))
     return pd.concat(parts, ignore_index=True) if parts else None
-
-
-def _where_they_were(job: Job) -> list[pd.DataFrame]:
-    before = read_parquet(job.path("before"))
-    before = before[before["found"]].drop_duplicates("tag")[["tag", "Xf", "Yf"]]
-    parts = []
-    for clip, own in job.settings["clips"].items():
-        here = before[before["tag"].isin(own["tags"])]
-        parts.append(here.assign(clip=clip, file=job.path("before")))
-        before = before.drop(here.index)
-    return [part for part in parts if len(part)]
 
 
 def _frames(video: Video, clip: str, job: Job) -> Iterator[Frame]:

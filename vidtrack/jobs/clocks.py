@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING
 
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet
-from vidtrack.stages.clocks import clocks
+from vidtrack.stages.clocks import clocks, heard_cameras
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.video.reader import open_video
 from vidtrack.video.room_sound import RATE_HZ, RoomSound, room_sound
 from vidtrack.workflow.job import Job
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 def run(job: Job) -> None:
@@ -23,20 +26,11 @@ def run(job: Job) -> None:
     codes = {name: code_from_record(read_json(path)) for name, path in zip(names, job.paths("readings"), strict=True)}
     for name, later in run_scale(codes).shift.items():  # clocks are compared on the scale that locate uses
         light[name][["time_s", "middle_s"]] += later
-    listening = [name for name in names if name in job.settings["references"] or "sound" in sought.get(name, ())]
-    sounds = {}
-    if any("sound" in methods for methods in sought.values()):
-        for name, path in zip(names, job.paths("videos"), strict=True):
-            if name in listening:
-                with open_video(path, **job.settings.get("recordings", {}).get(name, {})) as video:
-                    start, pace = video.info.start, video.info.pace
-                if pace != 1:  # the sound of slow motion is not stretched as its pictures are
-                    sounds[name] = RoomSound(
-                        0.0, np.zeros(0, np.float32), "not used: the rate of the pictures was given"
-                    )
-                    continue
-                table = light[name]
-                sounds[name] = room_sound(path, start, table["stamp_s"].to_numpy(), table["time_s"].to_numpy())
+    videos = dict(zip(names, job.paths("videos"), strict=True))
+    sounds = {
+        name: _sound(job, name, videos[name], light[name])
+        for name in heard_cameras(names, job.settings["references"], sought)
+    }
     estimates = clocks(
         light,
         {name: (sound.start, sound.samples) for name, sound in sounds.items() if sound.samples.size},
@@ -51,3 +45,9 @@ def run(job: Job) -> None:
         "sound": {name: sound.note for name, sound in sounds.items()},
     }
     write_json(job.outputs["record"], record, job.provenance)
+
+
+def _sound(job: Job, camera: str, path: str, light: DataFrame) -> RoomSound:
+    with open_video(path, **job.settings.get("recordings", {}).get(camera, {})) as video:
+        start, pace = video.info.start, video.info.pace
+    return room_sound(path, start, light["stamp_s"].to_numpy(), light["time_s"].to_numpy(), pace=pace)

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.calibration.refine import Uncertainty
 from vidtrack.exchange.cameras.formats import read_camera
-from vidtrack.exchange.cameras.given import Said, in_world
+from vidtrack.exchange.cameras.given import Said, in_world, stated_uncertainty
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import write_json
 from vidtrack.files.tables import write_parquet
-from vidtrack.findings import Finding, as_records
+from vidtrack.findings import as_records
 from vidtrack.workflow.job import Job
 
 
@@ -23,15 +22,7 @@ def run(job: Job) -> None:
     given = read_camera(job.path("file"), said)
     camera = in_world(given, said)
     sigma = order.get("sigma_px")
-    findings = list(given.findings)
-    if sigma is None:
-        text = (
-            f"{said.name}: the {given.format} file does not say how well the camera is known: sigma of positions is NaN"
-        )
-        cure = f"Give cameras.{said.name}.camera_file.sigma_px: px, as the calibration's own residuals show it."
-        findings.append(Finding("doubtful", "camera-sigma-unknown", text, cure))
-    variance = np.nan if sigma is None else float(sigma) ** 2
-    known = Uncertainty(("Cx", "Cy"), np.zeros(3), np.diag([variance, variance]))
+    known, findings = stated_uncertainty(given, said, sigma)
     extra: dict[str, Any] = {
         "model": "imported",
         "imported": {

@@ -10,16 +10,14 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import GREY_LEVEL, read_json, read_png, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
-from vidtrack.geometry.camera import camera_from_world
+from vidtrack.geometry.camera import units_per_px
 from vidtrack.geometry.picture_part import Picture, Window, picture_from_record, window
-from vidtrack.stages.steadiness import Background, Calibration, steadiness
+from vidtrack.stages.steadiness import Background, calibration_of, steadiness
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-    from vidtrack.geometry.camera import Camera
 
 
 def run(job: Job) -> None:
@@ -52,24 +50,14 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
     labelling = read_labelling(job.paths("labelling")[i])
     sightings = read_parquet(job.paths("sightings")[i])
     part = _shown(labelling, video, (job.settings.get("crop") or {}).get(name), name, where)
-    background = background._replace(window=part, calibration=_calibration(job, i, labelling, sightings))
+    calibrated = calibration_of(_grey(job.paths("calibrated")[i]), sightings, labelling, job.settings.get("clip"))
+    background = background._replace(window=part, calibration=calibrated)
     if i < len(job.paths("cameras")):
         camera = read_camera(job.paths("cameras")[i]).camera
         shown = camera if part is None else part.camera(camera)
-        points = read_parquet(job.paths("points")[i])
-        return background._replace(camera=shown, per_px=_units_per_px(shown, points))
+        points = read_parquet(job.paths("points")[i])[["x", "y", "z"]].to_numpy(float)
+        return background._replace(camera=shown, per_px=float(np.median(units_per_px(shown, points))))
     return background._replace(per_px=job.settings.get("scale"))
-
-
-def _calibration(job: Job, i: int, labelling: dict[str, Any], sightings: DataFrame) -> Calibration:
-    found = sightings[sightings["found"]]
-    clip = labelling["background"]["clip"]
-    own = found[found["clip"] == clip]
-    balls = np.column_stack([own[["Xf", "Yf"]].to_numpy(float), np.sqrt(own["pixels"].to_numpy(float) / np.pi)])
-    counts = {str(name): int(n) for name, n in found.groupby("clip").size().items()}
-    if job.settings.get("clip"):  # a run in a plane is placed by one clip
-        counts = {name: n for name, n in counts.items() if name == job.settings["clip"]}
-    return Calibration(_grey(job.paths("calibrated")[i]), balls, labelling.get("steadiness") or {}, counts)
 
 
 def _shown(labelling: dict[str, Any], run: Picture, crop: Any, camera: str, where: str) -> Window | None:
@@ -79,9 +67,3 @@ def _shown(labelling: dict[str, Any], run: Picture, crop: Any, camera: str, wher
 
 def _grey(path: str) -> np.ndarray[Any, Any]:
     return np.asarray(read_png(path), np.float32) / GREY_LEVEL
-
-
-def _units_per_px(camera: Camera, points: DataFrame) -> float:
-    """World units that a px spans at the calibration points, square to the line of sight."""
-    depth = camera_from_world(camera, points[["x", "y", "z"]].to_numpy(float))[:, 2]
-    return float(np.median(depth) * camera.dy / camera.f)

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vidtrack.calibration.initial_fit import Nominal
 from vidtrack.calibration.wand.measured import wand_of
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_json, read_png, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, write_parquet
 from vidtrack.findings import as_records
-from vidtrack.geometry.camera import Camera
 from vidtrack.location.chosen_readout import chosen_readouts
-from vidtrack.stages.wand import calibrate_by_wand
-from vidtrack.timing.readout import Readout, table_at_frame_time
-from vidtrack.timing.run_scale import code_from_record, run_scale
+from vidtrack.stages.wand import calibrate_by_wand, on_stated_clocks
+from vidtrack.timing.run_scale import code_from_record
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pandas import DataFrame
 
-NOT_KNOWN = ("motion", "auto", "sound", "flash")
-"""Clocks that the wand's own motion must give."""
+    from vidtrack.geometry.camera import Camera
+    from vidtrack.timing.readout import Readout
 
 
 def run(job: Job) -> None:
@@ -40,15 +40,11 @@ def run(job: Job) -> None:
     chosen = chosen_readouts(
         {n: own["video"] for n, own in readings.items()}, settings.get("readout_ms") or {}, by_motion=False
     )
-    late, tracks = _timed(job, names, "tracks", readings, f"calibration.{settings['clip']}")
-    tracks = _by_frame(tracks, chosen.readouts)
+    tracks, late = _tracks(job, names, "tracks", readings, chosen.readouts, f"calibration.{settings['clip']}")
     drop = None
-    if settings["drop_cameras"]:
-        dropped = {
-            n: read_json(path) for n, path in zip(settings["drop_cameras"], job.paths("drop_readings"), strict=True)
-        }
-        _, fall = _timed(job, settings["drop_cameras"], "drop", dropped, "calibration.wand.axes.drop")
-        drop = _by_frame(fall, chosen.readouts)
+    if falling := settings["drop_cameras"]:
+        dropped = {name: read_json(path) for name, path in zip(falling, job.paths("drop_readings"), strict=True)}
+        drop, _ = _tracks(job, falling, "drop", dropped, chosen.readouts, "calibration.wand.axes.drop")
     points = {n: read_parquet(path) for n, path in zip(settings["surveyed"], job.paths("sightings"), strict=True)}
     own = settings["cameras"]
     done = calibrate_by_wand(
@@ -78,43 +74,18 @@ def run(job: Job) -> None:
     write_json(job.outputs["record"], done.record, job.provenance)
 
 
-def _by_frame(tracks: dict[str, DataFrame], readouts: Mapping[str, Readout]) -> dict[str, DataFrame]:
-    """The tracks at the times of their frames, where a camera's rows are seen one after the other."""
-    out = {}
-    for name, table in tracks.items():
-        by = "tracklet" if "tracklet" in table else "target"
-        out[name] = table.assign(**table_at_frame_time(dict(table), by, readouts[name]))
-    return out
-
-
-def _timed(
-    job: Job, names: list[str], key: str, readings: dict[str, Any], where: str
-) -> tuple[list[str], dict[str, DataFrame]]:
-    """The cameras whose clocks are unknown, and the tracks of all on one scale of time."""
+def _tracks(
+    job: Job, names: list[str], key: str, readings: dict[str, Any], readouts: Mapping[str, Readout], where: str
+) -> tuple[dict[str, DataFrame], list[str]]:
     codes = {name: code_from_record(reading) for name, reading in readings.items()}
-    shift = run_scale(codes, where).shift
     tables = {name: read_parquet(path) for name, path in zip(names, job.paths(key), strict=True)}
-    unset = all(code is None for code in codes.values())
-    late = []
-    for name in names:
-        clock = job.settings["cameras"][name]["clock"]
-        t = tables[name]["time_s"] + shift.get(name, 0.0)
-        if isinstance(clock, dict):
-            t = t + clock["offset_s"] + clock["rate_ppm"] * 1e-6 * (t - t.min())
-        elif clock in NOT_KNOWN or unset:
-            late.append(name)
-        tables[name] = tables[name].assign(time_s=t)
-    return late, tables
+    clocks = {name: job.settings["cameras"][name]["clock"] for name in names}
+    return on_stated_clocks(tables, codes, clocks, readouts, where)
 
 
 def _nominal(name: str, own: dict[str, Any], video: dict[str, Any]) -> Camera:
-    """What the config says of a camera's sensor; its place and lens are to be found."""
-    width, height = int(video["width"]), int(video["height"])
-    sensor = own["sensor"]
-    dx, dy = (sensor[0] / width, sensor[1] / height) if sensor else (1.0, 1.0)
-    Cx = (width - 1) / 2 if own["Cx"] is None else own["Cx"]
-    Cy = (height - 1) / 2 if own["Cy"] is None else own["Cy"]
-    return Camera(Cx, Cy, dx, dy, 1.0, 1.5 * width * dx, 0.0, np.eye(3), np.zeros(3), (width, height), name=name)
+    """What the config says of a camera's sensor."""
+    return Nominal.of((int(video["width"]), int(video["height"])), own["Cx"], own["Cy"], own["sensor"]).unplaced(name)
 
 
 def _picks(job: Job, names: list[str]) -> DataFrame | None:

@@ -96,6 +96,11 @@ def refine_together(
     )
 
 
+def ties_among(ties: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> list[Mapping[str, Any]]:
+    """Those of a board's ties that say something of these cameras: by which two of them hang together."""
+    return [tie for tie in ties if len(set(tie["cameras"]) & set(cameras)) > 1]
+
+
 def _known_lenses(cameras: Sequence[Camera], lenses: Sequence[Mapping[str, Any] | None]) -> KnownCameras | None:
     """What is known beforehand of all lenses together; None where no lens has a covariance."""
     known = [lens if lens and lens["names"] else {"names": [], "mean": {}, "covariance": []} for lens in lenses]

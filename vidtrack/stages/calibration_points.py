@@ -17,10 +17,11 @@ from vidtrack.labelling.doubts import clip_moved, coinciding, disagreeing, doubt
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
 from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, odd_picks, settled
+from vidtrack.labelling.refusals import common_size, refuse_empty
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.touching import separated
-from vidtrack.tracking.detection.blobs import find_blobs
+from vidtrack.steadiness.clips import clip_findings, clip_movements, covers
 
 PLACED = ["Xf", "Yf", "sd"]
 NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})
@@ -78,12 +79,12 @@ def calibration_points(
         clip: _shot(clip, frames, (detect or {}).get(clip, {}), (bits or {}).get(clip), len(shown[clip]))
         for clip, frames in clips.items()
     }
-    size = _size(shots, camera)
+    size = common_size(shots, camera)
     seeds = NO_PICKS if picks is None else picks.assign(sd=picks.get("sd", np.nan))
     placed = seeds[seeds["sd"].notna()]
     shots = {c: with_placed(s, placed.loc[placed["clip"] == c, PLACED].to_numpy(float)) for c, s in shots.items()}
     _check_picks(seeds, size, points, shown, camera)
-    _check_blobs(shots, camera)
+    refuse_empty(shots, camera)
     _check_layout(points, shown, shots, camera)
     case = _case(camera, points, shown, shots, seeds, size)
     labels = settled(case, label_with(case.points, case.views, case.picks, size))
@@ -98,6 +99,30 @@ def calibration_points(
     record = _record(case, labels, shots, rows, findings)
     means = {clip: shot.still.mean for clip, shot in shots.items()}
     return Sightings(rows.drop(columns="scatter"), composite(shots.values()), means, record, tuple(findings))
+
+
+def compared(found: Sightings, camera: str) -> dict[str, Any]:
+    """Whether the camera stood still from clip to clip, and all findings, as the record has them."""
+    seen = found.table[found.table["found"]]
+    own = {clip: seen[seen["clip"] == clip] for clip in found.means}
+    balls = {clip: covers(rows[["Xf", "Yf"]], rows["pixels"]) for clip, rows in own.items()}
+    moved = clip_movements(found.means, balls)
+    return {"steadiness": moved.as_record(), "findings": as_records([*found.findings, *clip_findings(camera, moved)])}
+
+
+def picks_from_before(before: pd.DataFrame, tags: Mapping[str, Sequence[str]], file: str) -> pd.DataFrame | None:
+    """Picks for clips from after the test: each tag where it was before it, in the first clip that shows it now.
+
+    before   the sightings of the clips from before; tags  clip: those it shows; file  what messages name
+    """
+    was = before[before["found"]].drop_duplicates("tag")[["tag", "Xf", "Yf"]]
+    parts = []
+    for clip, shown in tags.items():
+        here = was[was["tag"].isin(shown)]
+        was = was.drop(here.index)
+        if len(here):
+            parts.append(here.assign(clip=clip, file=file))
+    return pd.concat(parts, ignore_index=True) if parts else None
 
 
 def no_sightings() -> pd.DataFrame:
@@ -128,41 +153,6 @@ def _shot(clip: str, frames: Iterable[FrameLike], detect: Mapping[str, Any], bit
         return take(frames, detect, bits, balls)
     except ValueError as error:
         raise VidtrackError(f"calibration/{clip}: {error}. Record the clip again or leave it out.") from None
-
-
-def _size(shots: Mapping[str, Shot], camera: str) -> tuple[int, int]:
-    """px, (width, height) of all shots."""
-    sizes = {clip: shot.still.mean.shape[::-1] for clip, shot in shots.items()}
-    first, size = next(iter(sizes.items()))
-    problems = [
-        f"calibration/{clip}: camera {camera} has {own[0]} x {own[1]} px here, but {size[0]} x {size[1]} in {first}. "
-        "Use clips of one size."
-        for clip, own in sizes.items()
-        if own != size
-    ]
-    if problems:
-        raise VidtrackError(*problems)
-    return int(size[0]), int(size[1])
-
-
-def _check_blobs(shots: Mapping[str, Shot], camera: str) -> None:
-    problems = []
-    for clip, shot in shots.items():
-        if len(shot.at):
-            continue
-        polarity, threshold = shot.settings.get("polarity", "bright"), shot.settings.get("threshold", "auto")
-        other = {"bright": "dark", "dark": "bright"}[polarity]
-        cure = "Is it the right clip, and was the light on?"
-        for change in ({"threshold": "auto"}, {"threshold": "auto", "polarity": other}):
-            seen = len(find_blobs(shot.still.mean, **{**shot.settings, **change}).Xf)
-            if seen:
-                cure = " with ".join(f"{name}: {value}" for name, value in change.items()) + f" finds {seen}."
-                break
-        problems.append(
-            f"calibration/{clip}: no {polarity} ball in the picture of camera {camera} at threshold {threshold}. {cure}"
-        )
-    if problems:
-        raise VidtrackError(*problems)
 
 
 FEW_BLOBS = 4

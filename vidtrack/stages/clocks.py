@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from vidtrack.timing.agreement import NOT_ESTIMATED, Timing
 from vidtrack.timing.flash import timing_from_flash
-from vidtrack.timing.resample import interval
+from vidtrack.timing.resample import exposures_begun
 from vidtrack.timing.sound import timing_from_sound
 
 ALONE_S = 1.0
@@ -60,6 +60,12 @@ def clocks(
     }
 
 
+def heard_cameras(cameras: Sequence[str], references: Sequence[str], sought: Mapping[str, Sequence[str]]) -> list[str]:
+    """The cameras whose sound is needed: none where no clock is sought in it, else those and the references."""
+    by_sound = [camera for camera, methods in sought.items() if "sound" in methods]
+    return [camera for camera in cameras if by_sound and (camera in references or camera in by_sound)]
+
+
 def _first_estimate(
     method: Callable[[str, str], tuple[Timing, float]], references: Sequence[str], camera: str
 ) -> dict[str, Any]:
@@ -89,6 +95,5 @@ def _days(a: float, b: float) -> float:
 
 
 def _exposures(table: pd.DataFrame) -> tuple[Any, Any]:
-    """When each exposure began, s, if the shutter was open all the time; and how bright the pictures were."""
-    middle = table["middle_s"].to_numpy(float)
-    return middle - 0.5 * interval(middle), table["brightness"].to_numpy(float)
+    """When each exposure began, s, and how bright the pictures were."""
+    return exposures_begun(table["middle_s"]), table["brightness"].to_numpy(float)

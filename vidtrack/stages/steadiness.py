@@ -14,7 +14,7 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.picture_part import Window
-from vidtrack.steadiness.clips import clips_from_record
+from vidtrack.steadiness.clips import clips_from_record, covers
 from vidtrack.steadiness.findings import CameraCase, findings_of
 from vidtrack.steadiness.follow import movement_at, undone
 from vidtrack.steadiness.history import History, displaced, episode, history, since_calibration
@@ -41,6 +41,22 @@ class Calibration(NamedTuple):
     balls: Array
     clips: Mapping[str, Any]
     counts: Mapping[str, int]
+
+
+def calibration_of(
+    picture: NDArray[Any], sightings: pd.DataFrame, labelling: Mapping[str, Any], clip: str | None = None
+) -> Calibration:
+    """What the calibration's records say of one camera.
+
+    sightings, labelling   of rule calibration_points
+    clip   the only one that places the run, as in a plane; None: all clips
+    """
+    found = sightings[sightings["found"]]
+    own = found[found["clip"] == labelling["background"]["clip"]]
+    counts = {str(name): int(n) for name, n in found.groupby("clip").size().items()}
+    if clip:
+        counts = {name: n for name, n in counts.items() if name == clip}
+    return Calibration(picture, covers(own[["Xf", "Yf"]], own["pixels"]), labelling.get("steadiness") or {}, counts)
 
 
 class Background(NamedTuple):

@@ -24,11 +24,14 @@ from vidtrack.calibration.wand.placed import PICK_SD, Marks, Placed, placed
 from vidtrack.calibration.wand.projections import by_projection
 from vidtrack.calibration.wand.refined import Refined, refine_wand
 from vidtrack.calibration.wand.rig import find_rig
+from vidtrack.calibration.wand.stated_clocks import stated_times
 from vidtrack.calibration.wand.tracks import Arranged, Follows, Timed
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.projection import Projection
+from vidtrack.timing.readout import Readout, table_at_frame_time
+from vidtrack.timing.timecode import Timecode
 
 Rows = Mapping[str, Any]
 CLEAR = ("", "recovered")
@@ -117,6 +120,25 @@ def calibrate_by_wand(
         cure = "Name four surveyed balls in picks.csv, or pick points in the wand's clip and name them in axes"
         raise VidtrackError(f"{where}: {error}. {cure}, or set {where}: camera.") from None
     return _calibrated(done, at, names, wand, units, timed)
+
+
+def on_stated_clocks(
+    tracks: Mapping[str, pd.DataFrame],
+    codes: Mapping[str, Timecode | None],
+    clocks: Mapping[str, Any],
+    readouts: Mapping[str, Readout],
+    where: str,
+) -> tuple[dict[str, pd.DataFrame], list[str]]:
+    """The tracks with time_s on one scale, and the cameras whose clocks are unknown: see `stated_times`.
+
+    Where a camera's rows are seen one after the other, the tracks are at the times of their frames.
+    """
+    stated = stated_times({name: own["time_s"].to_numpy(float) for name, own in tracks.items()}, codes, clocks, where)
+    timed = {name: own.assign(time_s=stated.times[name]) for name, own in tracks.items()}
+    for name, table in timed.items():
+        by = "tracklet" if "tracklet" in table else "target"
+        timed[name] = table.assign(**table_at_frame_time(dict(table), by, readouts[name]))
+    return timed, stated.unknown
 
 
 def _follow(name: str, table: pd.DataFrame, q: int, wand: Wand) -> Follows:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
@@ -58,6 +58,11 @@ class ClipMovements(NamedTuple):
         to = np.eye(4)  # the first two: px at the middle into the law's own unit
         to[:2, :2] = np.linalg.inv(slopes(law, middle, np.zeros(4))[0, :, :2])
         return to @ theta, to @ covariance @ to.T
+
+
+def covers(b: ArrayLike, pixels: ArrayLike) -> Array:
+    """Discs (n, 3) px, Xf, Yf and radius, that balls at b (n, 2) of so many pixels (n,) cover."""
+    return np.column_stack([np.asarray(b, float), np.sqrt(np.asarray(pixels, float) / np.pi)])
 
 
 def clips_from_record(record: Mapping[str, Any]) -> ClipMovements:

@@ -37,6 +37,12 @@ def interval(t: ArrayLike) -> float:
     return float(np.median(np.diff(t))) if t.size > 1 else float("nan")
 
 
+def exposures_begun(middle: ArrayLike) -> Array:
+    """When each exposure began, s, from its middle (n,), if the shutter was open from picture to picture."""
+    middle = np.asarray(middle, float)
+    return middle - 0.5 * interval(middle)
+
+
 def resample(t: ArrayLike, x: ArrayLike, at: ArrayLike) -> Resampled:
     """Values of tracks at other moments.
 

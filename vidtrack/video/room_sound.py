@@ -40,14 +40,17 @@ class RoomSound(NamedTuple):
     note: str
 
 
-def room_sound(path: str, start: Fraction, stamps: Array, times: Array) -> RoomSound:
+def room_sound(path: str, start: Fraction, stamps: Array, times: Array, *, pace: Fraction | float = 1) -> RoomSound:
     """The sound of the first track that has a channel without time code; its channels' mean.
 
     start   s, of the first picture on the container's scale: VideoInfo.start
     stamps  (n,) s after the first picture, rising, of pictures whose camera time `times` (n,), s, is known
+    pace    of slow motion is not 1: its sound is not stretched as its pictures are, and is not used
     Empty, with a note, where there is none, or where the camera's time jumps.
     """
     nothing = np.zeros(0, np.float32)
+    if pace != 1:
+        return RoomSound(0.0, nothing, "not used: the rate of the pictures was given")
     n_tracks = sound_tracks(path)
     if not n_tracks or len(stamps) < 2:
         return RoomSound(0.0, nothing, "no sound")

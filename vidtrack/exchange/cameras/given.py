@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.geometry.brown import BrownLens
@@ -136,6 +137,20 @@ def in_world(given: Given, said: Said) -> Camera:
     if unit == said.world:
         return given.camera
     return given.camera.with_(T=given.camera.T * (METRES[unit] / METRES[said.world]))
+
+
+def stated_uncertainty(given: Given, said: Said, sigma_px: float | None) -> tuple[Uncertainty, tuple[Finding, ...]]:
+    """What is known of the camera's errors, as an error of its principal point, and all findings of the file.
+
+    sigma_px  px, as the config says; None: no file says it, and the sigma of positions stays unknown
+    """
+    variance = np.nan if sigma_px is None else float(sigma_px) ** 2
+    known = Uncertainty(("Cx", "Cy"), np.zeros(3), np.diag([variance, variance]))
+    if sigma_px is not None:
+        return known, given.findings
+    text = f"{said.name}: the {given.format} file does not say how well the camera is known: sigma of positions is NaN"
+    cure = f"Give cameras.{said.name}.camera_file.sigma_px: px, as the calibration's own residuals show it."
+    return known, (*given.findings, Finding("doubtful", "camera-sigma-unknown", text, cure))
 
 
 def needed_size(said: Said, format: str) -> tuple[int, int]:
