@@ -4,7 +4,8 @@
     bash setup.sh mutate tracking/measurement --count 0 --wide
 
 A target is a room or a module. Mutants are drawn at random, by seed, among all that the operators make (`--count 0`:
-all of them); each runs against the mirror test of its module, tests/<room>/test_<module>.py, until the first failure.
+all of them); each runs until the first failure against the mirror test of its module, tests/<room>/test_<module>.py
+(tests/mirrors.py).
 With `--wide` a survivor meets all tests of its room.
 
 The operators are those of cosmic-ray and some of our own for array code (`mutation_operators.py`). Its runner is not
@@ -36,6 +37,7 @@ import pytest
 import scipy.optimize  # noqa: F401
 
 from benchmarks.mutation_operators import Mutant, change, mutants, text_of
+from tests.mirrors import mirror_of
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "vidtrack"
@@ -79,11 +81,6 @@ def modules_of(target: str) -> list[Path]:
     if not module.is_file():
         raise SystemExit(f"mutation: no room or module '{target}' in vidtrack")
     return [module]
-
-
-def mirror_of(module: Path) -> Path:
-    inside = module.relative_to(PACKAGE)
-    return ROOT / "tests" / inside.with_name(f"test_{inside.name}")
 
 
 def start(module: Path, text: str, tests: list[Path], seconds: float) -> int:
@@ -133,7 +130,7 @@ def baseline(module: Path, tests: list[Path]) -> float:
 def verdicts(chosen: list[Mutant], wide: bool) -> Iterator[Verdict]:
     takes: dict[Path, float] = {}
     for mutant in chosen:
-        tests = [mirror_of(mutant.module)]
+        tests = [mirror_of(mutant.module.relative_to(PACKAGE))]
         if mutant.module not in takes:
             takes[mutant.module] = baseline(mutant.module, tests)
         seconds = 10 + 5 * takes[mutant.module]
@@ -168,7 +165,7 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
 
     modules = [module for target in options.targets for module in modules_of(target)]
-    if without := [str(m.relative_to(ROOT)) for m in modules if not mirror_of(m).is_file()]:
+    if without := [str(m.relative_to(ROOT)) for m in modules if not mirror_of(m.relative_to(PACKAGE)).exists()]:
         raise SystemExit(f"mutation: no mirror test for {', '.join(without)}")
     os.chdir(ROOT)
     hypothesis.settings.register_profile("mutation", database=None, derandomize=True, deadline=None)

@@ -1,12 +1,13 @@
 """What the import contracts in pyproject.toml (`lint-imports`) cannot say: which libraries a room may use, and when."""
 
 import ast
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.mirrors import ROOMS_TESTED_AS_ONE, TESTED_UNDER_ANOTHER_NAME, mirror_of
 
 PACKAGE = Path(__file__).parents[1] / "vidtrack"
 ROOMS = ("analysis", "geometry", "calibration", "labelling", "tracking", "location", "timing", "motion", "shore")
@@ -59,59 +60,27 @@ def test_no_job_waits_for_a_plotting_library(job):
     assert loaded == []
 
 
-ROOMS_TESTED_AS_ONE = {
-    "jobs": "a job reads, calls its stage, writes: tests/whole_workflow runs every one of them",
-    "settings": "config.yaml is one thing, whatever the sections: tests/test_settings.py",
-    "commands": "each is run as a user runs it: tests/test_command.py, tests/commands",
-    "preview": "tests/preview",
-}
-"""Rooms whose modules need no test file each, with the reason."""
-
-TESTED_UNDER_ANOTHER_NAME = {
-    "video/decoded.py": "tests/video/test_reader.py",
-    "video/recording.py": "tests/video/test_reader.py",
-    **dict.fromkeys(
-        ("video/joined.py", "video/mraw.py", "video/numbered.py", "video/picture_stack.py", "video/tiff_pages.py"),
-        "tests/video/test_recordings_of_pictures.py",
-    ),
-    "video/own_stamps.py": "tests/video/test_recordings_of_pictures.py",
-    "exchange/lens_files.py": "tests/exchange/test_lens.py",
-    "stages/board_corners.py": "tests/stages/test_boards.py",
-    "calibration/doubts.py": "tests/stages/test_calibrate.py",
-    "calibration/wand/projections.py": "tests/stages/test_wand.py",
-    "labelling/touching.py": "tests/stages/test_calibration_points.py",
-    "location/readout_search.py": "tests/stages/test_locate_rolling.py",
-    "picking/desk.py": "tests/picking/test_server.py",
-}
-"""Kinds of recordings are tested as the recordings that they are, the desk of the picking page by its requests; what
-decides between whole solutions is tested with them."""
-
-
 def computes(module: Path) -> bool:
     """Whether a module does anything: one that only declares types and constants has nothing to be tested."""
     return any(isinstance(node, ast.FunctionDef) for node in ast.walk(ast.parse(module.read_text())))
 
 
+INSIDE = [path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py") if path.stem not in ("__init__", "__main__")]
+
+
 def test_every_module_that_computes_has_a_test_of_its_name():
-    tests = Path(__file__).parent
-    inside = [path.relative_to(PACKAGE) for path in PACKAGE.rglob("*.py") if path.stem not in ("__init__", "__main__")]
-    without = [
-        str(path)
-        for path in inside
-        if path.parts[0] not in ROOMS_TESTED_AS_ONE
-        and path.as_posix() not in TESTED_UNDER_ANOTHER_NAME
-        and computes(PACKAGE / path)
-        and not (tests / path.with_name(f"test_{path.name}")).is_file()
-    ]
+    without = [str(path) for path in INSIDE if computes(PACKAGE / path) and not mirror_of(path).exists()]
     assert sorted(without) == []
 
 
-def test_every_room_that_is_tested_as_one_exists_and_so_do_the_tests_named():
-    for room, reason in ROOMS_TESTED_AS_ONE.items():
+def test_no_room_of_numbers_is_excepted():
+    excepted = {*ROOMS_TESTED_AS_ONE, *(path.split("/")[0] for path in TESTED_UNDER_ANOTHER_NAME)}
+    assert not excepted & {*ROOMS, "association", "verdict", "stages", "workflow", "files"}
+
+
+def test_what_is_tested_under_another_name_exists_and_has_no_test_of_its_own():
+    for room in ROOMS_TESTED_AS_ONE:
         assert (PACKAGE / room).is_dir()
-        named = re.findall(r"tests/[\w/.]*\w", reason)
-        assert named
-        assert all((PACKAGE.parent / path).exists() for path in named), reason
-    for module, test in TESTED_UNDER_ANOTHER_NAME.items():
-        assert (PACKAGE / module).exists()
-        assert (PACKAGE.parent / test).exists()
+    for module in TESTED_UNDER_ANOTHER_NAME:
+        assert (PACKAGE / module).is_file()
+        assert not (PACKAGE.parent / "tests" / Path(module).with_name(f"test_{Path(module).name}")).exists()

@@ -32,7 +32,7 @@ def scene(pair=PAIR, expected=None, *, dark=False, noise=1.0, sd=0.3) -> tuple[A
 
 @pytest.mark.parametrize("dark", [False, True])
 def test_two_balls_of_one_blob_are_measured_each_to_a_tenth_of_a_pixel(dark):
-    shot, labels = scene(expected=PAIR + [[0.5, -0.4], [-0.3, 0.5]], dark=dark)
+    shot, labels = scene(expected=PAIR + np.array([(0.5, -0.4), (-0.3, 0.5)]), dark=dark)
     found = separated(shot, labels, 0)
     assert found.row.tolist() == [4, 5]
     assert np.abs(found.at - PAIR).max() < 0.1

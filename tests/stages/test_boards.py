@@ -1,23 +1,19 @@
 """Boards as the stages give them: views, lenses, places, and what is said of a board that is not as described."""
 
-import re
-from fractions import Fraction
-
 import cv2
 import numpy as np
 import pandas as pd
 import pytest
 
 from tests.calibration.test_board_fit import BOARD, SIZE, cameras, views
-from tests.simulate.test_board_picture import shown
+from tests.stages.test_board_corners import frames
 from vidtrack.calibration.adjustment.tied_cameras import moved_camera
 from vidtrack.calibration.board import Board
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.simulate.board_picture import board_picture, drawing
-from vidtrack.stages.board_corners import MOST_PICTURES, board_corners, stride
+from vidtrack.stages.board_corners import board_corners
 from vidtrack.stages.boards import boards
-from vidtrack.timing.frame import Frame
 
 
 def tables(b, sd=0.1):
@@ -77,44 +73,6 @@ def test_blurred_views_are_left_out_and_counted():
     assert "board/4" not in done.record["views"]
 
 
-def frames(*pictures):
-    return [Frame(i, Fraction(i, 30), picture, False, None) for i, picture in enumerate(pictures)]
-
-
-def test_every_nth_picture_is_looked_at_and_counted():
-    picture, _ = shown("charuco")
-    found = board_corners(
-        {"board": frames(*[picture] * 5)},
-        {"board": Board("charuco", 7, 5, 30.0)},
-        camera="c",
-        bits={"board": 8},
-        every=2,
-    )
-    assert sorted(set(found.table["frame"])) == [0, 2, 4]
-    assert found.record["clips"]["board"] == {"pictures": 3, "with_board": 3, "every": 2}
-    assert found.background.shape == picture.shape
-
-
-def test_a_clip_without_the_board_is_named_with_the_likeliest_reason():
-    picture, _ = shown("charuco")
-    mirrored = np.ascontiguousarray(picture[:, ::-1])
-    found = board_corners(
-        {"board": frames(mirrored)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
-    )
-    (finding,) = found.findings
-    assert finding.level == "bad"
-    assert re.search(r"calibration/board: camera c shows no charuco.*mirrored", finding.text)
-    assert len(found.table) == 0
-    assert found.record["clips"]["board"]["with_board"] == 0
-
-
-def test_clips_without_any_picture_are_refused():
-    with pytest.raises(VidtrackError, match="no picture"):
-        board_corners(
-            {"board": frames()}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 8}, every=1
-        )
-
-
 def test_a_camera_whose_board_is_not_found_is_named_and_the_others_go_on():
     found = tables(views(1, 14, m=2))
     found["cam3"] = found["cam1"].head(0)
@@ -161,20 +119,6 @@ def test_cameras_that_share_no_view_are_bad_where_nothing_else_places_them():
     assert level([]) == "bad"
     assert level(["cam1", "cam2"]) == "note"
     assert level(["cam1"]) == "bad"
-
-
-def test_deep_pictures_are_read_as_their_bits_say():
-    picture, _ = shown("charuco")
-    deep = (picture.astype(np.uint16) << 4).astype(np.uint16)
-    found = board_corners(
-        {"board": frames(deep)}, {"board": Board("charuco", 7, 5, 30.0)}, camera="c", bits={"board": 12}, every=1
-    )
-    assert len(found.table) > 15
-
-
-@pytest.mark.parametrize(("clips", "every"), [(0, 1), (1, 1), (1.01, 2), (2, 2), (2.01, 4), (4.5, 8)])
-def test_long_clips_are_searched_in_every_so_many_pictures_a_power_of_two(clips, every):
-    assert stride(int(clips * MOST_PICTURES)) == every
 
 
 SMALL = (480, 360)
