@@ -23,7 +23,7 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.wand.axes import fitted, moved_points
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.shared_survey import joint_covariance, surveys_of
 from vidtrack.simulate.rig import thesis_rig

@@ -7,7 +7,7 @@ from vidtrack.calibration.movement import movement
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.interface import Interface
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.simulate.rig import look_at, thesis_points, thesis_rig
 
 SIGMA = 1 / 32 / np.sqrt(3)

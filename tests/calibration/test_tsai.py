@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from tests.geometry.test_camera import cameras
 from vidtrack.calibration.tsai import camera_from_closed_form, closed_form, plane_axes
 from vidtrack.geometry.camera import distorted_from_frame_buffer, project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 REAL = Path(__file__).parents[2] / "../shared/real/points"

@@ -20,8 +20,8 @@ from vidtrack.geometry.camera import (
     undistorted_jacobian,
     units_per_px,
 )
-from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST, TERMS
+from vidtrack.geometry.rotation import rotation_from_vector
 
 DX, DY = 8.8 / 512, 6.6 / 480
 

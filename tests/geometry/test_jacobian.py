@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from tests.geometry.test_camera import cameras, straight_on
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import PARAMETERS, derivatives, position_covariance, rotation_from_vector, stepped
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives, position_covariance, stepped
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.simulate.rig import thesis_rig
 
 some = settings(max_examples=30, deadline=None)
@@ -73,14 +74,6 @@ def test_points_that_do_not_project_have_no_derivatives():
     assert np.isnan(d.by_parameter[0]).all()
     assert np.isnan(d.by_point[0]).all()
     assert np.isfinite(d.by_parameter[1]).all()
-
-
-def test_a_quarter_turn_about_z_takes_x_to_y():
-    np.testing.assert_allclose(rotation_from_vector([0, 0, np.pi / 2]) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
-
-
-def test_small_rotations_keep_their_precision():
-    np.testing.assert_allclose(rotation_from_vector([1e-9, 0, 0])[2, 1], 1e-9, rtol=1e-14)
 
 
 def test_a_step_that_makes_no_camera_is_refused():

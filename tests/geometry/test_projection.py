@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import Camera, line_of_sight, project
-from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.projection import (
     equidistant_from_perspective,
     perspective_by_f,
     perspective_from_equidistant,
     perspective_jacobian,
 )
+from vidtrack.geometry.rotation import rotation_from_vector
 
 F = 5.0
 places = st.tuples(st.floats(-5, 5), st.floats(-5, 5)).map(np.array)

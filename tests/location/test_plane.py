@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.location.plane import (
     MODELS,
     fit_plane,

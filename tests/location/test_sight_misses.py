@@ -5,7 +5,7 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.sight_misses import Cause, _likeliest, sight_misses
 from vidtrack.simulate.rig import thesis_points, thesis_rig

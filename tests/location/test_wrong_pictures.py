@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.location.wrong_pictures import finding_of, mistake
 from vidtrack.simulate.rig import thesis_rig
 

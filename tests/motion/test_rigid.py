@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.motion.rigid import (
     angles_by_turn,
     fit_pose,
     quaternion,
     roll_pitch_yaw,
-    rotation,
     rotation_from_roll_pitch_yaw,
     unwrapped,
 )
@@ -57,7 +57,7 @@ def test_angles_are_intrinsic_z_y_x_as_scipy_counts_them(angles):
     witness = Rotation.from_euler("ZYX", angles[::-1])
     assert witness.as_matrix() == pytest.approx(R, abs=1e-12)
     assert roll_pitch_yaw(R) == pytest.approx(angles, abs=1e-9)
-    assert rotation(witness.as_rotvec()) == pytest.approx(R, abs=1e-12)
+    assert rotation_from_vector(witness.as_rotvec()) == pytest.approx(R, abs=1e-12)
 
 
 @settings(max_examples=25, deadline=None)
@@ -117,7 +117,10 @@ def test_angles_change_with_a_turn_as_their_derivative_says():
     angles = np.array([0.4, -0.7, 2.1])
     R, step = rotation_from_roll_pitch_yaw(angles), 1e-6
     for k, axis in enumerate(np.eye(3)):
-        change = (roll_pitch_yaw(rotation(step * axis) @ R) - roll_pitch_yaw(rotation(-step * axis) @ R)) / (2 * step)
+        change = (
+            roll_pitch_yaw(rotation_from_vector(step * axis) @ R)
+            - roll_pitch_yaw(rotation_from_vector(-step * axis) @ R)
+        ) / (2 * step)
         assert change == pytest.approx(angles_by_turn(angles)[:, k], abs=1e-6)
 
 

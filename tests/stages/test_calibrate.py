@@ -16,8 +16,8 @@ from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.lens_terms import LENS_MODELS
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import calibrate as job
 from vidtrack.simulate.rig import thesis_points, thesis_rig

@@ -9,8 +9,8 @@ from vidtrack.association.tracklets import COLUMNS as COLUMNS_OF_TRACKLETS
 from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
 from vidtrack.geometry.picture_part import Picture
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.location.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate, locate_run

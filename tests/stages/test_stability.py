@@ -6,7 +6,7 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.jobs import stability as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.stability import stability

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.steadiness.scenes import F, Wall, camera
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.steadiness.patches import chosen_patches, spread_over
 from vidtrack.steadiness.registration import Reference
 from vidtrack.steadiness.turn import Agreement, fitted, law_of_camera, law_of_picture, slopes

@@ -7,7 +7,7 @@ from vidtrack.verdict.run_rules import (
     comparison_findings,
     location_findings,
     motion_findings,
-    reading_findings,
+    picture_findings,
     target_findings,
     time_findings,
 )
@@ -64,7 +64,7 @@ def test_a_gap_longer_than_a_second_is_a_doubt_however_long_the_run():
 
 @pytest.mark.parametrize(("lost", "corrupt", "level"), [(1, 0, None), (6, 4, "doubtful"), (150, 10, "bad")])
 def test_the_share_of_pictures_lost_is_graded(lost, corrupt, level):
-    found = reading_findings("c", {"reading": {"frames": 100, "lost": lost, "corrupt": corrupt}})
+    found = picture_findings("c", {"reading": {"frames": 100, "lost": lost, "corrupt": corrupt}})
     assert [f.level for f in found] == ([level] if level else [])
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from vidtrack.analysis.responses import Systematic
 from vidtrack.arrays import Array
 from vidtrack.freedom import DEGREES_OF_FREEDOM
-from vidtrack.motion.rigid import rotation
+from vidtrack.geometry.rotation import rotation_from_vector
 
 SMALL_TURN = 1e-3
 """rad, the turn by which derivatives are found."""
@@ -79,7 +79,7 @@ def rigid_mixing(field: ErrorField, body: Resting, basin: Array) -> Array:
     for axis in basin:
         ends = []
         for side in (1, -1):
-            moved = _pose_error(field, body, np.zeros(3), rotation(side * SMALL_TURN * axis))
+            moved = _pose_error(field, body, np.zeros(3), rotation_from_vector(side * SMALL_TURN * axis))
             moved[:, 3:] -= side * SMALL_TURN * np.cross(axis, still[:, 3:])  # the turn from rest, not that of the body
             ends.append(moved)
         columns.append((ends[0] - ends[1]) / (2 * SMALL_TURN))

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from vidtrack.arrays import Array
 from vidtrack.calibration.refine import POSE, Fit, refine
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 
 TURNS = ("tilt_down", "pan_right", "roll_clockwise")
 """How a camera turns about its own axes x, y and z, as seen from behind it."""

@@ -29,6 +29,7 @@ from vidtrack.geometry.interface import parameters_of
 from vidtrack.geometry.lens_terms import COEFFICIENTS, TERMS
 from vidtrack.geometry.projection import perspective_by_f, perspective_jacobian
 from vidtrack.geometry.refracted import POSE, followed, pose_moves
+from vidtrack.geometry.rotation import rotation_from_vector
 
 PARAMETERS = (
     *POSE,
@@ -159,13 +160,3 @@ def position_covariance(camera: Camera, names: Sequence[str], pivot: ArrayLike, 
     J = camera.R.T @ np.stack([moved.get(name, np.zeros(3)) for name in names], -1)
     by_position: Array = J @ np.asarray(covariance, float) @ J.T
     return by_position
-
-
-def rotation_from_vector(omega: ArrayLike) -> Array:
-    """The rotation (3, 3) by |omega| rad about the axis omega (3,): Rodrigues' formula."""
-    omega = np.asarray(omega, float)
-    angle = float(np.linalg.norm(omega))
-    K = np.array([[0, -omega[2], omega[1]], [omega[2], 0, -omega[0]], [-omega[1], omega[0], 0]])
-    # sinc keeps full precision for the smallest steps
-    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
-    return R

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.geometry.jacobian import PARAMETERS, rotation_from_vector
+from vidtrack.geometry.jacobian import PARAMETERS
 from vidtrack.geometry.pose import poses
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.location.plane import holds
 
 ASPECT_SD = 0.01

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.geometry.rotation import rotation_from_vector
 
 NEAR_LINE = 0.02
 """ASSUME: targets whose spread across their line is less than this share of that along it fix no turn about it."""
@@ -74,7 +75,7 @@ def fit_pose(located: ArrayLike, body: ArrayLike, sigma: ArrayLike | None = None
         normal, gradient = _normal(p, a, R, origin, precision)
         normal = np.where(good[..., None, None], normal, np.eye(6))
         step = np.linalg.solve(normal, gradient[..., None])[..., 0]
-        R = rotation(step[..., :3]) @ R
+        R = rotation_from_vector(step[..., :3]) @ R
         origin = origin + step[..., 3:]
     covariance = np.linalg.inv(normal)
     miss = np.where(seen[..., None], p - origin[..., None, :] - _turned(R, a), 0.0)
@@ -149,17 +150,6 @@ def _normal(p: Array, a: Array, R: Array, origin: Array, precision: Array) -> tu
     return (weighted @ J).sum(-3), (weighted @ miss[..., None])[..., 0].sum(-2)
 
 
-def rotation(omega: ArrayLike) -> Array:
-    """Rotations (..., 3, 3) by the vectors omega (..., 3), rad: Rodrigues' formula for many at once."""
-    w: Array = np.asarray(omega, float)
-    angle = np.linalg.norm(w, axis=-1)[..., None, None]
-    K = np.zeros((*w.shape, 3))
-    K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = w[..., 0], w[..., 1], w[..., 2]
-    K = K - np.swapaxes(K, -1, -2)
-    R: Array = np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (K @ K)
-    return R
-
-
 def roll_pitch_yaw(R: ArrayLike) -> Array:
     """Roll, pitch, yaw (..., 3), rad, of R = Rz(yaw) Ry(pitch) Rx(roll); pitch within +-pi/2, the others +-pi."""
     r: Array = np.asarray(R, float)
@@ -172,7 +162,7 @@ def rotation_from_roll_pitch_yaw(angles: ArrayLike) -> Array:
     """R (..., 3, 3) of roll, pitch, yaw (..., 3), rad; see `roll_pitch_yaw`."""
     a: Array = np.asarray(angles, float)
     axes = np.eye(3)
-    x, y, z = (rotation(a[..., k, None] * axes[k]) for k in range(3))
+    x, y, z = (rotation_from_vector(a[..., k, None] * axes[k]) for k in range(3))
     return z @ y @ x
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.jacobian import derivatives
-from vidtrack.motion.rigid import rotation
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.motion.sighted_pose import SightedPose, Sightings, by_pose_of
 
 STEPS = 6
@@ -90,7 +90,7 @@ def scale_of(seen: Sightings, pose: SightedPose, arms: Array) -> Scale:
         change = float(np.clip(own[known].sum() / information, -0.3, 0.3))
         factor += change
         free = np.linalg.solve(N[:, :6, :6] + 1e-12 * np.eye(6), (g[:, :6] - N[:, :6, 6] * change)[..., None])[..., 0]
-        R[some] = rotation(free[:, :3]) @ R[some]
+        R[some] = rotation_from_vector(free[:, :3]) @ R[some]
         origin[some] += free[:, 3:]
         if abs(change) < 0.1 * sd:
             break

@@ -21,7 +21,7 @@ from vidtrack.arrays import Array
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import columns, derivatives
-from vidtrack.motion.rigid import rotation
+from vidtrack.geometry.rotation import rotation_from_vector
 
 
 @dataclass(frozen=True)
@@ -230,7 +230,7 @@ def _settled(seen: Sightings, origin: Array, R: Array) -> _Found:
         M = N[todo] + (damping[todo, None] * D + 1e-12 * D.max(-1, keepdims=True))[..., None] * np.eye(6)
         step = np.linalg.solve(M, g[todo][..., None])[..., 0]
         step[:, :3] *= np.minimum(1.0, 0.5 / np.maximum(np.linalg.norm(step[:, :3], axis=-1), 1e-12))[:, None]
-        new_R = rotation(step[:, :3]) @ R[todo]
+        new_R = rotation_from_vector(step[:, :3]) @ R[todo]
         new_origin = origin[todo] + step[:, 3:]
         part = seen.at(todo)
         trial = _normal(part, new_origin, new_R)
@@ -262,7 +262,7 @@ def _tipped(seen: Sightings, origin: Array, R: Array) -> tuple[Array, Array]:
     sine, cosine = np.linalg.norm(axis, axis=-1), (normal * sight).sum(-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         axis = np.where(sine[:, None] > 1e-12, axis / sine[:, None], 0.0)
-    turn = rotation(np.nan_to_num(axis * 2 * np.arctan2(sine, cosine)[:, None]))
+    turn = rotation_from_vector(np.nan_to_num(axis * 2 * np.arctan2(sine, cosine)[:, None]))
     other = turn @ R
     return centre - other @ middle, other
 
@@ -322,7 +322,7 @@ def _bent(seen: Sightings, best: _Found, covariance: Array, good: NDArray[np.boo
     for sign in (-2.0, 2.0):
         turn = sign * np.sqrt(values[:, -1])[:, None] * vectors[:, :, -1]
         shift = (C[:, 3:, :3] @ np.linalg.solve(C[:, :3, :3], turn[..., None]))[..., 0]
-        there = _normal(part, best.origin[which] + shift, rotation(turn) @ best.R[which])
+        there = _normal(part, best.origin[which] + shift, rotation_from_vector(turn) @ best.R[which])
         rise = there.chi2 - best.chi2[which]
         with np.errstate(invalid="ignore"):
             out[which] |= ~((rise > 4 / FITTING.bent) & (rise < 4 * FITTING.bent))

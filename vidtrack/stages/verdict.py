@@ -25,7 +25,7 @@ from vidtrack.verdict.run_rules import (
     comparison_findings,
     location_findings,
     motion_findings,
-    reading_findings,
+    picture_findings,
     target_findings,
     time_findings,
 )
@@ -155,7 +155,7 @@ def _of_run(
             found += [_weighed(finding, failure, asked) for finding in collected(failure)]
     found += [_left_out(name, camera, why) for camera, why in asked.get("without", {}).items()]
     locate = own.record("locate")
-    ruled = [finding for camera, reading in own.readings.items() for finding in reading_findings(camera, reading)]
+    ruled = [finding for camera, reading in own.readings.items() for finding in picture_findings(camera, reading)]
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
         failed = any(finding.level == "failed" for finding in found)
         return found if failed else [*found, _not_made(asked["cameras"], cameras)]

@@ -87,7 +87,7 @@ def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | No
     return out
 
 
-def reading_findings(camera: str, reading: Record) -> list[Finding]:
+def picture_findings(camera: str, reading: Record) -> list[Finding]:
     """One camera's recording: pictures lost. reading: centroids/<camera>.json."""
     out: list[Finding] = []
     account = reading.get("reading") or {}

@@ -8,7 +8,8 @@ from vidtrack.calibration.body.body_fit import alikeness, fit_body, refitted
 from vidtrack.calibration.body.body_sights import Body, BodySights, usable
 from vidtrack.calibration.refine import free_parameters
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector, stepped
+from vidtrack.geometry.jacobian import stepped
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.simulate.rig import thesis_rig
 
 P = np.array([[14.0, 0, 3], [-9.0, 10, 3], [-9.0, -10, 2], [1.0, 2, 14]])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vidtrack.calibration.body.body_shape import judge_shape
 from vidtrack.calibration.body.body_sights import Body
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 
 P = np.array([[14.0, 0, 3], [-9.0, 10, 3], [-9.0, -10, 2], [1.0, 2, 14], [4.0, 6, -3]])
 BODY = Body(("bow", "port", "starboard", "mast", "keel"), P, 0.005)

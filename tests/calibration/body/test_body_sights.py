@@ -4,7 +4,7 @@ import numpy as np
 
 from vidtrack.calibration.body.body_sights import Body, BodySights, poses_of, usable
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.simulate.rig import thesis_rig
 
 P = np.array([[14.0, 0, 3], [-9.0, 10, 3], [-9.0, -10, 2], [1.0, 2, 14]])

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.calibration.wand.waved import waved
 from vidtrack.calibration.wand.axes import falling, fitted, from_directions, moved, moved_points, normal_of
 from vidtrack.geometry.camera import project
-from vidtrack.geometry.jacobian import rotation_from_vector
+from vidtrack.geometry.rotation import rotation_from_vector
 
 
 @settings(max_examples=20, deadline=None)

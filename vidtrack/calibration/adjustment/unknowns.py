@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.normal_equations import Prior
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import PARAMETERS, rotation_from_vector, stepped
+from vidtrack.geometry.jacobian import PARAMETERS, stepped
+from vidtrack.geometry.rotation import rotation_from_vector
 
 Names = Sequence[Sequence[str]]
 Known = Mapping[str, tuple[float, float]]

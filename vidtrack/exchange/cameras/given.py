@@ -15,6 +15,7 @@ from vidtrack.findings import Finding
 from vidtrack.geometry.brown import BrownLens
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_conversion import camera_from_brown
+from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.lengths import METRES
 
 COVERED = 0.995
@@ -119,9 +120,7 @@ def rotation(values: object, path: object) -> Array:
     """A rotation (3, 3) from a matrix or Rodrigues' vector; VidtrackError where it is none."""
     R = np.asarray(values, float)
     if R.size == 3:
-        from scipy.spatial.transform import Rotation
-
-        return np.asarray(Rotation.from_rotvec(R.ravel()).as_matrix())
+        return rotation_from_vector(R.ravel())
     if R.size != 9 or not np.isfinite(R).all():
         raise VidtrackError(f"{path}: a rotation of {R.size} numbers, not 9 or 3. Export it again.")
     R = R.reshape(3, 3)
