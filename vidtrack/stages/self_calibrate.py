@@ -7,13 +7,14 @@ show. Refined cameras are used only where held-out stretches of time show that t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.measurements import KnownCameras
-from vidtrack.calibration.adjustment.unknowns import columns
 from vidtrack.calibration.body.body_fit import BodyFit, fit_body
 from vidtrack.calibration.body.body_heldout import Judged, judge_held_out
 from vidtrack.calibration.body.body_shape import SETTINGS as SHAPE
@@ -23,6 +24,7 @@ from vidtrack.calibration.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.shared_survey import joint_covariance, recorded_joint, surveys_of
 
@@ -71,8 +73,9 @@ def self_calibrate(
     own = _body(targets, sigma, where, body)
     cameras = [calibrated[name][0] for name in names]
     uncertainties = [calibrated[name][1] for name in names]
-    _check(names, cameras, uncertainties, where)
-    known = _known(calibrated, cameras, uncertainties, points or {}, names)
+    _check(names, uncertainties, where)
+    joint = _joint(calibrated, cameras, uncertainties, points or {}, names)
+    known = _known(cameras, uncertainties, joint)
     seen = _sights(sights, names, own)
     moments, poses = usable(cameras, seen, own)
     record: dict[str, Any] = {
@@ -108,7 +111,7 @@ def self_calibrate(
         text = f"{where}: {body} does not refine the cameras ({error}); they stay as they were"
         finding = Finding("doubtful", "self-calibration-failed", text, "Leave calibration.self out.")
         return _unchanged(cameras, uncertainties, record, [finding])
-    record |= {"held_out": judged.as_record()} | _gain(known, done, free.sights)
+    record |= {"held_out": judged.as_record()} | _gain(cameras, uncertainties, joint, done, free.sights)
     record["sigma_px"] = float(np.nanmedian(done.sights.sd) / np.sqrt(done.alike))
     if not (judged.helps and done.converged):
         return _unchanged(cameras, uncertainties, record, [_no_help(judged, body, units, where)])
@@ -126,44 +129,63 @@ def _body(targets: Mapping[str, Sequence[float]], sigma: float | None, where: st
     return own._replace(sd=own.size * SIZE_SHARE if sigma is None else sigma)
 
 
-def _check(
-    names: Sequence[str], cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty | None], where: str
-) -> None:
+def _check(names: Sequence[str], uncertainties: Sequence[Uncertainty | None], where: str) -> None:
     problems = []
-    for name, camera, uncertainty in zip(names, cameras, uncertainties, strict=True):
+    for name, uncertainty in zip(names, uncertainties, strict=True):
         if uncertainty is None or not np.isfinite(uncertainty.covariance).all():
             problems.append(
                 f"{where}: the uncertainty of {name}'s calibration is not known, so that a body cannot be weighed "
                 "against it. Calibrate it by points, a board or a wand, or leave calibration.self out."
             )
-        elif camera.through:
-            problems.append(
-                f"{where}: {name} looks through interface {camera.through[0].name}, which a body does not refine. "
-                "Leave calibration.self out."
-            )
     if problems:
         raise VidtrackError(*problems)
 
 
-def _known(
+def _joint(
     calibrated: Mapping[str, Any],
     cameras: Sequence[Camera],
     uncertainties: Sequence[Uncertainty],
     points: Mapping[str, pd.DataFrame],
     names: Sequence[str],
-) -> KnownCameras:
-    """What the cameras' own calibration determines of all of them together."""
+) -> Array:
+    """The covariance of all the cameras' parameters, one camera after the other, as their own calibration has it."""
     joint = recorded_joint([calibrated[name] for name in names], uncertainties)
     tables = [points[name] for name in names if name in points and len(points[name])]
     if joint is None and len(tables) == len(names) and (surveys := surveys_of(cameras, tables, 0.1)):
         joint = joint_covariance(cameras, uncertainties, surveys)
     if joint is None:
-        edges = np.cumsum([0, *(len(u.names) for u in uncertainties)])
-        joint = np.zeros((edges[-1], edges[-1]))
-        for start, stop, u in zip(edges[:-1], edges[1:], uncertainties, strict=True):
-            joint[start:stop, start:stop] = u.covariance
+        joint = np.zeros((sum(len(u.names) for u in uncertainties),) * 2)
+        for place, u in zip(_places([u.names for u in uncertainties]), uncertainties, strict=True):
+            joint[place, place] = u.covariance
+    return joint
+
+
+def _known(cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty], joint: Array) -> KnownCameras:
+    """What the cameras' own calibration determines of all of them together.
+
+    An interface that was refined for several cameras at once is one thing that is known, and stands with the first.
+    """
+    names, kept = [], []
+    said: dict[str, list[Interface]] = {}
+    for camera, u, place in zip(cameras, uncertainties, _places([u.names for u in uncertainties]), strict=True):
+        again = [own for own in camera.through if any(_same(own, other) for other in said.get(own.name, ()))]
+        dropped = {name for own in again for name in own.parameters}
+        names.append(tuple(name for name in u.names if name not in dropped))
+        kept += [place.start + k for k, name in enumerate(u.names) if name not in dropped]
+        for own in camera.through:
+            said.setdefault(own.name, []).append(own)
     pivots = np.array([u.pivot for u in uncertainties], float)
-    return KnownCameras(tuple(cameras), [tuple(u.names) for u in uncertainties], pivots, joint)
+    return KnownCameras(tuple(cameras), names, pivots, joint[np.ix_(kept, kept)])
+
+
+def _same(one: Interface, other: Interface) -> bool:
+    return not one.deviation(other).any()
+
+
+def _places(names: Sequence[Sequence[str]]) -> list[slice]:
+    """Where each camera's parameters stand among those of all."""
+    edges = np.cumsum([0, *map(len, names)]).tolist()
+    return [slice(start, stop) for start, stop in pairwise(edges)]
 
 
 def _sights(tables: Mapping[str, pd.DataFrame], names: Sequence[str], body: Body) -> BodySights:
@@ -197,29 +219,27 @@ def _unchanged(
 def _refined(done: BodyFit, names: Sequence[str], record: dict[str, Any], finding: Finding) -> SelfCalibrated:
     uncertainties = tuple(
         Uncertainty(own, done.pivot, done.covariance[place, place])
-        for own, (place, _) in zip(done.names, columns(done.names), strict=True)
+        for own, place in zip(done.names, _places(done.names), strict=True)
     )
     joint = {"cameras": list(names), "names": [list(own) for own in done.names], "covariance": done.covariance}
     record = record | {"used": True, "findings": as_records([finding])}
     return SelfCalibrated(done.cameras, uncertainties, joint, True, record, (finding,))
 
 
-def _gain(known: KnownCameras, done: BodyFit, sights: BodySights) -> dict[str, Any]:
+def _gain(
+    cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty], joint: Array, done: BodyFit, sights: BodySights
+) -> dict[str, Any]:
     """The calibration's part of sigma where the body was, before and after: rms over its axes, world units."""
     rows = np.linspace(0, sights.b.shape[1] - 1, min(SHOWN, sights.b.shape[1])).astype(int)
     b, sd = sights.b[:, rows], sights.sd[:, rows]
-    pivots = np.broadcast_to(known.pivot, (len(known.cameras), 3))
+    refined = [
+        Uncertainty(own, done.pivot, done.covariance[place, place])
+        for own, place in zip(done.names, _places(done.names), strict=True)
+    ]
     found = []
-    for cameras, names, pivot, C in (
-        (known.cameras, known.names, pivots, np.asarray(known.covariance)),
-        (done.cameras, done.names, np.broadcast_to(done.pivot, pivots.shape), done.covariance),
-    ):
-        own = [
-            Uncertainty(tuple(each), about, C[place, place])
-            for each, about, (place, _) in zip(names, pivot, columns(names), strict=True)
-        ]
-        noise = locate_points(cameras, b, sd=sd).sigma
-        whole = locate_points(cameras, b, sd=sd, uncertainties=own, joint=C).sigma
+    for rig, known, C in ((cameras, uncertainties, joint), (done.cameras, refined, done.covariance)):
+        noise = locate_points(rig, b, sd=sd).sigma
+        whole = locate_points(rig, b, sd=sd, uncertainties=known, joint=C).sigma
         found.append(float(np.sqrt(np.nanmean(np.clip(whole**2 - noise**2, 0, None)))))
     return {"sigma_of_calibration": {"before": found[0], "after": found[1]}}
 

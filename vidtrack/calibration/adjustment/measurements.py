@@ -214,7 +214,8 @@ class KnownCameras:
     """Cameras known from another calibration, with the covariance of all their parameters together.
 
     cameras     as that calibration left them, in the order of those of the adjustment
-    names       for each camera the parameters that the covariance is of, in the order of PARAMETERS
+    names       for each camera the parameters that the covariance is of, in the order of PARAMETERS, behind them those
+                of its interfaces; one that cameras share may be named with each, each with what it knows of it
     pivot       (3,) about which that calibration's omega turn; (m, 3) where each camera has its own
     covariance  (K', K')
     Parameters that the adjustment does not free are passed over: they stay as they are.
@@ -238,8 +239,14 @@ class KnownCameras:
             step = steps_between(then, now, pivot)
             carried = _at_another_pivot(now, unknowns.pivot, pivot)
             own = unknowns.free[i]
+            moved = _interfaces_between(then, now)
             for k, name in enumerate(names):
-                if name in own:
+                if name in unknowns.shared:
+                    residual.append(-moved[name])
+                    chosen.append(start + k)
+                    rows.append(np.zeros(unknowns.size))
+                    rows[-1][unknowns.of_shared(name)] = 1
+                elif name in own:
                     residual.append(-step[name])
                     chosen.append(start + k)
                     row = np.zeros(unknowns.size)
@@ -249,6 +256,7 @@ class KnownCameras:
                     rows.append(row)
             start += len(names)
             columns += list(range(place.start, place.stop))
+        columns += unknowns.of_shared(*dict.fromkeys(name for names in self.names for name in names)).tolist()
         C = np.asarray(self.covariance, float)[np.ix_(chosen, chosen)]
         spread = np.sqrt(np.diag(C))
         whiten = _inverse_root(C / np.outer(spread, spread)) / spread
@@ -276,6 +284,15 @@ def steps_between(then: Camera, now: Camera, pivot: Array) -> Mapping[str, float
     shift = (now.R @ pivot + now.T) - (then.R @ pivot + then.T)
     values = {name: getattr(now, name) - getattr(then, name) for name in PARAMETERS[6:]}
     return dict(zip(POSE, (*omega, *shift), strict=True)) | values
+
+
+def _interfaces_between(then: Camera, now: Camera) -> Mapping[str, float]:
+    """The step of every parameter of a camera's interfaces that leads from one camera to another."""
+    return {
+        name: float(off)
+        for before, after in zip(then.through, now.through, strict=True)
+        for name, off in zip(after.parameters, after.deviation(before), strict=True)
+    }
 
 
 def _at_another_pivot(camera: Camera, pivot: Array, other: Array) -> Mapping[str, Mapping[str, float]]:

@@ -14,12 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, minimise
 from vidtrack.calibration.adjustment.measurements import KnownCameras, PointsOf, SharedPriors, Sights
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
 from vidtrack.calibration.body.body_sights import Body, BodySights
+from vidtrack.calibration.bundle import with_common_interfaces
 from vidtrack.geometry.camera import Camera
+from vidtrack.geometry.interface import parameters_of
+from vidtrack.geometry.jacobian import PARAMETERS
 
 
 class FitSettings(NamedTuple):
@@ -40,9 +43,9 @@ class BodyFit(NamedTuple):
     """What the adjustment gives, K unknowns of all cameras."""
 
     cameras: tuple[Camera, ...]
-    names: tuple[tuple[str, ...], ...]
+    names: tuple[tuple[str, ...], ...]  # of each camera, those of its interfaces behind its own
     pivot: Array
-    covariance: Array  # (K, K)
+    covariance: Array  # (K, K) of these, one camera after the other
     shape: Array  # (q, 3) the body's places as refined
     shape_covariance: Array  # (3 q, 3 q)
     poses: Array  # (n, 3, 4)
@@ -62,7 +65,7 @@ def fit_body(
     Raises ValueError where the sights and what is known leave a parameter open.
     """
     sd = body.sd if shape_sd is None else shape_sd
-    cameras: Sequence[Camera] = known.cameras
+    cameras: Sequence[Camera] = with_common_interfaces(known.cameras)
     at = body.p
     for _ in range(SETTINGS.rounds):
         problem = body_problem(known, sights, body, poses, sd, scaled=True)
@@ -77,14 +80,16 @@ def fit_body(
     sights = sights._replace(sd=sights.sd * factor * np.sqrt(alike))
     problem = body_problem(known, sights, body, poses, sd)
     found = adjust(problem, found.state)
-    K = problem.unknowns.cameras[-1][0].stop
+    unknowns = problem.unknowns
+    names, place = _of_cameras(unknowns, known)
+    shape = unknowns.of_shared(*(name for row in _names(body) for name in row))
     return BodyFit(
         found.state.cameras,
-        problem.unknowns.free,
-        problem.unknowns.pivot,
-        found.covariance[:K, :K],
+        names,
+        unknowns.pivot,
+        found.covariance[np.ix_(place, place)],
         _shape_of(found.state, body),
-        found.covariance[K:, K:],
+        found.covariance[np.ix_(shape, shape)],
         found.state.blocks[0],
         sights,
         factor,
@@ -97,7 +102,8 @@ def fit_body(
 def refitted(known: KnownCameras, sights: BodySights, body: Body, poses: Array) -> tuple[Camera, ...]:
     """The cameras alone, the noise of the sights as stated."""
     problem = body_problem(known, sights, body, poses, body.sd)
-    return minimise(problem, body_state(known.cameras, body.p, body, poses), tolerance=1e-7).cameras
+    start = body_state(with_common_interfaces(known.cameras), body.p, body, poses)
+    return minimise(problem, start, tolerance=1e-7).cameras
 
 
 def body_problem(
@@ -119,7 +125,8 @@ def body_problem(
 
     seen = [Sights(i, b, sd, points=points) for i, (b, sd) in enumerate(zip(sights.b, sights.sd, strict=True))]
     prior = {name: (float(v), shape_sd) for name, v in zip(names, body.p.ravel(), strict=True)}
-    unknowns = Unknowns(known.names, poses[:, :, 3].mean(0), names)
+    own = [[name for name in each if name in PARAMETERS] for each in known.names]
+    unknowns = Unknowns(own, poses[:, :, 3].mean(0), [*_interfaces(known), *names])
     groups = {"px": 1e-3 / float(np.nanmedian(sights.sd))} if scaled else {}
     return Problem(unknowns, [pose_blocks(len(poses))], [*seen, known, SharedPriors(prior)], groups)
 
@@ -128,6 +135,21 @@ def body_state(cameras: Sequence[Camera], p: Array, body: Body, poses: Array) ->
     """Where the adjustment starts."""
     shared = {name: float(v) for row, at in zip(_names(body), p, strict=True) for name, v in zip(row, at, strict=True)}
     return State(tuple(cameras), shared, (poses,))
+
+
+def _interfaces(known: KnownCameras) -> tuple[str, ...]:
+    """The parameters of interfaces that are known with a covariance: each is one unknown for all cameras."""
+    return tuple(dict.fromkeys(name for each in known.names for name in each if name not in PARAMETERS))
+
+
+def _of_cameras(unknowns: Unknowns, known: KnownCameras) -> tuple[tuple[tuple[str, ...], ...], Ints]:
+    """Each camera's parameters, those of its interfaces behind them, and where they stand among the unknowns."""
+    names, place = [], []
+    for i, (own, camera) in enumerate(zip(unknowns.free, known.cameras, strict=True)):
+        bent = [name for name in parameters_of(camera.through) if name in _interfaces(known)]
+        names.append((*own, *bent))
+        place += [*unknowns.of_camera(i)[0], *unknowns.of_shared(*bent)]
+    return tuple(names), np.array(place, int)
 
 
 def _names(body: Body) -> list[list[str]]:
