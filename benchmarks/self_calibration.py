@@ -1,6 +1,7 @@
 """A floating body as its own wand: how much the calibration gains, whether sigma is honest, whether mistakes are found.
 
     python benchmarks/self_calibration.py --seeds 10 [--points 64] [--cameras 4] [--tolerance 0.03125]
+    python benchmarks/self_calibration.py --seeds 10 --behind window     or surface, wall: the rigs of refraction.py
 
 Cameras of the thesis's rig are calibrated one by one by surveyed points of a tolerance of 1/32 in; a body of four
 targets at exactly measured distances floats before them for 300 samples of 0.1 px. Judged on 500 other points in the
@@ -8,7 +9,8 @@ volume: the error that the calibration alone makes, before and after; the whole 
 Then one coordinate of the body is mistyped by 2 % of its size: it must be named, and the cameras kept as they were.
 
 A body says nothing of where the world's axes lie, so the error is also given beyond the rigid motion that fits best:
-what is left of it is in every distance, displacement and angle.
+what is left of it is in every distance, displacement and angle. Behind an interface there are 24 points of 1 mm, two
+cameras and 120 samples.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from benchmarks.refraction import RIGS, config
 from vidtrack.arrays import Array
 from vidtrack.calibration.refine import Uncertainty
 from vidtrack.calibration.wand.axes import fitted, moved_points
@@ -30,6 +33,7 @@ from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.calibrate import calibrate
 from vidtrack.stages.self_calibrate import self_calibrate
 
+WET_BODY = {"bow": [90.0, 0, 20], "port": [-60.0, 70, 20], "starboard": [-60.0, -70, 15], "mast": [10.0, 15, 90]}
 BODY = {"bow": [14.0, 0, 3], "port": [-9.0, 10, 3], "starboard": [-9.0, -10, 2], "mast": [1.0, 2, 14]}
 
 
@@ -53,7 +57,15 @@ def surveyed(
     return calibrated, points
 
 
-def floated(truth: list[Camera], rng: np.random.Generator, n: int, noise: float) -> pd.DataFrame:
+def floated(
+    truth: list[Camera],
+    rng: np.random.Generator,
+    n: int,
+    noise: float,
+    body: dict[str, list[float]] | None = None,
+    reach: tuple[float, float, float] = (18, 10, 8),
+    middle: tuple[float, float, float] = (0, 0, 0),
+) -> pd.DataFrame:
     """What the cameras see of the body while it surges, heaves and turns."""
     t = np.arange(n) / 30
     hz, phase = rng.uniform(0.1, 0.6, (6, 2)), rng.uniform(0, 6.3, (6, 2))
@@ -61,12 +73,33 @@ def floated(truth: list[Camera], rng: np.random.Generator, n: int, noise: float)
     rows = []
     for k in range(n):
         R = rotation_from_vector(swing[k, 3:] * [0.35, 0.35, 0.5])
-        for target, place in BODY.items():
-            at = R @ place + swing[k, :3] * [18, 10, 8]
+        for target, place in (body or BODY).items():
+            at = R @ place + swing[k, :3] * reach + middle
             for i, camera in enumerate(truth):
                 b = project(camera, at) + rng.normal(0, noise, 2)
                 rows.append((t[k], target, f"cam{i}", *b, noise, noise))
     return pd.DataFrame(rows, columns=["time_s", "target", "camera", "Xf", "Yf", "sd_x", "sd_y"])
+
+
+def behind(
+    name: str, rng: np.random.Generator, moments: int, points: int = 24, tolerance: float = 1.0
+) -> tuple[list[Camera], dict[str, Any], dict[str, pd.DataFrame], pd.DataFrame]:
+    """Two cameras that look through interfaces, as points in the water calibrate them, and what they see of a body."""
+    truth, noise = list(RIGS[name]), 0.1
+    p = rng.uniform([-200, -200, -200], [200, 200, 100], (points, 3))
+    said = p + rng.normal(0, tolerance, p.shape)
+    given = {i.name: config(i, rng) for camera in truth for i in camera.through}
+    calibrated, tables = {}, {}
+    for i, camera in enumerate(truth):
+        table = pd.DataFrame({"tag": [str(k) for k in range(points)], "sd_x": noise, "sd_y": noise, "sigma": tolerance})
+        table[["x", "y", "z"]] = said
+        table[["Xf", "Yf"]] = project(camera, p) + rng.normal(0, noise, (points, 2))
+        through = [given[own.name] for own in camera.through]
+        lens = {"image_size": camera.image_size, "sensor": (6.4, 4.8), "model": "tsai", "search": False}
+        done = calibrate(table, through=through, units="mm", camera=f"cam{i}", **lens)  # type: ignore[arg-type]
+        calibrated[f"cam{i}"] = done.camera, done.uncertainty
+        tables[f"cam{i}"] = done.points
+    return truth, calibrated, tables, floated(truth, rng, moments, noise, WET_BODY, (70, 70, 60), (0, 0, -40))
 
 
 def errors(
@@ -94,15 +127,21 @@ def main() -> None:
     parser.add_argument("--cameras", type=int, default=4)
     parser.add_argument("--tolerance", type=float, default=1 / 32)
     parser.add_argument("--moments", type=int, default=300)
+    parser.add_argument("--behind", choices=[name for name in RIGS if name != "air"])
     asked = parser.parse_args()
     table, named = [], 0
     for seed in range(asked.first, asked.first + asked.seeds):
         rng = np.random.default_rng(seed)
-        truth = list(thesis_rig(asked.cameras))
-        calibrated, points = surveyed(truth, rng, asked.points, asked.tolerance, 0.1)
-        seen = floated(truth, rng, asked.moments, 0.1)
-        done = self_calibrate({"float": seen}, calibrated, BODY, points=points, sigma=0.001, body="float")
-        q = rng.uniform(-20, 20, (500, 3))
+        if asked.behind:
+            truth, calibrated, points, seen = behind(asked.behind, rng, 120)
+            body, sigma, reach, wrong_by, units = WET_BODY, 0.02, 120, 0.02 * 160, "mm"
+        else:
+            truth = list(thesis_rig(asked.cameras))
+            calibrated, points = surveyed(truth, rng, asked.points, asked.tolerance, 0.1)
+            seen = floated(truth, rng, asked.moments, 0.1)
+            body, sigma, reach, wrong_by, units = BODY, 0.001, 20, 0.02 * 25, "in"
+        done = self_calibrate({"float": seen}, calibrated, body, points=points, sigma=sigma, body="float")
+        q = rng.uniform(-reach, reach / (2 if asked.behind else 1), (500, 3))
         noise = rng.normal(0, 0.1, (len(truth), 500, 2))
         first = [own[0] for own in calibrated.values()]
         known = [own[1] for own in calibrated.values()]
@@ -112,22 +151,22 @@ def main() -> None:
         after_joint = np.asarray(done.joint["covariance"]) if done.joint else joint
         after = errors(list(done.cameras), list(done.uncertainties), after_joint, q, truth, noise)
         table.append([*before, *after])
-        target = list(BODY)[int(rng.integers(len(BODY)))]
+        target = list(body)[int(rng.integers(len(body)))]
         axis = int(rng.integers(3))
-        wrong = {name: list(place) for name, place in BODY.items()}
-        wrong[target][axis] += rng.choice([-1, 1]) * 0.02 * 25
-        spoiled = self_calibrate({"float": seen}, calibrated, wrong, points=points, sigma=0.001, body="float")
+        wrong = {name: list(place) for name, place in body.items()}
+        wrong[target][axis] += rng.choice([-1, 1]) * wrong_by
+        spoiled = self_calibrate({"float": seen}, calibrated, wrong, points=points, sigma=sigma, body="float")
         text = spoiled.findings[0].text if spoiled.findings else ""
         found = not spoiled.used and f"{target}'s {'xyz'[axis]}," in text
         named += found
         print(
             f"seed {seed}: {'used' if done.used else 'kept'}; alone {before[0]:.4f} -> {after[0]:.4f}, beyond a rigid "
-            f"motion {before[1]:.4f} -> {after[1]:.4f} in; {target} {'xyz'[axis]}: {'named' if found else text}"
+            f"motion {before[1]:.4f} -> {after[1]:.4f} {units}; {target} {'xyz'[axis]}: {'named' if found else text}"
         )
     each = np.array(table)
     mean, z = each.mean(0), np.sqrt(each.mean(0))
     for k, what in enumerate(("calibration alone", "beyond a rigid motion", "with 0.1 px")):
-        print(f"{what:22} {mean[k]:.4f} -> {mean[k + 5]:.4f} in ({mean[k + 5] / mean[k]:.2f})")
+        print(f"{what:22} {mean[k]:.4f} -> {mean[k + 5]:.4f} {units} ({mean[k + 5] / mean[k]:.2f})")
     print(f"scatter over sigma, calibration alone {z[3]:.2f} -> {z[8]:.2f}; with 0.1 px {z[4]:.2f} -> {z[9]:.2f}")
     print(f"mistyped coordinate named in {named} of {asked.seeds}")
 

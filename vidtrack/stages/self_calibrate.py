@@ -19,12 +19,14 @@ from vidtrack.calibration.body.body_fit import BodyFit, fit_body
 from vidtrack.calibration.body.body_heldout import Judged, judge_held_out
 from vidtrack.calibration.body.body_shape import SETTINGS as SHAPE
 from vidtrack.calibration.body.body_shape import ShapeTest, judge_shape
-from vidtrack.calibration.body.body_sights import Body, BodySights, shape_seen, usable
+from vidtrack.calibration.body.body_sights import Body, BodySights, SurveySights, shape_seen, usable
 from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.shared_points import side_by_side
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.interface import Interface
+from vidtrack.geometry.interface import Interface, pulls_of
+from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.location.shared_survey import joint_covariance, recorded_joint, surveys_of
 
@@ -34,6 +36,8 @@ SIZE_SHARE = 1 / 2000
 """ASSUME: how well a body's coordinates are known where nothing is said of it, as a share of its size."""
 RIGID = 2.5
 """Times their noise that sights may miss a rigid body of any shape: 1 where it is one, 1.5 where clocks are poor."""
+ALL_KNOWN = 0.4
+"""Share of what a calibration knows that its points must explain: less, and a lens that was known beforehand does."""
 SHOWN = 60
 """Moments by which the calibration's part of sigma is shown."""
 
@@ -76,6 +80,7 @@ def self_calibrate(
     _check(names, uncertainties, where)
     joint = _joint(calibrated, cameras, uncertainties, points or {}, names)
     known = _known(cameras, uncertainties, joint)
+    tables = [(points or {}).get(name) for name in names]
     seen = _sights(sights, names, own)
     moments, poses = usable(cameras, seen, own)
     record: dict[str, Any] = {
@@ -97,7 +102,8 @@ def self_calibrate(
     moments, poses = moments.at(rows), poses[rows]
     try:
         located = own._replace(p=shape_seen(cameras, moments, own.p))
-        free = fit_body(known, moments, located, poses, shape_sd=SHAPE.loose * own.size)
+        survey = _surveyed(cameras, uncertainties, tables)
+        free = fit_body(known, moments, located, poses, shape_sd=SHAPE.loose * own.size, survey=survey)
         shape = judge_shape(own, free.shape, free.shape_covariance)
         record |= {"moments_used": len(rows), "moments_alike": free.alike, "noise_factor": free.factor}
         record |= {"shape": _shape_record(shape)}
@@ -105,8 +111,8 @@ def self_calibrate(
             return _unchanged(cameras, uncertainties, record, [_wrong(shape, own, body, units, where)])
         if free.factor > RIGID:
             return _unchanged(cameras, uncertainties, record, [_not_rigid(free, own, body, where)])
-        judged = judge_held_out(known, free.sights, own, free.poses)
-        done = fit_body(known, moments, own, poses)
+        judged = judge_held_out(known, free.sights, own, free.poses, survey)
+        done = fit_body(known, moments, own, poses, survey=survey)
     except (ValueError, np.linalg.LinAlgError) as error:
         text = f"{where}: {body} does not refine the cameras ({error}); they stay as they were"
         finding = Finding("doubtful", "self-calibration-failed", text, "Leave calibration.self out.")
@@ -176,6 +182,38 @@ def _known(cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty], join
             said.setdefault(own.name, []).append(own)
     pivots = np.array([u.pivot for u in uncertainties], float)
     return KnownCameras(tuple(cameras), names, pivots, joint[np.ix_(kept, kept)])
+
+
+def _surveyed(
+    cameras: Sequence[Camera], uncertainties: Sequence[Uncertainty], tables: Sequence[pd.DataFrame | None]
+) -> SurveySights | None:
+    """The surveyed points behind the calibration of cameras that look through interfaces; None for cameras in air.
+
+    Raises ValueError where they are not all that the calibration knows.
+    """
+    if not any(camera.through for camera in cameras):
+        return None
+    own = [table for table in tables if table is not None and len(table)]
+    if len(own) < len(cameras):
+        raise ValueError("behind an interface it can refine cameras only that surveyed points calibrated")
+    shared = side_by_side([{str(name): column for name, column in table.items()} for table in own])
+    sd = np.ones(shared.b.shape)
+    for i, (camera, u, table) in enumerate(zip(cameras, uncertainties, own, strict=True)):
+        sd[i] = float(np.nanmedian(table[["sd_x", "sd_y"]].to_numpy(float)))
+        used = shared.used[i]
+        at = derivatives(camera, shared.p[used], u.pivot)
+        J = at.by_parameter[..., columns(camera, u.names)]
+        sight = sd[i][0, 0] ** 2 * np.eye(2) + at.by_point @ at.by_point.swapaxes(-1, -2) * (
+            shared.sigma[used, None, None] ** 2
+        )
+        known = (J.swapaxes(-1, -2) @ np.linalg.solve(sight, J)).sum(0)
+        pulls = pulls_of(camera.through)
+        known += np.diag([1 / pulls[name][1] ** 2 if name in pulls else 0.0 for name in u.names])
+        rest = float(np.trace(np.asarray(u.covariance) @ known)) / len(u.names)
+        if rest < ALL_KNOWN:
+            raise ValueError("behind an interface it can refine cameras only of which nothing but points is known")
+        sd[i] *= np.sqrt(max(rest, 1.0))  # the calibration found its sights that much rougher
+    return SurveySights(shared.p, shared.sigma, shared.b_used, sd)
 
 
 def _same(one: Interface, other: Interface) -> bool:

@@ -5,6 +5,10 @@
 
 over the cameras, the body's pose R_k, T_k at each moment, and its places. A body that moves says nothing of where the
 world lies: that stays as the other calibration has it, with its uncertainty.
+
+What a calibration knows is its covariance, where the cameras look through air. Behind an interface the cameras' places,
+its own and the index follow each other along lines that bend, and a covariance holds for short steps only: there the
+sights of the surveyed points stand in its place, with what is known of the interface.
 """
 
 from __future__ import annotations
@@ -16,9 +20,16 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, minimise
-from vidtrack.calibration.adjustment.measurements import KnownCameras, PointsOf, SharedPriors, Sights
-from vidtrack.calibration.adjustment.unknowns import State, Unknowns, points_of_poses, pose_blocks
-from vidtrack.calibration.body.body_sights import Body, BodySights
+from vidtrack.calibration.adjustment.measurements import (
+    InterfacePriors,
+    KnownCameras,
+    Measurement,
+    PointsOf,
+    SharedPriors,
+    Sights,
+)
+from vidtrack.calibration.adjustment.unknowns import Family, State, Unknowns, points_of_poses, pose_blocks
+from vidtrack.calibration.body.body_sights import Body, BodySights, SurveySights
 from vidtrack.calibration.bundle import with_common_interfaces
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.interface import parameters_of
@@ -57,19 +68,26 @@ class BodyFit(NamedTuple):
 
 
 def fit_body(
-    known: KnownCameras, sights: BodySights, body: Body, poses: Array, *, shape_sd: float | None = None
+    known: KnownCameras,
+    sights: BodySights,
+    body: Body,
+    poses: Array,
+    *,
+    shape_sd: float | None = None,
+    survey: SurveySights | None = None,
 ) -> BodyFit:
     """The cameras and the noise of the sights, found from what the fit leaves.
 
     shape_sd  world units, what is known of the body's coordinates, in place of body.sd
+    survey    what the calibration of the cameras rests on, in place of the covariance of `known`
     Raises ValueError where the sights and what is known leave a parameter open.
     """
     sd = body.sd if shape_sd is None else shape_sd
     cameras: Sequence[Camera] = with_common_interfaces(known.cameras)
     at = body.p
     for _ in range(SETTINGS.rounds):
-        problem = body_problem(known, sights, body, poses, sd, scaled=True)
-        found = adjust(problem, body_state(cameras, at, body, poses))
+        problem = body_problem(known, sights, body, poses, sd, scaled=True, survey=survey)
+        found = adjust(problem, body_state(cameras, at, body, poses, survey))
         cameras, poses = found.state.cameras, found.state.blocks[0]
         far = _outliers(found, sights)
         if not far.any():
@@ -78,7 +96,7 @@ def fit_body(
     alike = alikeness(np.stack([each.reshape(sights.b.shape[1:]) for each in found.residuals[: len(cameras)]]), sights)
     factor = float(found.factors["px"])
     sights = sights._replace(sd=sights.sd * factor * np.sqrt(alike))
-    problem = body_problem(known, sights, body, poses, sd)
+    problem = body_problem(known, sights, body, poses, sd, survey=survey)
     found = adjust(problem, found.state)
     unknowns = problem.unknowns
     names, place = _of_cameras(unknowns, known)
@@ -99,15 +117,24 @@ def fit_body(
     )
 
 
-def refitted(known: KnownCameras, sights: BodySights, body: Body, poses: Array) -> tuple[Camera, ...]:
+def refitted(
+    known: KnownCameras, sights: BodySights, body: Body, poses: Array, survey: SurveySights | None = None
+) -> tuple[Camera, ...]:
     """The cameras alone, the noise of the sights as stated."""
-    problem = body_problem(known, sights, body, poses, body.sd)
-    start = body_state(with_common_interfaces(known.cameras), body.p, body, poses)
+    problem = body_problem(known, sights, body, poses, body.sd, survey=survey)
+    start = body_state(with_common_interfaces(known.cameras), body.p, body, poses, survey)
     return minimise(problem, start, tolerance=1e-7).cameras
 
 
 def body_problem(
-    known: KnownCameras, sights: BodySights, body: Body, poses: Array, shape_sd: float, *, scaled: bool = False
+    known: KnownCameras,
+    sights: BodySights,
+    body: Body,
+    poses: Array,
+    shape_sd: float,
+    *,
+    scaled: bool = False,
+    survey: SurveySights | None = None,
 ) -> Problem:
     """The adjustment; scaled: the noise of the sights is found."""
     names = [name for row in _names(body) for name in row]
@@ -128,13 +155,22 @@ def body_problem(
     own = [[name for name in each if name in PARAMETERS] for each in known.names]
     unknowns = Unknowns(own, poses[:, :, 3].mean(0), [*_interfaces(known), *names])
     groups = {"px": 1e-3 / float(np.nanmedian(sights.sd))} if scaled else {}
-    return Problem(unknowns, [pose_blocks(len(poses))], [*seen, known, SharedPriors(prior)], groups)
+    families = [pose_blocks(len(poses))]
+    before: list[Measurement] = [known]
+    if survey is not None:
+        with np.errstate(divide="ignore"):
+            families.append(Family(3, survey.p, np.repeat(1 / survey.sigma[:, None] ** 2, 3, 1)))
+        each = enumerate(zip(survey.b[:, :, None], survey.sd[:, :, None], strict=True))
+        before = [*(Sights(i, b, own, family=1, noise="") for i, (b, own) in each), InterfacePriors()]
+    return Problem(unknowns, families, [*seen, *before, SharedPriors(prior)], groups)
 
 
-def body_state(cameras: Sequence[Camera], p: Array, body: Body, poses: Array) -> State:
+def body_state(
+    cameras: Sequence[Camera], p: Array, body: Body, poses: Array, survey: SurveySights | None = None
+) -> State:
     """Where the adjustment starts."""
     shared = {name: float(v) for row, at in zip(_names(body), p, strict=True) for name, v in zip(row, at, strict=True)}
-    return State(tuple(cameras), shared, (poses,))
+    return State(tuple(cameras), shared, (poses,) if survey is None else (poses, survey.p))
 
 
 def _interfaces(known: KnownCameras) -> tuple[str, ...]:

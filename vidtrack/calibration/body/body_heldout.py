@@ -14,7 +14,7 @@ import numpy as np
 from vidtrack.arrays import Array, Ints
 from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.body.body_fit import refitted
-from vidtrack.calibration.body.body_sights import Body, BodySights
+from vidtrack.calibration.body.body_sights import Body, BodySights, SurveySights
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points
 
@@ -59,14 +59,16 @@ class _Costs(NamedTuple):
     offs: Array
 
 
-def judge_held_out(known: KnownCameras, sights: BodySights, body: Body, poses: Array) -> Judged:
+def judge_held_out(
+    known: KnownCameras, sights: BodySights, body: Body, poses: Array, survey: SurveySights | None = None
+) -> Judged:
     """Refine by half of the stretches, locate in the other half, and the other way round."""
     n = sights.b.shape[1]
     stretch: Ints = np.arange(n) * SETTINGS.stretches // n
     before, after, rows = [], [], []
     for half in (0, 1):
         fit, out = (np.flatnonzero(stretch % 2 == k) for k in (half, 1 - half))
-        refined = refitted(known, sights.at(fit), body, poses[fit])
+        refined = refitted(known, sights.at(fit), body, poses[fit], survey)
         before.append(_costs(known.cameras, sights.at(out), body))
         after.append(_costs(refined, sights.at(out), body))
         rows.append(out)

@@ -45,6 +45,19 @@ class BodySights(NamedTuple):
         return BodySights(self.b[:, rows], self.sd[:, rows], self.run[rows])
 
 
+class SurveySights(NamedTuple):
+    """The surveyed points by which m cameras were calibrated.
+
+    p, sigma  (n, 3), (n,) world units, as surveyed and how well
+    b, sd     (m, n, 2) px; NaN where a camera's calibration used no sight of a point
+    """
+
+    p: Array
+    sigma: Array
+    b: Array
+    sd: Array
+
+
 ROUNDS = 8
 """Of locating a shape: a stated place that is far off moves the poses at first."""
 FLAT = 0.02
