@@ -48,3 +48,14 @@ def test_what_is_too_far_off_in_a_picture_is_not_even_judged():
     assert sum(not b._reachable(g, h) for g, h in wrong) >= len(wrong) // 2
     right = [(g, h) for g in b.groups.members for h in b.groups.members if g < h and owner[g] == owner[h]]
     assert all(b._reachable(g, h) for g, h in right)
+
+
+def test_a_join_is_worth_what_lines_of_sight_and_motion_give_the_first_time_and_the_second():
+    b, _ = bridges(4)
+    b.learn()
+    first, again = b.worths(), b.worths()
+    assert first
+    assert first == again
+    for pair, worth in first.items():
+        assert (worth.sights, worth.n) == b.groups.sights(*pair)
+        assert worth.motion == b.known[b._local(pair)[0]]

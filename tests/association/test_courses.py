@@ -60,3 +60,18 @@ def test_a_stretch_between_two_gaps_is_refuted_by_both_seams_no_more_than_by_one
     motion = Motion([place])
     moved = place[:90] + np.repeat([0, 1e6, 0], 30)[:, None]
     assert seam_evidence(Course(np.arange(90), moved, np.repeat([1, 2, 1], 30)), motion).nats == FLOOR
+
+
+def test_several_gaps_of_one_course_are_filled_each_by_its_own_line():
+    course = Course(np.array([0, 3, 4, 6]), np.array([[0.0], [3], [10], [14]]), np.ones(4, int))
+    whole = filled(course)
+    assert whole.moment.tolist() == [0, 1, 2, 3, 4, 5, 6]
+    assert whole.place[:, 0].tolist() == [0.0, 1, 2, 3, 10, 12, 14]
+
+
+def test_what_the_calibration_leaves_widens_each_rows_sd_in_quadrature():
+    tracks, _ = seen(thesis_rig(2), swarm(1, np.random.default_rng(0)), np.random.default_rng(0))
+    pieces = [as_tracklets(t)[0] for t in tracks]
+    wide = rows_of(pieces, nodes_of(pieces).begin, 0.3)
+    plain = rows_of(pieces, nodes_of(pieces).begin, 0.0)
+    assert np.allclose(wide.sd, np.hypot(plain.sd, 0.3))

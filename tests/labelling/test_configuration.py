@@ -6,8 +6,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vidtrack.geometry.camera import project
-from vidtrack.labelling.configuration import label_alone, label_with, self_maps
-from vidtrack.labelling.label import Picks, View
+from vidtrack.geometry.pose import adjust
+from vidtrack.labelling.configuration import label_alone, label_with, rivals, self_maps
+from vidtrack.labelling.label import Picks, View, grow
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 SIZE = (512, 480)
@@ -122,3 +123,14 @@ def test_whatever_the_clips_show_the_answer_is_labels_or_none(seed):
     point = np.array([rng.choice(views[v].points) for v in view], int)
     for labels in label_with(p, views, Picks(view, point, rng.uniform(0, 480, (len(view), 2))), SIZE):
         assert labels.matched >= 4
+
+
+@pytest.mark.parametrize(("rows", "count"), [(ROWS[:2], 1), (ROWS[:1], 0)])
+def test_two_rows_look_the_same_from_behind_and_perspective_tells_the_ends_of_one(rows, count):
+    points = POINTS[: 16 * len(rows)]
+    views, _, b = seen(CAMERA, points, rows)
+    start = adjust(CAMERA, points, b, 0.1)
+    assert start is not None
+    labels = grow(start, points, views)
+    assert labels is not None
+    assert len(rivals(labels, points, views)) == count

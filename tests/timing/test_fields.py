@@ -234,3 +234,10 @@ def test_the_weighted_median_is_where_half_of_the_weight_is_reached():
     assert fields._weighted_median(np.array([3.0, 1, np.nan, 2]), np.array([5.0, 1, 9, 1])) == 3
     assert fields._weighted_median(np.array([3.0, 1, 2]), np.array([1.0, 1, 1])) == 2
     assert fields._weighted_median(np.array([3.0]), np.array([0.0])) == 0
+
+
+def test_targets_that_stand_perfectly_still_give_no_slope():
+    still = np.zeros((20, 3))
+    slope, sd, moved = fields._common_slope(still + 0.1, still, np.ones(still.shape, bool))
+    assert np.isnan([slope, sd]).all()
+    assert moved == 0

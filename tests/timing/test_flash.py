@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.timing.flash import light_changes, timing_from_flash
+from vidtrack.timing.flash import _Change, _doubted, light_changes, timing_from_flash
 
 HZ = 30
 T = np.arange(300) / HZ
@@ -121,3 +121,19 @@ def test_a_lamp_that_blinks_steadily_is_paired_at_the_least_offset():
     blinks = [(1 + 0.5 * k, 60 * (-1) ** k) for k in range(16)]
     a, b = level(T, blinks, rng), level(T + 0.01, blinks, rng)
     assert timing_from_flash(T, a, T, b).clock.offset_s == pytest.approx(0.01, abs=0.002)
+
+
+def test_four_pictures_show_a_change_and_three_do_not():
+    at, size, _ = light_changes(T[:4], [40.0, 40, 140, 140])
+    assert at * HZ == pytest.approx([2])
+    assert size.tolist() == [100.0]
+    assert light_changes(T[:3], [40.0, 140, 140])[0].size == 0
+
+
+@pytest.mark.parametrize(("within", "other", "share"), [(1, 0, 1 / 6), (0, 1, 1 / 2), (3, 1, 1 / 7)])
+def test_a_shutter_that_is_not_known_is_shut_as_long_as_the_changes_leave_likely(within, other, share):
+    # S has a Beta(k + 1, n - k + 1) distribution; share is the mean of (1 - S)^2
+    lit = _Change(1.0, 100.0, 0.0, 1, 0.5, 0.0)
+    found = _doubted([lit] * within + [lit._replace(between=0)] * other, 1 / HZ)
+    lost = 0.5 if within else 1 / np.sqrt(12)
+    assert found[0].sd * HZ == pytest.approx(np.sqrt(share) * lost)

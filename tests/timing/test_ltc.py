@@ -5,7 +5,7 @@ import pytest
 
 from tests.timing import libltc
 from vidtrack.simulate.ltc import ltc_signal
-from vidtrack.timing.ltc import Reading, _boxcar, _numbers, chained, code_rate, joined, read_words
+from vidtrack.timing.ltc import Reading, _boxcar, _gathered, _numbers, chained, code_rate, joined, read_words
 from vidtrack.timing.timecode import Timecode, frame_from_parts, label_from_frame, parse
 
 FS = 48_000
@@ -257,3 +257,11 @@ def test_labels_that_drop_frame_leaves_out_are_refused_in_every_minute_but_the_t
         numbers, valid = _numbers(odd, NTSC, True)
         assert np.flatnonzero(~valid).tolist() == [20]
         assert valid.size == numbers.size
+
+
+@pytest.mark.parametrize("group", [0, 16, 32, 48])
+def test_a_word_with_a_digit_above_nine_is_no_label(group):
+    bits = np.zeros((2, 80), np.uint8)
+    bits[1, [group + 1, group + 3]] = 1  # ten
+    words = _gathered(np.array([0.0, 1600.0]), np.full(2, 10.0), bits)
+    assert words.start.tolist() == [0.0]

@@ -3,7 +3,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from vidtrack.timing.time_column import Counting, counting_of, regular, seconds_from_cells
+from vidtrack.timing.time_column import FEWEST_LABELS, Counting, counting_of, regular, seconds_from_cells
 from vidtrack.timing.timecode import label_from_frame
 
 NTSC = Fraction(30000, 1001)
@@ -112,5 +112,13 @@ def test_codes_that_never_count_as_far_as_the_video_s_are_of_another_rate():
     labels = [f"10:00:{s:02d}:{f:02d}" for s in range(10, 14) for f in range(30)]
     with pytest.raises(ValueError, match="count to frame 29 and the video's to 119"):
         seconds_from_cells(labels, Counting(Fraction(120), False))
+    with pytest.raises(ValueError, match="another rate"):
+        seconds_from_cells(labels[:FEWEST_LABELS], Counting(Fraction(120), False))
     assert seconds_from_cells(labels, Counting(Fraction(30), False)).seconds[1] == pytest.approx(36010 + 1 / 30)
     assert seconds_from_cells(labels[:30], Counting(Fraction(120), False)).written == "time code"  # too few to say
+
+
+def test_frames_of_three_digits_are_labels():
+    found = seconds_from_cells(["10:00:59:119", "10:01:00:000"], Counting(Fraction(120), False))
+    assert found.written == "time code"
+    assert found.seconds == pytest.approx([36059 + 119 / 120, 36060])

@@ -89,3 +89,14 @@ def test_noise_that_stood_still_only_in_the_beginning_is_no_pattern():
 def test_even_light_pulls_nothing():
     for weights in kernels(5.0, 5.0):
         assert abs(weights.sum()) < 1e-9
+
+
+def test_a_sample_without_light_keeps_its_position_beside_others_that_are_corrected():
+    pattern = rough(3, 3.0, 15.0)
+    rows, _ = measured(pattern)
+    rows.values[MASS, 7] = 0.0
+    done = without_pull(
+        rows, np.zeros(60, int), {0: noisy(pattern, 1)}, [Sample(noisy(pattern, 2), 99.0)], Detection(noise=NOISE)
+    )
+    assert (done.values[[X, Y], 7] == rows.values[[X, Y], 7]).all()
+    assert (done.values[X, 8:20] != rows.values[X, 8:20]).all()
