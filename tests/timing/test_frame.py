@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.timing.frame import BLANK, ReadAccount, VideoInfo
 
 
@@ -12,6 +13,11 @@ def test_without_another_word_the_file_states_the_rate_that_is_used():
 def test_a_recording_slowed_down_by_its_file_counts_its_code_at_the_rate_stated():
     """240 pictures a second of the scene, which the file plays at 30: its pace is an eighth."""
     assert VideoInfo(4, 3, Fraction(240), pace=Fraction(1, 8)).stated_rate == 30
+
+
+def test_the_shape_of_a_picture_is_read_back_as_it_was_written():
+    info = VideoInfo(720, 480, Fraction(30), sample_aspect=Fraction(8, 9), rotation=90)
+    assert picture_from_record(info.shape) == Picture(720, 480, Fraction(8, 9), 90)
 
 
 def test_pictures_in_which_targets_are_measured_are_not_blank_and_damage_that_tracking_saw_is_counted():

@@ -28,15 +28,7 @@ def run(job: Job) -> None:
             bits={clip: video.info.bits for clip, video in videos.items()},
             every=stride(max(video.info.n_frames_hint or 0 for video in videos.values())),
         )
-        pictures = {
-            clip: {
-                "width": video.info.width,
-                "height": video.info.height,
-                "sample_aspect": str(video.info.sample_aspect),
-                "rotation": video.info.rotation,
-            }
-            for clip, video in videos.items()
-        }
+        pictures = {clip: video.info.shape for clip, video in videos.items()}
     for finding in done.findings:
         sys.stderr.write(f"warning: {finding.text} {finding.cure}\n")
     write_parquet(job.outputs["corners"], done.table, units="", provenance=job.provenance, columns={"sd": "px"})

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -72,7 +71,7 @@ def _label(job: Job) -> None:
             bits={clip: video.info.bits for clip, video in videos.items()},
             sigma=job.settings.get("sigma", 0.0),
         )
-        pictures = {clip: _picture(video) for clip, video in videos.items()}
+        pictures = {clip: video.info.shape for clip, video in videos.items()}
         troubles = [f"calibration/{clip}/{camera}: {p}" for clip, v in videos.items() for p in v.account.problems]
     for warning in (*troubles, *found.warnings):
         sys.stderr.write(f"warning: {warning}\n")
@@ -83,13 +82,6 @@ def _label(job: Job) -> None:
     write_png(job.outputs["background"], np.rint(np.clip(background, 0, 255) * GREY_LEVEL).astype(np.uint16))
     record = {"reading": troubles, "pictures": pictures, "background": {"clip": first}, **compared(found, camera)}
     write_json(job.outputs["record"], found.record | record, provenance)
-
-
-def _picture(video: Video) -> dict[str, Any]:
-    """The size of a clip's picture and what the file says of its shape: runs are compared with it."""
-    info = video.info
-    aspect = str(info.sample_aspect)
-    return {"width": info.width, "height": info.height, "sample_aspect": aspect, "rotation": info.rotation}
 
 
 def _picks(job: Job) -> pd.DataFrame | None:

@@ -92,6 +92,12 @@ class VideoInfo:
         """Frames a second as the file states them, which is how its time code counts."""
         return self.rate * self.pace
 
+    @property
+    def shape(self) -> dict[str, Any]:
+        """Size, shape of a pixel and turn of the picture, as records have them: other pictures are compared with it."""
+        aspect = str(self.sample_aspect)
+        return {"width": self.width, "height": self.height, "sample_aspect": aspect, "rotation": self.rotation}
+
 
 BLANK = "the picture is blank"
 """How a problem of reading begins that says so."""

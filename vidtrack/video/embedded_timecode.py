@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, BinaryIO
+
+from vidtrack.video.atoms import atoms
 
 _TAG_OF = {"mov,mp4,m4a,3gp,3g2,mj2": "tmcd", "mxf": "mxf", "matroska,webm": "matroska", "avi": "ismp", "dv": "dv"}
 _LABEL = re.compile(rb"\d\d:\d\d:\d\d[:;.]\d\d")
@@ -60,28 +61,14 @@ def code_bases(container: Any, codes: dict[str, str]) -> dict[str, Fraction]:
 
 def _base_in_mov(file: BinaryIO) -> Fraction | None:
     """Time scale over frame duration of the first tmcd sample description (QuickTime File Format, Timecode Media)."""
-    for kind, size in _atoms(file):
+    for kind, (begin, end) in atoms(file):
         if kind == b"moov":
-            for entry in _TMCD.finditer(file.read(size)):
+            file.seek(begin)
+            for entry in _TMCD.finditer(file.read(end - begin)):
                 scale, duration = (int.from_bytes(entry[part]) for part in ("scale", "duration"))
                 if 0 < duration <= scale <= 1000 * duration:
                     return Fraction(scale, duration)
     return None
-
-
-def _atoms(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
-    """Kind and size of contents of the atoms at the top of a file, which stands at each one's contents."""
-    place, end = 0, file.seek(0, 2)
-    while place + 8 <= end:
-        file.seek(place)
-        size, kind, head = int.from_bytes(file.read(4)), file.read(4), 8
-        if size == 1:
-            size, head = int.from_bytes(file.read(8)), 16
-        size = size or end - place
-        if size < head:
-            return
-        yield kind, min(size, end - place) - head
-        place += size
 
 
 def _base_in_mxf(file: BinaryIO) -> Fraction | None:

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-Span = tuple[int, int]
-"""Where the contents of an atom begin and end in a file."""
+from vidtrack.video.atoms import Span, atoms
 
 
 class Limits(NamedTuple):
@@ -27,7 +25,6 @@ class Limits(NamedTuple):
     """Of the time from one picture to the next: no sensor reads two pictures at once."""
     most_bytes: int = 1 << 20
     """Of a header or a payload; real ones have some kB."""
-    most_atoms: int = 10_000
     deepest: int = 8
 
 
@@ -96,15 +93,15 @@ class Entry(NamedTuple):
 
 def _found(file: BinaryIO, size: int) -> dict[str, Entry]:
     """The first entry of each key in the film's header, else in the first payload of its track of type gpmd."""
-    for kind, span in _atoms(file, (0, size)):
+    for kind, span in atoms(file, (0, size)):
         if kind != b"moov":
             continue
-        for part, inside in _atoms(file, span):
+        for part, inside in atoms(file, span):
             if part == b"udta":
-                for own, at in _atoms(file, inside):
+                for own, at in atoms(file, inside):
                     if own == b"GPMF" and "SROT" in (found := _entries(_bytes(file, at))):
                         return found
-        for part, inside in _atoms(file, span):
+        for part, inside in atoms(file, span):
             if part == b"trak" and (payload := _first_payload(file, inside)):
                 found = _entries(_bytes(file, payload))
                 if "SROT" in found:
@@ -117,9 +114,9 @@ def _first_payload(file: BinaryIO, trak: Span) -> Span | None:
     tables: dict[bytes, bytes] = {}
     spans = [trak]
     for name in (b"mdia", b"minf", b"stbl"):
-        spans = [at for span in spans for kind, at in _atoms(file, span) if kind == name]
+        spans = [at for span in spans for kind, at in atoms(file, span) if kind == name]
     for span in spans:
-        for kind, at in _atoms(file, span):
+        for kind, at in atoms(file, span):
             if kind in (b"stsd", b"stsz", b"stco", b"co64"):
                 tables[kind] = _bytes(file, (at[0], min(at[1], at[0] + 24)))
     if tables.get(b"stsd", b"")[12:16] != b"gpmd":
@@ -128,23 +125,6 @@ def _first_payload(file: BinaryIO, trak: Span) -> Span | None:
     length = int.from_bytes(sizes[4:8]) or int.from_bytes(sizes[12:16])
     start = int.from_bytes(near[8:12]) if near else int.from_bytes(far[8:16])
     return (start, start + length) if start and length else None
-
-
-def _atoms(file: BinaryIO, span: Span) -> Iterator[tuple[bytes, Span]]:
-    """Kind and place of the atoms one after the other in a part of a file."""
-    place, end = span
-    for _ in range(LIMITS.most_atoms):
-        if place + 8 > end:
-            return
-        file.seek(place)
-        size, kind, head = int.from_bytes(file.read(4)), file.read(4), 8
-        if size == 1:
-            size, head = int.from_bytes(file.read(8)), 16
-        size = size or end - place
-        if size < head:
-            return
-        yield kind, (place + head, min(place + size, end))
-        place += size
 
 
 def _bytes(file: BinaryIO, span: Span) -> bytes:
