@@ -1,11 +1,14 @@
 """From a few picks to every ball, and never to a wrong one."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from vidtrack.geometry.camera import project
 from vidtrack.labelling.configuration import label_with
-from vidtrack.labelling.label import Picks, View, agreeing, beyond_doubt, complete
+from vidtrack.labelling.label import Picks, View, agreeing, beyond_doubt, complete, crowding_limit
 from vidtrack.labelling.seeds import label_from_picks, on_one_line
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
@@ -191,3 +194,43 @@ def test_a_match_with_a_second_candidate_is_not_beyond_doubt():
     _, rows, blobs = beyond_doubt(pose, POINTS, [twin], 0.5)
     assert len(rows) == 15
     assert not {3, 16} & set(blobs.tolist())
+
+
+def stand_in(projected, share=1.0, sd=0.1) -> Any:
+    """An answer as far as `agreeing` and `complete` look at it: four blobs 20 px apart."""
+    blobs = np.array([(100.0, 100), (120, 100), (100, 120), (120, 120)])
+    views = [View(np.arange(4), blobs, np.full((4, 2), 4.0))]
+    pose = SimpleNamespace(camera=SimpleNamespace(image_size=(1000, 800)))
+    own = {"projected": [np.array(projected, float)], "sd": sd, "share_found": lambda picks: share}
+    return cast(Any, SimpleNamespace(views=views, pose=pose, **own))
+
+
+@pytest.mark.parametrize(
+    ("off", "neighbour", "agrees"),
+    [(24, 5, True), (26, 30, True), (26, 25, False), (59, 200, True), (61, 200, False)],
+)
+def test_a_pick_agrees_within_a_fortieth_of_the_width_or_where_no_other_tag_is_nearer(off, neighbour, agrees):
+    pick = Picks(np.array([0]), np.array([0]), np.array([(300.0, 300.0)]))
+    far = [(900, 700), (900, 600)]
+    labels = stand_in([(300 + off, 300), (300, 300 + neighbour), *far])
+    assert agreeing(labels, pick).tolist() == [agrees]
+
+
+NO_PICKS = Picks(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize(
+    ("share", "of_limit", "done"),
+    [
+        (0.86, 0.7, True),
+        (0.86, 0.9, False),
+        (0.84, 0.7, False),
+        (0.71, 0.3, True),
+        (0.71, 0.5, False),
+        (0.69, 0.3, False),
+    ],
+)
+def test_the_fewer_balls_are_found_the_closer_they_must_lie(share, of_limit, done):
+    labels = stand_in([(0, 0)] * 4, share)
+    labels.sd = of_limit * crowding_limit(labels.views)
+    assert complete(labels, NO_PICKS) == done

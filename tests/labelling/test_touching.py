@@ -64,6 +64,14 @@ def test_more_balls_than_a_fit_can_separate_are_left_unmeasured():
     assert separated(shot, labels, 0).row.size == 0
 
 
+def test_as_many_balls_as_a_fit_may_have_are_measured():
+    row = np.stack([48.3 + 6.6 * np.arange(TOUCHING.at_most), np.full(TOUCHING.at_most, 44.2)], axis=-1)
+    shot, labels = scene(pair=row)
+    found = separated(shot, labels, 0)
+    assert len(found.row) == TOUCHING.at_most
+    assert np.abs(found.at - row).max() < 0.2
+
+
 def test_two_balls_at_the_pictures_edge_are_measured_too():
     pair = np.array([(118.3, 44.3), (123.0, 50.2)])  # the second reaches to 127.0 of 127.5
     shot, labels = scene(pair=pair, expected=pair + 0.2)
