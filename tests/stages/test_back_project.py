@@ -6,9 +6,11 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
+from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import back_project as job_module
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.back_project import back_project
+from vidtrack.stages.bundle import refine_together
 
 FREE = free_parameters("tsai")
 SIGMA = 1 / 32 / np.sqrt(3)
@@ -184,3 +186,35 @@ def test_the_held_out_error_of_the_points_left_out_is_reported_beside():
     assert held["max_3d"] < 0.5
     assert held["of_all"]["max_3d"] == pytest.approx(2.0, abs=0.3)
     assert "held-out-without-some" in {finding["code"] for finding in record["findings"]}
+
+
+def test_what_a_board_says_of_the_cameras_is_left_out_of_no_fold():
+    """Lenses and places to each other by a board, 14 surveyed points: without the board a fold's cameras are worse."""
+    rng, truth, p = np.random.default_rng(4), thesis_rig(2), thesis_points()[1]
+    known = [refine(c, p, project(c, p) + rng.normal(0, 0.02, (64, 2)), free=FREE) for c in truth]
+    boards = {c.name: fit.camera for c, fit in zip(truth, known, strict=True)}
+    covariance = np.zeros((2 * len(FREE),) * 2)
+    for i, fit in enumerate(known):
+        place = slice(i * len(FREE), (i + 1) * len(FREE))
+        covariance[place, place] = fit.uncertainty.covariance
+    tie = {"cameras": list(boards), "names": [FREE, FREE], "pivot": known[0].uncertainty.pivot.tolist()}
+    tie |= {"covariance": covariance.tolist(), "scale_sd": 0.0}
+    some = np.arange(64) % 5 == 1
+    surveyed = p[some] + rng.normal(0, SIGMA, (some.sum(), 3))
+    tables = []
+    for camera in truth:
+        table = _table(project(camera, p) + rng.normal(0, 0.1, (64, 2)))[some].reset_index(drop=True)
+        table[["x", "y", "z"]] = surveyed
+        tables.append(table)
+    done = refine_together(
+        truth, tables, free=[FREE, FREE], sigma=0.0, ties=[tie], boards=boards, alone=[None, None], lenses=[None, None]
+    )
+    how = {"refine": "full", "free": [FREE, FREE], "units": "in"}
+    by_board = back_project(done.cameras, tables, ties=[tie], boards=boards, **how).record
+    alone = back_project(done.cameras, tables, **how).record
+    assert by_board["held_out"]["mean_3d"] < 0.85 * alone["held_out"]["mean_3d"]
+    assert by_board["held_out"]["mean_3d"] > by_board["mean_3d"]
+    q = rng.uniform([-27, -6, -9], [27, 6, 9], (400, 3))
+    located = locate_points(done.cameras, [project(c, q) + rng.normal(0, 0.1, (400, 2)) for c in truth]).point
+    new = np.linalg.norm(located - (q + rng.normal(0, SIGMA, q.shape)), axis=-1).mean()
+    assert by_board["held_out"]["mean_3d"] == pytest.approx(new, rel=0.35), "as points that were never surveyed"

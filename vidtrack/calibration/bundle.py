@@ -138,6 +138,7 @@ def cameras_only(
     free: Names,
     sd: ArrayLike,
     priors: Priors | None = None,
+    tied: Sequence[TiedCameras] = (),
     tolerance: float = 1e-6,
 ) -> tuple[Camera, ...]:
     """The cameras of `bundle` with known noise sd, without any covariance: for refits that start near the answer.
@@ -148,7 +149,8 @@ def cameras_only(
     p, b = np.asarray(p, float), np.asarray(b, float)
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
     cameras = with_common_interfaces(cameras)
-    problem = _Survey(p, b, sigma).problem(free, spread, priors or [{} for _ in cameras], False, cameras)
+    known = priors or [{} for _ in cameras]
+    problem = _Survey(p, b, sigma).problem(free, spread, known, False, cameras, tied=tied)
     return minimise(problem, State(tuple(cameras), {}, (p,)), tolerance=tolerance).cameras
 
 

@@ -8,12 +8,13 @@ is refitted without each fold, and the fold's points are located by those camera
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vidtrack.arrays import Array
+from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import cameras_only
 from vidtrack.calibration.gates import FLAT, flatness
@@ -114,15 +115,18 @@ def refit_together(
     sigma: ArrayLike,
     sd: ArrayLike,
     priors: Priors | None = None,
+    tied: Sequence[TiedCameras] = (),
 ) -> Refit:
-    """Refine all cameras and the survey together (see `bundle`), with the centroid noise sd that all points showed."""
+    """Refine all cameras and the survey together (see `bundle`), with the centroid noise sd that all points showed.
+
+    tied  what a board says of the cameras, which no fold leaves out
+    """
     spread = np.broadcast_to(np.asarray(sd, float), b.shape)
     tolerance = np.broadcast_to(np.asarray(sigma, float), len(p))
 
     def refit(keep: Mask) -> tuple[Camera, ...]:
-        return cameras_only(
-            cameras, p[keep], b[:, keep], sigma=tolerance[keep], free=free, sd=spread[:, keep], priors=priors
-        )
+        how: dict[str, Any] = {"sigma": tolerance[keep], "sd": spread[:, keep], "free": free, "priors": priors}
+        return cameras_only(cameras, p[keep], b[:, keep], tied=tied, **how)
 
     return refit
 

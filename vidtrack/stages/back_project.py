@@ -10,6 +10,7 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
+from vidtrack.calibration.adjustment.tied_cameras import TiedCameras, tied_from_record
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import bundle
 from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, located_covariance, mean_length
@@ -60,6 +61,9 @@ def back_project(
     prior: Priors | Mapping[str, tuple[float, float]] | None = None,
     sigma: float = 0.0,
     units: str = "",
+    ties: Sequence[Mapping[str, Any]] = (),
+    boards: Mapping[str, Camera] | None = None,
+    bare: Sequence[str] = (),
 ) -> BackProjection:
     """Locate the calibration points with all cameras and compare with the survey, as the thesis does (6.6, 6.8).
 
@@ -69,6 +73,8 @@ def back_project(
     free     for each camera the parameters that its calibration freed; default: those of Tsai's model
     sigma    units, survey tolerance of points that have none of their own
     prior    what is known beforehand of any parameter, {name: (mean, sd)}: for all cameras, or a list with one each
+    ties     what a board says of some cameras together (boards.json): no fold leaves it out; boards: the cameras that
+             they name, in the board's world; bare: cameras that saw the board alone, whose points are the board's
     In mode `full` and `bundle` the refits weigh the survey's sigma against the centroid noise that the sights show.
     Sights that the calibration rejected are projected too, but locate nothing. With one camera there is nothing to
     locate: the positions are NaN, the measures in the picture remain.
@@ -78,8 +84,17 @@ def back_project(
     located = locate_points(cameras, b) if len(cameras) > 1 else None
     names = free or [free_parameters("tsai")] * len(cameras)
     priors = priors_for(prior, names)
-    noise = _noise(cameras, shared, b, names, priors)
-    refit = _refit(refine, cameras, shared, b, names, priors, noise)
+    if ties:
+        tied = [tied_from_record(tie, boards or {}, [camera.name for camera in cameras]) for tie in ties]
+        none = np.array([camera.name in bare for camera in cameras])
+        seen = np.where(none[:, None, None], np.nan, b)  # what they saw is in their ties
+        noise = _noise(cameras, shared, seen, names, priors, tied)
+        sd = noise.sigma_px if noise.sigma_px > 0 else 1.0
+        how: dict[str, Any] = {"free": names, "sigma": shared.sigma, "sd": sd, "priors": priors}
+        refit = refit_together(cameras, shared.p, seen, tied=tied, **how)
+    else:
+        noise = _noise(cameras, shared, b, names, priors)
+        refit = _refit(refine, cameras, shared, b, names, priors, noise)
     out = held_out(shared.p, b, refit, b_all=shared.b)
     table = _table(cameras, points, shared, located, out)
     record: dict[str, Any] = {"units": units, "cameras": [camera.name for camera in cameras], "refine": refine}
@@ -92,14 +107,21 @@ def back_project(
     return BackProjection(table, record)
 
 
-def _noise(cameras: Sequence[Camera], shared: SharedPoints, b: Array, free: Names, priors: Priors) -> Noise:
+def _noise(
+    cameras: Sequence[Camera],
+    shared: SharedPoints,
+    b: Array,
+    free: Names,
+    priors: Priors,
+    tied: Sequence[TiedCameras] = (),
+) -> Noise:
     """The centroid noise that the sights show when the survey's errors are taken out."""
     if len(cameras) < 2:
         return Noise(np.nan, "unknown: one camera alone")
     sigma = shared.sigma
     if sigma.any() and len(sigma) <= 300:  # with more points, what the calibration takes up of it is negligible
         try:
-            found = bundle(cameras, shared.p, b, sigma=sigma, free=free, priors=priors)
+            found = bundle(cameras, shared.p, b, sigma=sigma, free=free, priors=priors, tied=tied)
             return Noise(found.sigma_px, "all cameras and the survey refined together")
         except ValueError:  # too few points for that
             pass

@@ -12,7 +12,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.adjustment.measurements import KnownCameras
-from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
+from vidtrack.calibration.adjustment.tied_cameras import tied_from_record
 from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import Bundle, bundle
 from vidtrack.calibration.normal_equations import Priors, priors_for
@@ -68,7 +68,7 @@ def refine_together(
     shared = side_by_side(points, sigma=sigma)
     names = free or [free_parameters("tsai")] * len(cameras)
     priors = priors_for(prior, names)
-    tied = [_tied(tie, boards or {}, [camera.name for camera in cameras]) for tie in ties]
+    tied = [tied_from_record(tie, boards or {}, [camera.name for camera in cameras]) for tie in ties]
     if not tied and not (shared.sigma[shared.used.any(0)] > 0).any():
         raise VidtrackError(
             "calibration.sigma: 0, so the survey is taken for exact and a bundle has nothing to share. "
@@ -115,21 +115,6 @@ def _known_lenses(cameras: Sequence[Camera], lenses: Sequence[Mapping[str, Any] 
         start += k
     means = [camera.with_(**lens["mean"]) for camera, lens in zip(cameras, known, strict=True)]
     return KnownCameras(means, names, np.zeros(3), covariance)
-
-
-def _tied(tie: Mapping[str, Any], boards: Mapping[str, Camera], names: Sequence[str]) -> TiedCameras:
-    """What a board says of those of the cameras that it ties, in the order of `names`."""
-    edges = np.cumsum([0, *map(len, tie["names"])])
-    order = [(name, tie["cameras"].index(name)) for name in names if name in tie["cameras"]]
-    columns = [k for _, i in order for k in range(edges[i], edges[i + 1])]
-    own = {name: tuple(tie["names"][i]) for name, i in order}
-    return TiedCameras(
-        [boards[name] if name in own else next(iter(boards.values())) for name in names],
-        [own.get(name, ()) for name in names],
-        np.array(tie["pivot"], float),
-        np.array(tie["covariance"], float)[np.ix_(columns, columns)],
-        float(tie["scale_sd"]),
-    )
 
 
 def _gain(

@@ -91,7 +91,9 @@ CALIBRATION += [
     f"{RESULTS}/calibration/{name}" for name in ("wand.json", "wand.parquet") if WAVED
 ]
 if CALIBRATED:
-    BOOK.add("back_project", orders.back_project(SETTINGS, CALIBRATED))
+    by_board = boarded.bundle(SETTINGS, BOARDED, TIED, PLACED_BY_BOARD) if TIED else {}
+    own = {key: by_board[key] for key in ("boarded", "bare") if key in by_board}
+    BOOK.add("back_project", orders.back_project(SETTINGS, CALIBRATED) | own)
     for camera in CALIBRATED:
         BOOK.add("overlay", {"camera": camera}, [], camera)
     CALIBRATION += [
@@ -291,6 +293,8 @@ rule back_project:
     input:
         cameras=of_each("calibration", "camera.json"),
         points=of_each("calibration", "points.parquet"),
+        board=results(lambda w: [f"{RESULTS}/boards/boards.json"] if TIED else []),
+        lenses=of_boards("lens.json") if TIED else [],
     output:
         table=f"{RESULTS}/calibration/backprojection.parquet",
         record=f"{RESULTS}/calibration/backprojection.json",
@@ -309,6 +313,7 @@ rule back_project:
     shell:
         "printf '%s\\n' {params:q} | python -m vidtrack back_project --account {output.account:q} --log {log:q}"
         " --input cameras {input.cameras:q} --input points {input.points:q}"
+        " --input board {input.board:q} --input lenses {input.lenses:q}"
         " --output table {output.table:q} --output record {output.record:q}"
 
 

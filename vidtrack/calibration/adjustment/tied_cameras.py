@@ -7,8 +7,9 @@ of the whitened equations: what is left says nothing of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -65,6 +66,25 @@ class TiedCameras:
         residual = known.residual[0] - whole @ (whole.T @ known.residual[0])
         by_shared = known.by_shared[0] - whole @ (whole.T @ known.by_shared[0])
         return known._replace(residual=residual[None], by_shared=by_shared[None])
+
+
+def tied_from_record(tie: Mapping[str, Any], boards: Mapping[str, Camera], names: Sequence[str]) -> TiedCameras:
+    """What a board says of those of the cameras that it ties, in the order of `names`.
+
+    tie     of boards.json: cameras, names, pivot, covariance, scale_sd
+    boards  by name the cameras that it names, in the board's world
+    """
+    edges = np.cumsum([0, *map(len, tie["names"])])
+    order = [(name, tie["cameras"].index(name)) for name in names if name in tie["cameras"]]
+    columns = [k for _, i in order for k in range(edges[i], edges[i + 1])]
+    own = {name: tuple(tie["names"][i]) for name, i in order}
+    return TiedCameras(
+        [boards[name] if name in own else next(iter(boards.values())) for name in names],
+        [own.get(name, ()) for name in names],
+        np.array(tie["pivot"], float),
+        np.array(tie["covariance"], float)[np.ix_(columns, columns)],
+        float(tie["scale_sd"]),
+    )
 
 
 def world_motion(then: Camera, now: Camera) -> tuple[Array, Array]:
