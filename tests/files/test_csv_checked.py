@@ -1,12 +1,14 @@
 import math
+from unittest.mock import patch
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.csv_checked import checked_csv
-from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, TARGETS, reference_record
+from vidtrack.files import csv_checked
+from vidtrack.files.csv_checked import checked_csv, plain_columns
+from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, TARGETS, TRUTH, reference_record
 
 
 def written(tmp_path, text, name="points.csv"):
@@ -237,3 +239,35 @@ def test_a_name_that_has_another_unit_of_time_in_itself_is_refused(tmp_path):
 )
 def test_a_size_or_a_period_that_cannot_be_is_refused(tmp_path, columns, row, says):
     assert says in read(tmp_path, row, columns)
+
+
+def _answer_cell_by_cell(path):
+    with patch.object(csv_checked, "plain_columns", return_value=None):
+        try:
+            return checked_csv(path, TRUTH)
+        except VidtrackError as error:
+            return error.problems
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 3), st.floats(-1e7, 1e7)), min_size=1, max_size=5),
+    st.integers(0, 90),
+    st.sampled_from(["", "", ",", "\n", "#", "1", "e", "-", '"', " ", "a\u0301", ".", "9" * 14, ",,", "\r"]),
+)
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_table_as_programs_write_it_is_read_sooner_and_the_same(tmp_path, rows, place, put):
+    lines = ["time_s,target,x,y,z", *(f"{at:.2f},t{n},{at:.9f},{-at:.3f},{n}" for n, at in rows)]
+    text = "\n".join(lines) + "\n"
+    text = text[:place] + put + text[place:]
+    (path := tmp_path / "truth.csv").write_bytes(text.encode())
+    answer = plain_columns(text, TRUTH)
+    if answer is not None:
+        assert answer == _answer_cell_by_cell(path)
+        assert list(answer) == ["target", "time_s", "x", "y", "z", "line"]
+
+
+def test_a_table_as_programs_write_it_is_known_for_one():
+    head, row = "time_s,target,x,y,z\n", "36000.000000000,t1,20.000000000,0.000000000,-1\n"
+    assert plain_columns(head + row, TRUTH)["x"] == [20.0]
+    for other in (head + row + row, head, row, head + row[:-1], head.replace("z", "Z") + row):
+        assert plain_columns(other, TRUTH) is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -25,7 +26,10 @@ def checked_csv(path: Path, columns: Columns, *, others: str = "forbid", units: 
     units    the experiment's unit of length, compared with units in the header; "" where there is none to compare
     Raises VidtrackError with every bad cell (ten at most), each with its line.
     """
-    split = split_rows(path, read_text(path), columns.names)
+    text = read_text(path)
+    if (plain := plain_columns(text, columns)) is not None:
+        return plain
+    split = split_rows(path, text, columns.names)
     header = find_header(path, split, columns, others)
     problems = unit_problems(path, header, columns, units)
     rows, unclear = _data_rows(path, header, columns)
@@ -35,6 +39,34 @@ def checked_csv(path: Path, columns: Columns, *, others: str = "forbid", units: 
     if not rows:
         raise VidtrackError(f"{path}: has a header but no rows. Add a row for each {header.row.cells[0]}.")
     return _read_rows(path, rows, header, columns, split.separator)
+
+
+_PLAIN = {"text": r"[A-Za-z][A-Za-z_]{0,99}\d{0,9}", "number": r"-?\d{1,9}(?:\.\d{1,17})?"}
+
+
+def plain_columns(text: str, columns: Columns) -> dict[str, list[Any]] | None:
+    """What `checked_csv` answers for a table as programs write it, ten times sooner; None where that is not certain.
+
+    Plain is a table whose header has just the names that must be there, with commas between cells that are words or
+    decimals and nothing else: nothing in it can be wrong but a repeated row.
+    """
+    head, _, body = text.partition("\n")
+    names = head.split(",")
+    special = {*columns.times, *columns.positive, *columns.not_negative}
+    if sorted(names) != sorted(columns.needed) or special.intersection(names):
+        return None
+    row = ",".join(_PLAIN["number" if name in columns.numbers else "text"] for name in names)
+    if not re.fullmatch(rf"(?:{row}\n)++", body, re.ASCII):
+        return None
+    cells = body.replace("\n", ",").split(",")
+    by_name = {name: cells[place : -1 : len(names)] for place, name in enumerate(names)}
+    rows = len(cells) // len(names)
+    if columns.unique and len(set(zip(*(by_name[name] for name in columns.unique), strict=True))) < rows:
+        return None
+    answer: dict[str, list[Any]] = {
+        name: list(map(float, by_name[name])) if name in columns.numbers else by_name[name] for name in columns.needed
+    }
+    return answer | {"line": list(range(2, rows + 2))}
 
 
 def read_header(path: Path) -> list[str]:
