@@ -7,9 +7,9 @@
 plan      how long `snakemake -n` takes where nothing is to do. Results and accounts are pretended: planning reads
           nothing of a result but its checksum. Then a setting of one run is changed: which jobs are to be done, and
           so which pages are written again.
-change    one run of a minute is rendered and tracked, and stands under other names as every run of the season; all that
-          follows tracking is computed. Then one camera's Cx is fixed elsewhere, and a run is added: how long until
-          everything is consistent again, and which rules the time went to.
+change    one run of a minute is rendered and processed; it stands, with its results, under other names as every run of
+          the season. Then one camera's Cx is fixed elsewhere, and a run is added: how long until everything is
+          consistent again, and by which jobs.
 export    one short run is processed, and its results stand for those of every run; three formats of each are written by
           two jobs at a time. Then a setting of one run is changed: which exports are written again, and which files are
           others.
@@ -27,10 +27,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -112,34 +111,33 @@ def _plan(folder: Path, runs: int, house: Path) -> None:
 
 
 def _change(folder: Path, runs: int, seconds: float, house: Path) -> None:
-    _film(folder, seconds)
-    _run(folder, house, "one run")
-    seed = folder / "results/runs/pluck"
-    _multiply(folder, runs)
-    for job in planned(folder, house):
-        if job.rule == "track":
-            name = Path(job.account).parent.name
-            _pretend(folder, job, lambda path, name=name: shutil.copy(_of_seed(path, seed, name), path))
-    _run(folder, house, f"the other {runs - 1} runs, tracked already")
-    config = yaml.safe_load((folder / "config.yaml").read_text())
-    config["cameras"]["cam1"]["calibration"] = {"fix": {"Cx": 262.5}}
-    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    processed_season(folder, runs, seconds, house)
+    _configure(folder, cameras=_config(folder)["cameras"] | {"cam1": {"calibration": {"fix": {"Cx": 262.5}}}})
     _run(folder, house, "Cx of one camera fixed")
     shutil.copytree(folder / "runs/pluck", folder / "runs/one-more", copy_function=os.link)
     _run(folder, house, "one more run")
     _run(folder, house, "nothing to do")
 
 
-def _export(folder: Path, runs: int, house: Path, formats: tuple[str, ...] = ("c3d", "netcdf", "qtm")) -> None:
-    _film(folder, 1.0)
+def processed_season(folder: Path, runs: int, seconds: float, house: Path) -> None:
+    """Process one run; its results, as links, stand for those of all others."""
+    _film(folder, seconds)
     _run(folder, house, "one run")
-    seed = folder / "results/runs/pluck"
     _multiply(folder, runs)
+    _pretend_runs(folder, house)
+    _run(folder, house, f"the pages of {runs} runs")
+
+
+def _pretend_runs(folder: Path, house: Path) -> None:
+    """Results of the first run, and accounts, for all jobs that make something of one other run."""
     for job in planned(folder, house):
-        name = Path(job.account).parent.name
-        if f"results/runs/{name}/" in job.outputs[0]:
-            _pretend(folder, job, lambda path, name=name: shutil.copy(_of_seed(path, seed, name), path))
-    _run(folder, house, "the pages of all runs")
+        named = re.search(r"results/(?:runs/|report/run_)(test\d+)", job.outputs[0])
+        if named:
+            _pretend(folder, job, lambda path, name=named[1]: os.link(str(path).replace(name, "pluck"), path))
+
+
+def _export(folder: Path, runs: int, house: Path, formats: tuple[str, ...] = ("c3d", "netcdf", "qtm")) -> None:
+    processed_season(folder, runs, 1.0, house)
     _configure(folder, export=list(formats))
     _run(folder, house, f"{len(formats)} formats of {runs} runs")
     before = _exported(folder)
@@ -152,20 +150,18 @@ def _export(folder: Path, runs: int, house: Path, formats: tuple[str, ...] = ("c
     print(f"written again: {len(again)}, of {runs_again}")
 
 
+def _config(folder: Path) -> dict[str, Any]:
+    return yaml.safe_load((folder / "config.yaml").read_text())
+
+
 def _configure(folder: Path, **more: object) -> None:
-    config = yaml.safe_load((folder / "config.yaml").read_text())
-    (folder / "config.yaml").write_text(yaml.safe_dump(config | more))
+    (folder / "config.yaml").write_text(yaml.safe_dump(_config(folder) | more))
 
 
 def _exported(folder: Path) -> dict[Path, int]:
     """The files of other programs, and when each was written."""
     room = folder / "results/runs"
     return {path.relative_to(room): path.stat().st_mtime_ns for path in room.glob("*/export/**/*") if path.is_file()}
-
-
-def _of_seed(path: Path, seed: Path, name: str) -> Path:
-    """The file of the first run that stands for one of run `name`."""
-    return seed / path.relative_to(seed.parent / name)
 
 
 def _film(folder: Path, seconds: float) -> None:
@@ -206,9 +202,8 @@ def _run(folder: Path, house: Path, what: str) -> None:
     begun, used = time.monotonic(), os.times()
     said = _snakemake(folder, house)
     wall, processor = time.monotonic() - begun, _processor_time(used)
-    jobs = Counter(re.findall(r"^ *(?:local)?rule (\w+):", said, re.MULTILINE)) or Counter(_counted(said))
     load = os.getloadavg()[0]
-    done = ", ".join(f"{n} {rule}" for rule, n in sorted(jobs.items()) if rule != "all")
+    done = ", ".join(f"{n} {rule}" for rule, n in sorted(_counted(said).items()))
     print(
         f"{what}: {wall:.1f} s, {processor:.1f} s of processor time (load {load:.1f}): {done or 'nothing'}", flush=True
     )

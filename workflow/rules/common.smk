@@ -225,6 +225,11 @@ def before_planning():
     if prepared or not workflow.is_main_process:
         return
     prepared = True
+    # On this computer as many jobs run as there are cores. At Snakemake's own limit of jobs in a second, each look for a
+    # job starts a timer, and each timer a look: 500 jobs took 7,700 of them, each at all jobs that were ready.
+    limit = workflow.scheduling_settings.max_jobs_per_timespan
+    if workflow.local_exec and limit and (limit.max_jobs, limit.timespan) == (100, 1):
+        workflow.scheduling_settings.max_jobs_per_timespan = None
     # A run that fails costs that run: all jobs that do not depend on it go on.
     workflow.execution_settings.keep_going = True
     # A job that was killed left no account, and runs again without being asked for by an option.
