@@ -1,13 +1,13 @@
 """What a server of jobs understands of a caller."""
 
-import json
 import os
 import socket
 import struct
 
 import pytest
 
-from vidtrack.workflow.job_server import received
+from vidtrack.workflow.job_server import Asked, received
+from vidtrack.workflow.small_jobs import packed
 
 
 def open_files():
@@ -16,13 +16,14 @@ def open_files():
 
 def test_an_order_arrives_whole_however_it_is_cut_into_pieces():
     ours, theirs = socket.socketpair()
-    body = json.dumps({"arguments": ["locate"], "folder": "/tmp"}).encode()
+    order, strange = '{"a":1}\n{}\n{}\n', "\udcff \n'$(x)"
+    body = packed(["18", "/tmp", order, "2", "locate", strange, f"NAME=a=b {strange}", "EMPTY="])
     with ours, theirs:
         socket.send_fds(theirs, [struct.pack("!I", len(body))], [1, 2])
         for byte in body:
             theirs.sendall(bytes([byte]))
         asked, channels = received(ours)
-        assert asked == {"arguments": ["locate"], "folder": "/tmp"}
+        assert asked == Asked(18, "/tmp", order, ["locate", strange], {"NAME": f"a=b {strange}", "EMPTY": ""})
         assert len(channels) == 2
         for channel in channels:
             os.close(channel)

@@ -12,6 +12,7 @@ import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from typing import Any, NoReturn
 
 from vidtrack.errors import VidtrackError
@@ -74,11 +75,18 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
+def prepare() -> None:
+    """Compute what is the same for all jobs."""
+    _parser()
+    versions()
+
+
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"vidtrack: {message}. See vidtrack rule --help.\n")
 
 
+@cache
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="vidtrack rule",

@@ -13,9 +13,9 @@ what it would do in a process of its own.
 from __future__ import annotations
 
 import ctypes
+import gc
 import importlib
 import io
-import json
 import os
 import selectors
 import signal
@@ -23,12 +23,11 @@ import socket
 import struct
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
-from typing import Any
+from typing import Any, NamedTuple
 
 from vidtrack.workflow import entry
-from vidtrack.workflow.provenance import versions
 
 LIBRARIES = (
     "numpy",
@@ -45,6 +44,16 @@ LIBRARIES = (
 """What small jobs import, and what costs them most of their time."""
 
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
+
+
+class Asked(NamedTuple):
+    """What a caller asks for: a rule with its arguments, and all that a process has of its parent."""
+
+    umask: int
+    folder: str
+    order: str
+    arguments: list[str]
+    environment: dict[str, str]
 
 
 class Server:
@@ -95,7 +104,7 @@ class Server:
         except (OSError, ValueError, struct.error):
             caller.close()
             return
-        rule = str(next(iter(asked["arguments"]), ""))
+        rule = next(iter(asked.arguments), "")
         self.asked[rule] += 1
         process = os.fork()
         if not process:
@@ -137,7 +146,7 @@ class Server:
             os.waitpid(process, 0)
 
 
-def received(caller: socket.socket) -> tuple[Mapping[str, Any], list[int]]:
+def received(caller: socket.socket) -> tuple[Asked, list[int]]:
     """What a caller asks for, and its standard output and error; ValueError where it breaks off."""
     head, channels, _, _ = socket.recv_fds(caller, 4, 2)
     try:
@@ -149,7 +158,9 @@ def received(caller: socket.socket) -> tuple[Mapping[str, Any], list[int]]:
             if not (part := caller.recv(length - len(body))):
                 raise ValueError("the caller broke off")
             body += part
-        return json.loads(body), channels
+        umask, folder, order, many, *words = os.fsdecode(body).split("\0")
+        environment = dict(word.split("=", 1) for word in words[int(many) :])
+        return Asked(int(umask), folder, order, words[: int(many)], environment), channels
     except (OSError, ValueError):
         for channel in channels:
             os.close(channel)
@@ -157,14 +168,21 @@ def received(caller: socket.socket) -> tuple[Mapping[str, Any], list[int]]:
 
 
 def load(names: Iterable[str]) -> None:
-    """Import modules; what cannot be imported is left to the job that wants it."""
+    """Import modules, and let those of ours that have a `prepare` do so; what fails is left to the job that wants it.
+
+    All that is there then counts as permanent: the forked jobs' garbage collectors need not go through it, nor copy it.
+    """
     for name in names:
         with suppress(Exception):
-            importlib.import_module(name)
+            module = importlib.import_module(name)
+            if name.startswith("vidtrack."):
+                getattr(module, "prepare", tuple)()
+    gc.collect()
+    gc.freeze()
 
 
 def _run(
-    asked: Mapping[str, Any], channels: list[int], others: list[socket.socket], taught: socket.socket | None
+    asked: Asked, channels: list[int], others: list[socket.socket], taught: socket.socket | None
 ) -> None:
     """Become the job; never returns.
 
@@ -183,11 +201,11 @@ def _run(
         for other in others:
             other.close()
         os.environ.clear()
-        os.environ.update(asked["environment"])
-        os.umask(asked["umask"])
-        os.chdir(asked["folder"])
-        sys.stdin = io.StringIO(asked["order"])
-        code = entry.main(asked["arguments"])
+        os.environ.update(asked.environment)
+        os.umask(asked.umask)
+        os.chdir(asked.folder)
+        sys.stdin = io.StringIO(asked.order)
+        code = entry.main(asked.arguments)
     except SystemExit as error:
         code = error.code if isinstance(error.code, int) else 1
     finally:
@@ -212,8 +230,7 @@ def main(place: str) -> int:
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(place)
         listener.listen(64)
-        load(LIBRARIES)
-        versions()
+        load([*LIBRARIES, entry.__name__])
         try:
             Server(listener).serve()
         finally:

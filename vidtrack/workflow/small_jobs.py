@@ -6,13 +6,14 @@ Imports nothing but what Python itself has: this is what each job's start still 
 from __future__ import annotations
 
 import io
-import json
 import os
 import socket
 import struct
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+
+TYPE_CHECKING = False  # importing typing would cost each job's start more than all else of it
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 SERVER = "VIDTRACK_JOB_SERVER"
 """The variable of the environment that names the server's socket, its Snakemake and the Python that both run in."""
@@ -44,6 +45,7 @@ class JobServer:
     def end(self) -> None:
         """End the server and all that it still runs."""
         import shutil
+        from contextlib import suppress
         from subprocess import TimeoutExpired
 
         os.environ.pop(SERVER, None)
@@ -84,25 +86,25 @@ def run_by_server(arguments: Sequence[str]) -> int | None:
         code = int(struct.unpack("!i", answer)[0])
         return code if code >= 0 else 128 - code
     # the server was killed, and the job with it: one more try here, unless Snakemake is gone too
-    with suppress(OSError, ValueError):
+    try:
         os.kill(int(snakemake), 0)
-        return None
-    return 1
+    except (OSError, ValueError):
+        return 1
+    return None
 
 
 def _ask(server: socket.socket, arguments: Sequence[str], order: str) -> None:
     umask = os.umask(0)
     os.umask(umask)
-    asked = {
-        "arguments": list(arguments),
-        "order": order,
-        "environment": dict(os.environ),
-        "folder": os.getcwd(),
-        "umask": umask,
-    }
-    body = json.dumps(asked).encode()
+    environment = [f"{name}={value}" for name, value in os.environ.items()]
+    body = packed([str(umask), os.getcwd(), order, str(len(arguments)), *arguments, *environment])
     socket.send_fds(server, [struct.pack("!I", len(body))], [1, 2])
     server.sendall(body)
+
+
+def packed(words: Sequence[str]) -> bytes:
+    """Words of which none holds a NUL, as none can that a process is given, in one piece of bytes."""
+    return os.fsencode("\0".join(words))
 
 
 def _answer(server: socket.socket) -> bytes:
