@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +40,17 @@ def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
     return intervals, min(degree, len(t) - 2)
 
 
+@cache
+def _pairs(degree: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs of the B-splines over a sample, the lower and the upper of each; those of equal distance together."""
+    n = degree + 1
+    offsets = range(n)
+    return (
+        np.concatenate([np.arange(n - offset) for offset in offsets]),
+        np.concatenate([np.arange(offset, n) for offset in offsets]),
+    )
+
+
 class Basis:
     """B-splines on one piece, and their derivatives, at the sample times; sparse."""
 
@@ -58,7 +69,6 @@ class Basis:
         self.values: Array = matrix.data.reshape(len(t), degree + 1)
         first = matrix.indices[:: degree + 1].astype(np.intp)
         self._columns: NDArray[np.intp] = first[:, None] + np.arange(degree + 1)
-        self._transposed: Any = matrix.tocsc().T
         # A row for each number of the first, a one for each of its samples: its product sums over samples.
         bounds = np.searchsorted(first, np.arange(intervals + 1))
         self._of_first: Any = csr_matrix((np.ones(len(t)), np.arange(len(t)), bounds), shape=(intervals, len(t)))
@@ -69,7 +79,7 @@ class Basis:
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
-        lower, upper = (np.concatenate(part) for part in zip(*self._pairs(), strict=True))
+        lower, upper = _pairs(self.degree)
         weighted = weight[:, None] * self.values
         sums = self._of_first @ (weighted.take(lower, axis=1) * self.values.take(upper, axis=1))
         band = np.zeros((self.degree + 1, self.size))
@@ -77,13 +87,8 @@ class Basis:
             band[other - j, j : j + len(column)] += column
         return band
 
-    def _pairs(self) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-        """Pairs of the B-splines over a sample, those of equal distance together."""
-        n = self.degree + 1
-        return [(np.arange(n - offset), np.arange(offset, n)) for offset in range(n)]
-
     def _right(self, wy: Array) -> Array:
-        return np.asarray(self._transposed @ wy)
+        return np.asarray(np.bincount(self._columns.ravel(), (self.values * wy[:, None]).ravel(), self.size), float)
 
     def coefficients(self, y: Array, weight: Array) -> Array | None:
         """Least squares; None where some B-spline has no sample to hold it."""

@@ -181,9 +181,7 @@ def load(names: Iterable[str]) -> None:
     gc.freeze()
 
 
-def _run(
-    asked: Asked, channels: list[int], others: list[socket.socket], taught: socket.socket | None
-) -> None:
+def _run(asked: Asked, channels: list[int], others: list[socket.socket], taught: socket.socket | None) -> None:
     """Become the job; never returns.
 
     taught  whom to say which modules the job has imported
