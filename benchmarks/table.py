@@ -107,7 +107,7 @@ def write_record(path: Path, record: Mapping[str, Any]) -> None:
 
 
 def machine() -> dict[str, Any]:
-    """What the numbers hang on: processor, memory, system, versions, other work, and the commit."""
+    """What the numbers depend on: processor, memory, system, versions, other work, and the commit."""
     packages = ("numpy", "opencv-python-headless", "av", "scipy", "pandas", "snakemake")
     return {
         "processor": _first(r"/proc/cpuinfo", "model name") or platform.processor() or platform.machine(),

@@ -40,7 +40,7 @@ def test_the_cameras_never_see_the_points_that_they_locate(rig):
     np.testing.assert_allclose(out.located, locate_points(fits, b, sd=1.0).point, atol=1e-9)
 
 
-def test_many_points_are_parted_into_ten_folds_of_equal_size(rig):
+def test_many_points_are_divided_into_ten_folds_of_equal_size(rig):
     fits, p, b = rig
     many, sights = np.tile(p, (3, 1)), np.tile(b, (1, 3, 1))
     out = held_out(many, sights, lambda keep: fits)

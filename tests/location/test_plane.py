@@ -141,6 +141,22 @@ def test_four_points_make_a_homography_only_where_noise_cannot_explain_a_scale()
     assert fit_plane(seen(corners, tilt_deg=20) + noise, corners, sd=0.1).plane.model == "homography"
 
 
+def test_three_points_make_an_affine_map_only_where_noise_cannot_explain_a_scale():
+    b = np.array([[100.0, 100], [400, 120], [150, 380]])
+    sheared = (b - b.mean(0)) @ np.array([[0.1, 0.02], [0.0, 0.1]])
+    assert fit_plane(b, sheared, sd=0.1).plane.model == "affine"
+    assert fit_plane(b, sheared, sd=50.0).plane.model == "scale"
+
+
+@pytest.mark.parametrize("term", [(3, 0), (2, 1), (1, 2), (0, 3)])
+def test_each_cubic_term_of_a_map_is_fitted_exactly(term):
+    b = seen(grid(7, 6))
+    u, v = ((b - b.mean(0)) / 100).T
+    p = grid(7, 6) + 0.5 * (u ** term[0] * v ** term[1])[:, None]
+    fit = fit_plane(b, p, model="cubic")
+    assert world_from_frame_buffer(fit.plane, b) == pytest.approx(p, abs=1e-6)
+
+
 def test_points_on_one_line_give_a_scale_and_no_more():
     """The thesis's white dots on the rod, one foot apart."""
     p = np.column_stack([np.arange(6) * 12.0, np.zeros(6)])

@@ -43,5 +43,5 @@ def test_a_record_too_short_to_have_both_sides_has_none():
     assert not velocity_jumps(T[: 2 * SIDE - 1], T[: 2 * SIDE - 1], np.ones(2 * SIDE - 1)).any()
 
 
-def test_a_record_without_any_noise_is_not_parted():
+def test_a_record_without_any_noise_is_not_split():
     assert not velocity_jumps(T, 2 * T, np.ones(T.size)).any()

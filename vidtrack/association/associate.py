@@ -3,7 +3,7 @@
 1. Pairs of tracklets of different cameras are weighed by their lines of sight (`pairs`).
 2. Tracklets are joined to groups as far as lines of sight decide it beyond doubt (`groups`).
 3. How targets move is measured on these groups' courses, and the rest is joined by sights and motion (`bridging`).
-4. Groups that two cameras see become trajectories; tracklets that remain are of none, each with its reason. Mirror
+4. Groups that two cameras see become trajectories; tracklets that remain belong to none, each with its reason. Mirror
    images are none either, and a stretch that may be a part of several trajectories stays a trajectory of its own.
 """
 
@@ -42,7 +42,7 @@ FEWEST = 5
 
 
 class Left(NamedTuple):
-    """What was located and is of none of the targets asked for."""
+    """What was located and belongs to none of the targets asked for."""
 
     reason: str  # surplus: those chosen go on for longer, or it is too short; mirror: the image of a target
     of: int  # the trajectory that it is the image of; NONE
@@ -64,11 +64,11 @@ class Association(NamedTuple):
     """What `associate` returns; m trajectories, those of the first camera's first tracklets first."""
 
     trajectory: tuple[Ints, ...]  # for each camera (n_tracklets,): the trajectory of each; NONE
-    reason: tuple[NDArray[np.object_], ...]  # for each camera (n_tracklets,): why it is of none; '' where it is of one
+    reason: tuple[NDArray[np.object_], ...]  # for each camera (n_tracklets,): why it is unused; '' where it is used
     ties: tuple[Ties, ...]  # for each camera
     names: tuple[str, ...]  # (m,) that a start box or a rigid body gives each trajectory; '' where none does
     lead: Array  # (m,) nats by which the least sure of a trajectory's joins is likelier than any other choice
-    part_of: tuple[tuple[int, ...], ...]  # (m,) of which trajectories each may be a part; of none where it stands alone
+    part_of: tuple[tuple[int, ...], ...]  # (m,) of which trajectories each may be a part; empty: of no other
     left: tuple[Left, ...]  # the longest first
     bias_px: float  # what the calibration was found to leave
 
@@ -97,8 +97,8 @@ def associate(
     bodies         rigid bodies: their targets with their places in the body, world units
     uneven         for each camera (N, 2): by how much worse than usual its calibration is in X and Y at each row of its
                    tracklets, at least 1; None: it is as good everywhere
-    A tracklet of fewer cameras than two at any moment is of no trajectory unless the motion joins it to one.
-    A stretch that goes on as one of several targets, and nothing shows which, is a trajectory of its own (`part_of`).
+    A tracklet that no second camera shows at any moment belongs to no trajectory unless the motion joins it to one.
+    A stretch that may continue several targets, where nothing shows which, is a trajectory by itself (`part_of`).
     """
     rays = rays_of(cameras, [t.b for t in tracklets])
     moments = np.unique(np.concatenate([t.sample for t in tracklets]))
@@ -157,9 +157,9 @@ def _pairs(
 def _beyond_chance(bridges: Bridges, g: int) -> bool:
     """Whether lines of sight that meet are more than a coincidence among all tracklets.
 
-    Two things that stand in two pictures meet by chance as often as one of them lies within the noise of the other's
-    epipolar line; things that move would have to go on meeting. One that stands and is seen by two cameras alone may
-    well be none where there is much static clutter.
+    The lines of sight to two things at rest meet by chance whenever one of them lies within the noise of the other's
+    epipolar line; those to things that move would have to meet again and again. Where there is much static clutter, a
+    group at rest that only two cameras see may be such a coincidence.
     """
     rows, groups = bridges.rows, bridges.groups
     own = bridges.rows_of_nodes(groups.members[g])
@@ -189,9 +189,9 @@ def _images(courses: dict[int, Course], eyes: Array) -> dict[int, int]:
 
 def _chosen(courses: dict[int, Course], targets: int | None, groups: Groups) -> list[int]:
     """Groups that are trajectories: those with most fixes; of few targets, those that start boxes name before others,
-    and those that move before those that stand.
+    and those that move before those at rest.
 
-    Those that there are at one moment come first: they are as many targets, whatever remains open.
+    Those that are seen at one and the same moment come first: they are certainly different targets.
     """
     longest = max((len(c.moment) for c in courses.values()), default=0)
     found = [g for g, c in courses.items() if len(c.moment) >= min(FEWEST, longest) and len(c.moment)]
@@ -214,10 +214,10 @@ def _merit(several: Sequence[int], groups: Groups, size: dict[int, float]) -> tu
 def _alternatives(
     groups: Groups, courses: dict[int, Course], chosen: Sequence[int], images: dict[int, int]
 ) -> dict[int, tuple[int, ...]]:
-    """Courses that may be parts of chosen ones, but not of which: with those that each may be a part of.
+    """Courses that are parts of chosen ones, though it is not known of which: each with those that are possible.
 
-    At no moment may there be more courses than targets, so that each of them is a target; and each must be able to go
-    on as one of the chosen, or to have come from it.
+    At no moment may there be more courses than targets, so that each of them is a target; and the motion must allow
+    each to be continued by one of the chosen, or to continue it.
     """
     out: dict[int, tuple[int, ...]] = {}
     taken = list(chosen)
@@ -240,7 +240,7 @@ def most_at_once(spans: Sequence[tuple[int, int]], first: int, last: int) -> int
 
 
 def _moves(course: Course) -> bool:
-    """Whether a course goes anywhere: its places spread more than their changes from moment to moment explain."""
+    """Whether a target moves: its places spread more than their changes from moment to moment explain."""
     p = course.place
     if len(p) < 8:
         return True
@@ -292,7 +292,7 @@ def _outcome(
 
 
 def _ties(groups: Groups, begin: int, end: int) -> Ties:
-    """What holds the nodes of one camera to their groups."""
+    """How surely the nodes of one camera belong to their groups."""
     lead = np.full(end - begin, np.nan)
     fellow, rival = np.full((end - begin, 2), NONE), np.full((end - begin, 2), NONE)
     starts = groups.nodes.begin

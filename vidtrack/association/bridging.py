@@ -41,7 +41,7 @@ REACHES = (8, 30, 100, 400)
 
 FARTHEST = 1 << 40
 LASTS = 10
-"""Moments of a course, at least, that may be what is left of a target that lasts."""
+"""Moments that a course has, at least, to be taken for a part of a target."""
 FASTER = 2.0
 """Times the fastest speed and the sharpest bend seen in a picture, that a target may have while it is not seen."""
 
@@ -263,9 +263,9 @@ class Bridges:
     def join_to(self, targets: int, bonus: float, margin: float = MARGIN) -> None:
         """Join courses one after another while there are more than so many targets.
 
-        bonus   nats for one target that lasts rather than one that goes and another one that comes; the same for all
-                that may last, as it says nothing of which goes on as which; none for what one camera alone shows,
-                which does not count as a target
+        bonus   nats for one target throughout rather than one that disappears and another one that appears; the same
+                for all pairs, as it does not say which continues which; none for what one camera alone shows, which
+                does not count as a target
         """
         self.farthest = FARTHEST
         while True:
@@ -279,7 +279,7 @@ class Bridges:
                 return
 
     def _join_some(self, worth: dict[Pair, Worth], margin: float, most: int, only: set[int] | None = None) -> bool:
-        """Join the clear pairs, each group in one of them, at most so many; whether there was any."""
+        """Join the clear pairs, each group in one of them, at most so many; returns whether there was any."""
         touched: set[int] = set()
         gain = {p: w for p, w in worth.items() if w.sights + w.motion > 0}
         partners: dict[int, dict[int, Worth]] = defaultdict(dict)

@@ -18,7 +18,7 @@ import numpy as np
 from vidtrack.arrays import Array, Ints
 
 LENGTHS = (1, 2, 3, 5, 8, 12, 24, 60)
-"""Samples used on a side: the largest of these that hangs together."""
+"""Samples used on a side: the largest of these without a gap."""
 WINDOWS = ((3, 1), (5, 2), (5, 3), (8, 2), (8, 4), (12, 3), (12, 5), (24, 5), (24, 7), (60, 7), (60, 0))
 """Samples on a side and degree of the polynomial that are tried."""
 ENOUGH, MOST = 20, 200

@@ -34,7 +34,7 @@ UNFIT: tuple[None, int] = (None, 0)
 
 
 class Tie(NamedTuple):
-    """What holds a tracklet to the rest of its group, at its least sure join."""
+    """How surely a tracklet belongs to the rest of its group, at its least sure join."""
 
     lead: float  # nats by which the join is likelier than any other choice
     fellow: int  # node of the other part that is nearest in time
@@ -42,7 +42,7 @@ class Tie(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """The tracklets of all cameras, numbered through."""
+    """The tracklets of all cameras, with one number each."""
 
     camera: list[int]
     first: list[int]
@@ -52,7 +52,7 @@ class Nodes(NamedTuple):
 
 
 def nodes_of(tracklets: Sequence[Tracklets], names: Sequence[Sequence[str]] | None = None) -> Nodes:
-    """Number the tracklets through, camera by camera."""
+    """Give every tracklet a number, camera by camera."""
     begin = np.concatenate([[0], np.cumsum([t.n for t in tracklets])]).astype(np.intp)
     camera = np.repeat(np.arange(len(tracklets)), np.diff(begin)).tolist()
     return Nodes(

@@ -76,7 +76,7 @@ class Tracklets(NamedTuple):
 
 
 def tracklets_of(owner: Sequence[int] | Ints, sample: Ints, b: Array, sd: Array) -> Tracklets:
-    """Tracklets from rows in any order; `owner` (N,) numbers them from 0 without a gap, -1: a row of none."""
+    """Tracklets from rows in any order; `owner` (N,) numbers them from 0 without a gap, -1: the row belongs to none."""
     numbers = np.asarray(owner, np.intp)
     order = np.lexsort((sample, numbers))
     order = order[numbers[order] >= 0]

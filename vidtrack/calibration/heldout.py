@@ -1,7 +1,7 @@
 """Held-out errors: how well points are located by cameras that were calibrated without them.
 
 Training errors mislead both ways: a rich lens model fits the survey's errors and looks better than it is; a plain
-one leaves the survey's errors in its residuals and looks worse. So the points are parted into folds, every camera
+one leaves the survey's errors in its residuals and looks worse. So the points are divided into folds, every camera
 is refitted without each fold, and the fold's points are located by those cameras (cross validation).
 """
 

@@ -33,7 +33,7 @@ ROUNDS = 4
 """Times that points are put where they appear to the last camera, before cameras behind interfaces are refined."""
 
 FEW = 9
-"""Points below which the closed forms hang on the noise of single points, and perspective poses are starts as well."""
+"""Points below which single points decide the closed forms, and perspective poses are starts as well."""
 
 
 class Nominal(NamedTuple):

@@ -1,7 +1,7 @@
 """Choose the lens model by points that the camera has not seen: plain Tsai unless a richer one predicts them better.
 
 Every further term lowers the error of the points that were fitted, whether the lens has that term or not. So the
-points are parted into folds; each fold is predicted by cameras fitted to the others. Survey errors that neighbours
+points are divided into folds; each fold is predicted by cameras fitted to the others. Survey errors that neighbours
 share (a wire, a flight, a clip) would leak from one fold into another, so that neighbours stay in one fold.
 """
 

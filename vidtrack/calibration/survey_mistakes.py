@@ -135,7 +135,7 @@ def _of_line(survey: Survey, name: str, members: NDArray[np.intp]) -> Finding:
         how += ", along itself"
     if not rigid:
         how += ", and not as one piece"
-    text = f"{head} {'hangs elsewhere' if not name else 'lie elsewhere'}: {how}. These points were not used."
+    text = f"{head} {'lies elsewhere' if not name else 'lie elsewhere'}: {how}. These points were not used."
     cure = "Survey it again, or correct points.csv by that shift if you know what was measured wrongly."
     return Finding("doubtful", "wire-misplaced", text, cure)
 

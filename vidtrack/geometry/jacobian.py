@@ -1,6 +1,6 @@
 """How a pixel moves when the camera or the point moves: the analytic derivatives of `camera.project`.
 
-The camera's attitude is varied about a pivot, a world point amid the calibration points:
+The camera's attitude is varied about a pivot, a world point among the calibration points:
 
     c = exp(omega) R (p - pivot) + t,   t = R pivot + T
 

@@ -11,7 +11,7 @@ Gauss-Newton steps on the same 3x3 normal equations. The lens is linearised at t
 needs no inverse distortion; the difference from the exact pixel error is of second order in that error.
 
 Arrays here hold coordinates first, (3, n), and one block at a time, so that all of it stays in the processor's
-cache. Positions are relative to an origin amid the cameras: nothing is lost far from the world's own.
+cache. Positions are relative to an origin among the cameras, so that no digits are lost far from the world's origin.
 
 Through interfaces (`geometry.bent`) the measured pixel has its exact ray in the object's medium; the linear answer is
 the point nearest to the rays, and the refinement is linear about them as it is about the lens.

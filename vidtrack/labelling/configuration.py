@@ -1,4 +1,4 @@
-"""Labels without a single pick: the surveyed configuration against all blobs, and whether the answer is the only one.
+"""Labels without any pick: the surveyed configuration against all blobs, and whether the answer is the only one.
 
 Seen from afar a picture is an affine image of the points. Once both clouds are given the same moments (whitened), only
 a turn remains: three numbers, few enough to try them all. The best turns are refined and then grown into

@@ -178,7 +178,7 @@ def beyond_doubt(pose: Pose, points: Array, views: Sequence[View], sd: float) ->
 
 
 def _overlarge(view: View) -> NDArray[np.bool_]:
-    """Which blobs (n,) may be several balls: their middle is that of none, so that no pose rests on them."""
+    """Which blobs (n,) may be several balls: their middle is not that of any ball, so that no pose uses them."""
     size = view.reach.max(axis=-1)
     if len(size) < OVERLARGE_FROM:
         return np.zeros(len(size), bool)

@@ -123,7 +123,7 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
     own = at[np.searchsorted(case.views[v].points, point)]
     text = (
         f"{case.where[i]}: tag {case.tags[point]} of camera {case.camera} is picked at ({xy[0]:g}, {xy[1]:g}), "
-        f"but all else puts it at ({own[0]:.0f}, {own[1]:.0f})"
+        f"but the other picks and balls put it at ({own[0]:.0f}, {own[1]:.0f})"
     )
     d = np.nan_to_num(np.linalg.norm(at - xy, axis=-1), nan=np.inf)
     other = int(case.views[v].points[d.argmin()])

@@ -20,7 +20,7 @@ COLUMNS = {
     "end_s": "s",
     "samples": "",
     "target": "",  # that it was found to be of; empty: none
-    "reason": "",  # why it is of none
+    "reason": "",  # why it belongs to none
     "odds": "",  # times likelier, at its least sure join, than the next best choice; NaN: names decide, or no join
     "joined_with": "",  # camera and number of the tracklet that it was joined with there
     "runner_up": "",  # of that which the next best choice would join with one of the two

@@ -22,7 +22,7 @@ from vidtrack.location.views import (
 )
 
 LASTING = 30
-"""Samples of something followed besides the targets, at least, to be worth a word."""
+"""Samples of something followed besides the targets, at least, to be reported."""
 
 
 class InPicture(NamedTuple):

@@ -23,7 +23,7 @@ EXPLAINS = 0.5
 """Share of the misses that a cause must explain to be named as the reason."""
 
 READOUT_SDS, READOUT_S = 6.0, 0.001
-"""Standard errors, and s, that a read-out must differ from the one assumed to be worth a word."""
+"""Standard errors, and s, that a read-out must differ from the one assumed to be reported."""
 
 LONGEST_S = 0.05
 """s, longer than any camera takes to read a picture: an estimate beyond it has another reason."""

@@ -135,7 +135,7 @@ def _unmatched(views: Sequence[View], whose: Sequence[Ints]) -> list[list[str]]:
 
 
 def _left_over(views: Sequence[View], match: Match) -> list[list[dict[str, Any]]]:
-    """Tracklets of each camera's targets that are of no trajectory: from when to when, and why."""
+    """Tracklets of each camera's targets that belong to no trajectory: from when to when, and why."""
     out = []
     for view, trajectory, reason in zip(views, match.trajectory, match.reason, strict=True):
         own = []

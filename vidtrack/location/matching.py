@@ -36,7 +36,7 @@ class Match(NamedTuple):
 
     labels: list[str]  # their names
     trajectory: tuple[Ints, ...]  # for each camera (n_pieces,): that of each tracklet; NONE
-    reason: tuple[Labels, ...]  # for each camera (n_pieces,): why a tracklet is of none; '' where it is of one
+    reason: tuple[Labels, ...]  # for each camera (n_pieces,): why a tracklet is unused; '' where it is used
     error_px: Array  # (m,) rms distance from the epipolar curves, px
     lead: Array  # (m,) nats by which the least sure join of each is likelier than any other; inf where names decide
     n_common: Ints  # (m,) moments at which two cameras or more saw it

@@ -34,7 +34,7 @@ ENDS, APART = 2, 3
 MOST_OUTLIERS = 0.2
 """Share of outliers beyond which it is the spline that errs."""
 IMPACT_SD = (30.0, 15.0, 8.0)
-"""Jumps of velocity, in sd, at which the record is tried to be parted."""
+"""Jumps of velocity, in sd, at which it is tried to split the record."""
 COST = 1.4
 """What a parameter counts for in the cross-validation (Kim & Gu 2004)."""
 
@@ -78,7 +78,7 @@ def smooth(
     noise   estimated: sigma is relative, its scale is estimated from the record; known: sigma is used as it is
     reject  a single sample that misses what the others predict by more than this many sd carries no weight. Where
             several in a row do, the spline is too stiff, and none is left out
-    impacts whether the record is parted where the velocity jumps (see `velocity_jumps`)
+    impacts whether the record is split where the velocity jumps (see `velocity_jumps`)
     Raises ValueError when t does not rise, shapes differ, or the noise is said to be known and no sigma is given.
     """
     time: Array = np.asarray(t, float)
@@ -100,7 +100,7 @@ def smooth(
     outlier = record.outliers(*record.best()[:1], reject)
     record = record.without(outlier)
     if impacts:
-        record = record.parted()
+        record = record.split_at_impacts()
         piece = record.piece
     plan, fits, factor = record.best()
     lost = record.lost(plan, fits, factor)
@@ -182,8 +182,8 @@ class _Record:
             tried[row] = again[near].max() <= reject and off > reject * rest.factor(fits)
         return tried
 
-    def parted(self) -> _Record:
-        """The record, its pieces parted at impacts where that predicts samples better."""
+    def split_at_impacts(self) -> _Record:
+        """The record, its pieces split at impacts where that predicts samples better."""
         best, lowest = self, self.lowest()
         size = np.zeros(len(self.t))
         for rows in self.parts:
@@ -196,10 +196,10 @@ class _Record:
             tried, piece = len(impacts), self.piece.copy()
             for row in impacts:
                 piece[row:] = np.where(piece[row:] == piece[row], piece.max() + 1, piece[row:])
-            parted = _Record(self.t, self.y, self.weight, piece, self.known)
-            score = parted.lowest(lowest)
+            split = _Record(self.t, self.y, self.weight, piece, self.known)
+            score = split.lowest(lowest)
             if score < lowest:
-                best, lowest = parted, score
+                best, lowest = split, score
         return best
 
     def lowest(self, least: float = np.inf) -> float:

@@ -300,7 +300,7 @@ def _space(
     if np.isfinite(sigma).all():
         share = answer.field / float(np.linalg.norm(sigma))
         each = ", ".join(f"{axis} {value:.2g}" for axis, value in zip("xyz", sigma, strict=True))
-        found.say(about, f"sigma to expect amid the points: {each} {settings.units}, 1/{share:,.0f} of the field")
+        found.say(about, f"sigma to expect among the points: {each} {settings.units}, 1/{share:,.0f} of the field")
     for name, (where, outside, miss) in answer.starts.items():
         if not np.isfinite(where).all():
             found.warn("note", "start-unknown", f"{about}: where {name} starts is not located from its first samples")

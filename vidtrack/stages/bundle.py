@@ -97,7 +97,7 @@ def refine_together(
 
 
 def ties_among(ties: Sequence[Mapping[str, Any]], cameras: Sequence[str]) -> list[Mapping[str, Any]]:
-    """Those of a board's ties that say something of these cameras: by which two of them hang together."""
+    """Those of a board's ties that connect at least two of these cameras."""
     return [tie for tie in ties if len(set(tie["cameras"]) & set(cameras)) > 1]
 
 

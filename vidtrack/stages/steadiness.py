@@ -33,7 +33,7 @@ COVARIANCES = tuple(f"cov_{i + 1}{j + 1}" for i, j in PAIRS)
 class Calibration(NamedTuple):
     """What the calibration's clips show of one camera's background.
 
-    picture  (h, w) grey levels, of the clip `clip`; balls (n, 3) px: Xf, Yf and radius of what hangs there
+    picture  (h, w) grey levels, of the clip `clip`; balls (n, 3) px: Xf, Yf and radius of each
     clips    `ClipMovements.as_record`, and how many points the calibration has of each clip
     """
 

@@ -46,7 +46,7 @@ class ClipMovements(NamedTuple):
         """Theta (4,) of a law, and its covariance, from the first clip's picture to the mean of all, by their points.
 
         counts   points that the calibration has of each clip
-        Zero where less is known of the clips than that matters.
+        Zero where no clip's movement is known.
         """
         known = [(turn, counts.get(clip, 0)) for clip, turn in self.turns.items() if not turn.why]
         total = sum(n for _, n in known)
@@ -80,7 +80,7 @@ def clips_from_record(record: Mapping[str, Any]) -> ClipMovements:
 def clip_movements(pictures: Mapping[str, NDArray[Any]], balls: Mapping[str, Array]) -> ClipMovements:
     """Compare the mean pictures of a camera's clips.
 
-    pictures  clip: (h, w) grey levels, all of one size; balls  clip: (n, 3) px: Xf, Yf and radius of what hangs there
+    pictures  clip: (h, w) grey levels, all of one size; balls  clip: (n, 3) px: Xf, Yf and radius of each
     """
     first, picture = next(iter(pictures.items()))
     size = (picture.shape[1], picture.shape[0])
@@ -99,7 +99,7 @@ def clip_movements(pictures: Mapping[str, NDArray[Any]], balls: Mapping[str, Arr
 
 
 def clip_findings(camera: str, own: ClipMovements) -> list[Finding]:
-    """A finding for each clip in which the camera stands otherwise than in the first."""
+    """A finding for each clip in which the camera is in another attitude than in the first."""
     law, found = law_of_picture(own.size), []
     for clip, turn in own.turns.items():
         if turn.why:

@@ -79,7 +79,7 @@ def findings_of(case: CameraCase) -> list[Finding]:
 
 
 def _unknown(case: CameraCase) -> Finding | None:
-    """Nothing can be said at all."""
+    """Whether the camera stood still is not known at all."""
     own, name = case.history, f"{case.where}: {case.camera}"
     level: Level = "doubtful" if case.follow else "note"
     cure = "Put something with a pattern that stays in view: a poster, tape marks, a test card."

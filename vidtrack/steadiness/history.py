@@ -20,7 +20,7 @@ class Limits:
     """What counts as a movement.
 
     chi2        of the four parameters: a camera at rest exceeds it once in 10 million pictures
-    least_px    rms over the picture: less is not worth a word
+    least_px    rms over the picture: less is not reported
     plenty      patches in both pictures of which so many should be found: `unlike` share that is
     """
 

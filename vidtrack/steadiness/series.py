@@ -1,6 +1,6 @@
 """Where the patches of a recording's background lie, from its beginning to its end.
 
-Few pictures are compared where nothing moves, and more of those that were kept where something does.
+Few pictures are compared where nothing moves, and more of the pictures that were kept where something does.
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ class Words(NamedTuple):
 
 
 def joined(stretches: Sequence[Words]) -> Words:
-    """The words of several stretches, one after the other; no words of none."""
+    """The words of several stretches, one after the other; empty where there is no stretch."""
     if not stretches:
         return _gathered(*_nothing())
     parts = Parts(*(np.concatenate(part) for part in zip(*(words.parts for words in stretches), strict=True)))

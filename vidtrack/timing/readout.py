@@ -97,7 +97,7 @@ def table_at_frame_time(columns: Mapping[Any, Any], track: str, readout: Readout
 
 
 def _drawn_on(rows: Array, track: Array, seen: Bools, i: int, at: float) -> Array:
-    """A track (2,) px at a moment just outside its samples, by up to four of them that hang together with the i-th.
+    """A track (2,) px at a moment just outside its samples, by up to four of them without a gap, the i-th among them.
 
     NaN for fewer than three: two samples say nothing of how the velocity changes.
     """

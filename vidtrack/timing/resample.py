@@ -1,8 +1,8 @@
 """What a track was at moments between its samples, without ever bridging a gap.
 
 A cubic through four neighbouring samples (Lagrange): centred where it can be, one-sided beside a gap or an end, a
-parabola where only three samples hang together. Beyond that there is no answer. At 30 samples a second a swing of
-24 in and 1.6 s is off by 0.0002 in midway between samples; a straight line would be off by 0.05 in.
+parabola where only three samples have no gap between them. Beyond that there is no answer. At 30 samples a second a
+swing of 24 in and 1.6 s is off by 0.0002 in midway between samples; a straight line would be off by 0.05 in.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ COINCIDE = 1e-3
 class Resampled(NamedTuple):
     """What `resample` returns."""
 
-    values: Array  # (..., m, k); NaN where no samples hang together around the moment
+    values: Array  # (..., m, k); NaN where the samples around the moment have a gap
     gain: Array  # (..., m) how many times the samples' standard deviation the values have
     before: NDArray[np.intp]  # (m,) index of the last sample not later than the moment, -1 for none
     after: NDArray[np.intp]  # (m,) of the first not earlier; T for none; equal to before where they coincide
@@ -49,8 +49,8 @@ def resample(t: ArrayLike, x: ArrayLike, at: ArrayLike) -> Resampled:
     t    (T,)         s, rising, not necessarily even
     x    (..., T, k)  samples; NaN where lost
     at   (m,)         s
-    A moment that coincides with a sample gets that sample as it is. Samples more than 1.5 intervals apart do not
-    hang together; there is no value before the first or after the last sample.
+    A moment that coincides with a sample gets that sample as it is. Samples more than 1.5 intervals apart have
+    a gap between them; there is no value before the first or after the last sample.
     Raises ValueError for shapes that do not match or times that do not rise.
     """
     t, x, at = np.asarray(t, float), np.asarray(x, float), np.asarray(at, float)

@@ -183,15 +183,15 @@ class Reacquisition:
             box = np.concatenate([low, high - low])[None]
             level = np.array([np.median(self._levels(now, some))])
             whole = blobs_near(sample, scene.detection, box, level)
-            if (parted := self._parted(now, sample, some, middle, reach, whole)) is not None:
-                now = parted
+            if (separated := self._separated(now, sample, some, middle, reach, whole)) is not None:
+                now = separated
                 continue
             if scene.detection.level is None:  # soft edges that meet are one blob at the usual level
                 level = level + (SEARCH.above_edges - 1) * (level - np.median(appearance.background[some]))
                 tops = blobs_near(sample, scene.detection, box, level)
-                if (parted := self._parted(now, sample, some, middle, reach, tops)) is not None:
+                if (separated := self._separated(now, sample, some, middle, reach, tops)) is not None:
                     # what is above this level is less than the targets: they keep their appearance
-                    now = replace(parted, state=replace(parted.state, appearance=now.state.appearance))
+                    now = replace(separated, state=replace(separated.state, appearance=now.state.appearance))
                     continue
             apart = self.separation.measured(now, sample, some, middle, scene)
             if apart is not None:
@@ -202,7 +202,7 @@ class Reacquisition:
             self._still_occluded(now, sample, some, middle, whole)
         return now
 
-    def _parted(
+    def _separated(
         self, now: Searched, sample: Sample, who: Ints, predicted: Array, reach: Array, near: Blobs
     ) -> Searched | None:
         """With every one of the targets, where there is a blob for each within `reach` (n,) px; else None."""

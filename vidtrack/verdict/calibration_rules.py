@@ -1,4 +1,4 @@
-"""What a calibration's own numbers say of it, beside what its stages found."""
+"""Findings that follow from a calibration's own numbers, beside those of its stages."""
 
 from __future__ import annotations
 

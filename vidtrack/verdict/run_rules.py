@@ -1,4 +1,4 @@
-"""What a run's own numbers say of it, beside what its stages found."""
+"""Findings that follow from a run's own numbers, beside those of its stages."""
 
 from __future__ import annotations
 

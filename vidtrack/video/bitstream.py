@@ -92,7 +92,7 @@ def _sequences(n: int) -> int:
 
 
 _DV_SEEN = np.array([0, *(7 + 16 * sound + k for sound in range(9) for k in range(15))])
-"""Blocks of a sequence that pictures hang on: its header, and the 15 behind each of the 9 blocks of sound."""
+"""Blocks of a sequence that its pictures need: its header, and the 15 behind each of the 9 blocks of sound."""
 
 _DV_KIND = np.array([0, *([4] * 135)], np.uint8)
 _DV_NUMBER = np.array([0, *range(135)], np.uint8)

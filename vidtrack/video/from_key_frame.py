@@ -1,4 +1,4 @@
-"""Decoding that begins at a key frame amid a file."""
+"""Decoding that begins at a key frame within a file."""
 
 from __future__ import annotations
 

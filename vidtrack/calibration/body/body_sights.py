@@ -59,7 +59,7 @@ class SurveySights(NamedTuple):
 
 
 ROUNDS = 8
-"""Of locating a shape: a stated place that is far off moves the poses at first."""
+"""Rounds in which a shape is located: a stated place that is far off moves the poses at first."""
 FLAT = 0.02
 """Second singular value of the targets' places over the first one, below which they lie on one line."""
 

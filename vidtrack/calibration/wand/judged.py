@@ -240,7 +240,7 @@ def _of_axes(axes: Axes, names: Sequence[str]) -> list[Finding]:
         return [Finding("note" if axes.explicit else "doubtful", "wand-axes-of-camera", text, cure)]
     findings = []
     if axes.heading:
-        text = f"the world's x points to the right of {names[0]}, as nearly as it can: the axes name nothing but up"
+        text = f"the world's x points to the right of {names[0]}, as nearly as possible: the axes name nothing but up"
         cure = "Name x or y under calibration.wand.axes where directions on the level matter."
         findings.append(Finding("note", "wand-heading-of-camera", text, cure))
     for tag, off in zip(axes.tags, axes.off, strict=True):

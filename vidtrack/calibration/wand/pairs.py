@@ -1,4 +1,4 @@
-"""Two cameras without any common reference: how they stand, from balls that both see.
+"""Two cameras without any common reference: their relative place, from balls that both see.
 
 The fundamental matrix needs no focal length: u_b^T F u_a = 0 (Luong and Faugeras 1996), by normalised least squares
 over random samples (RANSAC; Fischler and Bolles 1981), for either way in which the balls can correspond. With a pair
@@ -44,7 +44,7 @@ class Pair(NamedTuple):
 
 
 class Start(NamedTuple):
-    """A guess of how a pair stands: the first at the origin, the second c = R p + t, the unit is the wand's own."""
+    """A guess of a pair's relative place: the first at the origin, the second c = R p + t, in units of the wand."""
 
     f: tuple[float, float]  # px
     R: Array

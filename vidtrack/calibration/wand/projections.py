@@ -19,7 +19,7 @@ class ProjectionSettings(NamedTuple):
     wide_deg: float = 70.0
     """Width of the picture of a perspective lens from which the other projection is tried too."""
     misfit: float = 1.5
-    """Times their noise that sights are left over, from which it is."""
+    """Residuals of the sights over their noise, from which the other projection is tried too."""
 
 
 SETTINGS = ProjectionSettings()

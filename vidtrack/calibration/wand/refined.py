@@ -261,7 +261,7 @@ def _spread(values: Array, rows: Ints, n: int) -> Array:
 
 
 def _usual(sizes: Array) -> float:
-    """Standard deviation of which these are the sizes, by their median, that mistakes do not enlarge."""
+    """Standard deviation of numbers of these sizes, by their median, so that mistakes do not enlarge it."""
     known = sizes[np.isfinite(sizes)]
     return float(np.median(known)) / NORMAL_MEDIAN if known.size else 1.0
 

@@ -52,7 +52,7 @@ def find_shift(
     """The shift between tracks a (T, q, 2) at ta (T,) s and b at tb; None where they have too little in common.
 
     stretch  of each track (T,), within which its balls keep their order
-    near     s, about which shifts are tried
+    near     s, the middle of the shifts that are tried
     """
     step = max(interval(ta), interval(tb))
     half = min(SETTINGS.most, (ta[-1] - ta[0] + tb[-1] - tb[0]) / 2)
