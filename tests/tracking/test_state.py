@@ -67,6 +67,14 @@ def test_positions_go_as_samples_come_but_the_last_one_stays():
     assert later.times[-1] == MEMORY.samples
 
 
+def test_the_last_position_of_a_lost_target_stays_beside_another_that_is_measured():
+    state = started(2).found(found([0, 1], np.array([7.0, 17.0]), np.array([8.0, 18.0])))
+    fresh = np.full((MEMORY.samples, 2, 2), np.nan)
+    fresh[:, 0] = 5.0
+    later = state.remembering(np.arange(1.0, MEMORY.samples + 1), fresh, np.zeros((2, 2)))
+    assert later.positions[0].tolist() == [[5, 5], [17, 18]]
+
+
 def test_what_is_taken_to_have_moved_lies_on_a_line_to_where_it_is():
     state = started(1).found(found([0], 7.0, 8.0))
     now = state.going(np.array([0]), np.array([[2.0, -1.0]]), 3)

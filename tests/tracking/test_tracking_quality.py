@@ -29,3 +29,9 @@ def test_counts_and_shares_leave_out_what_is_missing():
     flag = np.array([[0, LOST | PREDICTED], [0, LOST], [MERGED, 0], [0, 0]])
     assert shares(flag, FLAGS)["lost"].tolist() == [0, 0.5]
     assert described(flag, FLAGS)[0].tolist() == ["", "lost;predicted"]
+
+
+def test_each_target_has_its_own_least_and_most():
+    counts = pixel_counts(np.array([[50.0, 10.0], [52.0, 14.0]]))
+    assert counts["min"].tolist() == [50, 10]
+    assert counts["max"].tolist() == [52, 14]

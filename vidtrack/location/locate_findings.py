@@ -29,13 +29,13 @@ LONGEST_S = 0.05
 """s, longer than any camera takes to read a picture: an estimate beyond it has another reason."""
 
 OUTSIDE = (0.01, 0.5)
-"""Share of samples outside the calibrated volume that is worth a word, and that is doubtful."""
+"""Share of samples outside the calibrated volume that is reported, and that is doubtful."""
 
 LASTING = 30
-"""Samples of something located besides the targets, at least, to be worth a word."""
+"""Samples of something located besides the targets, at least, to be reported."""
 
 SUDDEN = (0.002, 0.1)
-"""Share of samples that miss suddenly, worth a word, and doubtful."""
+"""Share of samples that miss suddenly, reported, and doubtful."""
 
 DISAGREE = (0.02, 0.2)
 """Share of samples on which cameras disagree: doubtful, and bad."""

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -156,3 +157,17 @@ def test_the_target_of_a_start_box_is_what_lies_nearest_to_its_middle():
     assert box.tolist() == [54.5 - 19, 44.5 - 19, 54.5 + 19, 44.5 + 19]
     empty = np.array([[0.0, 60, 30, 90]])
     assert start_places(samples(ground)[0], empty, DETECTION).tolist() == empty.tolist()
+
+
+def test_a_target_is_taken_out_of_the_clutter_and_what_lies_elsewhere_is_not():
+    marked = np.zeros((20, 30), np.uint8)
+    marked[4:8, 5:9] = marked[12:15, 20:24] = 1
+    clutter = StaticClutter({0: cv2.integral(marked, sdepth=cv2.CV_32S)})
+    own = np.zeros_like(marked)
+    own[3:9, 4:10] = 1
+    left = clutter.without(0, own).piece(0, 0, 0, 20, 30)
+    assert left.sum() == 12
+    assert not left[own > 0].any()
+    elsewhere = np.roll(own, 10, axis=1)
+    assert clutter.without(0, elsewhere) is clutter
+    assert clutter.without(1, own) is clutter
