@@ -181,6 +181,7 @@ def _record(seen: TagsSeen, kept: Any, modules: int) -> dict[str, Any]:
             "module_px": _median(seen.side[:, i]) / modules,
             "blur_px": _median(seen.blur[:, i]),
             "sd_px": _median(seen.sd[:, i]),
+            "gamma": seen.gamma,
         }
         targets |= {f"{name}_{corner}": {"measured": measured, "flags": shares} for corner in CORNERS}
     false = [int(seen.ids[i]) for i in range(len(seen.ids)) if i not in kept]
@@ -203,6 +204,13 @@ def _findings(record: dict[str, Any], named: list[int], where: str) -> list[Find
         text = f"{where}: {', '.join(never[:8])}{' ...' * (len(never) > 8)} was seen in no picture"
         cure = "Is it in view, of the family that the config names, wholly visible with a white margin, and sharp?"
         found.append(Finding("doubtful", "tag-unseen", text, cure))
+    gamma = next((own["gamma"] for own in tags.values()), np.nan)
+    if gamma > 1:
+        text = (
+            f"{where}: grey levels are light to the power of 1/{gamma:.2g}, by the tags: white looks wider and black "
+            "narrower; the tags' corners are corrected for it"
+        )
+        found.append(Finding("note", "tag-gamma", text, "Switch the camera's gamma off where it can be."))
     for name, own in tags.items():
         twice = own["flags"].get("twice", 0.0)
         if twice > 0:

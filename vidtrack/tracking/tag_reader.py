@@ -16,7 +16,8 @@ from vidtrack.tracking.clip import OPENING, field_order
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.detection.coded_tags import TagFinder
 from vidtrack.tracking.detection.tag_cover import Hull, cover
-from vidtrack.tracking.measurement.tag_corners import tag_corners
+from vidtrack.tracking.measurement.tag_corners import Tone, tag_corners
+from vidtrack.tracking.measurement.tag_tone import misfits, tone_of
 
 CORNERS = ("1", "2", "3", "4")
 """Of a tag: upper left, upper right, lower right, lower left, as the tag is read."""
@@ -32,6 +33,7 @@ class TagsSeen(NamedTuple):
     side      (k, n) px, mean side; NaN where the tag was not found
     blur      (k, n) px, sd of the edges' blur
     contrast  (k, n) grey levels
+    gamma     levels are light to the power of 1/gamma, by the tags themselves; NaN: they do not show it
     """
 
     ids: NDArray[np.intp]
@@ -45,6 +47,21 @@ class TagsSeen(NamedTuple):
     side: Array
     blur: Array
     contrast: Array
+    gamma: float = np.nan
+
+
+TONE_SIGHTINGS, TONE_WAITS = 4, 300
+"""Sightings by which a recording's gamma is found, and how many are kept at most until it is."""
+
+
+class _Waiting(NamedTuple):
+    """A tag as it was seen before the recording's gamma was known; rough is relative to the piece of the picture."""
+
+    at: int  # which of those found
+    piece: NDArray[np.generic]
+    origin: Array
+    rough: Array
+    parity: int | None
 
 
 FLAGS = ("", "lost", "twice", "blurred")
@@ -74,6 +91,9 @@ class TagReader:
         self._ids = None if ids is None else set(ids)
         self._samples: list[tuple[int, str, float, float]] = []
         self._found: list[tuple[int, int, Array, Array, float, float, float, int]] = []
+        self._tone: Tone | None = None
+        self._misfits: list[Array] = []
+        self._waiting: list[_Waiting] = []
         self._damage = DamagedPictures(info.bits)
         self._cover, self.patches = cover, dict[tuple[int, str], list[Hull]]()
         self.order = "frame"
@@ -138,16 +158,45 @@ class TagReader:
                 continue
             if parity is not None:
                 rough = rough * [1.0, 0.5] - [0.0, 0.25]
-            own = tag_corners(luma, rough, self.modules)
-            b, sd = own.b, own.sd
-            if parity is not None:
-                b, sd = b * [1.0, 2.0] + [0.0, parity], sd * [1.0, 2.0]
-            flag = 0 if np.isfinite(b).all() else 3
+            own = tag_corners(luma, rough, self.modules, self._tone or Tone(1.0, self._top))
+            b, sd, flag = _in_frame(own.b, own.sd, parity)
+            if self._tone is None:
+                self._wait(luma, rough, parity)
             self._found.append((k, number, b, sd, side, own.blur, own.contrast, flag))
+            if self._tone is None and (len(self._misfits) == TONE_SIGHTINGS or len(self._waiting) == TONE_WAITS):
+                self._decide()
         return each
+
+    @property
+    def _top(self) -> float:
+        return float(2**self._info.bits - 1)
+
+    def _wait(self, luma: NDArray[np.generic], rough: Array, parity: int | None) -> None:
+        """Keep a tag until the recording's gamma is known."""
+        fits = misfits(luma, rough, self.modules, self._top)
+        if fits is not None:
+            self._misfits.append(fits)
+        margin = np.ptp(rough, axis=0).max() / self.modules + 8
+        low = np.maximum(np.floor(rough.min(0) - margin), 0).astype(int)
+        high = np.ceil(rough.max(0) + margin).astype(int)
+        piece = np.array(luma[low[1] : high[1], low[0] : high[0]])
+        self._waiting.append(_Waiting(len(self._found), piece, low.astype(float), rough - low, parity))
+
+    def _decide(self) -> None:
+        """The recording's gamma from the tags so far, which are measured again by it."""
+        self._tone = tone_of(self._misfits, self._top)
+        for each in self._waiting if self._tone.power != 1 else ():
+            own = tag_corners(each.piece, each.rough, self.modules, self._tone)
+            b, sd, flag = _in_frame(own.b + each.origin, own.sd, each.parity)
+            k, number, _, _, side, _, _, _ = self._found[each.at]
+            self._found[each.at] = (k, number, b, sd, side, own.blur, own.contrast, flag)
+        self._waiting.clear()
 
     def seen(self) -> TagsSeen:
         """All that was noted."""
+        if self._tone is None:
+            self._decide()
+        assert self._tone is not None
         k = len(self._samples)
         ids = np.unique([found[1] for found in self._found]).astype(np.intp)
         if self._ids is not None:
@@ -176,7 +225,15 @@ class TagReader:
             side,
             blur,
             contrast,
+            1 / self._tone.power if self._misfits else np.nan,
         )
+
+
+def _in_frame(b: Array, sd: Array, parity: int | None) -> tuple[Array, Array, int]:
+    """Corners and sd, px of the frame, from those of a field, and which of FLAGS they have."""
+    if parity is not None:
+        b, sd = b * [1.0, 2.0] + [0.0, parity], sd * [1.0, 2.0]
+    return b, sd, 0 if np.isfinite(b).all() else 3
 
 
 def _eight_bits(luma: NDArray[np.generic], bits: int) -> NDArray[np.uint8]:

@@ -5,6 +5,9 @@ Line, levels and blur are fitted by least squares to every pixel of a strip alon
 position of pixels beside the edge biases nothing, and the residuals give the covariance. Each corner has its own
 halves of the two edges that meet in it: no two corners share a pixel, so that their errors are independent, and a
 lens that bends the edge bends half of it a quarter as much.
+
+Where levels are a power of light (a camera's gamma), an edge that is symmetric in light is not so in levels: `Tone`
+puts the power into the model.
 """
 
 from __future__ import annotations
@@ -46,6 +49,29 @@ class Edges:
 EDGES = Edges()
 
 
+class Tone(NamedTuple):
+    """Levels are top (light / top) ^ power: power 1 where they are proportional to light, 1 / 2.2 as most films are."""
+
+    power: float = 1.0
+    top: float = 255.0
+
+    def level(self, light: Array) -> Array:
+        return self.top * (self._share(light)) ** self.power
+
+    def slope(self, light: Array) -> Array:
+        """d(level)/d(light)."""
+        return self.power * self._share(light) ** (self.power - 1)
+
+    def light(self, level: float) -> float:
+        return float(self.top * self._share(np.array(level)) ** (1 / self.power))
+
+    def _share(self, value: Array) -> Array:
+        return np.maximum(value / self.top, 1e-4)
+
+
+LINEAR = Tone()
+
+
 class TagCorners(NamedTuple):
     """Corners of one tag; NaN where an edge cannot be fitted."""
 
@@ -53,19 +79,22 @@ class TagCorners(NamedTuple):
     sd: Array  # (4, 2) px
     blur: float  # px, sd of the edges' blur: the median of those fitted
     contrast: float  # grey levels between black and white
+    misfit: float  # grey levels squared, mean over the pixels of an edge, the median of the edges
 
 
-def tag_corners(picture: NDArray[np.generic], rough: Array, modules: int) -> TagCorners:
+def tag_corners(picture: NDArray[np.generic], rough: Array, modules: int, tone: Tone = LINEAR) -> TagCorners:
     """The corners of a tag near `rough` (4, 2) px, in a picture (rows, columns) of any depth.
 
     modules   along a side of the tag, the black border included
+    tone      how levels follow light
     """
     b, sd = np.full((4, 2), np.nan), np.full((4, 2), np.nan)
     corners: Array = np.asarray(rough, float)
     blurs: list[float] = []
     contrasts: list[float] = []
+    misfits: list[float] = []
     for _ in range(2):  # again with the better corners: the strips lie truer
-        b, sd, blurs, contrasts = _intersections(picture, corners, modules)
+        b, sd, blurs, contrasts, misfits = _intersections(picture, corners, modules, tone)
         if not np.isfinite(b).all():
             break
         corners = b
@@ -77,27 +106,29 @@ def tag_corners(picture: NDArray[np.generic], rough: Array, modules: int) -> Tag
     blur = float(np.median(blurs)) if blurs else float("nan")
     if not blur <= EDGES.blurred * module:
         b[:], sd[:] = np.nan, np.nan
-    return TagCorners(b, sd, blur, float(np.median(contrasts)) if contrasts else float("nan"))
+    contrast, misfit = (float(of(own)) if own else np.nan for of, own in ((np.median, contrasts), (np.median, misfits)))
+    return TagCorners(b, sd, blur, contrast, misfit)
 
 
 def _intersections(
-    picture: NDArray[np.generic], corners: Array, modules: int
-) -> tuple[Array, Array, list[float], list[float]]:
+    picture: NDArray[np.generic], corners: Array, modules: int, tone: Tone
+) -> tuple[Array, Array, list[float], list[float], list[float]]:
     b, sd = np.full((4, 2), np.nan), np.full((4, 2), np.nan)
-    blurs, contrasts = [], []
+    blurs, contrasts, misfits = [], [], []
     middle = corners.mean(0)
     for k in range(4):
         lines = []
         for other in (corners[k - 1], corners[(k + 1) % 4]):
-            fit = _half_edge(picture, corners[k], other, middle, modules)
+            fit = _half_edge(picture, corners[k], other, middle, modules, tone)
             if fit is None:
                 break
             lines.append(fit)
             blurs.append(fit.blur)
             contrasts.append(fit.contrast)
+            misfits.append(fit.misfit)
         if len(lines) == 2:
             b[k], sd[k] = _meet(corners[k], lines[0], lines[1])
-    return b, sd, blurs, contrasts
+    return b, sd, blurs, contrasts, misfits
 
 
 class _Line(NamedTuple):
@@ -109,9 +140,12 @@ class _Line(NamedTuple):
     covariance: Array  # (2, 2)
     blur: float
     contrast: float
+    misfit: float
 
 
-def _half_edge(picture: NDArray[np.generic], corner: Array, other: Array, middle: Array, modules: int) -> _Line | None:
+def _half_edge(
+    picture: NDArray[np.generic], corner: Array, other: Array, middle: Array, modules: int, tone: Tone
+) -> _Line | None:
     """The half of an edge that is nearer to a corner; None where it cannot be fitted."""
     length = float(np.linalg.norm(other - corner))
     if not length > 0:
@@ -135,10 +169,10 @@ def _half_edge(picture: NDArray[np.generic], corner: Array, other: Array, middle
     if inside.sum() < EDGES.fewest:
         return None
     level = picture[low[1] : high[1] + 1, low[0] : high[0] + 1].ravel()[inside].astype(float)
-    return _fitted(t[inside], d[inside], level, normal, along, reach)
+    return _fitted(t[inside], d[inside], level, normal, along, reach, tone)
 
 
-def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach: float) -> _Line | None:
+def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach: float, tone: Tone) -> _Line | None:
     """Gauss-Newton for offset and slope of the line, both levels and the blur."""
     near = np.abs(d) > reach / 2
     if not (near & (d < 0)).any() or not (near & (d > 0)).any():
@@ -146,6 +180,9 @@ def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach
     dark, bright = float(np.median(level[near & (d < 0)])), float(np.median(level[near & (d > 0)]))
     if bright - dark <= 0:
         return None
+    bent = tone.power != 1
+    if bent:
+        dark, bright = tone.light(dark), tone.light(bright)
     value = np.array([0.0, 0.0, dark, bright - dark, 0.7])
     damping, best = 1e-3, np.inf
     J = np.empty((len(t), 5))
@@ -155,8 +192,13 @@ def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach
         s = float(np.hypot(value[4], 1 / 12**0.5))  # a pixel averages over itself
         return (d - value[0] - value[1] * t) / s, np.full(1, s)
 
+    def left(value: Array, z: Array) -> Array:
+        if bent:
+            return level - tone.level(value[2] + value[3] * ndtr(z))
+        return np.asarray(level - value[2] - value[3] * ndtr(z))
+
     z, s = at(value)
-    r = level - value[2] - value[3] * ndtr(z)
+    r = left(value, z)
     best = float(r @ r)
     for _ in range(EDGES.steps):
         density = value[3] * np.exp(-0.5 * z * z) / (2 * np.pi) ** 0.5
@@ -165,12 +207,14 @@ def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach
         J[:, 2] = 1.0
         J[:, 3] = ndtr(z)
         J[:, 4] = -density * z / s * value[4] / s
+        if bent:
+            J *= tone.slope(value[2] + value[3] * ndtr(z))[:, None]
         normal_matrix = J.T @ J
         step = np.linalg.solve(normal_matrix + damping * np.diag(np.diag(normal_matrix)) + 1e-9 * np.eye(5), J.T @ r)
         trial = value + step
         trial[4] = np.clip(trial[4], 0.15, 3 * reach)
         z1, s1 = at(trial)
-        r1 = level - trial[2] - trial[3] * ndtr(z1)
+        r1 = left(trial, z1)
         cost = float(r1 @ r1)
         if cost > best:
             damping *= 10
@@ -184,7 +228,10 @@ def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach
         return None
     variance = best / max(len(t) - 5, 1)
     covariance: Array = np.asarray(variance * np.linalg.pinv(normal_matrix)[:2, :2], float)
-    return _Line(normal, along, value[:2], covariance, float(value[4]), float(value[3]))
+    contrast = float(value[3])
+    if bent:
+        contrast = float(np.ptp(tone.level(np.array([value[2], value[2] + value[3]]))))
+    return _Line(normal, along, value[:2], covariance, float(value[4]), contrast, variance)
 
 
 def _meet(corner: Array, one: _Line, two: _Line) -> tuple[Array, Array]:
