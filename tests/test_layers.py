@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -50,14 +51,22 @@ def test_opencv_never_reads_video():
         assert "VideoCapture" not in path.read_text(), f"{path}: OpenCV's reader returns black frames for DV"
 
 
-@pytest.mark.parametrize(
-    "job", sorted(p.stem for p in (PACKAGE / "jobs").glob("*.py") if p.stem not in ("__init__", "report", "overlay"))
-)
-def test_no_job_waits_for_a_plotting_library(job):
+def test_no_job_waits_for_a_plotting_library():
+    jobs = sorted(p.stem for p in (PACKAGE / "jobs").glob("*.py") if p.stem not in ("__init__", "report", "overlay"))
     heavy = {"matplotlib", "scipy.optimize", "pydantic", "snakemake"}
-    code = f"import sys, vidtrack.jobs.{job}; print(*sorted({heavy} & set(sys.modules)))"
+    code = "import sys\n" + "\n".join(
+        f"import vidtrack.jobs.{job}\nprint(*('{job}: ' + name for name in {heavy} & set(sys.modules)))" for job in jobs
+    )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert loaded == []
+
+
+def test_the_import_contracts_cover_every_room_and_have_no_exception():
+    project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())
+    contracts = project["tool"]["importlinter"]["contracts"]
+    assert {contract["type"] for contract in contracts} == {"layers", "independence", "forbidden", "acyclic_siblings"}
+    assert not [c["name"] for c in contracts if any(key.startswith(("ignore", "unmatched")) for key in c)]
+    assert next(c for c in contracts if c["type"] == "layers")["exhaustive"] is True
 
 
 def computes(module: Path) -> bool:

@@ -73,6 +73,16 @@ def test_centroids_of_discs_are_good_to_what_their_sd_says():
     assert np.mean(sd) < 0.02
 
 
+def test_a_disc_nearer_to_the_edge_than_to_its_neighbour_is_measured_too():
+    true = np.array([[22.3, 61.7], [90.2, 60.4]])
+    y, x = np.mgrid[0:120, 0:200]
+    far = np.min([np.hypot(x - a, y - b) for a, b in true], 0)
+    picture = np.rint(30 + 180 * np.clip(far - 8 + 0.5, 0, 1)).astype(np.uint8)
+    found, sd = disc_centroids(picture, true.round())
+    assert np.abs(found - true).max() < 0.02
+    assert sd.max() < 0.05
+
+
 def test_a_disc_at_the_edge_of_the_picture_stays_where_it_was_given():
     picture = np.full((60, 60), 200, np.uint8)
     cv2.circle(picture, (4, 30), 10, 20, -1)

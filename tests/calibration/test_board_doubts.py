@@ -35,6 +35,14 @@ def test_a_board_kept_in_a_corner_is_doubtful():
     assert {"board-in-a-corner", "board-views-poor"} & codes(b)
 
 
+def test_views_that_are_all_alike_leave_f_uncertain_by_the_share_that_is_named():
+    b = views(3, 3, tilt=0.1)
+    fit = fitted(b, model="tsai")
+    (found,) = [f.text for f in board_doubts("cam1", BOARD, fit, 0, SIZE, "mm") if f.code == "board-views-poor"]
+    sd = fit.uncertainties[0].standard_errors[fit.uncertainties[0].names.index("f")]
+    assert f"f +- {100 * sd / fit.cameras[0].f:.1f} %" in found
+
+
 @pytest.mark.parametrize(("out", "said"), [(-0.12, "smaller"), (0.0, ""), (0.12, "larger")])
 def test_tags_whose_corners_lie_inwards_or_outwards_are_noted(out, said):
     """As a camera's gamma does it: the dark squares shrink, and the lens is the same to 0.1 %."""

@@ -104,6 +104,7 @@ def test_a_recording_played_at_half_speed_counts_half_as_fast():
     times = stamps(5, NTSC)
     np.testing.assert_allclose(base.seconds(times) - float(TEN.seconds), times / 2, atol=1e-9)
     np.testing.assert_allclose(base.seconds(times, 0.5) - base.seconds(times), 0.25 / float(NTSC), atol=1e-9)
+    assert base.labels(times)[[0, 2, 4]].tolist() == ["10:00:00;00", "10:00:00;01", "10:00:00;02"]
 
 
 def test_a_camera_off_the_beat_of_the_code_keeps_its_distance_to_it():

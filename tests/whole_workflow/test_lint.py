@@ -46,6 +46,8 @@ def test_no_rule_quotes_by_hand():
 def test_the_catalogs_test_is_planned_from_a_fresh_checkout(tmp_path):
     """.test holds a config and a scenario; the experiment is rendered first, and then Snakemake is called again."""
     folder = shutil.copytree(REPO / ".test", tmp_path / "test", ignore=shutil.ignore_patterns("small", ".snakemake"))
+    assert snakemake(folder, "--list", "-s", str(REPO / "workflow/Snakefile")).returncode == 0
+    assert sorted(p.name for p in folder.iterdir() if p.name != ".snakemake") == ["config.yaml", "small.yaml"]
     answer = snakemake(folder, "-n", "-s", str(REPO / "workflow/Snakefile"))
     assert answer.returncode == 0, answer.stdout + answer.stderr
     assert "Rendering small from small.yaml" in answer.stdout
@@ -55,6 +57,9 @@ def test_the_catalogs_test_is_planned_from_a_fresh_checkout(tmp_path):
 def test_the_catalog_finds_what_it_looks_for():
     usage = yaml.safe_load((REPO / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert {"mandatory-flags", "software-stack-deployment", "report"} <= set(usage)
+    deployed, workflow = usage["software-stack-deployment"], (REPO / "workflow/Snakefile").read_text()
+    assert deployed["apptainer"] == ("\ncontainer:" in workflow)
+    assert deployed["conda"] == any("    conda:" in page.read_text() for page in RULES)
     for name in (
         "workflow/Snakefile",
         "config/README.md",
