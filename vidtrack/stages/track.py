@@ -317,9 +317,9 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
         "pixels": cut.values[PIXELS],
         "brightness": cut.values[CONTRAST],
         "flag": _as_column(_flag_words()).take(cut.flag),
-        "began": cut.began[each],
-        "ended": cut.ended[each],
-        "met": cut.met[each],
+        "began": _as_column(cut.began).take(each),
+        "ended": _as_column(cut.ended).take(each),
+        "met": _as_column(cut.met).take(each),
         "target": _as_column(words).take(cut.target[each]),
         "bound": bound[each],
     }

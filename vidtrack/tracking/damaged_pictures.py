@@ -138,18 +138,32 @@ class DamagedPictures:
                 return
 
     def _few(self, luma: Luma) -> Luma:
-        step = 4 if luma.shape[1] > LIMITS.wide else 2
-        few = luma[::step, ::step]
-        height, width = (4 * (n // 4) for n in few.shape)
-        few = few[:height, :width]
-        return np.ascontiguousarray(few if self._shift <= 0 else (few >> self._shift).astype(np.uint8))
+        few = _every(luma, 4 if luma.shape[1] > LIMITS.wide else 2)
+        return few if self._shift <= 0 else (few >> self._shift).astype(np.uint8)
+
+
+def _every(luma: Luma, step: int) -> Luma:
+    """Every step-th pixel of every step-th row, as many as make whole blocks.
+
+    The first of pixels side by side is the lowest byte of one number: its cast is four times as fast as a copy by steps.
+    """
+    rows, columns = luma.shape
+    height, width = (4 * (-(-n // step) // 4) for n in (rows, columns))
+    lowest = np.dtype(f"<u{step * luma.itemsize}")
+    if luma.strides[1] != luma.itemsize or width * step > columns or lowest.itemsize > 8:
+        return np.ascontiguousarray(luma[::step, ::step][:height, :width])
+    return luma[: height * step : step, : width * step].view(lowest).astype(luma.dtype)
 
 
 def _by_block(a: Luma, b: Luma) -> Array:
-    """Mean absolute difference (h/4, w/4) over blocks, grey levels."""
-    height, width = a.shape
-    off = cv2.absdiff(a, b)
-    return np.asarray(cv2.resize(off, (width // 4, height // 4), interpolation=cv2.INTER_AREA), np.float32)
+    """Mean absolute difference (h/4, w/4) over blocks, grey levels, rounded.
+
+    The sums are taken in halves of 32 bits, four pixels at a time.
+    """
+    four = cv2.absdiff(a, b).view(np.uint32)
+    two = (four & 0xFF00FF) + (four >> 8 & 0xFF00FF)
+    two = two[0::4] + two[1::4] + two[2::4] + two[3::4]
+    return np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16)
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:

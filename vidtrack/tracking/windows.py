@@ -111,6 +111,8 @@ class Windows:
 
         values   (MEASURED, samples or more, n) what was measured in them
         """
+        if self._bytes > KEEPING.most_bytes:
+            return
         odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines))
         for j, sample in enumerate(samples if odd.size else ()):
             who = odd[np.isfinite(values[X, j, odd])]
@@ -133,10 +135,13 @@ class Windows:
 
     def _keep(self, scene: Scene, sample: Sample, number: int, who: Ints, at: Array, size: Array, more: float) -> None:
         """Keep what a sample shows about targets `who`; at, size (n, 2) px of all; more: px on each side."""
-        for place, middle, own in zip(who.tolist(), at[who], size[who], strict=True):
-            if self._bytes > KEEPING.most_bytes or self._of_place[place] > KEEPING.of_each:
-                continue
-            half = np.minimum(KEEPING.sizes * np.nan_to_num(own) + KEEPING.room_px + more, KEEPING.widest_px)
+        if self._bytes > KEEPING.most_bytes:
+            return
+        who = who[self._of_place[who] <= KEEPING.of_each]
+        halves = np.minimum(KEEPING.sizes * np.nan_to_num(size[who]) + KEEPING.room_px + more, KEEPING.widest_px)
+        for place, middle, half in zip(who.tolist(), at[who], halves, strict=True):
+            if self._bytes > KEEPING.most_bytes:
+                return
             window = _cut(scene, sample, number, middle, half)
             if window is not None:
                 self.kept.append(window)

@@ -8,9 +8,11 @@ or HEVC, whole units in a packet, the numbers that DV writes before every 80 byt
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _DV_BLOCK, _DV_SEQUENCE = 80, 150
 """Bytes of a DIF block, and blocks of a DIF sequence (IEC 61834-2, SMPTE ST 314)."""
@@ -76,14 +78,23 @@ class Bitstream:
 
 def _dv_fault(packet: Any) -> str:
     """Every block begins with its kind, its sequence and its number, in a fixed order."""
-    data = np.frombuffer(packet, np.uint8)
+    data = memoryview(packet)
     n = len(data) // _DV_BLOCK
     if len(data) % _DV_BLOCK or n % _DV_SEQUENCE:
         return ""  # of another size than one of DV's, such as DVCPRO HD
-    heads = data.reshape(n // _DV_SEQUENCE, _DV_SEQUENCE, _DV_BLOCK)[:, _DV_SEEN, :3]
-    good = (heads[..., 0] >> 5 == _DV_KIND) & (heads[..., 2] == _DV_NUMBER)
-    good &= heads[..., 1] >> 4 == (np.arange(len(heads)) % _sequences(len(heads)))[:, None]
-    return "" if good.all() else "blocks of a DV frame that are not in their places"
+    heads = np.ndarray(n, "<u4", data, strides=(_DV_BLOCK,))
+    seen, expected = _dv_heads(n // _DV_SEQUENCE)
+    return "" if ((heads & seen) == expected).all() else "blocks of a DV frame that are not in their places"
+
+
+@lru_cache(maxsize=4)
+def _dv_heads(sequences: int) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+    """Which bits of the first four bytes of each block of a frame are known, and what they are."""
+    seen, expected = np.zeros((2, sequences, _DV_SEQUENCE), np.uint32)
+    seen[:, _DV_SEEN] = 0xFFF0E0  # the low bits of the first two bytes are not
+    number = np.arange(sequences, dtype=np.uint32)[:, None] % _sequences(sequences)
+    expected[:, _DV_SEEN] = _DV_KIND.astype(np.uint32) << 5 | number << 12 | _DV_NUMBER.astype(np.uint32) << 16
+    return seen.ravel(), expected.ravel()
 
 
 def _sequences(n: int) -> int:

@@ -105,7 +105,7 @@ def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
 
 def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
     """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
-    starts = _spread(
+    starts = spread(
         _unbroken(time, order * stride), max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
     )
     change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
@@ -145,7 +145,7 @@ def _unbroken(time: Array, span: int) -> Ints:
     return np.flatnonzero(odd[span:] == odd[: odd.size - span])
 
 
-def _spread(starts: Ints, most: int) -> Ints:
+def spread(starts: Ints, most: int) -> Ints:
     """At most so many of them, all over the recording, in step with no group of pictures."""
     if starts.size <= most:
         return starts

@@ -19,6 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.empirical_sd import spread
+from vidtrack.tracking.measurement.order_statistics import median, quantile
 from vidtrack.tracking.state import MASS, PIXELS, XX, XY, YY, X, Y
 
 
@@ -38,6 +40,7 @@ class Shapes:
     about      samples with second moments about one without, whose light and pixels are usual there
     grain      scatter of the logarithms of light and pixels, at least
     at_once    tracks that are looked at together
+    at_most    samples that the exposure is estimated from
     longest    exposure, samples
     sure       standard deviations of its square from which on an exposure is corrected
     unknown    share of that correction that is not known
@@ -57,6 +60,7 @@ class Shapes:
     about: int = 15
     grain: float = 0.01
     at_once: int = 64
+    at_most: int = 50_000
     longest: float = 1.1
     sure: float = 6.0
     unknown: float = 0.3
@@ -164,13 +168,14 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
 
 def _exposure(second: Array, streak: Array, seen: Bools) -> float:
     """The square of the exposure, samples^2; 0 where it is too short to be seen."""
-    which = seen & np.isfinite(streak).all(axis=0)
-    if which.sum() < SHAPES.fewest:
+    which = spread(np.flatnonzero(seen & np.isfinite(streak).all(axis=0)), SHAPES.at_most)
+    half = which.size
+    if half < SHAPES.fewest:
         return 0.0
+    second, streak = second.reshape(3, -1)[:, which], streak.reshape(3, -1)[:, which]
     # what is alike in both directions is the target's size, whatever the distance
-    seen_as = np.concatenate([(second[0] - second[1])[which], 2 * second[2][which]])
-    made = np.concatenate([(streak[0] - streak[1])[which], 2 * streak[2][which]])
-    half = int(which.sum())
+    seen_as = np.concatenate([second[0] - second[1], 2 * second[2]])
+    made = np.concatenate([streak[0] - streak[1], 2 * streak[2]])
     mean = float(np.median(seen_as[:half]))
     weight, square, sd = np.ones(seen_as.size), 0.0, np.inf
     for _ in range(10):
@@ -212,7 +217,7 @@ def _most(area: Array) -> Array:
     """How large each target (k, n) is but for a few samples, (n,)."""
     seen = np.isfinite(area).any(axis=0)
     most = np.full(area.shape[1], np.nan)
-    most[seen] = np.nanquantile(area[:, seen], SHAPES.but_few, axis=0)
+    most[seen] = quantile(area[:, seen], SHAPES.but_few)
     return most
 
 
@@ -224,20 +229,21 @@ def _from_usual(shape: Array, whole: Array, known: Array | None) -> tuple[Array,
     """
     count = np.isfinite(whole[0]).sum(axis=0)
     enough = count >= SHAPES.fewest
-    usual, spread = np.full((2, 3, shape.shape[2]), np.nan)
+    usual, scatter = np.full((2, 3, shape.shape[2]), np.nan)
     if enough.any():
-        usual[:, enough] = np.nanmedian(whole[:, :, enough], axis=1)
-        nearest = np.nanquantile(np.abs(whole - usual[:, None])[:, :, enough], SHAPES.nearest, axis=1)
-        spread[:, enough] = nearest / SHAPES.nearest_sd
-    all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(spread, axis=1)], axis=1) if enough.any() else None
+        known_well = whole[:, :, enough]
+        usual[:, enough] = median(known_well)
+        nearest = quantile(np.abs(known_well - usual[:, None, enough]), SHAPES.nearest)
+        scatter[:, enough] = nearest / SHAPES.nearest_sd
+    all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(scatter, axis=1)], axis=1) if enough.any() else None
     if known is not None and np.isfinite(known).all():
         all_of = known
     if all_of is None:
         return np.zeros(shape.shape), np.ones((3, shape.shape[2])), np.full((3, 2), np.nan)
     off = shape - np.where(enough, usual, all_of[:, :1])[:, None]
     most = SHAPES.like_rest * all_of[:, 1:]
-    spread = np.where(enough, np.minimum(spread, most), most)
-    return off, np.maximum(spread, 1e-6), all_of
+    scatter = np.where(enough, np.minimum(scatter, most), most)
+    return off, np.maximum(scatter, 1e-6), all_of
 
 
 def _hidden(light: Array, usual: Bools, lines: int) -> Array:

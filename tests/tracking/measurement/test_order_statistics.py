@@ -1,0 +1,30 @@
+"""Medians and quantiles over columns: numpy's, to the last digit."""
+
+import numpy as np
+import pytest
+
+from vidtrack.tracking.measurement.order_statistics import median, quantile
+
+
+@pytest.fixture
+def values():
+    rng = np.random.default_rng(3)
+    values = rng.normal(0, 100, (3, 41, 30))
+    values[rng.random(values.shape) < 0.3] = np.nan
+    values[0, 1:, 0] = np.nan  # a column of one
+    return values
+
+
+def test_medians_are_those_of_numpy_to_the_last_digit(values):
+    np.testing.assert_array_equal(median(values), np.nanmedian(values, axis=1))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 0.95, 1.0])
+def test_quantiles_are_those_of_numpy_to_the_last_digit(values, share):
+    np.testing.assert_array_equal(quantile(values, share), np.nanquantile(values, share, axis=1))
+
+
+def test_a_column_of_nothing_but_nan_has_neither_median_nor_quantile(values):
+    values[1, :, 2] = np.nan
+    assert np.isnan(median(values)[1, 2])
+    assert np.isnan(quantile(values, 0.25)[1, 2])
