@@ -31,7 +31,8 @@ class Shapes:
     fewest     samples of a target that say what is usual of it, and of blur that say how long the exposure was
     nearest    share of the samples whose shapes are nearest to the usual one: they say how much it scatters, since in
                many of the others a part may be hidden; nearest_sd: of a normal distribution within which so many are
-    beyond     standard deviations from the usual shape that are no chance
+    beyond     standard deviations from the usual shape that are no chance; doubtful: up to which they may well be;
+               between the two a change counts in part
     like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
     arm        of its radius, at which a change of the second moments is taken to be
     whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
@@ -52,6 +53,7 @@ class Shapes:
     nearest: float = 0.25
     nearest_sd: float = 0.3186
     beyond: float = 5.0
+    doubtful: float = 2.5
     like_rest: float = 3.0
     arm: float = 0.6
     whole: float = 0.6
@@ -207,9 +209,8 @@ def _shift(second: Array, area: Array, known: Array | None) -> tuple[Array, Arra
         radius = np.sqrt(area / np.pi)
     whole = np.where(area >= SHAPES.whole * _most(area), shape, np.nan)
     off, scatter, usual = _from_usual(shape, whole, known)
-    odd = np.abs(off) > SHAPES.beyond * scatter[:, None]
-    change = np.where(odd, np.abs(off), 0.0)
-    far = np.max(np.nan_to_num(change), axis=0)
+    doubt = (np.abs(off) / scatter[:, None] - SHAPES.doubtful) / (SHAPES.beyond - SHAPES.doubtful)
+    far = np.max(np.nan_to_num(np.abs(off) * np.clip(doubt, 0.0, 1.0)), axis=0)
     return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), usual
 
 
@@ -260,8 +261,7 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
         first = np.clip(np.searchsorted(own, at) - SHAPES.about // 2, 0, max(own.size - SHAPES.about, 0))
         near = own[np.minimum(first[:, None] + np.arange(SHAPES.about), own.size - 1)]
         about = np.log(light[:, near, i])  # (2, odd, about)
-        middle = np.median(about, axis=-1)
-        grain = 1.4826 * np.median(np.abs(about - middle[..., None]), axis=-1)
+        middle, grain = _trend(near, about, at)
         change = np.log(light[:, at, i]) - middle
         beyond = np.abs(change[1]) > SHAPES.beyond * np.maximum(grain[1], SHAPES.grain)
         beyond &= np.sign(change[0]) == np.sign(change[1])
@@ -269,3 +269,21 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
         radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
         shift[at, i] = np.where(beyond, SHAPES.cut * share * radius, 0.0)
     return shift
+
+
+def _trend(near: Ints, about: Array, at: Ints) -> tuple[Array, Array]:
+    """What values (2, m, about) of samples `near` (m, about) lead to at samples (m,), and their scatter about that.
+
+    A target that comes nearer gets larger from sample to sample: its light is no scatter. Along a line from the earlier
+    half of the samples to the later one, no further beyond them than they reach themselves.
+    """
+    half = near.shape[1] // 2
+    middle = np.median(near, axis=1, keepdims=True)
+    early, late = (np.median(part, axis=-1) for part in (about[..., :half], about[..., -half:]))
+    steps = np.median(near[:, -half:], axis=1) - np.median(near[:, :half], axis=1)
+    slope = ((late - early) / np.maximum(steps, 1))[..., None]
+    flat = about - slope * (near - middle)
+    level = np.median(flat, axis=-1)
+    ahead = np.clip(at - middle[:, 0], 2 * (near[:, 0] - middle[:, 0]), 2 * (near[:, -1] - middle[:, 0]))
+    grain = 1.4826 * np.median(np.abs(flat - level[..., None]), axis=-1)
+    return level + slope[..., 0] * ahead, grain
