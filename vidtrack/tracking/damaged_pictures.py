@@ -145,7 +145,7 @@ class DamagedPictures:
 def _every(luma: Luma, step: int) -> Luma:
     """Every step-th pixel of every step-th row, as many as make whole blocks.
 
-    The first of pixels side by side is the lowest byte of one number: its cast is four times as fast as a copy by steps.
+    The first of pixels side by side is the lowest byte of one number: its cast is faster than a copy by steps.
     """
     rows, columns = luma.shape
     height, width = (4 * (-(-n // step) // 4) for n in (rows, columns))

@@ -1,4 +1,4 @@
-"""Medians and quantiles of many columns at once, NaN left out: those of numpy, which takes one column after the other."""
+"""Medians and quantiles of many columns at once, NaN left out: those of numpy, which takes them one by one."""
 
 from __future__ import annotations
 

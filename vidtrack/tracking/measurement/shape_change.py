@@ -21,7 +21,7 @@ import numpy as np
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.empirical_sd import spread
 from vidtrack.tracking.measurement.order_statistics import median, quantile
-from vidtrack.tracking.state import MASS, PIXELS, XX, XY, YY, X, Y
+from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, YY, X, Y
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,9 @@ class Shapes:
                many of the others a part may be hidden; nearest_sd: of a normal distribution within which so many are
     beyond     standard deviations from the usual shape that are no chance; doubtful: up to which they may well be;
                between the two a change counts in part
-    like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often
+    lasting    samples whose median shape is looked at as well
+    like_rest  a target's own scatter counts for so many times that of the others at most: it may be hidden often;
+               apart: of that scatter, by which its usual shape may differ from theirs by being hidden
     arm        of its radius, at which a change of the second moments is taken to be
     whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
                to be seen whole: those samples say what is usual of it
@@ -53,8 +55,10 @@ class Shapes:
     nearest: float = 0.25
     nearest_sd: float = 0.3186
     beyond: float = 5.0
-    doubtful: float = 2.5
-    like_rest: float = 3.0
+    doubtful: float = 4.5
+    lasting: int = 5
+    like_rest: float = 2.0
+    apart: float = 2.0
     arm: float = 0.6
     whole: float = 0.6
     but_few: float = 0.95
@@ -77,7 +81,7 @@ class ShapeEvidence(NamedTuple):
 
     position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
     exposure  samples; 0: too short to be seen
-    usual     (3, 2) of the targets' shapes, median and scatter; NaN where it is not known
+    usual     (5, 2) of the targets' shapes, and of two of their running medians, median and scatter; NaN: not known
     """
 
     position: Array
@@ -96,7 +100,7 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
     sd = np.zeros(position.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
-        return ShapeEvidence(position, sd, 0.0, np.full((3, 2), np.nan))
+        return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan))
     velocity, acceleration = _motion(position, time.reshape(len(time), -1))
     streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
     square = _exposure(second, streak, seen) if of is None else of.exposure**2
@@ -108,7 +112,8 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
         ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
         sd = np.hypot(np.nan_to_num(unknown), np.nan_to_num(ends))
         second = second - square * np.nan_to_num(streak)
-    shift, usual = _shift(second, np.where(seen, values[PIXELS], np.nan) * lines, None if of is None else of.usual)
+    area = np.where(seen, values[PIXELS], np.nan) * lines
+    shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
     hidden = _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines)
     sd = np.hypot(sd, np.nan_to_num(np.where(seen, shift, hidden)))
     return ShapeEvidence(position, sd, float(np.sqrt(square)), usual)
@@ -199,19 +204,34 @@ def _exposure(second: Array, streak: Array, seen: Bools) -> float:
     return float(square)
 
 
-def _shift(second: Array, area: Array, known: Array | None) -> tuple[Array, Array]:
+def _shift(second: Array, area: Array, noise: Array, known: Array | None) -> tuple[Array, Array]:
     """px (k, n), by which a part that is hidden or added may have moved the middle, 0 where the shape is the usual; and
-    what is usual (3, 2); known: of other targets.
+    what is usual (5, 2); known: of other targets; noise (k, n) px, of the middle.
     """
     size = second[0] + second[1]
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.stack([(second[0] - second[1]) / size, 2 * second[2] / size, 2 * np.pi * size / area])
         radius = np.sqrt(area / np.pi)
     whole = np.where(area >= SHAPES.whole * _most(area), shape, np.nan)
-    off, scatter, usual = _from_usual(shape, whole, known)
-    doubt = (np.abs(off) / scatter[:, None] - SHAPES.doubtful) / (SHAPES.beyond - SHAPES.doubtful)
-    far = np.max(np.nan_to_num(np.abs(off) * np.clip(doubt, 0.0, 1.0)), axis=0)
-    return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), usual
+    noise = noise / radius
+    far, usual = _from_usual(shape, whole, None if known is None else known[:3], noise)
+    several, of_whole = _middle_ones(shape[:2]), _middle_ones(whole[:2])
+    lasting, of_several = _from_usual(several, of_whole, None if known is None else known[3:], noise)
+    far = np.maximum(far, lasting)
+    return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), np.concatenate([usual, of_several])
+
+
+def _middle_ones(shape: Array) -> Array:
+    """Shapes (c, k, n) as medians of each sample and those about it, NaN where one of them is: what is hidden for
+    several samples shows in them before it shows in any one, and a flash of light in none.
+    """
+    whole, half = SHAPES.lasting, SHAPES.lasting // 2
+    middle = np.full(shape.shape, np.nan)
+    if shape.shape[1] >= whole:
+        ends = shape.shape[1] - whole + 1
+        ordered = np.sort([shape[:, k : k + ends] for k in range(whole)], axis=0)
+        middle[:, half : half + ends] = np.where(np.isfinite(ordered[-1]), ordered[half], np.nan)
+    return middle
 
 
 def _most(area: Array) -> Array:
@@ -222,29 +242,37 @@ def _most(area: Array) -> Array:
     return most
 
 
-def _from_usual(shape: Array, whole: Array, known: Array | None) -> tuple[Array, Array, Array]:
-    """How far shapes (3, k, n) are from what is usual of each target, and how much that scatters (3, n); the usual
-    shape and scatter of them all (3, 2), those of `known` where it is given.
+def _from_usual(shape: Array, whole: Array, known: Array | None, noise: Array) -> tuple[Array, Array]:
+    """How far shapes (c, k, n) are from what is usual of each target (k, n), 0 where that is chance; and the usual
+    shape and scatter of them all (c, 2), those of `known` where it is given, NaN where nothing is known.
 
-    whole  (3, k, n) the shapes of samples that show a target whole, the others NaN
+    whole  (c, k, n) the shapes of samples that show a target whole, the others NaN
+    noise  (k, n) of the middle, in radii: shapes scatter in proportion to it
+    What scatters more than the others' shapes is hidden often, and what is usual of it may be a part: as far as it can
+    be, its usual shape is theirs.
     """
     count = np.isfinite(whole[0]).sum(axis=0)
     enough = count >= SHAPES.fewest
-    usual, scatter = np.full((2, 3, shape.shape[2]), np.nan)
+    usual, scatter = np.full((2, len(shape), shape.shape[2]), np.nan)
+    all_of = np.full((len(shape), 2), np.nan)
     if enough.any():
         known_well = whole[:, :, enough]
         usual[:, enough] = median(known_well)
         nearest = quantile(np.abs(known_well - usual[:, None, enough]), SHAPES.nearest)
         scatter[:, enough] = nearest / SHAPES.nearest_sd
-    all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(scatter, axis=1)], axis=1) if enough.any() else None
+        all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(scatter, axis=1)], axis=1)
     if known is not None and np.isfinite(known).all():
         all_of = known
-    if all_of is None:
-        return np.zeros(shape.shape), np.ones((3, shape.shape[2])), np.full((3, 2), np.nan)
-    off = shape - np.where(enough, usual, all_of[:, :1])[:, None]
-    most = SHAPES.like_rest * all_of[:, 1:]
-    scatter = np.where(enough, np.minimum(scatter, most), most)
-    return off, np.maximum(scatter, 1e-6), all_of
+    if not np.isfinite(all_of).all():
+        return np.zeros(shape.shape[1:]), all_of
+    own_noise = median(np.where(np.isfinite(shape[0]), noise, np.nan))
+    noisier = np.fmax(own_noise / np.nanmedian(own_noise), 1.0) if np.isfinite(own_noise).any() else 1.0
+    most = SHAPES.like_rest * all_of[:, 1:] * noisier
+    theirs = ~enough | ((scatter > most) & (np.abs(usual - all_of[:, :1]) < SHAPES.apart * scatter))
+    off = np.abs(shape - np.where(theirs, all_of[:, :1], usual)[:, None])
+    scatter = np.maximum(np.where(enough, np.minimum(scatter, most), most), 1e-6)
+    doubt = (off / scatter[:, None] - SHAPES.doubtful) / (SHAPES.beyond - SHAPES.doubtful)
+    return np.asarray(np.max(np.nan_to_num(off * np.clip(doubt, 0.0, 1.0)), axis=0)), all_of
 
 
 def _hidden(light: Array, usual: Bools, lines: int) -> Array:
