@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from vidtrack.tracking.measurement import shape_change
 from vidtrack.tracking.measurement.shape_change import shape_evidence, shape_evidence_of_others
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
 
@@ -171,3 +174,57 @@ def test_the_ends_of_a_streaking_track_are_no_odd_shapes():
     """What is not known there is the acceleration alone: their sd was 3 to 11 px."""
     values = filmed(quick, stations=24, exposure=0.8)
     assert with_shape_told(values, TIME)[0][[SD_X, SD_Y]][:, [0, -1]].max() < 0.5
+
+
+def grazed(light: np.ndarray, i: int) -> np.ndarray:
+    """A post stands before a rim for two thirds of the time, now deeper, now less."""
+    light = light.copy()
+    if i >= 26:
+        light[:, : 26 + (i % 4 > 1)] = 0
+    return light
+
+
+def test_a_target_that_is_hidden_most_of_the_time_has_the_usual_shape_of_the_others():
+    """Its own would be one of which a part is hidden: its sd was 0.01 px where it was 0.2 px off."""
+    values = np.concatenate([filmed(slow, grazed), filmed(slow), filmed(quick)], axis=2)
+    out = np.hypot(values[[SD_X, SD_Y]], shape_evidence(values, TIME).sd)
+    off = np.abs(error(values, slow))
+    assert (off[26:, 0] > 5 * SD).mean() > 0.8
+    assert (off < 5 * out[..., 0].T).all()
+    assert (out[:, :, 1:] < 1.5 * SD).mean() > 0.94
+
+
+def shaded(light: np.ndarray, i: int) -> np.ndarray:
+    """For twelve samples a thread hides so little of a rim that no single sample shows it for certain."""
+    light = light.copy()
+    if 40 <= i < 52:
+        light[:, 24:27] *= 0.85
+    return light
+
+
+def test_what_is_hidden_for_several_samples_shows_in_them_together(monkeypatch):
+    values = filmed(slow, shaded)
+    off = np.abs(error(values, slow))
+
+    def beyond() -> int:
+        out = with_shape_told(values, TIME)[0]
+        return int((off > 4 * out[[SD_X, SD_Y], :, 0].T).any(axis=1).sum())
+
+    together = beyond()
+    monkeypatch.setattr(shape_change, "SHAPES", replace(shape_change.SHAPES, lasting=K + 1))
+    assert together <= beyond() / 2
+
+
+def test_a_target_that_comes_nearer_is_compared_with_where_its_light_leads_to():
+    """It grows by 2 % a sample; then, fitted as a disc, a part of it is hidden."""
+    values = filmed(slow, cut_off)
+    whole, nearer = filmed(slow), np.exp(0.02 * TIME)[:, None]
+    for one in (values, whole):
+        one[[MASS, PIXELS]] *= nearer
+        one[[XX, YY, XY]] *= nearer
+        one[[XX, YY, XY], 34:] = np.nan
+    off = np.abs(error(values, slow))
+    out, _ = with_shape_told(values, TIME)
+    assert (off[38:60] > 20 * SD).any(axis=1).all()
+    assert (off[38:60] < 5 * out[[SD_X, SD_Y], 38:60, 0].T).all()
+    assert (with_shape_told(whole, TIME)[0][SD_X, 34:40] < 3 * SD).all()
