@@ -45,8 +45,11 @@ def grey(places, rng, covered=False, shape=(70, 70)):
     return np.clip(np.rint(image), 1, 255).astype(np.uint8)
 
 
-def recorded(cameras, p, rng, covered=False):
-    """Tables of centroids, of tracklets and of pieces, as the track stage writes them; the first camera has a gap."""
+def recorded(cameras, p, rng, covered=False, exposure=0.0):
+    """Tables of centroids, of tracklets and of pieces, as the track stage writes them; the first camera has a gap.
+
+    exposure  samples, over which what is in the pieces is drawn out
+    """
     centroids, tracklets, kept = {}, {}, {}
     for i, camera in enumerate(cameras):
         b = project(camera, p)
@@ -72,16 +75,17 @@ def recorded(cameras, p, rng, covered=False):
         pieces = []
         for k in range(GAP.start, GAP.stop) if i == 0 else ():
             corner = np.floor(b[:, k].mean(0)).astype(int) - 35
-            picture = grey(b[:, k] - corner, rng, covered)
-            pieces.append((k, "frame", T[k], *corner, 0, 1, 70, picture.tobytes(), NOISE, 1.0, 1.0))
+            late = exposure**2 / 24 * (b[:, k + 1] - 2 * b[:, k] + b[:, k - 1])
+            picture = grey(b[:, k] + late - corner, rng, covered)
+            pieces.append((k, "frame", T[k], *corner, 0, 1, 70, picture.tobytes(), NOISE, 1.0, 1.0, exposure))
         kept[f"cam{i + 1}"] = pd.DataFrame(pieces, columns=list(COLUMNS))
     return centroids, tracklets, kept
 
 
-def found(n_cameras, apart, *, seed=0, covered=False, sought=True):
+def found(n_cameras, apart, *, seed=0, covered=False, sought=True, exposure=0.0):
     cameras = thesis_rig(n_cameras)
     p = courses(cameras, apart, seed)
-    centroids, tracklets, kept = recorded(cameras, p, np.random.default_rng(seed), covered)
+    centroids, tracklets, kept = recorded(cameras, p, np.random.default_rng(seed), covered, exposure)
     known = {f"cam{i + 1}": (camera, None) for i, camera in enumerate(cameras)}
     done = locate(centroids, known, targets=2, tracklets=tracklets, kept=kept if sought else None)
     table = done.trajectories
@@ -117,6 +121,17 @@ def test_their_sd_is_right():
     assert len(z) > 60
     assert 0.8 < np.sqrt(np.mean(z**2)) < 1.25
     assert np.abs(z).max() < 5
+
+
+def test_what_a_long_exposure_draws_out_is_put_to_the_middle_of_the_exposure():
+    """The exposure is longer than any, so that what it does is plain beside the noise."""
+    rms = []
+    for exposure in (0.0, 3.0):
+        done, error = found(2, 1.7, exposure=exposure)
+        own = done.trajectories["flag"].str.contains(SOUGHT).to_numpy().reshape(2, N)
+        assert own.sum() >= 16
+        rms.append(float(np.sqrt(np.nanmean(error[own] ** 2))))
+    assert rms[1] < 1.5 * rms[0]
 
 
 @pytest.mark.parametrize("n_cameras", [2, 3])

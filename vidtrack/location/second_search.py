@@ -19,6 +19,7 @@ from vidtrack.association.tracklets import pieces_of
 from vidtrack.location.expected import InPicture, bridged_gaps, expected, in_picture, located_by_all, moments_of
 from vidtrack.location.matching import Match
 from vidtrack.location.views import Labels, View, brought, by_target, of_samples, owners
+from vidtrack.tracking.measurement.shape_change import lateness
 
 Columns = Mapping[str, NDArray[Any]]
 LOOKS = ("tracklet", "pixels", "brightness")
@@ -40,6 +41,7 @@ class Seeking:
     at_most    discs in one fit
     rounds     of the search, at most
     apart      samples: two that are nearer than this share of the sampling interval are of one moment
+    lasting    samples over which an acceleration is taken to be known
     """
 
     beyond: float = 4.0
@@ -49,6 +51,7 @@ class Seeking:
     at_most: int = 4
     rounds: int = 4
     apart: float = 0.02
+    lasting: float = 3.0
 
 
 SEEKING = Seeking()
@@ -65,6 +68,7 @@ class Kept(NamedTuple):
     grey: list[NDArray[np.uint8]]  # (rows, columns) grey levels from 1; 0: of no use
     noise: float  # grey levels, of a pixel
     grown: Array  # (2,) by which the sd of fits are to be grown
+    exposure: float  # samples; 0: too short to be seen
 
 
 class Looks(NamedTuple):
@@ -90,9 +94,9 @@ def kept_of(columns: Columns) -> Kept:
         np.frombuffer(own, np.uint8).reshape(-1, w) for own, w in zip(columns["grey"].tolist(), widths, strict=True)
     ]
     left, top, parity, lines = (np.asarray(columns[name], np.intp) for name in ("left", "top", "parity", "lines"))
-    whole = [float(columns[name][0]) if len(grey) else 1.0 for name in ("noise", "grown_x", "grown_y")]
+    whole = [float(columns[name][0]) if len(grey) else 1.0 for name in ("noise", "grown_x", "grown_y", "exposure")]
     time = np.asarray(columns["time_s"], float)
-    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:]))
+    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:3]), whole[3])
 
 
 def looks_of(tracklet: Ints, pixels: Array, contrast: Array) -> Looks:
@@ -143,10 +147,36 @@ def second_search(
             out.append(nothing)
             continue
         some, column = np.unique(moment[usable], return_inverse=True)
-        where = in_picture(view.camera, expected(cameras, b, sd, i, bias, some, bridged))
+        near = np.unique(np.clip(some[:, None] + (-1, 0, 1), 0, at.size - 1)) if own.exposure else some
+        about = in_picture(view.camera, expected(cameras, b, sd, i, bias, near, bridged))
+        own_steps = at[near] / float(np.median(np.diff(view.t))) if own.exposure else np.zeros(near.size)
+        late = _late(about, own_steps, own.exposure, bias)
+        place = np.searchsorted(near, some)
+        where, late = InPicture(about.at[:, place], about.S[:, place]), late[:, :, place]
         discs = _discs(view, match.trajectory[i], looks[view.name], len(match.labels))
-        out.append(_in_camera(own, usable, sample[usable], column, where, discs, b[i][:, some], sd[i][:, some], bias))
+        out.append(
+            _in_camera(own, usable, sample[usable], column, where, late, discs, b[i][:, some], sd[i][:, some], bias)
+        )
     return out
+
+
+def _late(where: InPicture, steps: Array, exposure: float, bias: float) -> Array:
+    """px by which what is drawn out by motion is off its place in the middle of the exposure, and one sd of that,
+    (2, m, k, 2); NaN where the motion is not known; steps (k,): when, in samples of the camera.
+    """
+    late = np.zeros((2, *where.at.shape))
+    if not exposure:
+        return late
+    late[:] = np.nan
+    before, after = np.diff(steps)[:-1, None], np.diff(steps)[1:, None]
+    way = np.diff(where.at, axis=1)
+    first, second = way[:, :-1] / before, way[:, 1:] / after
+    acceleration = 2 * (second - first) / (before + after)
+    middle, sd = lateness((first + second) / 2, acceleration, exposure)
+    unsure = np.sqrt(np.maximum(np.einsum("...ii->...i", where.S[:, 1:-1]), 0.0) + bias**2)
+    late[:, :, 1:-1] = middle, np.hypot(sd, exposure**2 / 24 * np.sqrt(6) * unsure)
+    late[:, :, 1:-1][:, :, (before + after)[:, 0] > SEEKING.lasting] = np.nan
+    return late
 
 
 def _discs(view: View, trajectory: Ints, looks: Looks, m: int) -> Array:
@@ -170,6 +200,7 @@ def _in_camera(
     sample: Ints,
     moment: Ints,
     where: InPicture,
+    late: Array,
     discs: Array,
     b: Array,
     sd: Array,
@@ -177,8 +208,8 @@ def _in_camera(
 ) -> Found:
     """What the usable pieces of one camera show.
 
-    sample, moment   (n_usable,) of each: its number in the camera, and its place in where, b and sd (m, k, 2) px, the
-                     camera's own samples
+    sample, moment   (n_usable,) of each: its number in the camera, and its place in where, late, b and sd (m, k, 2) px,
+                     the camera's own samples
     """
     spread = np.sqrt(np.maximum(np.einsum("...ii->...i", where.S), 0.0) + bias**2)
     rows: dict[tuple[int, int], tuple[Array, Array]] = {}
@@ -206,10 +237,10 @@ def _in_camera(
             fit = _fitted(grey, hidden, place[own], discs[:, own], lines, kept.noise)
             if fit is None:
                 continue
-            found = (fit[0] + corner) * scale + (0, kept.parity[w])
-            own_sd = fit[1] * scale * kept.grown
+            found = (fit[0] + corner) * scale + (0, kept.parity[w]) - late[0, own, k]
+            own_sd = np.hypot(fit[1] * scale * kept.grown, late[1, own, k])
             far = np.abs(found - where.at[own, k]) > SEEKING.beyond * np.hypot(spread[own, k], own_sd)
-            if not far.any():
+            if not (far | np.isnan(found)).any():
                 rows |= {(int(t), number): (f, s) for t, f, s in zip(own, found, own_sd, strict=True)}
     both = np.array(sorted(rows), np.intp).reshape(-1, 2)
     values = np.array([rows[int(t), int(s)] for t, s in both]).reshape(-1, 2, 2)

@@ -204,7 +204,7 @@ def track(
     del others, shapes, time, elapsed
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     seen_well = [one for one in pieces if not damaged[one.sample]]
-    windows = _window_table(seen_well, columns, clip.detection.noise, grown)
+    windows = _window_table(seen_well, columns, clip.detection.noise, grown, exposure)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record()
     diagnostics |= {"begun": begun.how, "exposure": exposure}
     if damage.indices:
@@ -326,10 +326,8 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
     return DataFrame({name: table[name] for name in COLUMNS}, copy=False)
 
 
-def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array) -> DataFrame:
-    """The table of pieces of pictures; noise: grey levels, of a pixel; grown (2,): by which sd_x and sd_y are grown."""
-    from pandas import DataFrame
-
+def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array, exposure: float) -> DataFrame:
+    """The table of pieces of pictures; noise: grey levels, of a pixel; grown (2,): of sd_x, sd_y; exposure: samples."""
     kept = sorted(kept, key=lambda one: one.sample)
     sample = np.array([one.sample for one in kept], np.intp)
     moment = columns.of(sample)
@@ -344,5 +342,6 @@ def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown
         "noise": np.full(len(kept), noise),
         "grown_x": np.full(len(kept), grown[0]),
         "grown_y": np.full(len(kept), grown[1]),
+        "exposure": np.full(len(kept), exposure),
     }
     return DataFrame(table)[list(WINDOW_COLUMNS)]

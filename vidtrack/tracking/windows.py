@@ -65,6 +65,7 @@ COLUMNS = (
     "noise",  # grey levels, standard deviation of a pixel; the same in all rows, as are the next two
     "grown_x",  # by which the sd of fits in it are to be grown, as those of the recording's tracks were
     "grown_y",
+    "exposure",  # samples, as the recording's streaks show it, the same in all rows; 0: too short to be seen
 )
 """Columns of results/runs/<run>/windows/<camera>.parquet, one row a piece, in order of time."""
 

@@ -119,6 +119,14 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
     return ShapeEvidence(position, sd, float(np.sqrt(square)), usual)
 
 
+def lateness(velocity: Array, acceleration: Array, exposure: float) -> tuple[Array, Array]:
+    """px by which the middle of a streak differs from the position in the middle of its exposure (samples), and one
+    standard deviation of that; velocity and acceleration in px a sample and its square.
+    """
+    late = exposure**2 / 24 * acceleration
+    return late, np.hypot(SHAPES.unknown * late, SHAPES.ends * exposure * velocity)
+
+
 def shape_evidence_of_others(
     values: Array, track: Ints, sample: Ints, time: Array, of: ShapeEvidence, lines: int = 1
 ) -> tuple[Array, Array]:
