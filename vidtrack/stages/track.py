@@ -328,6 +328,8 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
 
 def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array, exposure: float) -> DataFrame:
     """The table of pieces of pictures; noise: grey levels, of a pixel; grown (2,): of sd_x, sd_y; exposure: samples."""
+    from pandas import DataFrame
+
     kept = sorted(kept, key=lambda one: one.sample)
     sample = np.array([one.sample for one in kept], np.intp)
     moment = columns.of(sample)

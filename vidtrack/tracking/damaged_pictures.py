@@ -163,7 +163,7 @@ def _by_block(a: Luma, b: Luma) -> Array:
     four = cv2.absdiff(a, b).view(np.uint32)
     two = (four & 0xFF00FF) + (four >> 8 & 0xFF00FF)
     two = two[0::4] + two[1::4] + two[2::4] + two[3::4]
-    return np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16)
+    return np.asarray(np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16))
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Ints
 
 
 def median(values: Array) -> Array:
@@ -24,11 +24,11 @@ def quantile(values: Array, share: float) -> Array:
     return np.where(part < 0.5, low + step * part, high - step * (1 - part))
 
 
-def _ordered(values: Array) -> tuple[Array, Array]:
+def _ordered(values: Array) -> tuple[Array, Ints]:
     """Columns as rows, NaN last, and how many others each holds."""
     rows = np.sort(np.swapaxes(values, -1, -2), axis=-1)
     return rows, np.isfinite(rows).sum(axis=-1)
 
 
-def _at(ordered: Array, place: Array) -> Array:
+def _at(ordered: Array, place: Ints) -> Array:
     return np.asarray(np.take_along_axis(ordered, np.maximum(place, 0)[..., None], axis=-1)[..., 0])
