@@ -21,7 +21,7 @@ def quantile(values: Array, share: float) -> Array:
     below = np.floor(place).astype(np.intp)
     low, high = _at(ordered, below), _at(ordered, np.minimum(below + 1, count - 1))
     part, step = place - below, high - low
-    return np.where(part < 0.5, low + step * part, high - step * (1 - part))
+    return np.asarray(np.where(part < 0.5, low + step * part, high - step * (1 - part)))
 
 
 def _ordered(values: Array) -> tuple[Array, Ints]:
