@@ -3,8 +3,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from vidtrack.timing.frame import Frame
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.frame_times import chosen_clock, sample_moments
+from vidtrack.tracking.frame_times import Stamps, chosen_clock, sample_moments
 from vidtrack.tracking.state import MEASURED, SD_X, SD_Y, Rows, X, Y
 
 RATE = Fraction(30)
@@ -60,10 +61,16 @@ def test_even_stamps_are_a_grid_without_a_word(lines):
     assert not said
 
 
+def frame(index, time):
+    return Frame(index, time, np.zeros((1, 1), np.uint8), False, None)
+
+
 def test_a_frame_of_two_fields_is_two_samples_and_the_second_is_half_a_frame_later():
-    both = sample_moments([(4, 0.0), (7, 0.1)], "bottom")
+    stamps = Stamps()
+    stamps.add([frame(4, Fraction(0)), frame(7, Fraction(1, 10))])
+    both = sample_moments(stamps, "bottom")
     assert both.frame.tolist() == [4, 4, 7, 7]
     assert both.field.tolist() == ["bottom", "top", "bottom", "top"]
     assert both.offset.tolist() == [0, 0.5, 0, 0.5]
     assert both.time.tolist() == [0, 0, 0.1, 0.1]
-    assert sample_moments([(4, 0.0)], "frame").field.tolist() == ["frame"]
+    assert sample_moments(stamps, "frame").field.tolist() == ["frame", "frame"]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
 from vidtrack.files.tables import read_targets, write_parquet
 from vidtrack.findings import as_records
+from vidtrack.memory import give_back_memory
 from vidtrack.progress import Progress, announce
 from vidtrack.stages.track import Tracked, track, untracked
 from vidtrack.steadiness.samples import BackgroundSamples
@@ -85,6 +86,7 @@ def run(job: Job) -> None:
     record["findings"] = as_records([*tracked.findings, *reading_findings(account, found.problems)])
     record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
+    give_back_memory()
     write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
     write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
     if "windows" in job.outputs:

@@ -18,6 +18,7 @@ from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
+from vidtrack.memory import give_back_memory
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
@@ -36,7 +37,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
-from vidtrack.tracking.frame_times import Moments, chosen_clock, sample_moments
+from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
 from vidtrack.tracking.measurement.sd_scaling import others_with_grown_sd, with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
@@ -170,12 +171,13 @@ def track(
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
     earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static, tracker.windows)
-    stamps, waiting, late = _stamps(clip.opening), begun.waiting, samples[-2:]
+    stamps, waiting, late = Stamps(), begun.waiting, samples[-2:]
+    stamps.add(clip.opening)
     clip.opening, samples = [], []
     for batch in clip.batches:
         samples = clip.samples(batch)
         tracker.follow(samples)
-        stamps += _stamps(batch)
+        stamps.add(batch)
         if waiting:
             tracker.finish()
             waiting = late_comers(tracker, samples, backgrounds, clip.detection, waiting)
@@ -183,7 +185,7 @@ def track(
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
     rows, others, pieces, crops = tracker.rows(), tracker.others(), tracker.windows.kept, tracker.crops
-    del tracker  # what it recorded is as large as each table
+    del tracker, stamps  # what was recorded is as large as each table
     rows = with_earlier(rows, earlier, lines)
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
@@ -195,13 +197,16 @@ def track(
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines)
     rows, seen = with_grown_sd(rows, time, shapes, lines=lines, kind=centroid)
+    give_back_memory()
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
+    give_back_memory()
     grown = np.median(seen.factor, axis=1) if names else np.ones(2)
     others = others_with_grown_sd(kept_others(others, damaged), time, grown, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     exposure = shapes.exposure
     del others, shapes, time, elapsed
+    give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     seen_well = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(seen_well, columns, clip.detection.noise, grown, exposure)
@@ -236,10 +241,6 @@ def untracked(frames: Iterable[Frame], info: VideoInfo) -> Tracked:
     empty = [DataFrame({name: np.zeros(0) for name in names}) for names in (CENTROIDS, COLUMNS, WINDOW_COLUMNS)]
     diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": []}
     return Tracked(empty[0], empty[1], empty[2], diagnostics, [], info.time)
-
-
-def _stamps(frames: Sequence[Frame]) -> list[tuple[int, float]]:
-    return [(frame.index, float(frame.time)) for frame in frames]
 
 
 class _Columns:

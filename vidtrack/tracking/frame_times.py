@@ -7,6 +7,7 @@ the residuals of a local cubic are compared under both clocks.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
+from vidtrack.timing.frame import Frame
 from vidtrack.timing.timebase import TimeBase
 from vidtrack.tracking.state import SD_X, SD_Y, Rows, X, Y
 
@@ -44,16 +46,27 @@ class Moments(NamedTuple):
     offset: Array
 
 
-def sample_moments(stamps: Sequence[tuple[int, float]], order: str) -> Moments:
+class Stamps:
+    """Numbers and time stamps (s) of the frames that passed: a list of pairs would take seven times the memory."""
+
+    def __init__(self) -> None:
+        self.numbers, self.times = array("q"), array("d")
+
+    def add(self, frames: Sequence[Frame]) -> None:
+        """Take in some more."""
+        self.numbers.extend(frame.index for frame in frames)
+        self.times.extend(float(frame.time) for frame in frames)
+
+
+def sample_moments(stamps: Stamps, order: str) -> Moments:
     """The samples of frames, one or two each, from their numbers and time stamps; order: frame, top or bottom."""
     fields = ["frame"] if order == "frame" else [order, "bottom" if order == "top" else "top"]
-    each = len(fields)
-    index, time = zip(*stamps, strict=True)
+    each, frames = len(fields), len(stamps.numbers)
     return Moments(
-        np.repeat(np.array(index, np.int64), each),
-        np.repeat(np.array(time, float), each),
-        np.array(fields * len(stamps), object),
-        np.tile(np.arange(each) / 2.0, len(stamps)),
+        np.repeat(np.array(stamps.numbers, np.int64), each),
+        np.repeat(np.array(stamps.times, float), each),
+        np.array(fields * frames, object),
+        np.tile(np.arange(each) / 2.0, frames),
     )
 
 

@@ -1,0 +1,24 @@
+import ctypes
+
+import psutil
+import pytest
+
+from vidtrack.memory import give_back_memory
+
+
+def test_what_was_freed_below_something_that_stays_is_given_back():
+    pieces = [bytes(4000) for _ in range(10_000)]
+    last, used = pieces[-1], psutil.Process().memory_info().rss
+    del pieces
+    give_back_memory()
+    assert used - psutil.Process().memory_info().rss > 20_000_000
+    assert len(last) == 4000
+
+
+@pytest.mark.parametrize("error", [OSError, TypeError, AttributeError])
+def test_another_library_is_left_alone(monkeypatch, error):
+    def refuse(name):
+        raise error("no such library")
+
+    monkeypatch.setattr(ctypes, "CDLL", refuse)
+    give_back_memory()
