@@ -166,6 +166,22 @@ def _log_in_the_way(folder: Path, job: Planned, rng: random.Random) -> Callable[
     return back
 
 
+def _clock_jumps(folder: Path, job: Planned, rng: random.Random) -> Callable[[], None]:
+    """Each input, and the folder of each output, gets a date of its own, up to a year off; and again before the second
+    call.
+    """
+    paths = [path for name in job.inputs if (path := folder / name).exists()]
+    paths += {path.parent for name in job.outputs if (path := folder / name).parent.exists()}
+
+    def jump() -> None:
+        for path in paths:
+            at = time.time() + rng.uniform(-1, 1) * 365 * 86_400
+            os.utime(path, (at, at))
+
+    jump()
+    return jump
+
+
 KILLED = (0, -signal.SIGKILL)
 FAULTS: dict[str, Fault] = {
     "kill at a moment": Fault(outside=_kill, code=KILLED, lines=0),
@@ -177,6 +193,7 @@ FAULTS: dict[str, Fault] = {
     "folder may not be written": Fault(inside=_without_rights, prepare=_closed_folder, code=(0, 1)),
     "input may not be read": Fault(inside=_without_rights, prepare=_unreadable, code=(0, 1)),
     "folder in the way of an output": Fault(prepare=_in_the_way, code=(1,)),
+    "clock jumps, kill at a moment": Fault(outside=_kill, prepare=_clock_jumps, code=KILLED, lines=0),
     "input gone, log cannot be written": Fault(prepare=_log_in_the_way, code=(0, 1), lines=2),
 }
 
