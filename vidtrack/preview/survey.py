@@ -87,7 +87,7 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
     work = 0.0
     size = 0.0
     for name, run in experiment.runs.items():
-        looks: dict[str, Recording] = {}
+        seen: dict[str, Recording] = {}
         openings: dict[str, Opening] = {}
         for camera in run.videos:
             if camera in run.tracks:
@@ -95,15 +95,15 @@ def survey(settings: Settings, experiment: Experiment, cores: int, tick: Callabl
                 _file(f"run {name}, {camera}", found, read)
                 continue
             tick(f"run {name}, {camera}")
-            _recording(settings, experiment, run, camera, found, looks, openings)
-        _times(name, looks, found)
-        found.findings.extend(other_pictures(settings, name, pictures, {c: look.info for c, look in looks.items()}))
+            _recording(settings, experiment, run, camera, found, seen, openings)
+        _times(name, seen, found)
+        found.findings.extend(other_pictures(settings, name, pictures, {c: look.info for c, look in seen.items()}))
         mode = settings.runs[name].mode if name in settings.runs else "space"
         if mode == "space":
             _space(settings, run, views, openings, found)
-        work += sum(looks[c].frames * openings[c].seconds for c in openings) + 4 * JOB_SECONDS
+        work += sum(seen[c].frames * openings[c].seconds for c in openings) + 4 * JOB_SECONDS
         targets = max((len(o.centroids["target"].unique()) for o in openings.values()), default=1)
-        size += sum(looks[c].frames for c in looks) * targets * 2 * SAMPLE_BYTES + 1e6
+        size += sum(seen[c].frames for c in seen) * targets * 2 * SAMPLE_BYTES + 1e6
     _cost(experiment, work, size, len(views), cores, found)
     return found
 
@@ -171,7 +171,7 @@ def _recording(
     run: Run,
     camera: str,
     found: Facts,
-    looks: dict[str, Recording],
+    seen: dict[str, Recording],
     openings: dict[str, Opening],
 ) -> None:
     about, path = f"run {run.name}, {camera}", run.videos[camera]
@@ -179,7 +179,7 @@ def _recording(
     try:
         how = opened_with(settings, experiment, "run", run.name, camera)
         look = look_at(path, how, start_timecode=own.start_timecode if own else None)
-        looks[camera] = look
+        seen[camera] = look
         info = look.info
         time = f"time code ({info.time.source})" if info.time.anchors else "no time code"
         found.say(
@@ -259,13 +259,13 @@ def _target(about: str, target: Target, noise: float, rate: float, found: Facts)
         )  # fmt: skip
 
 
-def _times(run: str, looks: Mapping[str, Recording], found: Facts) -> None:
+def _times(run: str, seen: Mapping[str, Recording], found: Facts) -> None:
     """Whether the recordings of a run's cameras overlap in time."""
-    coded = {c: look for c, look in looks.items() if look.info.time.anchors}
-    if len(looks) < 2:
+    coded = {c: look for c, look in seen.items() if look.info.time.anchors}
+    if len(seen) < 2:
         return
-    if coded and len(coded) < len(looks):
-        rest = ", ".join(c for c in looks if c not in coded)
+    if coded and len(coded) < len(seen):
+        rest = ", ".join(c for c in seen if c not in coded)
         found.warn(
             "doubtful", "time-code-missing", f"run {run}: {rest} has no time code, the others have",
             f"Give runs.{run}.start_timecode or cameras.<camera>.clock.",

@@ -135,8 +135,9 @@ def starts_in_boxes(boxes: Array) -> Starts:
 
 
 def _with_fast(starts: Starts, samples: Sequence[Sample], detection: Detection) -> Starts:
-    """The starts with velocity and looks of what moves fast through a box in the first samples: from the box alone such
-    a target would be lost before its velocity is known.
+    """The starts with velocity and appearance of what moves fast through a box in the first samples.
+
+    From the box alone such a target would be lost before its velocity is known.
     """
     if len(samples) < LINKING.shortest:
         return starts
@@ -186,9 +187,9 @@ def starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float]) 
         starts.velocity[long], starts.acceleration[long] = first - bend * t1[:, None], 2 * bend
     for length in {len(trail.sample) for trail in trails}:
         alike = [i for i, trail in enumerate(trails) if len(trail.sample) == length]
-        looks = np.array([[trails[i].pixels, trails[i].contrast, *trails[i].size.T] for i in alike])
+        appearance = np.array([[trails[i].pixels, trails[i].contrast, *trails[i].size.T] for i in alike])
         # where it hardly moved at first, its own place in the background hides part of it
-        starts.pixels[alike], starts.contrast[alike], *size = np.percentile(looks, 75, axis=2).T
+        starts.pixels[alike], starts.contrast[alike], *size = np.percentile(appearance, 75, axis=2).T
         starts.size[alike] = np.stack(size, axis=1)
     return starts
 
@@ -265,6 +266,6 @@ def late_comers(
         if trail.sample[-1] < len(samples) - 2 or (np.hypot(apart[..., 0], apart[..., 1]) < 5).any():
             continue
         times = np.array([samples[j].time for j in trail.sample])
-        looks = [float(trail.pixels[-1]), float(trail.contrast[-1]), np.nan, *trail.size[-1].tolist()]
-        tracker.begin(waiting.pop(0), trail.position, times, looks)
+        appearance = [float(trail.pixels[-1]), float(trail.contrast[-1]), np.nan, *trail.size[-1].tolist()]
+        tracker.begin(waiting.pop(0), trail.position, times, appearance)
     return waiting

@@ -232,16 +232,16 @@ class TargetState:
         missing[who] = np.where(np.isfinite(self.appearance.pixels[who]), 0, 1)
         return replace(self, positions=positions, missing=missing)
 
-    def begun(self, target: int, positions: Array, times: Array, looks: Sequence[float]) -> TargetState:
+    def begun(self, target: int, positions: Array, times: Array, appearance: Sequence[float]) -> TargetState:
         """With a target that was seen for the first time at positions (m, 2) px at `times` (m,).
 
-        looks  its pixels, contrast, background, width and height
+        appearance  its pixels, contrast, background, width and height
         """
         where, missing = self.positions.copy(), self.missing.copy()
         for time, position in zip(times, positions, strict=True):
             where[np.abs(self.times - time) < 1e-6, target] = position
         missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
-        return replace(self, appearance=self.appearance.begun(target, looks), positions=where, missing=missing)
+        return replace(self, appearance=self.appearance.begun(target, appearance), positions=where, missing=missing)
 
     def remembering(self, times: Array, fresh: Array, home: Array) -> TargetState:
         """After samples at `times` (k,) with positions `fresh` (k, n, 2) px, NaN where nothing was measured.

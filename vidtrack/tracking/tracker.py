@@ -113,9 +113,9 @@ class Tracker:
         """What else was followed."""
         return self.record.others()
 
-    def begin(self, target: int, positions: Array, times: Array, looks: Sequence[float]) -> None:
+    def begin(self, target: int, positions: Array, times: Array, appearance: Sequence[float]) -> None:
         """Begin a target that had not been seen before, as `TargetState.begun`."""
-        self.state = self.state.begun(target, positions, times, looks)
+        self.state = self.state.begun(target, positions, times, appearance)
         self._yield(positions[-1:].T, self._lines)
 
     def levels(self, who: Ints) -> Array:

@@ -50,32 +50,32 @@ def link(found: Sequence[Blobs], samples: Sequence[Sample], max_step: float) -> 
     alive: list[int] = []
     ends = np.zeros((0, 8))  # x, y, log pixels, log contrast and time of the last blob; x, y and time of the one before
     for j, blobs in enumerate(found):
-        looks = np.stack([blobs.Xf, blobs.Yf, np.log(blobs.pixels), np.log(contrast_of(blobs))], axis=1)
-        chosen = mutual_best(_link_costs(ends, looks, samples[j].time, leap))
+        appearance = np.stack([blobs.Xf, blobs.Yf, np.log(blobs.pixels), np.log(contrast_of(blobs))], axis=1)
+        chosen = mutual_best(_link_costs(ends, appearance, samples[j].time, leap))
         goes_on = np.flatnonzero(chosen >= 0)
         for row in goes_on.tolist():
             trails[alive[row]].append((j, int(chosen[row])))
-        new = np.setdiff1d(np.arange(len(looks)), chosen)
+        new = np.setdiff1d(np.arange(len(appearance)), chosen)
         waits = np.flatnonzero((chosen < 0) & (ends[:, 4] >= samples[j - 1].time if j else False))
-        now = np.full((len(looks), 1), samples[j].time)
-        joined = np.hstack([looks[chosen[goes_on]], now[: goes_on.size], ends[goes_on][:, [0, 1, 4]]])
-        begun = np.hstack([looks[new], now[: new.size], np.full((new.size, 3), np.nan)])
+        now = np.full((len(appearance), 1), samples[j].time)
+        joined = np.hstack([appearance[chosen[goes_on]], now[: goes_on.size], ends[goes_on][:, [0, 1, 4]]])
+        begun = np.hstack([appearance[new], now[: new.size], np.full((new.size, 3), np.nan)])
         alive = [alive[row] for row in (*goes_on, *waits)] + list(range(len(trails), len(trails) + new.size))
         ends = np.concatenate([joined, ends[waits], begun])
         trails += [[(j, b)] for b in new.tolist()]
     return _trails([trail for trail in trails if len(trail) > 1], found)
 
 
-def _link_costs(ends: Array, looks: Array, time: float, leap: float) -> Array:
-    """Cost of every blob (looks) as the next of every trail (ends), (n, m); inf where it cannot be."""
+def _link_costs(ends: Array, appearance: Array, time: float, leap: float) -> Array:
+    """Cost of every blob (appearance) as the next of every trail (ends), (n, m); inf where it cannot be."""
     wait = time - ends[:, 4]
     velocity = (ends[:, :2] - ends[:, 5:7]) / (ends[:, 4] - ends[:, 7])[:, None]
     known = np.isfinite(velocity[:, 0])
     velocity = np.where(known[:, None], velocity, 0.0)
     gate = np.where(known, np.minimum(leap, 10 + 0.6 * np.hypot(*velocity.T)), leap) * wait
     expected = ends[:, :2] + velocity * wait[:, None]
-    off = np.hypot(looks[:, 0] - expected[:, :1], looks[:, 1] - expected[:, 1:]) / gate[:, None]
-    size, light = (np.abs(looks[:, i] - ends[:, i : i + 1]) for i in (2, 3))
+    off = np.hypot(appearance[:, 0] - expected[:, :1], appearance[:, 1] - expected[:, 1:]) / gate[:, None]
+    size, light = (np.abs(appearance[:, i] - ends[:, i : i + 1]) for i in (2, 3))
     cost: Array = np.where((off < 1) & (size < 0.7) & (light < 0.5), off + size + light, np.inf)
     return cost
 
