@@ -162,7 +162,7 @@ def second_search(
 
 def _late(where: InPicture, steps: Array, exposure: float, bias: float) -> Array:
     """px by which what is drawn out by motion is off its place in the middle of the exposure, and one sd of that,
-    (2, m, k, 2); NaN where the motion is not known; steps (k,): when, in samples of the camera.
+    (2, m, k, 2); NaN where no motion is known; steps (k,): when, in samples of the camera.
     """
     late = np.zeros((2, *where.at.shape))
     if not exposure:
@@ -176,6 +176,10 @@ def _late(where: InPicture, steps: Array, exposure: float, bias: float) -> Array
     unsure = np.sqrt(np.maximum(np.einsum("...ii->...i", where.S[:, 1:-1]), 0.0) + bias**2)
     late[:, :, 1:-1] = middle, np.hypot(sd, exposure**2 / 24 * np.sqrt(6) * unsure)
     late[:, :, 1:-1][:, :, (before + after)[:, 0] > SEEKING.lasting] = np.nan
+    known = np.isfinite(late[1])
+    if known.any():  # elsewhere it is as it usually is
+        late[1] = np.where(known, late[1], np.sqrt(np.mean(late[:, known] ** 2) * 2))
+        late[0] = np.nan_to_num(late[0])
     return late
 
 
