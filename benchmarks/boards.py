@@ -3,6 +3,7 @@
     python benchmarks/boards.py accuracy --seeds 20       40 views of a ChArUco board, 0.1 px on every corner
     python benchmarks/boards.py real FOLDER 10x7 24.23    stills of a real checkerboard: squares, side of one
     python benchmarks/boards.py gamma                     corners of rendered boards where levels are light^(1/2.2)
+    python benchmarks/boards.py balls                     the same of balls' centroids
     python benchmarks/boards.py tied --seeds 5            cameras tied by a board beside a survey, and without the board
     python benchmarks/boards.py drone FOLDER              X_UASDemoData of the CIRN toolbox: 5 points, known lens
 
@@ -159,6 +160,29 @@ def gamma(power: float = 1 / 2.2) -> None:
         print(f"  {kind:14s} {', '.join(line)}    {', '.join(f'{n} {np.mean(v):+.3f}' for n, v in out.items())}")
 
 
+def balls() -> None:
+    """Centroids of discs, blurred by 0.7 px, levels as light and as light^(1/2.2): even, and lit from one side."""
+    from vidtrack.tracking.detection.blobs import find_blobs
+
+    fine, size = 8, 48
+    at = (np.arange(size * fine) + 0.5) / fine - 0.5
+    for side in (0.0, 0.1):
+        for radius in (3, 5, 8):
+            off: dict[float, list[float]] = {1.0: [], 2.2: []}
+            rng = np.random.default_rng(0)
+            for _ in range(30):
+                c = size / 2 + rng.uniform(-0.5, 0.5, 2)
+                x, y = at[None] - c[0], at[:, None] - c[1]
+                light = np.where(x**2 + y**2 < radius**2, 0.7 * (1 + side * x / radius), 0.1)
+                light = cv2.GaussianBlur(light, (0, 0), 0.7 * fine)
+                light = light.reshape(size, fine, size, fine).mean((1, 3))
+                for gamma, own in off.items():
+                    found = find_blobs(np.rint(255 * light ** (1 / gamma)).astype(np.uint8))
+                    own.append(float(found.Xf[np.argmax(found.pixels)] - c[0]))
+            line = ", ".join(f"gamma {gamma:g} {np.mean(own):+.4f} +- {np.std(own):.4f}" for gamma, own in off.items())
+            print(f"  radius {radius} px, lit from one side by {100 * side:.0f} %: {line} px")
+
+
 def tied(seeds: int) -> None:
     """Two cameras, 16 points surveyed to 0.5 mm, and a board of 24 views before both: 50 other points located."""
     from scipy.spatial.transform import Rotation
@@ -251,6 +275,7 @@ def main() -> None:
     own.add_argument("square", type=float)
     own.add_argument("--type", default="checkerboard")
     commands.add_parser("gamma")
+    commands.add_parser("balls")
     commands.add_parser("tied").add_argument("--seeds", type=int, default=5)
     commands.add_parser("drone").add_argument("folder", type=Path)
     asked = parser.parse_args()
@@ -258,6 +283,8 @@ def main() -> None:
         accuracy(asked.seeds)
     elif asked.command == "gamma":
         gamma()
+    elif asked.command == "balls":
+        balls()
     elif asked.command == "tied":
         tied(asked.seeds)
     elif asked.command == "drone":
