@@ -74,7 +74,8 @@ SELF_RUNS = self_orders.self_runs(SETTINGS, EXPERIMENT)
 SELF_CAMERAS = self_orders.self_cameras(SETTINGS, EXPERIMENT)
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/.benchmarks"
-CACHE = os.path.dirname(REMEMBERED)
+# Whole: Snakemake has left the folder again when the last notes are written.
+CACHE = os.path.abspath(os.path.dirname(REMEMBERED))
 BOOK = OrderBook(EXPERIMENT.folder, cache=CACHE)
 
 
