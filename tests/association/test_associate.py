@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.association.swarm import T, as_tracklets, seen, swarm, who
-from vidtrack.association.associate import NONE, associate, associate_in_picture, most_at_once
+from vidtrack.association.associate import NONE, _chosen, associate, associate_in_picture, most_at_once
+from vidtrack.association.courses import Course
 from vidtrack.association.tracklets import tracklets_of
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_rig
@@ -320,3 +321,11 @@ def test_a_body_tells_its_targets_apart_after_a_stretch_in_which_nothing_was_see
     found, told, _ = associated(cameras, tracks, orders, targets=3, bodies=[body])
     assert [{name} for name in found.names] == [{list(body)[k] for k in t} for t, _ in told]
     assert sorted(map(sorted, (t for t, _ in told))) == [[0], [1], [2]]
+
+
+def test_a_few_fixes_are_no_trajectory_where_another_has_many():
+    def course(k: int) -> Course:
+        return Course(np.arange(k), np.zeros((k, 3)), np.zeros(k, np.intp))
+
+    assert _chosen({3: course(40), 7: course(4)}, None, None) == [3]
+    assert _chosen({3: course(3), 7: course(3)}, None, None) == [3, 7]

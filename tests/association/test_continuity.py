@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.association.continuity import FLOOR, UNKNOWN, Motion
+from vidtrack.association.continuity import FLOOR, UNKNOWN, Motion, _log_t
 
 
 def waves(n, rng, M=300, hz=(0.5, 0.8), noise=0.001):
@@ -107,3 +107,8 @@ def test_a_course_that_is_only_just_seen_is_predicted_backwards_from_what_follow
     short, long = courses[0, 97:100], courses[0, 105:165]
     wrong = [motion.evidence(short, c[105:165], 6).nats for c in courses[1:]]
     assert motion.evidence(short, long, 6).nats > max(wrong) + 10
+
+
+def test_a_jump_far_beyond_the_usual_is_unlikely_but_not_as_a_normal_law_has_it():
+    """Ten standard deviations are 50 nats by a normal law: a release or a knock would part every course."""
+    assert -20 < _log_t(100.0, 0.0, 1) - _log_t(0.0, 0.0, 1) < -5
