@@ -6,7 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.labelling.doubts import DISAGREE, ONE_PLACE, SWING, clip_moved, coinciding, disagreeing, swinging
+from tests.labelling.test_naming_doubts import POINTS, SIZE, case
+from vidtrack.labelling.doubts import (
+    DISAGREE,
+    ONE_PLACE,
+    SWING,
+    clip_moved,
+    coinciding,
+    disagreeing,
+    swinging,
+    with_picked,
+)
+from vidtrack.labelling.seeds import label_from_picks
 
 
 def rows(**columns):
@@ -62,3 +73,19 @@ def test_two_clips_may_show_balls_at_one_place():
     moved = once.assign(clip="rear", tag=list("5678"))
     assert not coinciding(pd.concat([once, moved]))
     assert len(coinciding(pd.concat([once, moved.assign(clip="front")]))) == 4
+
+
+def test_a_ball_that_a_pick_names_against_the_survey_is_taken_and_a_pick_at_anothers_ball_is_not():
+    points = POINTS.copy()
+    points[17] *= 25.4
+    c = case([0, 3, 17, 19, 27, 35], points=points)
+    (labels,) = label_from_picks(points, c.views, c.picks, SIZE)
+    taken, (finding,) = with_picked(c, labels)
+    assert (labels.blob[1][5], taken.blob[1][5]) == (-1, 5)
+    assert (finding.level, finding.code) == ("doubtful", "pick-contradicted")
+    assert finding.cure == f"Check tag {c.tags[17]} in points.csv, and this pick."
+    at_another = c.picks.xy.copy()
+    at_another[2] = c.views[1].blobs[6]
+    c = case([0, 3, 17, 19, 27, 35], at_another, points=points)
+    kept, (finding,) = with_picked(c, label_from_picks(points, c.views, c.picks, SIZE)[0])
+    assert (kept.blob[1][5], finding.code) == (-1, "pick-not-used")

@@ -202,9 +202,9 @@ def typing_mistake(p: Array, x: Array, sd: Array) -> str:
     if len(off) != 1:
         return ""
     k = off[0]
-    for factor, why in SETTINGS.factors:
-        if abs(p[k] * factor - x[k]) <= near[k] and abs(p[k]) > near[k]:
-            return f"its {AXES[k]} {p[k]:g} should be about {x[k]:.6g}: {why}"
+    factor, why = min(SETTINGS.factors, key=lambda each: abs(p[k] * each[0] - x[k]))
+    if abs(p[k] * factor - x[k]) <= near[k] and abs(p[k]) > near[k]:
+        return f"its {AXES[k]} {p[k]:g} should be about {x[k]:.6g}: {why}"
     if (digits := _exchanged_digits(float(p[k]), float(x[k]), float(near[k]))) is not None:
         return f"its {AXES[k]} {p[k]:g} should be about {x[k]:.6g}: two digits exchanged ({digits})"
     if (digits := _wrong_digit(float(p[k]), float(x[k]), float(near[k]))) is not None:

@@ -31,6 +31,8 @@ FLAT = 0.03
 """Third over first spread below which points count as coplanar here: their depth would only be noise."""
 SCORED = 200
 """Points and blobs that a turn is scored by."""
+OUTLYING = 4.0
+"""Times the median distance from the middle beyond which a point or a blob does not count in the moments."""
 RIVAL = 3.0
 """How many times the best sum of squares a rival may have: F-tests of 30 and more residuals put 3 beyond 1 in 1000."""
 
@@ -66,10 +68,11 @@ def label_alone(points: Array, views: Sequence[View], image_size: tuple[int, int
         return []
     found: list[Labels] = []
     enough = np.inf
-    for cost, start in _affine_starts(points, views):
+    compact = _without_outlying(points, views)
+    for cost, start in _affine_starts(points, compact):
         if cost > enough:
             break
-        point, xy = _paired(points, views, start)
+        point, xy = _paired(points, compact, start)
         if any(_agreement(labels, point, xy) > 0.9 for labels in found):
             continue
         for pose in poses(points[point], xy, 4.0, image_size)[:2]:
@@ -134,6 +137,15 @@ def self_maps(points: Array, groups: Sequence[Index]) -> list[Index]:
     return [np.array(m) for m in dict.fromkeys(tuple(m) for m in maps)]
 
 
+def _without_outlying(points: Array, views: Sequence[View]) -> list[View]:
+    """The views without points that lie far out, where most do not: one mistyped row would stretch all moments."""
+    shown = points[np.unique(np.concatenate([view.points for view in views]))]
+    middle = np.median(shown, axis=0)
+    far = np.linalg.norm(points - middle, axis=-1)
+    near = far < OUTLYING * np.median(np.linalg.norm(shown - middle, axis=-1)) + 1e-9
+    return [view._replace(points=view.points[near[view.points]]) for view in views]
+
+
 def _whitened(p: Array) -> tuple[Array, Array]:
     """Points (n, d) with mean 0 and unit covariance in their own 2 or 3 dimensions, and the spread of each."""
     u, s, _ = np.linalg.svd(p - p.mean(0), full_matrices=False)
@@ -181,7 +193,7 @@ def _affine_starts(points: Array, views: Sequence[View]) -> list[tuple[float, Ar
     blobs = np.concatenate([view.blobs for view in views])
     middle = np.median(blobs, axis=0)
     far = np.linalg.norm(blobs - middle, axis=-1)
-    kept = blobs[far < 4 * np.median(far) + 1e-9]
+    kept = blobs[far < OUTLYING * np.median(far) + 1e-9]
     if x.shape[1] < 2 or on_one_line(kept):
         return []
     spread = np.linalg.cholesky(np.cov(kept.T))

@@ -8,7 +8,8 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
-from vidtrack.labelling.naming_doubts import Case
+from vidtrack.labelling.label import Labels
+from vidtrack.labelling.naming_doubts import Case, odd_picks, picked_alone
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,6 +26,27 @@ ONE_PLACE = 0.05
 def doubt(code: str, text: str, cure: str) -> Finding:
     """A finding by which some positions may be wrong."""
     return Finding("doubtful", code, text, cure)
+
+
+def with_picked(case: Case, labels: Labels) -> tuple[Labels, list[Finding]]:
+    """The labels with the balls that picks name though the survey has them elsewhere, and a doubt a contradicted pick.
+
+    All cameras together judge such a ball later (`survey`): where they agree on its place, points.csv is wrong.
+    """
+    odd = odd_picks(case, labels)
+    alone = picked_alone(case, labels, odd)
+    blob = [own.copy() for own in labels.blob]
+    findings = []
+    for i, line in odd.items():
+        if i not in alone:
+            findings.append(doubt("pick-not-used", f"{line}. The pick was not used.", ""))
+            continue
+        v, row, j = alone[i]
+        blob[v][row] = j
+        tag = case.tags[int(case.picks.point[i])]
+        text = f"{line}. The ball there is no other tag's and was taken for tag {tag}."
+        findings.append(doubt("pick-contradicted", text, f"Check tag {tag} in points.csv, and this pick."))
+    return labels._replace(blob=blob), findings
 
 
 def clip_moved(case: Case, i: int, offset: Array) -> Finding:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,10 @@ LEAST_SHARE = 0.6
 
 LEAST_PICKS = 4
 """Picks from which it can be judged whether they belong to the picture at all."""
+
+
+ON_BALL = 0.01
+"""Of the picture's width: a pick so near to a small ball's centre is on it."""
 
 
 class Case(NamedTuple):
@@ -79,7 +83,7 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
     }
     for what, xy in frames.items():
         moved = picks._replace(xy=np.ascontiguousarray(xy))
-        found = label_from_picks(case.points, case.views, moved, case.image_size)
+        found = label_from_picks(case.points, case.views, moved, case.image_size, trusted=True)
         if found and complete(found[0], moved) and agreeing(found[0], moved).all():
             raise VidtrackError(
                 f"{case.where[0]}: the picks of camera {case.camera} fit the balls only if {what}. Write Xf from the "
@@ -92,9 +96,28 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
         )
 
 
-def odd_picks(case: Case, labels: Labels) -> list[str]:
-    """What is wrong with each pick that the labels contradict, a line each."""
-    return [_odd_pick(case, labels, int(i)) for i in np.flatnonzero(~agreeing(labels, case.picks))]
+def odd_picks(case: Case, labels: Labels) -> dict[int, str]:
+    """What is wrong with each pick that the labels contradict: by the pick's index, a line each."""
+    return {i: _odd_pick(case, labels, i) for i in np.flatnonzero(~agreeing(labels, case.picks)).tolist()}
+
+
+def picked_alone(case: Case, labels: Labels, picks: Iterable[int]) -> dict[int, tuple[int, int, int]]:
+    """Of picks that the labels contradict, those at a ball that is no other tag's, of a tag that has no ball.
+
+    By the pick's index: view, row of the view's points, blob. The survey may be wrong there as well as the pick.
+    """
+    out: dict[int, tuple[int, int, int]] = {}
+    for i in picks:
+        v, view = int(case.picks.view[i]), labels.views[int(case.picks.view[i])]
+        row = int(np.searchsorted(view.points, case.picks.point[i]))
+        free = np.setdiff1d(np.arange(len(view.blobs)), [*labels.blob[v], *(b for w, _, b in out.values() if w == v)])
+        if labels.blob[v][row] >= 0 or not len(free):
+            continue
+        d = np.linalg.norm(view.blobs[free] - case.picks.xy[i], axis=-1)
+        j = int(free[d.argmin()])
+        if d.min() <= max(float(view.reach[j].max()), ON_BALL * case.image_size[0]):
+            out[i] = v, row, j
+    return out
 
 
 OUTSIDE = "outside the picture"
@@ -123,7 +146,8 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
     own = at[np.searchsorted(case.views[v].points, point)]
     text = (
         f"{case.where[i]}: tag {case.tags[point]} of camera {case.camera} is picked at ({xy[0]:g}, {xy[1]:g}), "
-        f"but the other picks and balls put it at ({own[0]:.0f}, {own[1]:.0f})"
+        "but the other picks and balls put it "
+        f"{f'at ({own[0]:.0f}, {own[1]:.0f})' if np.isfinite(own).all() else 'out of sight'}"
     )
     d = np.nan_to_num(np.linalg.norm(at - xy, axis=-1), nan=np.inf)
     other = int(case.views[v].points[d.argmin()])
@@ -137,9 +161,9 @@ def _odd_pick(case: Case, labels: Labels, i: int) -> str:
 
 def _nothing_fits(case: Case, best: Labels | None) -> str:
     where = f"calibration: camera {case.camera}"
-    odd = odd_picks(case, best) if best is not None and best.matched >= LEAST_SHARE * best.expected else []
+    odd = odd_picks(case, best) if best is not None and best.matched >= LEAST_SHARE * best.expected else {}
     if odd:
-        return "; ".join(odd) + ". Correct these picks."
+        return "; ".join(odd.values()) + ". Correct these picks."
     counts = ", ".join(
         f"{len(view.blobs)} blobs for {len(view.points)} tags in {clip}"
         for clip, view in zip(case.clips, case.views, strict=True)
@@ -160,7 +184,7 @@ def _cure(case: Case) -> str:
 
 
 def _mirrored(case: Case) -> bool:
-    found = label_from_picks(case.points * (1.0, 1.0, -1.0), case.views, case.picks, case.image_size)
+    found = label_from_picks(case.points * (1.0, 1.0, -1.0), case.views, case.picks, case.image_size, trusted=True)
     return bool(found) and complete(found[0], case.picks)
 
 

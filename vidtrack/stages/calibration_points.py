@@ -13,10 +13,11 @@ from vidtrack.calibration import gates
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
-from vidtrack.labelling.doubts import clip_moved, coinciding, disagreeing, doubt, swinging
+from vidtrack.labelling.doubts import clip_moved, coinciding, disagreeing, swinging, with_picked
 from vidtrack.labelling.knock import moved, shifted
-from vidtrack.labelling.label import GATE, Index, Labels, Picks, View
-from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, odd_picks, settled
+from vidtrack.labelling.label import GATE, Index, Labels, Picks, View, complete
+from vidtrack.labelling.mixed_units import check_units
+from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, settled
 from vidtrack.labelling.refusals import common_size, refuse_empty
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
@@ -87,8 +88,11 @@ def calibration_points(
     refuse_empty(shots, camera)
     _check_layout(points, shown, shots, camera)
     case = _case(camera, points, shown, shots, seeds, size)
-    labels = settled(case, label_with(case.points, case.views, case.picks, size))
-    findings = [doubt("pick-not-used", f"{line}. The pick was not used.", "") for line in odd_picks(case, labels)]
+    answers = label_with(case.points, case.views, case.picks, size)
+    if not any(complete(answer, case.picks) for answer in answers):
+        check_units(case)
+    labels = settled(case, answers)
+    labels, findings = with_picked(case, labels)
     findings += [clip_moved(case, i, offset) for i, offset in moved(labels, case.points).items()]
     parts = []
     for i, (clip, shot) in enumerate(shots.items()):
