@@ -54,6 +54,14 @@ def test_the_table_of_rooms_lists_every_room():
             assert f"`{path.name}`" in text or f"`vidtrack/{path.name}`" in text, path.name
 
 
+def test_the_rooms_are_printed_in_the_order_of_the_layers():
+    import tomllib
+
+    contracts = tomllib.loads((REPO / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert "\n\n" + "".join(f"    {layer}\n" for layer in layers) in (REPO / "docs/house-style.md").read_text()
+
+
 def test_every_row_of_the_table_of_kinds_names_a_test_or_a_command():
     rows = re.findall(r"^\| (?!kind|---)(.*) \|$", (REPO / "docs/trust.md").read_text(), re.MULTILINE)
     assert len(rows) >= 5

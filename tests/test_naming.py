@@ -33,8 +33,8 @@ def test_a_tag_of_the_points_stands_as_it_is_and_all_else_is_a_range(parts, know
 @pytest.mark.parametrize(
     ("part", "says"),
     [
-        ("16-1", "16-1 is no tag in points.csv, and as a range it counts backwards. Correct it, or write 1-16."),
-        ("20-30", "20-30 is no tag in points.csv, and neither are 20 to 30. Correct it."),
+        ("16-1", "16-1 is no tag in points.csv, and as a range it counts backwards. Correct the tag, or write 1-16."),
+        ("20-30", "20-30 is no tag in points.csv, and neither are 20 to 30. Correct the range."),
         ("1-999999999", "more than 10000 tags"),
     ],
 )

@@ -107,7 +107,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        sys.stderr.write(f"vidtrack: {where}{error.strerror or error}. Mend it and call again.\n")
+        sys.stderr.write(f"vidtrack: {where}{error.strerror or error}. Correct the cause and call again.\n")
         return 1
     return answer if isinstance(answer, int) else 0
 

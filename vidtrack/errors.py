@@ -1,4 +1,4 @@
-"""The one error that a user can mend: what is wrong, where, and what to do, on one line."""
+"""The one error that a user can correct: what is wrong, where, and what to do, on one line."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def tags_meant(parts: Sequence[str], known: Collection[str]) -> tuple[list[str],
             tags.append(part)
         elif int(ends[2]) > int(ends[3]):
             problems.append(
-                f"{part} is no tag in points.csv, and as a range it counts backwards. Correct it, "
+                f"{part} is no tag in points.csv, and as a range it counts backwards. Correct the tag, "
                 f"or write {ends[1]}{ends[3]}-{ends[1]}{ends[2]}."
             )
         elif int(ends[3]) - int(ends[2]) > 10_000:
@@ -63,7 +63,7 @@ def tags_meant(parts: Sequence[str], known: Collection[str]) -> tuple[list[str],
             within = [_tag_of(ends[1], n, len(ends[2]), known) for n in range(int(ends[2]), int(ends[3]) + 1)]
             if known and known.isdisjoint(within):
                 problems.append(
-                    f"{part} is no tag in points.csv, and neither are {within[0]} to {within[-1]}. Correct it."
+                    f"{part} is no tag in points.csv, and neither are {within[0]} to {within[-1]}. Correct the range."
                 )
             else:
                 tags += within

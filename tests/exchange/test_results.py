@@ -76,5 +76,5 @@ def test_what_no_run_can_give_is_known_before_anything_runs():
     ]
     own = {**CONFIG, "runs": {"pluck": {"export": ["csv", "qtm", "mot"]}}}
     assert unsuited(settings_from_config(own), [RECORDED]) == [
-        "config.yaml: runs.pluck.export: it cannot be written as mot: the config names no bodies for it. Leave it out."
+        "config.yaml: runs.pluck.export: it cannot be written as mot: the config names no bodies for it. Remove mot."
     ]

@@ -218,6 +218,8 @@ def wished_together(recordings: Sequence[Recording], patterns: Sequence[str]) ->
                 alike.setdefault((folder, re.sub(r"\d+(?=\D*$)", "#", stem) + ending), {})[name] = recording
         chains = [[own[name] for name in in_order(own)] for own in alike.values()]
         if not any(len(chain) > 1 for chain in chains):
-            raise VidtrackError(f"--join {pattern}: finds no files whose names differ in a number alone. Correct it.")
+            raise VidtrackError(
+                f"--join {pattern}: finds no files whose names differ in a number alone. Correct the pattern."
+            )
         found += [chain for chain in chains if len(chain) > 1]
     return found

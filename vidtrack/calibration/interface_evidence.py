@@ -234,7 +234,10 @@ def _missing(points: Points, answer: Answer) -> list[Finding]:
     return [Finding("doubtful", "interface-missing", text, cure)]
 
 
-_CURE = "Measure it again, or correct its point, normal, thickness, indices or sigma under interfaces in config.yaml."
+_CURE = (
+    "Measure the interface again, or correct its point, normal, thickness, indices or sigma under interfaces in "
+    "config.yaml."
+)
 
 
 def _kind(name: str) -> str:

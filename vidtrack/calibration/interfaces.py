@@ -53,7 +53,7 @@ def interfaces_from_settings(where: str, through: Sequence[Mapping[str, Any]], u
                 _layers(own.get("thickness")),
             )
         except ValueError as error:
-            raise VidtrackError(f"{where}: {error}. Correct it under interfaces in config.yaml.") from None
+            raise VidtrackError(f"{where}: {error}. Correct the interface under interfaces in config.yaml.") from None
         found.append(with_sigma(interface, sigma, units))
     for first, second in pairwise(found):
         if abs(first.indices[-1] - second.indices[0]) > SETTINGS.same_index:

@@ -101,7 +101,7 @@ def survey_findings(survey: Survey, groups: Sequence[tuple[str, Mask]] = ()) -> 
             f"the cameras agree on no place for tag{'s' * (len(unclear) > 1)} {', '.join(unclear)}: more than one of "
             "them takes something else for it. It was not used."
         )
-        cure = "Pick it by hand in each camera's picks.csv, or take it out of points.csv."
+        cure = "Pick the point by hand in each camera's picks.csv, or remove it from points.csv."
         findings.append(Finding("doubtful", "point-unclear", text, cure))
     return findings
 
@@ -136,7 +136,7 @@ def _of_line(survey: Survey, name: str, members: NDArray[np.intp]) -> Finding:
     if not rigid:
         how += ", and not as one piece"
     text = f"{head} {'lies elsewhere' if not name else 'lie elsewhere'}: {how}. These points were not used."
-    cure = "Survey it again, or correct points.csv by that shift if you know what was measured wrongly."
+    cure = "Survey these points again, or correct points.csv by that shift if you know what was measured wrongly."
     return Finding("doubtful", "wire-misplaced", text, cure)
 
 
@@ -174,7 +174,7 @@ def _of_point(survey: Survey, j: int, other: int | None) -> Finding:
         cure = f"In points.csv {mistake}."
     else:
         where = ", ".join(f"{v:.6g}" for v in _rounded(survey.placed.place[j], survey.placed.sd[j]))
-        cure = f"Survey it again (the cameras see it at {where}), or take it out of points.csv."
+        cure = f"Survey the point again (the cameras see it at {where}), or remove it from points.csv."
     return Finding("doubtful", "point-misplaced", text, cure)
 
 

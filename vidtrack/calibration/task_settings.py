@@ -58,7 +58,7 @@ def _with_lens(
             f"{where}: calibration.lens: the closed form takes no known lens. Set calibration.refine: full."
         )
     if prior:
-        problems.append(f"{where}: a prior beside a known lens. Drop calibration.prior or calibration.lens.")
+        problems.append(f"{where}: a prior beside a known lens. Remove calibration.prior or calibration.lens.")
     if problems:
         raise VidtrackError(*problems)
     given = dict(fix) if isinstance(fix, Mapping) else dict.fromkeys(fix)
@@ -104,5 +104,5 @@ def _unfit_settings(task: Task) -> list[str]:
     for name in task.priors:
         if name not in free:
             why = "is held by calibration.fix" if name in task.fixed else f"is no parameter of model {task.model}"
-            problems.append(f"calibration.prior: {name} {why}. Drop the prior, or free the parameter.")
+            problems.append(f"calibration.prior: {name} {why}. Remove the prior, or free the parameter.")
     return problems

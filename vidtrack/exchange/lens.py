@@ -35,7 +35,7 @@ def known_lens(given: Mapping[str, Any], path: str | None, camera: str, image_si
     own = _own_camera(path) if path else None
     if own is not None:
         if any(given.get(name) is not None for name in NUMBERS):
-            raise VidtrackError(f"{where}: numbers beside a camera.json. Drop them in the config.")
+            raise VidtrackError(f"{where}: numbers beside a camera.json. Remove the numbers from the config.")
         return _used(_resized(own, image_size, where), given, where)
     try:
         lens, sd = read_lens(path, given.get("camera") or camera) if path else (NOTHING, {})

@@ -44,13 +44,13 @@ def unsuited(settings: Settings, runs: Iterable[Recorded]) -> list[str]:
         reasons = {layout.name: FORMATS[name].lacking(layout) for layout in taking}
         if reasons and all(reasons.values()):
             run, why = next(iter(reasons.items()))
-            problems.append(f"config.yaml: export: no run can be written as {name}; run {run}: {why}. Leave it out.")
+            problems.append(f"config.yaml: export: no run can be written as {name}; run {run}: {why}. Remove {name}.")
     for layout in layouts:
         own = settings.runs.get(layout.name)
         for name in (own.export or ()) if own else ():
             if why := FORMATS[name].lacking(layout):
                 where = f"config.yaml: runs.{layout.name}.export"
-                problems.append(f"{where}: it cannot be written as {name}: {why}. Leave it out.")
+                problems.append(f"{where}: it cannot be written as {name}: {why}. Remove {name}.")
     return problems
 
 

@@ -1,5 +1,4 @@
-"""XML of other programs: one clear line where it breaks off, and no entities, which a file may use to fill the "
-"memory."""
+"""XML of other programs: one clear line where it breaks off, and no entities: they can fill the memory."""
 
 from __future__ import annotations
 
@@ -14,8 +13,8 @@ def parsed(path: Path) -> ElementTree.Element:
     """The root of an XML file; VidtrackError where it is not whole, or declares entities."""
     data = bytes_of(path)
     if re.search(rb"<!ENTITY", data):
-        raise VidtrackError(f"{path}: XML that declares entities, which no such file needs. Save it again.")
+        raise VidtrackError(f"{path}: XML that declares entities, which are not read. Export it without entities.")
     try:
         return ElementTree.fromstring(data)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise VidtrackError(f"{path}: not whole XML ({error}). Copy the whole file again.") from None
+        raise VidtrackError(f"{path}: the XML is cut off or damaged ({error}). Copy the whole file again.") from None

@@ -44,13 +44,14 @@ def read_config(path: str, needed: str = "`units` and `cameras`") -> dict[str, A
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else path
-        raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Mend that line.") from None
+        raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Correct that line.") from None
     except RecursionError:
         raise VidtrackError(
             f"{path}: nested too deep to be settings. Correct the brackets or the indentation."
         ) from None
     except (yaml.YAMLError, ValueError, TypeError, AttributeError, OverflowError) as error:
-        raise VidtrackError(f"{path}: not valid YAML: {' '.join(str(error).split())[:200]}. Correct it.") from None
+        problem = " ".join(str(error).split())[:200]
+        raise VidtrackError(f"{path}: not valid YAML: {problem}. Correct the file.") from None
     if size > LARGEST:
         raise VidtrackError(f"{path}: its aliases (*) stand for more than {LARGEST} values. Write the settings out.")
     if config is None:

@@ -116,16 +116,16 @@ def _value(name: str, cell: str, columns: Columns, style: NumberStyle) -> tuple[
         if value is None:
             return math.nan, f"{short(cell)}, {why_not_a_number(cell)}"
         if name in columns.units and name not in columns.times and abs(value) > LARGEST and not blank:
-            return math.nan, f"{short(cell)}, which no place has. Correct it."
+            return math.nan, f"{short(cell)}, which no place has. Correct the value."
         if (name in columns.positive and value <= 0) or (name in columns.not_negative and value < 0):
             least = "greater than 0" if name in columns.positive else "0 or greater"
-            cure = "Correct it, or leave it empty" if blank else "Correct it"
+            cure = "Correct the value, or leave the cell empty" if blank else "Correct the value"
             return math.nan, f"{short(cell)}; it must be {least}. {cure}."
         return value, ""
     if not cell and not blank:
         return cell, "empty. Fill it in or delete the row."
     if any(ord(letter) < 32 for letter in cell):
-        return cell, f"{short(cell)}, which has a line break or a tab in it. Write it on one line."
+        return cell, f"{short(cell)}, which has a line break or a tab in it. Write the text on one line."
     return style.time(cell) if name in columns.times else cell, ""
 
 

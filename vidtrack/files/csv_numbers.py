@@ -84,7 +84,7 @@ def why_not_a_number(cell: str) -> str:
     if _MANY_GROUPS.fullmatch(cell):
         return "not a number: it has marks between thousands. Write it without them."
     if _DATE.fullmatch(cell):
-        return "a date, which a spreadsheet may have made of a number. Correct it there, as text."
+        return "a date, which a spreadsheet may have made of a number. Correct the cell there, as text."
     with_unit = _WITH_UNIT.fullmatch(cell)
     if with_unit and cell.casefold() != "nan":
         return f"not a number alone. Write {with_unit[1]}, and the unit in the header if it is wanted there."

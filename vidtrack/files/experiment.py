@@ -95,7 +95,9 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     folder = settings.experiment
     problems: list[str] = []
     if not os.path.isdir(folder):
-        raise VidtrackError(f"config.yaml: experiment: no such folder as {folder!r}. Correct it or make the folder.")
+        raise VidtrackError(
+            f"config.yaml: experiment: no such folder as {folder!r}. Correct the name or make the folder."
+        )
     clips = {}
     for name in _folders(within(folder, "calibration"), problems):
         here = within(folder, "calibration", name)

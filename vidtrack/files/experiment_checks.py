@@ -208,7 +208,9 @@ def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str]
         if tag not in known:
             near = _as_spreadsheets_have_it(tag, known)
             hint = (
-                f"{near!r} there may be it, as a spreadsheet changed it. Correct it there" if near else "Add it there"
+                f"{near!r} there may be it, as a spreadsheet changed it. Correct the tag there"
+                if near
+                else "Add the point there"
             )
             problems.append(f"{place}: tag {tag} is not in {points}. {hint} or correct the tags.")
         elif times > 1:

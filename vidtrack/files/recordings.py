@@ -50,7 +50,7 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
     folder cam1. A file of unknown ending is a recording only if the camera has no other.
     """
     found: dict[str, Recording] = {}
-    strangers: list[str] = []
+    unknown: list[str] = []
     here = entries(folder)
     files = [name for name in here if not os.path.isdir(_in(folder, name)) and may_be_recording(name)]
     files.sort(key=lambda name: (not is_recording(name), name))
@@ -61,7 +61,7 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
             numbered.setdefault(whose, []).append(name)
         elif camera not in cameras:
             if is_recording(name) or did_you_mean(camera, cameras):
-                strangers.append(unknown_camera(path, camera, list(cameras)))
+                unknown.append(unknown_camera(path, camera, list(cameras)))
         elif trouble := broken_link(path):
             problems.append(trouble)
         elif camera not in found:
@@ -70,7 +70,7 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
             problems.append(f"{path}: camera {camera} has another recording here, {found[camera].path}. Keep one.")
     for camera, names in numbered.items():
         if camera in found:
-            strangers += [unknown_camera(_in(folder, name), os.path.splitext(name)[0], list(cameras)) for name in names]
+            unknown += [unknown_camera(_in(folder, name), os.path.splitext(name)[0], list(cameras)) for name in names]
         elif one := joined(folder, names, problems):
             found[camera] = one
     for name in here:
@@ -81,7 +81,7 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
                 )
             else:
                 found[name] = one
-    problems += first_of(strangers, folder)
+    problems += first_of(unknown, folder)
     return dict(sorted(found.items()))
 
 

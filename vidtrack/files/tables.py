@@ -160,7 +160,7 @@ def read_picks(path: Path, camera: str | None = None) -> DataFrame:
     bad = table[table["sd"] <= 0]
     if len(bad):
         raise VidtrackError(
-            *(f"{path}, line {n}: sd must be positive. Leave it empty for a ball." for n in bad["line"])
+            *(f"{path}, line {n}: sd must be positive. Leave sd empty for a ball." for n in bad["line"])
         )
     return _of_camera(table, camera)
 

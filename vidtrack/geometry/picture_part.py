@@ -139,7 +139,7 @@ def _turned(a: Picture, b: Picture, camera: str, where: str) -> list[Finding]:
         f"{where}: {camera}'s file says that it is turned by {b.rotation} degrees, those of its calibration by "
         f"{a.rotation}. Either the camera was turned after its calibration, or one of the files is wrong."
     )
-    cure = "Look at both in a player: where only one stands on its head, remove the rotation flag from that file."
+    cure = "Look at both in a player: where only one is upside down, remove the rotation flag from that file."
     return [Finding("bad", "rotation-differs", text, cure)]
 
 
@@ -156,11 +156,14 @@ def _other_pixels(a: Picture, b: Picture, crop: Sequence[float] | None, camera: 
             f"picture that it shows, [0, 0, {a.width}, {a.height}] if it is the same."
         )
     text = (
-        f"{where}: {camera}'s file says that its pixels have the shape {other.numerator}:{other.denominator}, those of "
-        f"its calibration {one.numerator}:{one.denominator}, as files have it that say nothing: the pictures are taken "
-        "for the same, px by px"
+        f"{where}: {camera}'s file states pixels of shape {other.numerator}:{other.denominator}, the file of its "
+        f"calibration {one.numerator}:{one.denominator}. 1:1 may mean that a file states no shape: both pictures are "
+        "treated as the same part of the scene, pixel by pixel"
     )
-    cure = f"Confirm it by `crop: [0, 0, {a.width}, {a.height}]` for the run, or give the part that it shows."
+    cure = (
+        f"If they are the same part, give `crop: [0, 0, {a.width}, {a.height}]` for the run; if not, give the part of "
+        "the calibration's picture that the run shows."
+    )
     return [Finding("doubtful", "pixel-shape-differs", text, cure)]
 
 

@@ -48,7 +48,7 @@ def _write_nothing(job: Job, problems: Sequence[str]) -> None:
     write_parquet(job.outputs["sightings"], no_sightings(), units=units, provenance=provenance)
     write_png(job.outputs["picture"], np.zeros((1, 1), np.uint8))
     write_png(job.outputs["background"], np.zeros((1, 1), np.uint16))
-    findings = [Finding("failed", "calibration_points-failed", problem) for problem in problems]
+    findings = [Finding("failed", "calibration-points-failed", problem) for problem in problems]
     write_json(job.outputs["record"], {"failed": list(problems), "findings": as_records(findings)}, provenance)
 
 

@@ -147,7 +147,7 @@ def _in_plane(job: Job) -> PlaneLocations:
     where = f"runs.{job.settings['run']}"
     tables = job.paths("centroids")
     if len(tables) != 1:
-        raise VidtrackError(f"{where}: mode plane uses one camera; there are {len(tables)}. Drop the other videos.")
+        raise VidtrackError(f"{where}: mode plane uses one camera; there are {len(tables)}. Remove the other videos.")
     plane = job.settings["plane"] or {}
     pictures = _pictures(job, {}) if plane.get("points") else {}
     clip = next((own.calibration for own in pictures.values()), None)

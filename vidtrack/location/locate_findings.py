@@ -102,7 +102,7 @@ def _besides(match: Record, units: str) -> list[Finding]:
     out = []
     for image, target in match["mirrored"].items():
         text = f"target {image} is the mirror image of {target}: it lies beyond a surface that reflects"
-        cure = "Take it off the targets, or place its start box on the target itself."
+        cure = "Remove it from the targets, or place its start box on the target itself."
         out.append(Finding("bad", "target-mirrored", text, cure))
     images = [own for own in match["besides"] if own["reason"] == "mirror"]
     if images:

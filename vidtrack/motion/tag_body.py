@@ -80,7 +80,10 @@ def findings_of(own: TagPose, size: float, where: str) -> list[Finding]:
             f"{where}: body {own.name}: in {100 * shares['ambiguous']:.0f} % of the samples two poses explain "
             "the picture: neither is given there"
         )
-        cure = "Film it nearer or turned by 20 degrees or more, put a second tag on another face, or add a camera."
+        cure = (
+            "Film the tag from a shorter distance or turned by at least 20 degrees, put a second tag on another face, or "
+            "add a camera."
+        )
         level = "bad" if shares["ambiguous"] > 0.5 else "doubtful"
         found.append(Finding(level, "tag-ambiguous", text, cure))  # type: ignore[arg-type]
     if wrong is not None:

@@ -78,7 +78,8 @@ def boards(
     why = {name: f"no view shows {LEAST_CORNERS} corners of the board" for name in corners if name not in seeing}
     b, sd = corner_arrays(seen, seeing, views, len(board.corners))
     if not seeing:
-        raise VidtrackError(*(f"cameras.{name}: {reason}. Film it nearer." for name, reason in why.items()))
+        cure = "Film the board from a shorter distance."
+        raise VidtrackError(*(f"cameras.{name}: {reason}. {cure}" for name, reason in why.items()))
     origin = world_view(b, views, world)
     alone = {}
     for i, name in enumerate(seeing):
@@ -153,10 +154,13 @@ def _surveyed(table: pd.DataFrame) -> tuple[Array, Array]:
 def _lost(name: str, why: str, surveyed: Collection[str]) -> Finding:
     """A camera whose views of the board give no lens."""
     if name in surveyed:
-        text = f"cameras.{name}: the board gives no lens: {why}. It is calibrated by its surveyed points alone."
-        return Finding("doubtful", "board-no-lens", text, "Film the board again, or leave its clip out.")
-    text = f"cameras.{name}: the board gives no lens: {why}; and it sees no surveyed points. It is not calibrated."
-    return Finding("bad", "board-no-lens", text, "Film the board again, or survey points that it sees.")
+        text = f"cameras.{name}: the board gives no lens: {why}. The camera is calibrated by its surveyed points alone."
+        return Finding("doubtful", "board-no-lens", text, "Film the board again, or remove its clip.")
+    text = (
+        f"cameras.{name}: the board gives no lens: {why}; and the camera sees no surveyed points. The camera is not "
+        "calibrated."
+    )
+    return Finding("bad", "board-no-lens", text, "Film the board again, or survey points that this camera sees.")
 
 
 def _used(views: Sequence[View], left_out: Mapping[str, Mapping[str, int]], origin: View) -> Finding:
@@ -235,11 +239,11 @@ def _fits(
         else:
             fits.append(Fitted(done, own, views))
     if len(fits) > 1 and not findings:
-        groups = " with ".join(", ".join(fit.names) for fit in fits)
-        text = f"calibration: no view of the board connects {groups}"
+        groups = "; ".join(", ".join(fit.names) for fit in fits)
+        text = f"calibration: no view of the board is shared by two of these groups of cameras: {groups}"
         worlds = [fit for fit in fits if bare & set(fit.names)]
         lost = len(worlds) > 1 or (bare and any(not set(fit.names) & set(surveyed) for fit in worlds) and surveyed)
-        text += ": each is in a world of its own." if lost else "."
+        text += ". Each group has its own coordinate system." if lost else "."
         findings.append(Finding("bad" if lost else "note", "boards-not-connected", text, cure))
     return fits
 

@@ -183,7 +183,7 @@ def _findings(found: Bundle, shared: SharedPoints) -> list[Finding]:
             f"{far[j]:.1f} standard deviations."
         )
         findings.append(
-            Finding("doubtful", "point-off-survey", text, "Measure it again, or take it out of points.csv.")
+            Finding("doubtful", "point-off-survey", text, "Measure the point again, or remove it from points.csv.")
         )
     return findings
 

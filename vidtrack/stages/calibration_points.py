@@ -145,7 +145,8 @@ def _shown_tags(
     if strange:
         raise VidtrackError(
             *(
-                f"config.yaml: calibration.clips.{clip}.tags: no point {tag} in points.csv. Correct them or survey it."
+                f"config.yaml: calibration.clips.{clip}.tags: no point {tag} in points.csv. Correct the tags, or "
+                "survey the point."
                 for clip, tag in strange
             )
         )
@@ -198,7 +199,7 @@ def _check_picks(
             problems.append(f"{where}: no tag {tag} in points.csv. Correct the tag or survey the point.")
         elif tag not in shown[clip]:
             problems.append(
-                f"{where}: clip {clip} does not show tag {tag}. Correct it, or calibration.clips.{clip}.tags."
+                f"{where}: clip {clip} does not show tag {tag}. Correct the tag, or calibration.clips.{clip}.tags."
             )
         elif not (0 <= pick["Xf"] < size[0] and 0 <= pick["Yf"] < size[1]):
             problems.append(

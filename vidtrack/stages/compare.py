@@ -185,7 +185,7 @@ def _against_reference(
         **agreed_after,
         "before": agreed_before,
         "after": agreed_after,
-        "axis": _told_line(line, axis),
+        "axis": _line_record(line, axis),
         "reference": about,
         "warnings": warnings,
         "findings": findings,
@@ -241,7 +241,7 @@ def _reference_record(
         times = seconds_from_cells(reference[time].tolist(), counting)
         r = pd.to_numeric(reference[value]).to_numpy(float)
     except ValueError as problem:
-        raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Mend the file.") from None
+        raise VidtrackError(f"{where}: the reference's columns {time}, {value}: {problem}. Correct the file.") from None
     good = np.isfinite(times.seconds)
     values, warnings = without_marks(r[good])
     t, r = times.seconds[good], np.array(values)
@@ -269,7 +269,7 @@ def _plain(a: Agreement) -> dict[str, Any]:
     return {**a._asdict(), "limits": [low, high]}
 
 
-def _told_line(line: Line, axis: str) -> dict[str, Any]:
+def _line_record(line: Line, axis: str) -> dict[str, Any]:
     return {
         "asked": axis,
         "nearest": "xyz"[line.axis],

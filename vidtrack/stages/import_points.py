@@ -47,7 +47,7 @@ def import_points(
     for clip, own in seen.items():
         place = f"calibration/{clip}/{camera}"
         if missing := [tag for tag in own.tags if tag not in survey.index]:
-            raise VidtrackError(f"{place}: tag {missing[0]} is not in points.csv. Add it there, or take it out.")
+            raise VidtrackError(f"{place}: tag {missing[0]} is not in points.csv. Add it there, or remove the tag.")
         at = {tag: i for i, tag in enumerate(own.tags)}
         listed = list(dict.fromkeys([*tags[clip], *own.tags]))
         which = np.array([at.get(tag, -1) for tag in listed], np.intp)

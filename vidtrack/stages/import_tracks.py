@@ -170,5 +170,5 @@ def _unseen(labels: Sequence[str], share: Array) -> list[Finding]:
     never = [label for label, some in zip(labels, share, strict=True) if not some]
     if not never:
         return []
-    text = f"{', '.join(never[:8])}{' ...' * (len(never) > 8)}: the file has no position of it in any frame"
-    return [Finding("note", "target-never-digitised", text, "Take it out of the file, if it was not to be there.")]
+    text = f"{', '.join(never[:8])}{' ...' * (len(never) > 8)}: the file has no position in any frame"
+    return [Finding("note", "target-never-digitised", text, "Remove from the file the names that are not targets.")]

@@ -287,7 +287,7 @@ def _views(
 ) -> list[View]:
     if missing := [name for name in centroids if name not in cameras]:
         raise VidtrackError(
-            *(f"{where}: camera {c} has no calibration. Add calibration clips or drop its video." for c in missing)
+            *(f"{where}: camera {c} has no calibration. Add calibration clips, or remove its video." for c in missing)
         )
     if len(centroids) < 2:
         names = ", ".join(centroids) or "no camera"

@@ -130,7 +130,7 @@ def _body(targets: Mapping[str, Sequence[float]], sigma: float | None, where: st
     p = np.array(list(targets.values()), float)
     spread = np.linalg.svd(p - p.mean(0), compute_uv=False)
     if spread[1] < 0.02 * spread[0]:
-        raise VidtrackError(f"{where}: the targets of {name} lie on one line. Add one beside it.")
+        raise VidtrackError(f"{where}: the targets of {name} lie on one line. Add a target beside that line.")
     own = Body(tuple(str(target) for target in targets), p, 0.0)
     return own._replace(sd=own.size * SIZE_SHARE if sigma is None else sigma)
 
@@ -313,7 +313,7 @@ def _not_rigid(free: BodyFit, body: Body, name: str, where: str) -> Finding:
         f"{where}: body {name} is not rigid: its sights miss any rigid body by {free.factor:.1f} times their noise, "
         f"those of {body.targets[k]} most ({spread[k]:.2g} px). The cameras stay as they were"
     )
-    cure = "Fix the targets to the body, check that no two names are exchanged and the cameras' clocks."
+    cure = "Attach the targets firmly to the body; check the cameras' clocks, and that no two names are exchanged."
     return Finding("doubtful", "body-not-rigid", text, cure)
 
 

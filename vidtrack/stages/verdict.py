@@ -180,7 +180,7 @@ def _weighed(finding: Finding, failure: Mapping[str, Any], asked: Mapping[str, A
 
 def _left_out(run: str, camera: str, why: str) -> Finding:
     text = f"the positions are without {camera}: {why}"
-    cure = f"See the reason under that camera or in the log. Correct it and run again, or remove it from {run}."
+    cure = f"Look under {camera} or in the log. Correct the cause and run again, or remove {camera} from {run}."
     return Finding("doubtful", "camera-left-out", text, cure)
 
 

@@ -115,7 +115,7 @@ def _views(
     """Each camera's corners at its own times, corrected, and by how many s that may be wrong."""
     if missing := [name for name in centroids if name not in calibrated]:
         raise VidtrackError(
-            *(f"{where}: camera {c} has no calibration. Add calibration clips or drop its video." for c in missing)
+            *(f"{where}: camera {c} has no calibration. Add calibration clips, or remove its video." for c in missing)
         )
     shown, _ = windows(pictures, where)
     views = []
@@ -167,7 +167,7 @@ def _in_no_body(there: Sequence[int], order: TagOrder, where: str) -> list[Findi
         return []
     names = ", ".join(f"tag {number}" for number in others[:8])
     text = f"{where}: {names} is seen, but is on no body of the config: its pose is given by itself"
-    cure = "Add it to the tags of its body, or name in tags.ids those that count."
+    cure = "Add each tag to the tags of its body, or name in tags.ids the tags to be used."
     return [Finding("note", "tag-not-in-body", text, cure)]
 
 

@@ -212,7 +212,7 @@ class Reacquisition:
         alike = np.abs(np.log(near.pixels / pixels)) < SEARCH.whole + WINDOW.grain / pixels
         cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
         chosen = one_to_one(cost)
-        if (chosen < 0).any() or not _told_apart(cost, chosen):
+        if (chosen < 0).any() or not _distinct(cost, chosen):
             return None
         velocity = self.occlusions.velocity(who, sample.time)
         now = self._found(now, sample, who, near, chosen)
@@ -342,7 +342,7 @@ def _going_on(now: Searched, who: Ints, before: Array, time: float) -> Searched:
     return replace(now, state=now.state.going(who, velocity, 2))
 
 
-def _told_apart(cost: Array, chosen: Ints) -> bool:
+def _distinct(cost: Array, chosen: Ints) -> bool:
     """Whether of two targets each is nearer to its own blob than, by a px or two, if they changed places."""
     if len(cost) != 2:
         return True

@@ -75,7 +75,10 @@ def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: M
     lost = fit.found - fit.used
     if fit.found and (level := graded(lost / fit.found, LIMITS.left_out)):
         text = f"{name}: {lost} of the {fit.found} calibration points found do not fit and were left out"
-        cure = "See the list of points not used: those at the rim point to the lens model, neighbours to wrong names."
+        cure = (
+            "Look at the list of points not used. If they lie at the edge of the picture, try calibration.model: auto; "
+            "if they are neighbours, check their tags."
+        )
         out.append(Finding(level, "points-left-out", text, cure))
     listed, seen = labelling.get("points"), labelling.get("found")
     if listed and seen is not None and (level := graded(1 - seen / listed, LIMITS.not_found)):

@@ -133,9 +133,12 @@ def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
         if level := graded(hypot(*sigma) / expected, LIMITS.sigma):
             text = (
                 f"positions have a mean sigma of {hypot(*sigma):.2g} {units}, {hypot(*sigma) / expected:.2g} times "
-                "what the calibration leads to expect"
+                "the value expected from the calibration"
             )
-            cure = "Lines of sight nearly parallel make it, or points outside the calibrated volume: move a camera."
+            cure = (
+                "The lines of sight are nearly parallel, or the targets are outside the calibrated volume. Move a camera, "
+                "or calibrate a larger volume."
+            )
             out.append(Finding(level, "sigma-large", text, cure))
     return out
 
@@ -153,7 +156,10 @@ def motion_findings(kinematics: Record) -> list[Finding]:
             text = (
                 f"target {target}: positions scatter along {own['axis']} by {own['noise_ratio']:.2g} times their sigma"
             )
-            cure = "See its track: short jumps are another target or a reflection; give a start box or a threshold."
+            cure = (
+                "Look at the track of this target: short jumps come from another target or a reflection. Give the "
+                "target a start box in targets.csv, or set detect.threshold."
+            )
             out.append(Finding(level, "scatter-unexplained", text, cure))
     return out
 

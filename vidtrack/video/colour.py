@@ -92,7 +92,7 @@ def colour_reader(picture: Any, codec: str, colour: Colour, path: str) -> Callab
     """
     name = picture.format.name
     if name.startswith(("gray", "mono", "ya8", "ya16", "y400")):
-        raise VidtrackError(f"{path}: detect.colour is set, and the pictures are grey. Take it out for this camera.")
+        raise VidtrackError(f"{path}: detect.colour is set, and the pictures are grey. Remove it for this camera.")
     deep = colour_bits_of(picture) == 16
     if name.startswith(("yuv", "yuvj", "yuva")) and not name.endswith("be") and "p" in name:
         target = name

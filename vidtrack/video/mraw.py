@@ -26,12 +26,12 @@ class MrawPictures:
         width, height = (_number(path, words, key) for key in ("width", "height"))
         stored, rate = _number(path, words, "stored"), _number(path, words, "rate")
         if "color" in str(header.get("color type") or header.get("type") or "").lower():
-            raise VidtrackError(f"{path}: pictures in colour, which are not read. Save it as AVI or TIFF.")
+            raise VidtrackError(f"{path}: colour .mraw files are not read. Save the recording as AVI or TIFF.")
         if not width * height:
             raise VidtrackError(f"{path}: its header gives pictures of {width} x {height}. Copy the .cih again.")
         refuse_giants(path, width, height)
         if stored not in (8, 10, 12, 16) or not (width * height * stored) % 8 == 0:
-            raise VidtrackError(f"{path}: {stored} bits a pixel, which are not read. Save it with 8, 12 or 16.")
+            raise VidtrackError(f"{path}: {stored} bits per pixel are not read. Save the recording with 8, 12 or 16.")
         self._shape, self._stored = (height, width), stored
         self._bytes = width * height * stored // 8
         there = os.path.getsize(path) // self._bytes

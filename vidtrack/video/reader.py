@@ -68,7 +68,7 @@ def open_video(
     ending = os.path.splitext(path)[1].lower()
     if ending == ".mraw" and os.path.isfile(path):
         if colour is not None:
-            raise VidtrackError(f"{path}: detect.colour is set, and the pictures are grey. Take it out.")
+            raise VidtrackError(f"{path}: detect.colour is set, and the pictures are grey. Remove detect.colour.")
         return PictureStack(MrawPictures(path), given)
     if ending in (".tif", ".tiff") and os.path.isfile(path) and page_count(path) > 1:
         return PictureStack(TiffPages(path, colour), given)

@@ -55,7 +55,7 @@ class TiffPages:
         if bits not in (8, 16):
             raise VidtrackError(f"{path}: {bits} bits a sample in a TIFF of several pages. Save it with 8 or 16.")
         if colour is not None and first.tags.get(_SAMPLES, 1) < 3:
-            raise VidtrackError(f"{path}: detect.colour is set, and the pages are grey. Take it out for this camera.")
+            raise VidtrackError(f"{path}: detect.colour is set, and the pages are grey. Remove it for this camera.")
         self.notes: list[str] = []
         self._shape, self._bits = (height, width), bits
         self._places = [place for place, page in enumerate(pages) if not page.tags.get(_NEW, 0) & 1]

@@ -64,7 +64,7 @@ class Speaker:
 def refused(error: OSError, where: str) -> str:
     """What the system refused, where, and what to do."""
     place = meant(str(error.filename)) if error.filename else where
-    cure = CURES.get(error.errno or 0, "Correct it")
+    cure = CURES.get(error.errno or 0, "Correct the cause")
     reason = " ".join(str(error.strerror or error).split())
     return f"{place + ': ' if place else ''}{reason}. {cure} and run again."
 

@@ -81,7 +81,7 @@ def test_an_initial_calibration_alone_is_reported(tmp_path):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        (xml()[:-40], "not whole XML"),
+        (xml()[:-40], "cut off or damaged"),
         ("<document/>", "no chunk"),
         (xml().replace("<transform>0.9", "<transform>"), "not 16 numbers|rotation"),
         (xml().replace("<k1>", "<p3>0.1</p3><k1>"), "p3 or p4"),

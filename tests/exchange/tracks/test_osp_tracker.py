@@ -69,7 +69,7 @@ def test_an_exported_table_is_read_by_its_pixel_columns(tmp_path):
         ("t,x,y\n0,1,2\n", "in the world of Tracker"),
         ("mass_A\nt,x,y\n0,1,2\n", "Export the columns frame, pixelx and pixely"),
         ("pixelx,pixely,t\n1,2,0\n", "no column frame"),
-        (trk(positions())[:-9], "not whole XML"),
+        (trk(positions())[:-9], "cut off or damaged"),
         (trk(np.full((3, 2, 2), np.nan)), "no point mass with marked steps"),
     ],
 )

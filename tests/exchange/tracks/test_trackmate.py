@@ -69,7 +69,7 @@ def test_the_short_file_is_read_in_pixels_and_refused_in_other_units(tmp_path):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        (whole(positions())[:-300], "not whole XML"),
+        (whole(positions())[:-300], "cut off or damaged"),
         ("<TrackMate><Model/></TrackMate>", "no tracks"),
         ("<TrackMate/>", "no Model"),
         (whole(positions()).replace('FRAME="3"', 'FRAME="x"'), "no FRAME"),

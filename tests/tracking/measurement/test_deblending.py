@@ -9,7 +9,7 @@ from tests.tracking.measurement.test_template import DETECTION, known
 from vidtrack.tracking.measurement.background import Sums
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components
-from vidtrack.tracking.measurement.deblending import crowded, measure_beside, strangers
+from vidtrack.tracking.measurement.deblending import crowded, measure_beside, bright_neighbours
 from vidtrack.tracking.measurement.template import apply_template
 from vidtrack.tracking.sample import Sample
 
@@ -102,11 +102,11 @@ def test_a_targets_own_blur_is_no_neighbour():
     y, x = np.mgrid[-15:16, -15:16]
     target[:, 0] = np.hypot(x, y) < 4
     low[:, 0] = np.hypot(x, y) < 9
-    assert not strangers(low, target, None).any()
+    assert not bright_neighbours(low, target, None).any()
     low[12:18, 0, 26:30] = 1
     low[:, 0] |= np.hypot(x, y) < 4
     low[:, 0] &= (np.hypot(x, y) < 5.5) | (x > 10)
-    assert strangers(low, target, None).sum() == 24
+    assert bright_neighbours(low, target, None).sum() == 24
     assert crowded(low, target, None).tolist() == [0]
     low[:, 0, 26:30] = 0
     low[3, 0, 3] = 1  # a speck

@@ -198,7 +198,7 @@ def _of_camera(i: int, name: str, camera: Camera, done: Refined, adjusted: Adjus
             worst, px = float(abs(mean[k] / error[k])), float(np.linalg.norm(mean))
     if worst > LIMITS.moved and px > LIMITS.moved_px:
         text = f"{name}: for a part of the recording its sights are off by {px:.2g} px: it moved, or its clock did"
-        findings.append(Finding("bad", "wand-camera-moved", text, "Fix the camera, and film the wand again."))
+        findings.append(Finding("bad", "wand-camera-moved", text, "Attach the camera firmly, and film the wand again."))
     return findings
 
 
@@ -246,6 +246,6 @@ def _of_axes(axes: Axes, names: Sequence[str]) -> list[Finding]:
     for tag, off in zip(axes.tags, axes.off, strict=True):
         if off > LIMITS.point:
             text = f"surveyed point {tag} is not where the wand's cameras see it: {off:.0f} standard deviations off"
-            cure = "Measure it again, or give sigma in points.csv."
+            cure = "Measure the point again, or give sigma in points.csv."
             findings.append(Finding("doubtful", "wand-point-off", text, cure))
     return findings

@@ -65,6 +65,6 @@ def _array(own: dict[str, Any], key: str, path: Path, size: int | None = None) -
         values = np.array([np.nan])
     if not np.isfinite(values).all() or (size is not None and values.size != size):
         raise VidtrackError(
-            f"{path}: {key} of camera {own.get('name', '?')} is not {size or 'some'} numbers. Correct it."
+            f"{path}: {key} of camera {own.get('name', '?')} is not {size or 'some'} numbers. Correct the file."
         )
     return values

@@ -43,7 +43,9 @@ def read_profiles(path: Path) -> list[Profile]:
         if any(v is None or v != v for v in values):
             if values.count(None) > 2:
                 continue  # the names of the columns
-            raise VidtrackError(f"{path}, line {i + 1}: not a camera profile. Each line has 12 numbers; correct it.")
+            raise VidtrackError(
+                f"{path}, line {i + 1}: not a camera profile. Each line has 12 numbers; correct the line."
+            )
         if len(cells) > 12 or _OMNIDIRECTIONAL.search(cells[0]):
             raise VidtrackError(
                 f"{path}, line {i + 1}: {cells[0]}: an omnidirectional lens, which is not read. Keep lines of f w h "

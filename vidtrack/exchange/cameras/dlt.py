@@ -152,7 +152,7 @@ def _with_lens(camera: Camera, profiles: list[Profile], said: Said, A: Array) ->
     profile = profiles[0] if len(profiles) == 1 else next((p for p in profiles if p.number == number), None)
     if profile is None:
         raise VidtrackError(
-            f"{said.where}.lens: no line of camera {number} in {said.lens}. Correct it, or give camera."
+            f"{said.where}.lens: no line of camera {number} in {said.lens}. Correct the file, or give camera."
         )
     lens = profile.lens
 

@@ -45,7 +45,7 @@ def read(path: Path, said: Said) -> Given:
         )
     dx, dy = said.sensor[0] / width, said.sensor[1] / height
     if not cc > 0:
-        raise VidtrackError(f"{path}: the principal distance {cc:g} is not positive. Correct it.")
+        raise VidtrackError(f"{path}: the principal distance {cc:g} is not positive. Correct the value.")
     R = np.diag([1.0, -1.0, -1.0]) @ dm.T
     start = Camera(
         *(width / 2 - 0.5 + xh / dx, height / 2 - 0.5 - yh / dy, dx, dy, 1.0, cc, 0.0),

@@ -162,7 +162,7 @@ def write_pixels(path: Path, b: Array, name: str) -> None:
     """Write fblocate.prn (n, 4, 2) or one of the iti files (n, 2, 2), px to one decimal; NaN is refused."""
     if not np.isfinite(b).all():
         raise VidtrackError(
-            f"{path}: a point is not in front of both cameras, and the file has no mark for it. Leave it out."
+            f"{path}: a point is not in front of both cameras, and the file has no mark for it. Remove the point."
         )
     text = ("Calculated screen locations of calibration points,", "used by showcalb.exe")
     body = "".join(" ".join(f"{value:5.1f}" for value in each) + "\n" for each in b.reshape(len(b), -1))

@@ -44,6 +44,6 @@ def row(path: Path, line: int, text: str, least: int, what: str) -> list[float]:
     if len(found) < least:
         raise VidtrackError(
             f"{path}, line {line}: {len(found)} numbers where {what} has {least}. Copy the whole file again, or "
-            "correct it."
+            "correct the line."
         )
     return found

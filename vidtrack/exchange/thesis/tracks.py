@@ -71,11 +71,11 @@ def read_taped(path: Path) -> Taped:
             continue
         h, m, s, f = (int(part) for part in found.groups())
         if h > 23 or m > 59 or s > 59 or f >= CODE_RATE:
-            raise VidtrackError(f"{path}, line {i + 1}: {found[0]} is no time code of NTSC tape. Correct it.")
+            raise VidtrackError(f"{path}, line {i + 1}: {found[0]} is no time code of NTSC tape. Correct the line.")
         values = _values(line)
         if len(values) < 2 or len(values) % 2:
             raise VidtrackError(
-                f"{path}, line {i + 1}: {len(values)} numbers beside the time code, not X Y. Correct it."
+                f"{path}, line {i + 1}: {len(values)} numbers beside the time code, not X Y. Correct the line."
             )
         if places and len(values) != len(places[0]):
             raise VidtrackError(

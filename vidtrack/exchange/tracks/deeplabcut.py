@@ -126,7 +126,7 @@ def _frames(path: Path, cells: list[str]) -> Any:
             digits = re.findall(r"\d+", cell)
             value = float(digits[-1]) if digits else None
         if value is None or value != value:
-            raise VidtrackError(f"{path}: {cell[:40]!r} in its first column is no frame. Correct it.")
+            raise VidtrackError(f"{path}: {cell[:40]!r} in its first column is no frame. Correct the file.")
         found.append(int(value))
     return np.array(found, np.int64)
 

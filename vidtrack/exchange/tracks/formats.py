@@ -121,5 +121,5 @@ def _checked(path: Path, tracks: Digitised) -> Digitised:
     if not np.isfinite(tracks.b).all(-1).any():
         raise VidtrackError(f"{path}: no target has a position in any frame. Export it again.")
     if tracks.frame.min() < 0:
-        raise VidtrackError(f"{path}: frame {tracks.frame.min()} is below 0. Correct it.")
+        raise VidtrackError(f"{path}: frame {tracks.frame.min()} is below 0. Correct the frame numbers.")
     return tracks

@@ -127,7 +127,7 @@ def _one_by_one(path: Path, table: Table, columns: Sequence[int], width: int) ->
         if None in values:
             bad = columns[values.index(None)]
             raise VidtrackError(
-                f"{path}, line {table.line + i}: {short(cells[bad])} in column {bad + 1} is no number. Correct it."
+                f"{path}, line {table.line + i}: {short(cells[bad])} in column {bad + 1} is no number. Write one there."
             )
         rows.append(values)
     if not rows:

@@ -68,15 +68,15 @@ class Beside(NamedTuple):
 
 
 def crowded(low: Bytes, target: Bytes, others: Bytes | None) -> Ints:
-    """Windows in which something bright is not the target; arguments as those of `strangers`."""
+    """Windows in which something bright is not the target; arguments as those of `bright_neighbours`."""
     beyond = low & ~_grown(target, _ROUND5)
     if others is not None:
         beyond |= others
     some = np.flatnonzero(np.bitwise_or.reduce(beyond, axis=0).any(axis=1))
     if not some.size:
         return some
-    strange = strangers(low[:, some], target[:, some], None if others is None else others[:, some])
-    return some[strange.any(axis=(0, 2))]
+    neighbours = bright_neighbours(low[:, some], target[:, some], None if others is None else others[:, some])
+    return some[neighbours.any(axis=(0, 2))]
 
 
 def measure_beside(
@@ -102,19 +102,19 @@ def measure_beside(
     free[..., -CUTTING.separator :] = 0
     plane, scatter = _steady(grey[:, who], free, sums, noise)
     low = _above(grey[:, who], plane, SURROUNDINGS.stands_out * scatter, sums)
-    strange = strangers(low, target[:, who], (mask & ~target)[:, who])
-    crowd = np.flatnonzero(strange.any(axis=(0, 2)))
-    who, strange, free = who[crowd], strange[:, crowd], free[:, crowd]
+    neighbours = bright_neighbours(low, target[:, who], (mask & ~target)[:, who])
+    crowd = np.flatnonzero(neighbours.any(axis=(0, 2)))
+    who, neighbours, free = who[crowd], neighbours[:, crowd], free[:, crowd]
     if not who.size:
         return who, Beside._make([np.empty(0)] * len(Beside._fields))
     grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
-    hidden = lit(strange, others)
+    hidden = lit(neighbours, others)
     plane = plane_under(grey[SURROUNDINGS.rows], (free * (hidden == 0))[SURROUNDINGS.rows], sums)
     region = soft_edge(
         _above(grey, plane, np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise[who]), sums), target, None
     )
     beside = Beside._make([*np.stack(weighted(grey, region, plane, sums)), *plane])
-    near = np.flatnonzero((region & _grown(strange, _ROUND5)).any(axis=(0, 2)))
+    near = np.flatnonzero((region & _grown(neighbours, _ROUND5)).any(axis=(0, 2)))
     if always_fitted:
         near = np.arange(who.size)
     if near.size:
@@ -161,7 +161,7 @@ def _above(grey: Float32, plane: Plane, level: Array, sums: Sums) -> Bytes:
     return low
 
 
-def strangers(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
+def bright_neighbours(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
     """1 where something bright is not the target, (height, n, width).
 
     low     1 where a pixel stands out of the background; target: 1 on it
@@ -177,10 +177,10 @@ def strangers(low: Bytes, target: Bytes, others: Bytes | None) -> Bytes:
     return np.asarray(beyond if others is None else beyond | others, np.uint8)
 
 
-def lit(strange: Bytes, others: Bytes) -> Bytes:
-    """1 where strangers may have lit a pixel: up to two px from those whose outlines are known, three from the rest."""
+def lit(neighbours: Bytes, others: Bytes) -> Bytes:
+    """1 where neighbours may have lit a pixel: within 2 px of those with a known outline, within 3 px of the rest."""
     near = _grown(others, _ROUND5)
-    return near | _grown(strange & ~near, _ROUND7)
+    return near | _grown(neighbours & ~near, _ROUND7)
 
 
 def _fitted(
