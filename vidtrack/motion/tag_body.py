@@ -81,8 +81,8 @@ def findings_of(own: TagPose, size: float, where: str) -> list[Finding]:
             "the picture: neither is given there"
         )
         cure = (
-            "Film the tag from a shorter distance or turned by at least 20 degrees, put a second tag on another face, or "
-            "add a camera."
+            "Film the tag from a shorter distance or turned by at least 20 degrees, put a second tag on another face, "
+            "or add a camera."
         )
         level = "bad" if shares["ambiguous"] > 0.5 else "doubtful"
         found.append(Finding(level, "tag-ambiguous", text, cure))  # type: ignore[arg-type]

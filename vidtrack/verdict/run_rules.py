@@ -136,8 +136,8 @@ def location_findings(locate: Record, held_out: float | None) -> list[Finding]:
                 "the value expected from the calibration"
             )
             cure = (
-                "The lines of sight are nearly parallel, or the targets are outside the calibrated volume. Move a camera, "
-                "or calibrate a larger volume."
+                "The lines of sight are nearly parallel, or the targets are outside the calibrated volume. Move a "
+                "camera, or calibrate a larger volume."
             )
             out.append(Finding(level, "sigma-large", text, cure))
     return out
