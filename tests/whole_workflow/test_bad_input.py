@@ -1,4 +1,4 @@
-"""What a user can mend is told in one line, with exit code 1, and leaves nothing half-written."""
+"""What a user can correct is reported in one line, with exit code 1, and leaves nothing half-written."""
 
 import copy
 import shutil

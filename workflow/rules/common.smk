@@ -44,7 +44,7 @@ set_environment(HOUSE)
 
 
 def or_stop(function, *arguments):
-    """The function's answer; where the user can mend what is wrong, one clear line and exit code 1."""
+    """The function's answer; where the user can correct what is wrong, one clear line and exit code 1."""
     try:
         return function(*arguments)
     except VidtrackError as error:
