@@ -9,7 +9,7 @@ from tests.tracking.measurement.test_template import DETECTION, known
 from vidtrack.tracking.measurement.background import Sums
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components
-from vidtrack.tracking.measurement.deblending import crowded, measure_beside, bright_neighbours
+from vidtrack.tracking.measurement.deblending import bright_neighbours, crowded, measure_beside
 from vidtrack.tracking.measurement.template import apply_template
 from vidtrack.tracking.sample import Sample
 
