@@ -189,9 +189,7 @@ def _bent(
     """The camera that sees the known points through its interfaces; None where they do not give one."""
     b = known[["Xf", "Yf"]].to_numpy(float)
     if "z" not in known or not np.isfinite(known["z"]).all():
-        raise VidtrackError(
-            f"{where}: the known points need z, for light is bent at {through[0]['name']}. Survey z of these points."
-        )
+        raise VidtrackError(f"{where}: known points need z, for light is bent at {through[0]['name']}. Survey their z.")
     size = image_size or (int(np.ceil(b[:, 0].max())) + 1, int(np.ceil(b[:, 1].max())) + 1)
     sd, sigma = _noise_of(known)
     return plane_camera(
