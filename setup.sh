@@ -82,13 +82,18 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; on
     fi
     ruff check .
     ruff format --check --quiet .
-    mypy
-    lint-imports
-    snakefmt --check Snakefile workflow
-    $pytest "$@"
+    local failed=0 checks # on a core of its own for a while: most of the time that the tests begin with is waiting
+    checks=$(mktemp)
+    { mypy && lint-imports && snakefmt --check Snakefile workflow; } >"$checks" 2>&1 &
+    local checking=$!
+    $pytest "$@" || failed=1
+    wait "$checking" || failed=1
+    cat "$checks"
+    rm -f "$checks"
+    [ "$failed" = 0 ] || stop "something failed; see above"
     # decisions that hang on the last bit show under another processor's linear algebra, without fused multiplication
     [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott \
-        NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" $pytest -m "not slow" tests/geometry tests/calibration tests/labelling tests/location
+        NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" $pytest -p tests.quick tests/geometry tests/calibration tests/labelling tests/location
 }
 
 run_quick_tests() { # one process a core, each with files of its own; types are left to the whole

@@ -76,16 +76,16 @@ def test_two_clips_may_show_balls_at_one_place():
 
 
 def test_a_ball_that_a_pick_names_against_the_survey_is_taken_and_a_pick_at_anothers_ball_is_not():
-    points = POINTS.copy()
-    points[17] *= 25.4
-    c = case([0, 3, 17, 19, 27, 35], points=points)
-    (labels,) = label_from_picks(points, c.views, c.picks, SIZE)
+    c = case([0, 3, 17, 19, 27, 35])
+    (right,) = label_from_picks(POINTS, c.views, c.picks, SIZE)
+    blob, projected = [each.copy() for each in right.blob], [each.copy() for each in right.projected]
+    blob[1][5], projected[1][5] = -1, (600.0, 40.0)  # where a mistyped row of points.csv would have it
+    labels = right._replace(blob=blob, projected=projected)
     taken, (finding,) = with_picked(c, labels)
     assert (labels.blob[1][5], taken.blob[1][5]) == (-1, 5)
     assert (finding.level, finding.code) == ("doubtful", "pick-contradicted")
     assert finding.cure == f"Check tag {c.tags[17]} in points.csv, and this pick."
     at_another = c.picks.xy.copy()
     at_another[2] = c.views[1].blobs[6]
-    c = case([0, 3, 17, 19, 27, 35], at_another, points=points)
-    kept, (finding,) = with_picked(c, label_from_picks(points, c.views, c.picks, SIZE)[0])
+    kept, (finding,) = with_picked(case([0, 3, 17, 19, 27, 35], at_another), labels)
     assert (kept.blob[1][5], finding.code) == (-1, "pick-not-used")

@@ -34,6 +34,7 @@ def test_without_picks_nothing_is_said_of_units():
     check_units(case([0, 3, 16], points=mixed))
 
 
+@pytest.mark.slow
 def test_a_factor_that_the_balls_do_not_confirm_is_not_named():
     mixed = POINTS.copy()
     mixed[24:] = 25.4 * mixed[24:][::-1]

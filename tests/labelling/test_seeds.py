@@ -66,6 +66,7 @@ def test_the_picks_at_their_balls_come_first_then_as_they_are_then_others():
     assert all((s.xy != first.xy).any(1).sum() == 2 for s in exchanged)
 
 
+@pytest.mark.slow
 def test_picks_of_rows_that_are_mistyped_are_left_out_and_all_others_kept():
     b, view = clip(np.random.default_rng(1))
     points = POINTS.copy()
