@@ -20,7 +20,7 @@ from vidtrack.report.space_view import as_json, space_view
 
 pytestmark = pytest.mark.skipif(shutil.which("chromium") is None, reason="no chromium on this machine")
 
-NUMBERS = ["0.20 ± 0.01", "3·10⁻⁶", "–", "1/24 100", "75 %"]
+NUMBERS = ["0.20 ± 0.01", "3·10⁻⁶", "–", "1/24,100", "75 %"]
 WRAPPED = "<script>window.onerror = (m, s, l) => document.title = 'fault: ' + m + ' ' + l;</script>"
 
 
@@ -117,7 +117,7 @@ def test_columns_sort_by_their_values_and_tables_can_be_copied(opened):
         "+ t.tHead.rows[0].cells[1].getAttribute('aria-sort') + '; ' + t.parentNode.querySelector('.copy').textContent;"
     )
     dom = opened(["--dump-dom"], click + report)
-    assert "<title>3·10⁻⁶, 1/24 100, 0.20 ± 0.01, 75 %, –; ascending; copy</title>" in dom
+    assert "<title>3·10⁻⁶, 1/24,100, 0.20 ± 0.01, 75 %, –; ascending; copy</title>" in dom
 
 
 def test_every_picture_and_view_has_words_for_those_who_do_not_see_it(opened):

@@ -24,7 +24,7 @@ def test_numbers_keep_their_digits_and_missing_ones_are_dashes(value, text):
 
 
 def test_a_share_of_the_field_is_told_as_one_in_so_many():
-    assert one_over(0.0538 / 160.5) == "1/2 980"
+    assert one_over(0.0538 / 160.5) == "1/2,980"
     assert one_over(1 / 7) == "1/7"
     assert one_over(None) == one_over(0.0) == one_over(math.nan) == "–"
 

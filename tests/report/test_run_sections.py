@@ -38,7 +38,7 @@ def test_a_line_of_the_runs_is_its_summary_and_one_without_positions_has_none():
     own |= {"lag_s": 0.200098, "lag_sd_s": 0.0001, "rms": 0.05, "truth_one_over": 21900.0}
     bare = run_summary("bare", RunResults()) | {"targets": 1}
     table = runs_table([own, bare, run_summary("beach", RunResults())], "in")
-    assert table.rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.20010", "0.05", "1/21 900"]
+    assert table.rows[0] == ["pluck", "1", "7.8", "4", "75 %", "0.03", "0.20010", "0.05", "1/21,900"]
     assert table.rows[1][-3:] == ["–", "–", "–"]
     assert list(table.keys) == ["run-pluck", "run-bare"]
 
@@ -93,7 +93,7 @@ def test_the_comparison_is_told_before_and_after_and_against_the_truth():
     by_axis = {key: {"x": k, "y": 2 * k, "z": 3 * k} for k, key in enumerate(("bias", "mean_abs", "rms_by_axis"), 1)}
     table = truth_table({"truth": {"n": 9, "mean": 0.00732, "one_over": 21900.0, **by_axis}}, "in")
     assert table.rows[2] == ["z", "3", "6", "9", "–"]
-    assert table.caption == "Video minus truth.csv, in; mean error in space 0.00732 in, 1/21 900 of the diagonal field"
+    assert table.caption == "Video minus truth.csv, in; mean error in space 0.00732 in, 1/21,900 of the diagonal field"
     assert truth_table({"truth": {"n": 0}}, "in") is None
 
 

@@ -21,7 +21,7 @@ from vidtrack.report.run_summary import run_summary
 from vidtrack.results import RunResults
 from vidtrack.stages.analysis import analysis
 
-NUMBER = re.compile(r"(?<![\w.])(1/)?(-?\d+(?: \d{3})*(?:\.\d+)?)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?( %)?")
+NUMBER = re.compile(r"(?<![\w.])(1/)?(-?\d+(?:,\d{3})*(?:\.\d+)?)(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?( %)?")
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
@@ -39,7 +39,7 @@ def numbers_of(record):
 def shown(text):
     """(value, half a unit of its last digit) of each number in a cell."""
     for one_over, digits, power, percent in NUMBER.findall(text):
-        plain_digits = digits.replace(" ", "")
+        plain_digits = digits.replace(",", "")
         decimals = len(plain_digits.partition(".")[2])
         if "." not in plain_digits:  # 1250 may be rounded to tens
             decimals = -(len(plain_digits) - len(plain_digits.rstrip("0")))

@@ -36,7 +36,7 @@ def test_a_wand_has_its_lengths_its_scatter_its_axes_and_the_lens_that_was_chose
     text = " ".join(section.lines)
     assert "346 moments" in text
     assert "lengths 20 in" in text
-    assert "1/10 000 of the volume" in text
+    assert "1/10,000 of the volume" in text
     assert "up as measured, x as the first camera looks" in text
     assert "386.1 ± 0.4 in/s²" in text
     held, clocks = section.tables

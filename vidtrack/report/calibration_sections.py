@@ -25,7 +25,7 @@ def accuracy_section(back: Record, units: str) -> Section:
     held = back.get("held_out") or {}
     lines = [
         f"{back['n_points']} calibration points, located by the cameras and compared with the survey. "
-        f"Mean error by axis: {_by_axis(back, 'mean_abs', units)}. The thesis reached 0.11 in, 1/1350 of its field.",
+        f"Mean error by axis: {_by_axis(back, 'mean_abs', units)}. The thesis reached 0.11 in, 1/1,350 of its field.",
         f"Points held out of the calibration ({held.get('method')}) lie {number(held.get('mean_3d'), 3)} {units} from "
         f"their survey on average, {one_over(_share(held.get('mean_3d'), back))} of the diagonal field of "
         f"{number(back.get('diagonal_field'), 4)} {units}; the survey's own tolerance is part of that.",

@@ -54,11 +54,11 @@ def share(value: Any, digits: int = 2) -> str:
 
 
 def one_over(part: Any) -> str:
-    """A small share as 1/N, N to three digits: 0.000335 is 1/2 990; a dash for what is missing."""
+    """A small share as 1/N, N to three digits: 0.000335 is 1/2,990; a dash for what is missing."""
     if part is None or not math.isfinite(part) or part <= 0:
         return "–"
     n = 1 / part
-    return f"1/{round(n, 2 - math.floor(math.log10(n))):,.0f}".replace(",", " ")
+    return f"1/{round(n, 2 - math.floor(math.log10(n))):,.0f}"
 
 
 def plain(values: Any, digits: int = 6) -> list[float | None]:

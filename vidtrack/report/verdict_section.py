@@ -98,7 +98,7 @@ def _runs_table(summaries: Mapping[str, Record], runs: Record, units: str) -> Ta
         cells = [share(part, 3), number(own.get("sigma"), 2), lag, _first(judgement)]
         rows.append([name, judgement["verdict"], *cells])
         keys.append(f"run-{name}")
-    header = ["run", "verdict", "located", f"mean sigma ({units})", "lag of the video (s)", "what to look at"]
+    header = ["run", "verdict", "located", f"mean sigma in space ({units})", "lag of the video (s)", "what to look at"]
     return Table("Runs", header, rows, ABOUT["runs"], keys)
 
 

@@ -35,7 +35,7 @@ class Limits:
     """Held-out error over what centroid noise and survey tolerance allow."""
 
     of_field: tuple[float, float] = (1 / 200, 1 / 50)
-    """Held-out error as a share of the diagonal field. The thesis, with cameras of 1995, reached 1/1350."""
+    """Held-out error as a share of the diagonal field. The thesis, with cameras of 1995, reached 1/1,350."""
 
     square: tuple[float, float] = (0.015, 8.0)
     """Departure of Sx from 1, and in standard errors, that square pixels do not have; frame grabbers stay below it."""
@@ -108,7 +108,7 @@ def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
     if field and (level := graded(error / field, LIMITS.of_field)):
         text = (
             f"calibration: points held out are located {error:.2g} {units} from their survey, "
-            f"1/{field / error:.0f} of the diagonal field"
+            f"1/{field / error:,.0f} of the diagonal field"
         )
         cure = "Check units, tags and survey; use more points, spread in depth."
         out.append(Finding(level, "held-out-error-large", text, cure))

@@ -307,10 +307,10 @@
   window.addEventListener("resize", drawAll);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
 
-  // Numbers sort by their value: 1/24 100, 0.20 ± 0.01, 75 %, 3·10⁻⁶; what is none sorts by its letters, after them.
+  // Numbers sort by their value: 1/24,100, 0.20 ± 0.01, 75 %, 3·10⁻⁶; what is none sorts by its letters, after them.
   function value(text) {
     const plain = text.replace(/[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+/g, power => [...power].map(c => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".indexOf(c)).map(i => i ? i - 1 : "-").join(""))
-      .replace(/·10/, "e").replace(/(\d)\s(?=\d{3}\b)/g, "$1");
+      .replace(/·10/, "e").replace(/(\d),(?=\d{3}\b)/g, "$1");
     const share = /^1\/([\d.]+)/.exec(plain);
     const number = share ? 1 / share[1] : parseFloat(plain);
     return isNaN(number) ? null : number;
