@@ -26,6 +26,7 @@ from benchmarks.campaign.changes import (
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
 from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
+from benchmarks.campaign.slight import SLIGHT
 
 # pictures
 
@@ -361,4 +362,5 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "reference-late": Circumstance("", _with_reference, harmless=True),
     **MIXED_UP,
     **LIGHT,
+    **SLIGHT,
 }

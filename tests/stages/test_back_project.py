@@ -218,3 +218,17 @@ def test_what_a_board_says_of_the_cameras_is_left_out_of_no_fold():
     located = locate_points(done.cameras, [project(c, q) + rng.normal(0, 0.1, (400, 2)) for c in truth]).point
     new = np.linalg.norm(located - (q + rng.normal(0, SIGMA, q.shape)), axis=-1).mean()
     assert by_board["held_out"]["mean_3d"] == pytest.approx(new, rel=0.35), "as points that were never surveyed"
+
+
+def test_a_stretched_axis_of_the_survey_stands_in_the_record():
+    rng = np.random.default_rng(3)
+    p = thesis_points()[1]
+    b = [project(camera, p) + rng.normal(0, 0.1, (64, 2)) for camera in thesis_rig(2)]
+    stated = p * [1.02, 1, 1]
+    cameras = [refine(camera, stated, own, free=FREE).camera for camera, own in zip(thesis_rig(2), b, strict=True)]
+    tables = [_table(own).assign(x=stated[:, 0]) for own in b]
+    best = back_project(cameras, tables, units="in").record["stretches"][0]
+    assert best["kind"] == "x"
+    assert best["share"] == pytest.approx(0.02, abs=5 * best["sd"])
+    cameras, tables = _rig()
+    assert all(abs(own["share"]) < 4 * own["sd"] for own in back_project(cameras, tables).record["stretches"])

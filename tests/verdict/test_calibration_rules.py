@@ -11,6 +11,7 @@ from vidtrack.verdict.calibration_rules import (
     camera_findings,
     graded,
     square_findings,
+    stretch_findings,
     unfound_findings,
     whole_findings,
 )
@@ -119,3 +120,24 @@ def test_square_pixels_that_come_out_wide_are_a_doubt_about_the_survey():
 def test_the_pixels_of_video_are_a_note_about_the_sensor():
     assert squares(10 / 11, 10 / 11) == [("note", "pixels-not-square")]
     assert squares(59 / 54 * 1.0 + 0.08, 10 / 11) == [("doubtful", "pixels-not-square")]
+
+
+def stretch(kind, share, sd=0.001, gain=400.0):
+    return {"kind": kind, "share": share, "sd": sd, "gain": gain}
+
+
+def test_a_stretched_survey_names_its_axis_by_how_much_and_what_explains_it_as_well():
+    found = [stretch("x", 0.02), stretch("y", -0.018, gain=395.0), stretch("xy", 0.009, gain=80.0)]
+    (finding,) = stretch_findings({"stretches": found})
+    assert (finding.level, finding.code) == ("doubtful", "survey-stretched")
+    assert "x is 2.00% ± 0.10% too long or y is 1.80% ± 0.10% too short" in finding.text
+    assert "points.csv" in finding.cure
+    (sheared,) = stretch_findings({"stretches": [stretch("xz", -0.02)]})
+    assert "the angle between x and z is off by 1.1 deg" in sheared.text
+
+
+def test_a_stretch_within_its_standard_deviation_or_what_tapes_have_is_no_finding():
+    assert stretch_findings({}) == []
+    assert stretch_findings({"stretches": []}) == []
+    assert stretch_findings({"stretches": [stretch("x", 0.004, sd=0.001)]}) == []
+    assert stretch_findings({"stretches": [stretch("x", 0.0025, sd=0.0001)]}) == []

@@ -21,6 +21,7 @@ from vidtrack.calibration.normal_equations import Priors, priors_for
 from vidtrack.calibration.refine import POSE, free_parameters
 from vidtrack.calibration.refraction_effect import effect_finding, refraction_effect
 from vidtrack.calibration.shared_points import SharedPoints, side_by_side
+from vidtrack.calibration.survey_stretch import stretches
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import (
     Camera,
@@ -104,6 +105,9 @@ def back_project(
     record |= _record(cameras, shared, located, out, noise, lens_free, more)
     if effect:
         record["refraction"] = effect._asdict()
+    if not ties:
+        found = stretches(cameras, shared.p, b, names, priors, sigma=shared.sigma, sd=noise.sigma_px)
+        record["stretches"] = [each._asdict() for each in found]
     return BackProjection(table, record)
 
 

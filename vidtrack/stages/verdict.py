@@ -15,6 +15,7 @@ from vidtrack.verdict.calibration_rules import (
     Fit,
     camera_findings,
     square_findings,
+    stretch_findings,
     unfound_findings,
     whole_findings,
 )
@@ -104,6 +105,7 @@ def _of_whole(results: Results) -> list[Finding]:
     doubts = {finding.code for name, own in results.cameras.items() for finding in collected(own.record, name)}
     if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere
         found += square_findings({name: own.record or {} for name, own in results.cameras.items()})
+        found += stretch_findings(results.back or {})
         found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
     found += [placed(finding, "after the test") for finding in collected(results.survey_after)]
     for name, own in results.after.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -39,6 +40,12 @@ class Limits:
 
     square: tuple[float, float] = (0.015, 8.0)
     """Departure of Sx from 1, and in standard errors, that square pixels do not have; frame grabbers stay below it."""
+
+    stretched: tuple[float, float] = (0.003, 5.0)
+    """Share by which an axis of the survey is stretched, and in standard errors: less than 0.3 % is what tapes have."""
+
+    alike: float = 9.0
+    """Chi squared by which another deformation may explain less and still be named."""
 
 
 LIMITS = Limits()
@@ -143,6 +150,32 @@ def square_findings(cameras: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
         "calibration.fix: {Sx: 1}."
     )
     return [Finding("doubtful", "pixels-not-square", text, cure)]
+
+
+def stretch_findings(back: Mapping[str, Any]) -> list[Finding]:
+    """Whether the cameras see the survey stretched along one axis, or sheared. back: backprojection.json."""
+    found = back.get("stretches") or []
+    least, errors = LIMITS.stretched
+    best = found[0] if found else None
+    if best is None or not abs(best["share"]) > max(least, errors * best["sd"]):
+        return []
+    alike = [own for own in found if own["gain"] > best["gain"] - LIMITS.alike and abs(own["share"]) > least]
+    ways = " or ".join(_deformation(own) for own in alike[:3])
+    text = f"calibration: the survey is deformed, as the cameras see it: {ways}"
+    cure = (
+        "Measure the longest distance along it once more and correct that column of points.csv; a stretched tape, a "
+        "copied drawing or a scale of another axis does this. A camera whose pixels are not square, though its sensor "
+        "says so, does it too. That all axes are too long by the same share no picture shows."
+    )
+    return [Finding("doubtful", "survey-stretched", text, cure)]
+
+
+def _deformation(own: Mapping[str, Any]) -> str:
+    kind, share, sd = own["kind"], own["share"], own["sd"]
+    if len(kind) == 1:
+        way = "long" if share > 0 else "short"
+        return f"{kind} is {abs(share):.2%} ± {sd:.2%} too {way}"
+    return f"the angle between {kind[0]} and {kind[1]} is off by {math.degrees(abs(share)):.2g} deg"
 
 
 def unfound_findings(seen: Mapping[str, Mapping[str, bool]]) -> list[Finding]:
