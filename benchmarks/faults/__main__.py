@@ -2,11 +2,14 @@
 
     PYTHONPATH=. python -m benchmarks.faults stages [--times 100] [--seed 1] [--rule track] [--fault SIGTERM]
     PYTHONPATH=. python -m benchmarks.faults runs [--times 40] [--seed 1] [--fault kill-snakemake]
+    PYTHONPATH=. python -m benchmarks.faults flips [--times 300] [--seed 1] [--of plain]
 
 stages  five small experiments, which together have a job of every rule, are processed once. Then a job of each rule is
         disturbed in a forked process, `--times` times by each fault. Some faults need root.
 runs    an experiment of 21 jobs is processed once; then, `--times` times in all, a fault hits Snakemake at work on a
         fresh copy, and it is called again.
+flips   an experiment is processed once; then, `--times` times for each kind of table and record, one bit of one is
+        flipped and it is read by itself. "Failed": refused; "lost": read as another number.
 A line a rule or a trial; then for each fault how often, in how many trials the job did not end well, how many were
 lost, and how many lines the user read at most.
 """
@@ -20,19 +23,21 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.faults import stages, whole_runs
+from benchmarks.faults import flips, stages, whole_runs
 from benchmarks.faults.laboratories import LABORATORIES, plain
 from benchmarks.season import HOUSE, Planned, planned
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("stages", "runs"))
+    parser.add_argument("what", choices=("stages", "runs", "flips"))
     parser.add_argument("--times", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--fault", action="append", choices=[*stages.FAULTS, *whole_runs.FAULTS])
     parser.add_argument("--rule", action="append", help="stages: these rules alone")
-    parser.add_argument("--of", action="append", choices=list(LABORATORIES), help="stages: these experiments alone")
+    parser.add_argument(
+        "--of", action="append", choices=list(LABORATORIES), help="stages, flips: these experiments alone"
+    )
     parser.add_argument("--keep", type=Path, help="a folder where the experiments are made, or lie already; it stays")
     asked = parser.parse_args()
     rng = random.Random(asked.seed)
@@ -43,6 +48,11 @@ def main() -> int:
             plain(room / "raw")
             faults = asked.fault or list(whole_runs.FAULTS)
             found = whole_runs.disturbed(room / "raw", room, faults, asked.times, rng)
+        elif asked.what == "flips":
+            name = (asked.of or ["plain"])[0]
+            LABORATORIES[name](room / name)
+            whole_runs.processed(room / name)
+            found = flips.flipped(room / name, asked.times, rng)
         else:
             faults = asked.fault or list(stages.FAULTS)
             found = _stages(room, faults, asked.times, asked.rule, asked.of or list(LABORATORIES), rng, asked.keep)

@@ -1,5 +1,6 @@
 """Records and pictures come back as they were written, or are refused by name."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -24,6 +25,66 @@ def test_a_record_cut_short_is_told_by_name(tmp_path):
     path.write_text('{"a": [1,')
     with pytest.raises(VidtrackError, match=r"r\.json, line 1: not valid JSON"):
         read_json(path)
+
+
+def written(tmp_path, record=None):
+    path = tmp_path / "r.json"
+    write_json(path, {"f": 12.25, "R": [[1.0, 0.5]], "name": "ü"} if record is None else record, PROVENANCE)
+    return path
+
+
+def test_the_last_entry_of_a_record_is_the_sha256_of_the_text_before_it(tmp_path):
+    text = written(tmp_path).read_bytes()
+    before, _, after = text.rpartition(b'"checksum": "')
+    assert after == hashlib.sha256(before + b'"checksum": "').hexdigest().encode() + b'"\n}\n'
+    assert list(json.loads(text))[-2:] == ["provenance", "checksum"]
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes"),
+    [(b"12.25", b"12.35"), (b'"f"', b'"g"'), (b'"0"', b'"1"'), (b"0.5", b"1e999"), (b'"\xc3\xbc"', b'"\\ud800"')],
+)
+def test_a_record_that_was_changed_is_refused_with_what_to_do(tmp_path, was, becomes):
+    path = written(tmp_path)
+    path.write_bytes(path.read_bytes().replace(was, becomes, 1))
+    with pytest.raises(
+        VidtrackError, match=r"r\.json: was changed.*Delete the file and run again; .*\"checksum\""
+    ) as told:
+        read_json(path)
+    assert len(told.value.problems) == 1
+
+
+def test_a_change_that_is_meant_is_read_once_the_checksum_is_deleted(tmp_path):
+    path = written(tmp_path)
+    record = json.loads(path.read_text())
+    del record["checksum"]
+    path.write_text(json.dumps(record | {"f": 13}))
+    assert read_json(path)["f"] == 13
+
+
+@pytest.mark.parametrize("checksum", [None, 0, "", "0" * 64, ["a"]])
+def test_a_checksum_that_is_none_is_a_change(tmp_path, checksum):
+    path = tmp_path / "r.json"
+    path.write_text(json.dumps({"f": 1, "checksum": checksum}))
+    with pytest.raises(VidtrackError, match="was changed"):
+        read_json(path)
+
+
+def test_spaces_and_ends_of_lines_may_change(tmp_path):
+    """As an editor, another program or another operating system leaves them."""
+    path = written(tmp_path)
+    text = path.read_text()
+    wanted = read_json(path)
+    for other in (text.replace("\n", "\r\n"), json.dumps(json.loads(text)), json.dumps(json.loads(text), indent=4)):
+        path.write_text(other)
+        assert read_json(path) == wanted
+
+
+def test_a_record_that_was_read_is_written_with_the_checksum_of_its_own(tmp_path):
+    own = json.loads(written(tmp_path).read_text())
+    path = written(tmp_path, own | {"f": 2})
+    assert read_json(path)["f"] == 2
+    assert list(json.loads(path.read_text())) == list(own)
 
 
 @pytest.mark.parametrize("shape", [(5, 7), (5, 7, 3)])

@@ -97,3 +97,31 @@ def test_something_else_than_parquet_is_told_by_name(tmp_path):
     path.write_text("x,y")
     with pytest.raises(VidtrackError, match="not a Parquet table"):
         read_parquet(path)
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes"), [(b"float64", b"Float64"), (b'"px"', b'"qx"'), (b'"settings"', b'"rettings"')]
+)
+def test_a_change_of_what_a_table_says_of_its_numbers_is_refused_or_not_read(tmp_path, was, becomes):
+    """The file holds each twice, and what reads it needs one of them."""
+    path, table = tmp_path / "t.parquet", pd.DataFrame({"Xf": [1.5, 2.0]})
+    write_parquet(path, table, units="mm", provenance=PROVENANCE)
+    data, refused = path.read_bytes(), 0
+    for at in [at for at in range(len(data)) if data.startswith(was, at)]:
+        path.write_bytes(data[:at] + becomes + data[at + len(was) :])
+        try:
+            pd.testing.assert_frame_equal(read_parquet(path), table)
+            assert read_units(path) == {"Xf": "px"}
+        except VidtrackError:
+            refused += 1
+    assert refused
+
+
+def test_a_table_of_an_older_version_says_no_checksum_and_is_read(tmp_path):
+    path = tmp_path / "t.parquet"
+    write_parquet(path, pd.DataFrame({"Xf": [1.5]}), units="mm", provenance=PROVENANCE)
+    arrow = pq.read_table(path)
+    said = {name: text for name, text in arrow.schema.metadata.items() if name != b"checksum"}
+    pq.write_table(arrow.replace_schema_metadata(said), path)
+    assert read_parquet(path)["Xf"].tolist() == [1.5]
+    assert read_units(path) == {"Xf": "px"}

@@ -4,6 +4,7 @@ import hashlib
 import json
 
 from tests.whole_workflow.conftest import CONFIG, configure, snakemake
+from vidtrack.files.records import read_json
 
 KINEMATICS = ".provenance/kinematics/pluck.json"
 
@@ -55,7 +56,7 @@ def test_a_run_that_locates_one_of_three_targets_is_bad_on_the_page_and_last_on_
 def test_a_warning_of_any_stage_reaches_the_page(laboratory):
     """A record with a warning put into it, as any stage might write one, and the account of its job made to agree."""
     path, account = (laboratory / "results" / name for name in ("runs/pluck/kinematics.json", KINEMATICS))
-    record = json.loads(path.read_text())
+    record = read_json(path)
     path.write_text(json.dumps({**record, "warnings": ["the wave maker stopped. Film it again."]}))
     made = json.loads(account.read_text())
     made["made"]["results/runs/pluck/kinematics.json"] = hashlib.sha256(path.read_bytes()).hexdigest()

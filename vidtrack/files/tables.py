@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -34,6 +35,8 @@ UNITS = {
 }
 """The unit of every column that has one, by name; `world` stands for the experiment's unit of length."""
 
+CHECKSUM = b"checksum"
+"""The key, among what a schema says, of the checksum of all the rest of it."""
 
 LARGE = 16 << 20
 """Bytes of a table from which on what writing it took is given back: Arrow would keep as much again for later."""
@@ -66,7 +69,9 @@ def write_parquet(
         "units": json.dumps({field.name: field.metadata[b"unit"].decode() for field in fields}),
         "provenance": json.dumps(plain(provenance), sort_keys=True),
     }
-    schema = pa.schema(fields, metadata={**(arrow.schema.metadata or {}), **{k.encode(): v for k, v in whole.items()}})
+    metadata = {**(arrow.schema.metadata or {}), **{k.encode(): v.encode() for k, v in whole.items()}}
+    schema = pa.schema(fields, metadata=metadata)
+    schema = schema.with_metadata({**metadata, CHECKSUM: _checksum(schema)})
     with replacing(path) as file:
         pq.write_table(arrow.cast(schema), file, compression="zstd", write_page_checksum=True)
     if arrow.nbytes > LARGE:
@@ -90,6 +95,7 @@ def read_parquet(path: Path) -> DataFrame:
         renamed = list(table.columns) != arrow.schema.names
         if renamed or (signature is not None and signature.decode() != _signature(arrow.schema)):
             raise ValueError("its columns are not those that were written")
+        _refuse_changed(arrow.schema)
         return table
 
 
@@ -99,6 +105,21 @@ def _signature(schema: Any) -> str:
     Parquet names what lists hold `element`, Arrow `item`: they are the same.
     """
     return json.dumps([[field.name, str(field.type).replace("<element:", "<item:")] for field in schema])
+
+
+def _checksum(schema: Any) -> bytes:
+    """The SHA-256 of all that a table says beside its values: units, provenance, how pandas held each column.
+
+    Numbers have the checksums of their pages; a flipped bit here would change a unit, or make a float64 a Float64.
+    """
+    said = {name: text for name, text in (schema.metadata or {}).items() if name != CHECKSUM}
+    units = [(field.metadata or {}).get(b"unit", b"") for field in schema]
+    return hashlib.sha256(repr((sorted(said.items()), units)).encode()).hexdigest().encode()
+
+
+def _refuse_changed(schema: Any) -> None:
+    if (schema.metadata or {}).get(CHECKSUM, _checksum(schema)) != _checksum(schema):
+        raise ValueError("its units or its provenance are not those that were written")
 
 
 @contextmanager
@@ -121,8 +142,9 @@ def read_units(path: Path) -> dict[str, str]:
     import pyarrow.parquet as pq
 
     with _whole(path):
-        metadata = pq.read_schema(path).metadata or {}
-        return dict(json.loads(metadata.get(b"units", b"{}")))
+        schema = pq.read_schema(path)
+        _refuse_changed(schema)
+        return dict(json.loads((schema.metadata or {}).get(b"units", b"{}")))
 
 
 def write_csv(path: Path, table: DataFrame) -> None:

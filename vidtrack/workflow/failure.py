@@ -5,11 +5,9 @@ It is no output of a rule: Snakemake removes what a failed job wrote. It goes wh
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 
-from vidtrack.files.atomic import replacing
 from vidtrack.findings import Finding, as_records
 from vidtrack.workflow.provenance import FOLDER as ACCOUNTS
 from vidtrack.workflow.provenance import job_parts
@@ -28,11 +26,12 @@ def write_failure(account: str, rule: str, problems: Sequence[str]) -> str:
 
     The record says the rule and the job's parts: run and camera, or the set of calibration clips and the camera.
     """
+    from vidtrack.files.records import write_record  # what it needs is for jobs that fail
+
     path = failure_place(account)
     findings = [Finding("failed", f"{rule.replace('_', '-')}-failed", problem) for problem in problems]
     record = {"rule": rule, "parts": job_parts(account), "findings": as_records(findings)}
-    with replacing(path) as file:
-        file.write((json.dumps(record, indent=1, ensure_ascii=False) + "\n").encode())
+    write_record(path, record)
     return path
 
 
