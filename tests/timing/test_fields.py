@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -186,6 +188,27 @@ def test_three_pictures_that_agree_by_chance_decide_no_order(monkeypatch):
     monkeypatch.setattr(fields, "_unlikeness", lambda *_: (rng.normal(0, 0.2), 0.6))
     pictures = [np.zeros((4, 4), np.float32)] * 4
     assert {order_from_pictures(pictures).order for _ in range(1000)} == {"unknown"}
+
+
+@given(st.floats(0, 60), st.integers(1, 61))
+def test_students_distribution_is_that_of_scipy(deviation, freedom):
+    from scipy.special import stdtr
+
+    expected = 1 - 2 * stdtr(freedom, -deviation)
+    assert fields._student_within(deviation, 1.0, freedom) == pytest.approx(expected, abs=1e-12)
+    assert fields._student_within(3 * deviation, 3.0, freedom) == pytest.approx(expected, abs=1e-12)
+
+
+def test_no_scatter_at_all_is_certain_and_the_order_of_fields_imports_no_scipy():
+    assert fields._student_within(0.4, 0.0, 5) == pytest.approx(1.0)
+    code = (
+        "import sys, numpy as np; from vidtrack.timing.fields import order_from_pictures as f;"
+        "p = [np.zeros((40, 40), np.uint8) for _ in range(6)];"
+        "[a[10:20].__setitem__((slice(None), slice(5 + 2 * i, 15 + 2 * i)), 200) for i, a in enumerate(p)];"
+        "print(f(iter(p)).n, 'scipy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["5", "False"]
 
 
 def test_pictures_without_motion_tell_nothing():

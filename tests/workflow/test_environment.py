@@ -1,6 +1,7 @@
 """Jobs run with this Python and this package, and their libraries take one core each unless told otherwise."""
 
 import os
+import subprocess
 import sys
 
 from vidtrack.workflow.environment import set_environment
@@ -32,5 +33,13 @@ def test_threads_of_libraries_are_one_unless_the_user_says_otherwise(monkeypatch
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    monkeypatch.delenv("OPENCV_FOR_THREADS_NUM", raising=False)
     set_environment("/house")
     assert [os.environ[f"{v}_NUM_THREADS"] for v in ("OMP", "OPENBLAS", "MKL")] == ["3", "1", "1"]
+    assert os.environ["OPENCV_FOR_THREADS_NUM"] == "1"
+
+
+def test_opencv_takes_the_number_of_its_threads_from_the_environment():
+    asked = {**os.environ, "OPENCV_FOR_THREADS_NUM": "1"}
+    command = [sys.executable, "-c", "import cv2; print(cv2.getNumThreads())"]
+    assert subprocess.run(command, env=asked, check=True, capture_output=True, text=True).stdout.strip() == "1"

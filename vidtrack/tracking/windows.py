@@ -114,7 +114,7 @@ class Windows:
         """
         if self._bytes > KEEPING.most_bytes:
             return
-        odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines))
+        odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines) & (self._of_place <= KEEPING.of_each))
         for j, sample in enumerate(samples if odd.size else ()):
             who = odd[np.isfinite(values[X, j, odd])]
             self._keep(scene, sample, first + j, who, values[[X, Y], j].T, state.sizes(sample.lines), 0.0)
@@ -138,16 +138,22 @@ class Windows:
         """Keep what a sample shows about targets `who`; at, size (n, 2) px of all; more: px on each side."""
         if self._bytes > KEEPING.most_bytes:
             return
-        who = who[self._of_place[who] <= KEEPING.of_each]
-        halves = np.minimum(KEEPING.sizes * np.nan_to_num(size[who]) + KEEPING.room_px + more, KEEPING.widest_px)
-        for place, middle, half in zip(who.tolist(), at[who], halves, strict=True):
+        who = who[(self._of_place[who] <= KEEPING.of_each) & np.isfinite(at[who]).all(axis=1)]
+        if not who.size:
+            return
+        half = np.minimum(KEEPING.sizes * np.nan_to_num(size[who]) + KEEPING.room_px + more, KEEPING.widest_px)
+        middle, half = np.stack([at[who, 0], sample.row(at[who, 1])], axis=1), half / [1, sample.lines]
+        first = np.maximum(np.floor(middle - half), 0).astype(int)
+        last = np.minimum(np.ceil(middle + half) + 1, sample.luma.shape[::-1]).astype(int)
+        for place, (left, top), (right, bottom) in zip(who.tolist(), first.tolist(), last.tolist(), strict=True):
             if self._bytes > KEEPING.most_bytes:
                 return
-            window = _cut(scene, sample, number, middle, half)
-            if window is not None:
-                self.kept.append(window)
-                self._bytes += window.grey.size
-                self._of_place[place] += window.grey.size
+            if right - left < 4 or bottom - top < 4:
+                continue
+            grey = _cut(scene, sample, slice(top, bottom), slice(left, right))
+            self.kept.append(Window(number, left, top, sample.parity, sample.lines, grey))
+            self._bytes += grey.size
+            self._of_place[place] += grey.size
 
 
 def no_disc(looks: Appearance, lines: int) -> Bools:
@@ -160,19 +166,14 @@ def no_disc(looks: Appearance, lines: int) -> Bools:
     return np.asarray(long | thin)
 
 
-def _cut(scene: Scene, sample: Sample, number: int, middle: Array, half: Array) -> Window | None:
-    """The piece about a middle, (2,) px, as far as it lies in the sample."""
-    rows, columns = sample.luma.shape
-    if not np.isfinite(middle).all():
-        return None
-    left, right = int(max(0, np.floor(middle[0] - half[0]))), int(min(columns, np.ceil(middle[0] + half[0]) + 1))
-    row, reach = float(sample.row(middle[1])), half[1] / sample.lines
-    top, bottom = int(max(0, np.floor(row - reach))), int(min(rows, np.ceil(row + reach) + 1))
-    if right - left < 4 or bottom - top < 4:
-        return None
+def _cut(scene: Scene, sample: Sample, rows: slice, columns: slice) -> NDArray[np.uint8]:
+    """A piece of the sample, as `Window.grey` has it."""
     detection = scene.detection
-    bright = detection.bright(sample.luma[top:bottom, left:right]) * detection.scale
-    grey = np.clip(np.rint(bright), HIDDEN + 1, 255).astype(np.uint8)
+    bright = detection.bright(sample.luma[rows, columns])
+    if bright.dtype == np.uint8 and detection.scale == 1:
+        grey = np.maximum(bright, np.uint8(HIDDEN + 1))
+    else:
+        grey = np.clip(np.rint(bright * detection.scale), HIDDEN + 1, 255).astype(np.uint8)
     if scene.static is not None:
-        grey[hidden_by_static(scene.static, sample.parity, (left, top), grey.shape)] = HIDDEN
-    return Window(number, left, top, sample.parity, sample.lines, grey)
+        grey[hidden_by_static(scene.static, sample.parity, (columns.start, rows.start), grey.shape)] = HIDDEN
+    return grey

@@ -10,8 +10,9 @@ def set_environment(house: str) -> None:
     """Let `python -m vidtrack` in a rule mean this Python and the package that lies in `house`."""
     _prepend("PATH", os.path.dirname(sys.executable))
     _prepend("PYTHONPATH", house)
-    # A job's arrays are small: a linear algebra library that takes every core for them only slows the other jobs.
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    # A job's arrays are small: a library that takes every core for them only slows the other jobs, and the decoder
+    # that works beside the tracking.
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         os.environ.setdefault(variable, "1")
 
 
