@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from vidtrack.arrays import Array
 
@@ -174,6 +173,8 @@ def _half_edge(
 
 def _fitted(t: Array, d: Array, level: Array, normal: Array, along: Array, reach: float, tone: Tone) -> _Line | None:
     """Gauss-Newton for offset and slope of the line, both levels and the blur."""
+    from scipy.special import ndtr  # most recordings show no tag, and its import takes as long as all others
+
     near = np.abs(d) > reach / 2
     if not (near & (d < 0)).any() or not (near & (d > 0)).any():
         return None

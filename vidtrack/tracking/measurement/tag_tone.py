@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.tag_corners import Tone, tag_corners
@@ -112,5 +111,7 @@ def _in_modules(b: Array, modules: int, px: Array) -> tuple[Array, Array]:
 
 def _shares(at: Array, modules: int, width: float) -> Array:
     """Share (n, modules) of each column of squares in what is seen at places (n,), blurred by `width` modules."""
+    from scipy.special import ndtr  # most recordings show no tag
+
     edges = ndtr((at[:, None] - np.arange(modules + 1)) / width)
     return np.asarray(edges[:, :-1] - edges[:, 1:])
