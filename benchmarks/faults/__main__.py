@@ -23,7 +23,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.faults import flips, stages, whole_runs
+from benchmarks.faults import flips, rendering, stages, whole_runs
 from benchmarks.faults.laboratories import LABORATORIES, plain
 from benchmarks.season import HOUSE, Planned, planned
 
@@ -77,21 +77,27 @@ def _stages(
     stages.load_libraries()
     whole = {fault: stages.Count(0, 0, [], 0) for fault in faults}
     seen: set[str] = set()
-    for name in of:
+
+    def add(rule: str, found: dict[str, stages.Count]) -> None:
+        times = sum(one.times for one in found.values())
+        hit = sum(one.hit for one in found.values())
+        lost = [line for one in found.values() for line in one.lost]
+        print(f"{rule:20}{times:7d}{hit:8d}{len(lost):6d}  {' | '.join(lost[:3])}", flush=True)
+        for fault, one in found.items():
+            before = whole[fault]
+            whole[fault] = stages.Count(
+                before.times + one.times, before.hit + one.hit, before.lost + one.lost, max(before.most, one.most)
+            )
+
+    if rules is None or "render" in rules:
+        add("render", rendering.disturbed(room, faults, times, rng))
+    for name in of if rules != ["render"] else ():
         folder = (keep or room) / name
         if not folder.exists():
             LABORATORIES[name](folder)
             whole_runs.processed(folder)
         for job in _one_of_each_rule(folder, seen, rules):
-            found = stages.disturbed(folder, job, faults, times, rng)
-            hit = sum(one.hit for one in found.values())
-            lost = [line for one in found.values() for line in one.lost]
-            print(f"{job.rule:20}{times * len(faults):7d}{hit:8d}{len(lost):6d}  {' | '.join(lost[:3])}", flush=True)
-            for fault, one in found.items():
-                before = whole[fault]
-                whole[fault] = stages.Count(
-                    before.times + one.times, before.hit + one.hit, before.lost + one.lost, max(before.most, one.most)
-                )
+            add(job.rule, stages.disturbed(folder, job, faults, times, rng))
         if not keep:
             shutil.rmtree(folder)
     return whole

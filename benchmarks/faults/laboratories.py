@@ -54,19 +54,24 @@ SWING = {"oscillations": [{"along": [1, 0, 0], "amplitude": 8, "hz": 1.1}]}
 BALL = {"diameter": 1.6, "motion": {"at": [0, 0, 2], **SWING}}
 
 
-def plain(folder: Path) -> None:
+def small_scenario() -> dict[str, Any]:
     """Two cameras, three clips of one picture, a run of half a second beside a sensor's record."""
     run = {"start": "10:00:00:00", "duration_s": 0.5, "targets": {"t1": BALL}}
     run["reference"] = {"target": "t1", "column": "x_in", "rate": 30, "error": 0.06}
-    set_up(scenario_from(_rig(3, runs={"swing": run}), "scenario"), str(folder), threads=1)
+    return _rig(3, runs={"swing": run})
+
+
+def plain(folder: Path) -> None:
+    """`small_scenario`, rendered."""
+    set_up(scenario_from(small_scenario(), "scenario"), str(folder), threads=1)
     config = {"units": "in", "cameras": {"cam1": {"sensor": [6.4, 4.8]}, "cam2": {"sensor": [6.4, 4.8]}}}
     config |= {"calibration": {"clips": CLIPS}, "runs": {"swing": {"targets": 1, "reference": {"value": "x_in"}}}}
     _configure(folder, config)
 
 
 def whole(folder: Path) -> None:
-    """As `plain`, with a body and its analysis, the water's edge, clips from after the test, a rig on paper, a
-    campaign, exports, films and all pages in one file.
+    """As `plain`, with a body, by which cameras are refined, and its analysis, the water's edge, clips from after the
+    test, a rig on paper, a campaign, exports, films and all pages in one file.
     """
     body = {"a": [5, 0, 0], "b": [-5, 4, 0], "c": [-5, -4, 1]}
     targets = {n: {"diameter": 1.6, "motion": {"at": [0, 0, 2], "arm": arm, **SWING}} for n, arm in body.items()}
@@ -93,7 +98,8 @@ def whole(folder: Path) -> None:
     config = {
         "units": "in",
         "cameras": {"cam1": {"sensor": [6.4, 4.8]}, "cam2": {"sensor": [6.4, 4.8], "clock": "auto"}},
-        "calibration": {"refine": "bundle", "clips": clips, "after": [f"{name}2" for name in CLIPS]},
+        "calibration": {"refine": "bundle", "clips": clips, "after": [f"{name}2" for name in CLIPS]}
+        | {"self": {"body": "buoy", "runs": ["float"], "sigma": 0.005}},
         "axes": {"waves": "+x", "up": "+z"},
         "export": ["csv", "c3d", "netcdf"],
         "report": {"overlay": True, "one_file": True},
@@ -111,7 +117,7 @@ def whole(folder: Path) -> None:
 
 
 def board(folder: Path) -> None:
-    """A board and nothing surveyed: nine views of it, and five pictures of a ball."""
+    """A board and nothing surveyed: nine views of it, five pictures of a ball, and four of a coded tag on a body."""
     rng, square, bitmap = np.random.default_rng(3), 30.0, drawing("charuco", 8, 6)
     size, middle = (480, 360), np.array([120.0, 90.0, 0.0])
     cameras = {}
@@ -133,9 +139,17 @@ def board(folder: Path) -> None:
             at = project(camera, world[0] @ p + world[1])
             image = picture(size[::-1], [(*at, 6)], noise=2, rng=rng)
             _save(folder / f"runs/swing/{name}/{k:03d}.png", image)
+    bitmap, side = drawing("apriltag", 1, 1, first=7), 60 / 0.75
+    for k in range(4):
+        R = world[0] @ cv2.Rodrigues(np.array([0.5 + 0.1 * k, 0.3, 0.1 * k]))[0]
+        T = world[0] @ np.array([100.0 + 15 * k, 90.0, 40.0]) + world[1] - R @ np.array([side / 2, side / 2, 0.0])
+        for name, camera in cameras.items():
+            _save(folder / f"runs/tagged/{name}/{k:03d}.png", board_picture(camera, R, T, bitmap, side, rng=rng))
     described = {"type": "charuco", "columns": 8, "rows": 6, "square": square, "world": "board/0"}
     (folder / "calibration/board/board.yaml").write_text(yaml.safe_dump(described))
-    _configure(folder, {"units": "mm", "cameras": {name: {"rate": 30} for name in cameras}})
+    tagged = {"tags": {"family": "36h11", "size": 60}, "bodies": {"float": {"tags": {7: {"centre": [0, 0, 10]}}}}}
+    config = {"units": "mm", "cameras": {name: {"rate": 30, "clock": {"offset_s": 0}} for name in cameras}}
+    _configure(folder, config | {"runs": {"swing": {}, "tagged": tagged}})
 
 
 def wand(folder: Path) -> None:

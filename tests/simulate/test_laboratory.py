@@ -1,7 +1,9 @@
 """The folder that a simulated laboratory leaves behind."""
 
 import csv
+import fcntl
 import json
+import os
 from pathlib import Path
 
 import av
@@ -233,6 +235,16 @@ def test_a_folder_whose_making_is_interrupted_does_not_appear(tmp_path, monkeypa
     with pytest.raises(KeyboardInterrupt):
         set_up(scenario_from(LAB), str(tmp_path / "lab"), threads=1)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_making_left_is_removed_by_the_next_and_not_what_one_at_work_has(tmp_path):
+    for name in ("lab-dead", "lab-alive", "other-dead"):
+        (tmp_path / f".simulating-{name}/experiment").mkdir(parents=True)
+    alive = os.open(tmp_path / ".simulating-lab-alive", os.O_RDONLY)
+    fcntl.flock(alive, fcntl.LOCK_EX)
+    set_up(scenario_from(LAB), str(tmp_path / "lab"), threads=1)
+    os.close(alive)
+    assert {path.name for path in tmp_path.iterdir()} == {"lab", ".simulating-lab-alive", ".simulating-other-dead"}
 
 
 def test_a_bad_scenario_is_one_line_a_problem(tmp_path, capsys):

@@ -9,14 +9,21 @@ truth/ and each run's truth.csv, to compare answers with.
 
 from __future__ import annotations
 
+import fcntl
 import os
+import shutil
 import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 from vidtrack.errors import VidtrackError
 from vidtrack.simulate.films import clips, recordings
 from vidtrack.simulate.records import MARK, tables
 from vidtrack.simulate.scenario import Scenario
+
+UNFINISHED = ".simulating-"
+"""How the name of a folder begins in which an experiment is made."""
 
 
 def set_up(scenario: Scenario, folder: str, *, threads: int | None = None) -> list[str]:
@@ -33,11 +40,41 @@ def set_up(scenario: Scenario, folder: str, *, threads: int | None = None) -> li
         return _written(scenario, folder, threads)
     parent = os.path.dirname(os.path.abspath(folder))
     os.makedirs(parent, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".simulating-", dir=parent) as room:
+    begins = f"{UNFINISHED}{os.path.basename(os.path.abspath(folder))[:200]}-"
+    _remove_left(parent, begins)
+    with tempfile.TemporaryDirectory(prefix=begins, dir=parent) as room, _locked(room):
         unfinished = os.path.join(room, "experiment")
         paths = _written(scenario, unfinished, threads)
         os.rename(unfinished, folder)
     return paths
+
+
+@contextmanager
+def _locked(room: str) -> Iterator[bool]:
+    """Whether this process, and no other, has locked a folder; the lock ends with the process, however that ends."""
+    handle = os.open(room, os.O_RDONLY)
+    try:
+        yield _lock(handle)
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:  # another has it, or the file system has no locks
+        return False
+    return True
+
+
+def _remove_left(parent: str, begins: str) -> None:
+    """Remove the unfinished folders of processes that were killed: no one has locked them."""
+    for name in os.listdir(parent):
+        room = os.path.join(parent, name)
+        if name.startswith(begins) and os.path.isdir(room):
+            with _locked(room) as left:
+                if left:
+                    shutil.rmtree(room, ignore_errors=True)
 
 
 def _written(scenario: Scenario, folder: str, threads: int | None) -> list[str]:
