@@ -25,6 +25,7 @@ from benchmarks.campaign.changes import (
 )
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
+from benchmarks.campaign.reported import REPORTED
 from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
 from benchmarks.campaign.slight import SLIGHT
 
@@ -363,4 +364,5 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     **MIXED_UP,
     **LIGHT,
     **SLIGHT,
+    **REPORTED,
 }
