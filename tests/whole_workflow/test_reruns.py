@@ -4,15 +4,18 @@ import base64
 import copy
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import time
 
+import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
 from tests.whole_workflow.conftest import CONFIG, REPO, configure, planned, snakemake
+from vidtrack.workflow.direct_jobs import command_of
 
 CALIBRATED_ANEW = {
     "calibrate": 1,
@@ -55,6 +58,27 @@ def test_what_is_finished_is_not_gone_through_again_and_can_be_asked_for(laborat
     assert planned(laboratory, "--forcerun", "compare")["compare"] == 2
     os.remove(laboratory / "results/runs/pluck/kinematics.parquet")
     assert planned(laboratory)["kinematics"] == 1
+
+
+def test_that_nothing_is_to_be_done_is_noted_in_the_folder_that_is_named(laboratory, tmp_path, monkeypatch):
+    """Named relative to where Snakemake is called, which it has come back to when the note is written."""
+    note, away = laboratory / ".snakemake/vidtrack/finished", tmp_path / "desk"
+    note.unlink(missing_ok=True)
+    away.mkdir()
+    monkeypatch.chdir(away)
+    assert snakemake(os.path.relpath(laboratory)).returncode == 0
+    assert note.exists()
+    assert list(away.iterdir()) == []
+
+
+def test_jobs_that_decode_nothing_are_asked_of_the_server_without_a_shell(laboratory):
+    said = snakemake(laboratory, "-n", "-p", "--forceall").stdout
+    commands = re.findall(r"^Shell command: (.*?)(?=^\[|^$|^Job stats|\Z)", said, re.MULTILINE | re.DOTALL)
+    understood = [command_of(f"set -euo pipefail;  {command.strip()}") for command in commands if "vidtrack" in command]
+    assert {"track", "calibrate", "locate", "report_run", "verdict"} <= {command.arguments[0] for command in understood}
+    benchmarks = [pd.read_csv(path, sep="\t") for path in laboratory.glob("results/.benchmarks/*/still.tsv")]
+    most = max(table["max_rss"].max() for table in benchmarks)
+    assert most > 40  # MB: of the job itself, and not of one that waits for it
 
 
 def test_an_edited_rule_runs_again(laboratory, another_house):

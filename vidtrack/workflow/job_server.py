@@ -45,6 +45,9 @@ LIBRARIES = (
 
 _PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 
+_ENDED = os.WEXITED | os.WNOHANG | os.WNOWAIT
+"""Whether a process has ended, which stays to be asked again."""
+
 
 class Asked(NamedTuple):
     """What a caller asks for: a rule with its arguments, and all that a process has of its parent."""
@@ -59,13 +62,15 @@ class Asked(NamedTuple):
 class Server:
     """The sockets and the jobs at work.
 
-    jobs    the process of each job: the connection to its caller
+    jobs    the process of each job: the connection to its caller, None where the caller is gone
+    ended   those of them that have ended, and are kept by their number until their caller has taken note
     asked   how often each rule was asked for
     """
 
     def __init__(self, listener: socket.socket) -> None:
         self.listener = listener
-        self.jobs: dict[int, socket.socket] = {}
+        self.jobs: dict[int, socket.socket | None] = {}
+        self.ended: set[int] = set()
         self.asked: Counter[str] = Counter()
         self.ready = selectors.DefaultSelector()
         woken, waker = socket.socketpair()
@@ -108,36 +113,43 @@ class Server:
         self.asked[rule] += 1
         process = os.fork()
         if not process:
-            others = [self.listener, self._woken, self._waker, self._learnt, caller, *self.jobs.values()]
+            callers = [one for one in self.jobs.values() if one is not None]
+            others = [self.listener, self._woken, self._waker, self._learnt, caller, *callers]
             _run(asked, channels, others, self._taught if self.asked[rule] == 2 else None)
         for channel in channels:
             os.close(channel)
         self.jobs[process] = caller
         self.ready.register(caller, selectors.EVENT_READ)
+        with suppress(OSError):
+            caller.sendall(struct.pack("!i", process))
 
     def _collect(self) -> None:
         """Give the callers the exit codes of jobs that have ended."""
-        while self.jobs:
-            process, status = os.waitpid(-1, os.WNOHANG)
-            if not process:
-                return
-            caller = self.jobs.pop(process)
-            code = os.waitstatus_to_exitcode(status)
+        for process, caller in list(self.jobs.items()):
+            if process in self.ended or (ended := os.waitid(os.P_PID, process, _ENDED)) is None:
+                continue
+            if caller is None:
+                self._forget(process)
+                continue
+            self.ended.add(process)
             with suppress(OSError):
-                caller.sendall(struct.pack("!i", code))
-            self._forget(caller)
+                caller.sendall(struct.pack("!i", _exit_code(ended)))
 
     def _caller_is_gone(self, caller: Any) -> None:
-        for process, its in self.jobs.items():
-            if its is caller:
-                os.kill(process, signal.SIGKILL)
-        with suppress(KeyError):
-            self.ready.unregister(caller)
-
-    def _forget(self, caller: socket.socket) -> None:
-        with suppress(KeyError):
-            self.ready.unregister(caller)
+        self.ready.unregister(caller)
         caller.close()
+        for process in [process for process, its in self.jobs.items() if its is caller]:
+            if process in self.ended:
+                self._forget(process)
+            else:
+                self.jobs[process] = None
+                os.kill(process, signal.SIGKILL)
+
+    def _forget(self, process: int) -> None:
+        """Let go of a process that has ended; only now may another one get its number."""
+        os.waitpid(process, 0)
+        self.ended.discard(process)
+        del self.jobs[process]
 
     def _end(self) -> None:
         for process in self.jobs:
@@ -214,6 +226,11 @@ def _run(asked: Asked, channels: list[int], others: list[socket.socket], taught:
             with suppress(OSError):
                 taught.send(" ".join(name for name in list(sys.modules) if name not in known).encode())
         os._exit(code)
+
+
+def _exit_code(ended: Any) -> int:
+    """As `os.waitstatus_to_exitcode`: negative where a signal ended the process."""
+    return int(ended.si_status if ended.si_code == os.CLD_EXITED else -ended.si_status)
 
 
 def _die_with_the_server() -> None:

@@ -13,7 +13,7 @@ import sys
 
 TYPE_CHECKING = False  # importing typing would cost each job's start more than all else of it
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
 SERVER = "VIDTRACK_JOB_SERVER"
 """The variable of the environment that names the server's socket, its Snakemake and the Python that both run in."""
@@ -78,12 +78,12 @@ def run_by_server(arguments: Sequence[str]) -> int | None:
         order = sys.stdin.read()
         sys.stdin = io.StringIO(order)  # it can be read but once, and may be wanted again
         try:
-            _ask(server, arguments, order)
-            answer = _answer(server)
+            ask(server, arguments, order, os.environ)
+            answered(server)
+            code = answered(server)
         except OSError:
-            answer = b""
-    if len(answer) == 4:
-        code = int(struct.unpack("!i", answer)[0])
+            code = None
+    if code is not None:
         return code if code >= 0 else 128 - code
     # the server was killed, and the job with it: one more try here, unless Snakemake is gone too
     try:
@@ -93,11 +93,12 @@ def run_by_server(arguments: Sequence[str]) -> int | None:
     return None
 
 
-def _ask(server: socket.socket, arguments: Sequence[str], order: str) -> None:
+def ask(server: socket.socket, arguments: Sequence[str], order: str, environment: Mapping[str, str]) -> None:
+    """Ask the server for a job; it answers with the number of the job's process, and at the end with its exit code."""
     umask = os.umask(0)
     os.umask(umask)
-    environment = [f"{name}={value}" for name, value in os.environ.items()]
-    body = packed([str(umask), os.getcwd(), order, str(len(arguments)), *arguments, *environment])
+    variables = [f"{name}={value}" for name, value in environment.items()]
+    body = packed([str(umask), os.getcwd(), order, str(len(arguments)), *arguments, *variables])
     socket.send_fds(server, [struct.pack("!I", len(body))], [1, 2])
     server.sendall(body)
 
@@ -107,7 +108,8 @@ def packed(words: Sequence[str]) -> bytes:
     return os.fsencode("\0".join(words))
 
 
-def _answer(server: socket.socket) -> bytes:
+def answered(server: socket.socket) -> int | None:
+    """The next number that the server says; None where it is gone."""
     answer = b""
     while len(answer) < 4:
         try:
@@ -115,9 +117,9 @@ def _answer(server: socket.socket) -> bytes:
         except KeyboardInterrupt:  # the job gets it too
             continue
         if not part:
-            break
+            return None
         answer += part
-    return answer
+    return int(struct.unpack("!i", answer)[0])
 
 
 def _this_python() -> str:

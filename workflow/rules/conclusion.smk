@@ -6,6 +6,7 @@ from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.conclusion import failures, same_call, write_without
+from vidtrack.workflow.direct_jobs import for_shell_commands
 from vidtrack.workflow.left_out import also_left_out, to_environment
 from vidtrack.workflow.lock import note_holder
 from vidtrack.workflow.small_jobs import JobServer
@@ -21,6 +22,7 @@ def serve_small_jobs():
     here = workflow.local_exec and not workflow.deployment_settings.deployment_method
     if here and workflow.is_main_process and not workflow.touch:
         atexit.register(JobServer().end)
+        for_shell_commands(sys.modules["snakemake.shell"])
 
 
 def clean_up():

@@ -1,0 +1,145 @@
+"""Small jobs that Snakemake asks the server for: what is understood of a shell command, and what becomes of the job."""
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.workflow.test_small_jobs import SERVER, Served, gone, wait_for
+from vidtrack.workflow.direct_jobs import ServedJob, command_of, for_shell_commands, start
+from vidtrack.workflow.small_jobs import LARGE
+
+PYTHON = """#!{python}
+import json, sys
+print(json.dumps([sys.stdin.read(), sys.argv[1:]]))
+"""
+
+
+def command(order, arguments):
+    """As Snakemake writes it: each word quoted, two blanks where it has nothing to say."""
+    lines, words = (" ".join(map(shlex.quote, some)) for some in (order, arguments))
+    return f"set -euo pipefail;  printf '%s\\n' {lines} | python -m vidtrack {words} "
+
+
+WORD = st.text(st.characters(exclude_characters="\0\r", exclude_categories=["Cs"]), max_size=8)
+
+
+@settings(max_examples=12)
+@given(order=st.lists(WORD, min_size=3, max_size=3), arguments=st.lists(WORD, min_size=1, max_size=4))
+def test_a_command_is_understood_as_a_shell_does(tmp_path_factory, order, arguments):
+    place = tmp_path_factory.mktemp("bin")
+    (place / "python").write_text(PYTHON.format(python=sys.executable))
+    (place / "python").chmod(0o755)
+    text = command(order, arguments)
+    environment = os.environ | {"PATH": f"{place}:{os.environ['PATH']}", "PYTHONUTF8": "1"}
+    said = subprocess.run(["bash", "-c", text], env=environment, capture_output=True, check=True).stdout
+    read, called = json.loads(said)
+    found = command_of(text)
+    assert called == ["-m", "vidtrack", *found.arguments]
+    assert read == found.order
+
+
+@pytest.mark.parametrize(
+    "more",
+    ["; touch x", "&& true", "> x", "| cat", "$HOME", "$(id)", "`id`", "*", "~", "\\ ", "a\nb", '"$HOME"', "'", "#"],
+)
+def test_what_means_something_to_a_shell_is_left_to_it(more):
+    plain = command(["{}"] * 3, ["locate", "--log", "x.log"])
+    assert command_of(plain)
+    assert command_of(f"{plain} {more}") is None
+    assert command_of(plain.replace("x.log", more)) is None
+
+
+def test_a_command_in_a_file_or_of_another_program_is_left_to_the_shell():
+    plain = command(["{}"] * 3, ["locate"])
+    for other in ('"/bin/bash" "script.sh"', plain.replace("vidtrack", "snakemake"), plain.replace("'{}'", "", 1), ""):
+        assert command_of(other) is None
+
+
+@pytest.fixture
+def served(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    server = Served(tmp_path, os.getpid())
+    yield server
+    server.process.stdin.close()
+    server.process.wait(timeout=30)
+
+
+def begin(served, order="{}", **variables):
+    environment = os.environ | {SERVER: served.variable, "COLOUR": "blue"} | variables
+    text = command([order, "{}", "{}"], ["pretended", "--output", "table", "table.txt"])
+    return start(text, env=environment, shell=True, executable="/bin/bash", stderr=subprocess.DEVNULL)
+
+
+def test_the_server_does_the_job_with_the_environment_of_the_command(served, capfd):
+    job = begin(served)
+    assert isinstance(job, ServedJob)
+    assert job.wait() == 0
+    assert (served.folder / "table.txt").read_text() == "numbers"
+    assert served.job() == job.pid
+    assert capfd.readouterr().out == f"blue {served.folder} True\n"
+
+
+def test_the_number_of_a_job_that_has_ended_is_no_others_until_it_was_waited_for(served):
+    job = begin(served)
+    served.job()
+    wait_for(lambda: gone(job.pid))
+    time.sleep(0.1)
+    assert os.path.exists(f"/proc/{job.pid}")
+    assert job.wait() == 0
+    wait_for(lambda: not os.path.exists(f"/proc/{job.pid}"))
+
+
+def test_a_job_that_fails_and_one_that_is_killed_have_the_exit_codes_of_a_shell(served):
+    assert begin(served, "no JSON").wait() == 1
+    job = begin(served, '{"wait": true}')
+    os.kill(served.job(), signal.SIGKILL)
+    assert job.wait() == 128 + signal.SIGKILL
+
+
+def test_a_job_that_is_ended_is_killed_by_the_server(served):
+    job = begin(served, '{"wait": true}')
+    served.job()
+    job.kill()
+    wait_for(lambda: not os.path.exists(f"/proc/{job.pid}"))
+
+
+def test_without_a_server_and_for_jobs_that_decode_the_shell_is_called(served):
+    assert isinstance(begin(served, **{SERVER: "/nowhere/jobs\n1\n"}), subprocess.Popen)
+    done = start("exit 3", env=dict(os.environ), shell=True)
+    assert done.wait() == 3
+    for rule in LARGE:
+        text = command(["{}"] * 3, [rule, "--help"])
+        large = start(text, env=os.environ | {SERVER: served.variable}, shell=True, stdout=subprocess.DEVNULL)
+        assert isinstance(large, subprocess.Popen)
+        large.wait()
+
+
+def test_a_job_whose_server_is_killed_is_tried_once_more_by_the_shell(served, tmp_path):
+    tried = tmp_path / "bin"
+    tried.mkdir()
+    (tried / "python").write_text("#!/bin/sh\ncat > asked-again\nexit 7\n")
+    (tried / "python").chmod(0o755)
+    job = begin(served, '{"wait": true}', PATH=f"{tried}:{os.environ['PATH']}")
+    served.job()
+    served.process.kill()
+    assert job.wait() == 7
+    assert (served.folder / "asked-again").read_text() == '{"wait": true}\n{}\n{}\n'
+
+
+def test_only_the_module_that_starts_commands_can_be_given_another_start():
+    module = SimpleNamespace(sp=subprocess)
+    for_shell_commands(module)
+    assert module.sp.Popen is start
+    assert module.sp.CalledProcessError is subprocess.CalledProcessError
+    assert subprocess.Popen is not start
+    with pytest.raises(AttributeError):
+        for_shell_commands(SimpleNamespace())

@@ -1,0 +1,93 @@
+"""Small jobs that Snakemake asks the server for by itself: neither a shell nor a Python is started for each.
+
+Snakemake starts a rule's shell command by `subprocess.Popen`. The one here reads it first. Where it is just one
+small job, as our rules write it, the server (see job_server.py) gets the words that the shell would have made of it.
+Whatever else it is goes to the shell: jobs that decode recordings, a command that is too long for a command line, and
+every job once the server is gone.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import socket
+import subprocess
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+from vidtrack.workflow.small_jobs import LARGE, SERVER, answered, ask
+
+_WORD = r"""(?:[\w@%+=:,./-]|'[^']*'|"'")+"""
+"""A word as `shlex.quote` writes it: nothing in it means anything to a shell."""
+
+_COMMAND = re.compile(
+    rf"set -euo pipefail; +printf '%s\\n'(?P<order>(?: +{_WORD}){{3}}) +\| python -m vidtrack(?P<job>(?: +{_WORD})+) *",
+    re.ASCII,
+)
+
+
+class Command(NamedTuple):
+    """What a rule's shell command asks for.
+
+    order       what it writes to the job's standard input
+    arguments   of the job, the rule first
+    """
+
+    order: str
+    arguments: list[str]
+
+
+def command_of(text: str) -> Command | None:
+    """What a shell command asks for, as Snakemake calls it; None where it is not just one of our jobs."""
+    if not (found := _COMMAND.fullmatch(text)):
+        return None
+    order = "".join(f"{line}\n" for line in shlex.split(found["order"]))
+    return Command(order, shlex.split(found["job"]))
+
+
+class ServedJob:
+    """A job of the server, as Snakemake knows a process.
+
+    pid     of the job's process: it is no other's until `wait` has ended
+    """
+
+    def __init__(self, server: socket.socket, pid: int, again: Mapping[str, Any]) -> None:
+        self.pid, self._server, self._again = pid, server, again
+
+    def wait(self) -> int:
+        """The exit code; where the server was killed, and the job with it, that of one more try by the shell."""
+        with self._server:
+            code = answered(self._server)
+        if code is None:
+            return subprocess.Popen(**self._again).wait()
+        return code if code >= 0 else 128 - code
+
+    def kill(self) -> None:
+        """End the job: the server does, when its caller is gone."""
+        self._server.shutdown(socket.SHUT_RDWR)
+
+    terminate = kill
+
+
+def start(args: str, *, env: Mapping[str, str], **more: Any) -> ServedJob | subprocess.Popen[Any]:
+    """In place of `subprocess.Popen` of a shell command: the job, asked of the server where it does such ones."""
+    again = {"args": args, "env": env, **more}
+    command = command_of(args)
+    if command is None or command.arguments[0] in LARGE:
+        return subprocess.Popen(**again)
+    server = socket.socket(socket.AF_UNIX)
+    try:
+        server.connect(env[SERVER].split("\n")[0])
+        ask(server, command.arguments, command.order, env)
+        if (pid := answered(server)) is not None:
+            return ServedJob(server, pid, again)
+    except (OSError, KeyError):
+        pass
+    server.close()
+    return subprocess.Popen(**again)
+
+
+def for_shell_commands(module: Any) -> None:
+    """Let the module of Snakemake that starts shell commands start them by `start`."""
+    module.sp = SimpleNamespace(**{**vars(module.sp), "Popen": start})
