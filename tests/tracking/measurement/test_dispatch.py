@@ -57,7 +57,7 @@ def test_where_the_soft_edge_is_not_known_the_window_is_segmented_and_the_rest_k
     seen, by_template = measured(one, looks), measured(one, appearance())
     by_segments = segmented(one, looks.of(np.array(unknown)), place=PLACE[unknown])
     rest = np.setdiff1d(np.arange(4), unknown)
-    assert np.array_equal(seen.values[:2, 0, rest], by_template.values[:2, 0, rest])
+    assert seen.values[:2, 0, rest] == pytest.approx(by_template.values[:2, 0, rest], abs=1e-11)
     assert np.array_equal(seen.values[:2, 0, unknown], by_segments.values[:2, 0])
     assert (by_template.values[:2, 0, unknown] != by_segments.values[:2, 0]).all(), "their numbers distinguish the two"
 

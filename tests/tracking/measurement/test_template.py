@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.discs import picture
+from tests.discs import picture, windows
 from vidtrack.tracking.detect_settings import Detection
-from vidtrack.tracking.measurement.template import Known, apply_template, weights
+from vidtrack.tracking.measurement.template import Known, apply_template
 from vidtrack.tracking.measurement.window import segment_windows
 from vidtrack.tracking.sample import Sample
 
@@ -42,6 +42,22 @@ def test_a_ball_of_radius_4_is_placed_to_a_hundredth_of_a_pixel_without_bias():
     assert seen.values[2].mean() == pytest.approx(rms[0], rel=0.15)
 
 
+@pytest.mark.parametrize(("blur", "radius"), [(1.0, 5.3), (1.5, 5.0), (1.5, 5.3), (1.5, 3.0)])
+def test_a_mask_that_cuts_the_edge_of_a_ball_beside_its_middle_does_not_pull_it_there(blur, radius):
+    """As where a ball comes nearer, or is out of focus: 0.010 to 0.023 px off without what the outline cuts."""
+    stack, truth = windows(300, radius, noise=1.5, blur=blur, side=32)
+    image = stack.reshape(32, -1)
+    at = truth + np.stack([32.0 * np.arange(300), np.zeros(300)], axis=1)
+    pixels, soft = np.pi * np.floor(radius) ** 2, {1.0: 2.94, 1.5: 3.52}[blur]
+    old = Known(np.full((300, 2), 2 * np.floor(radius) + 1), *(np.full(300, v) for v in (soft, 1.5, pixels, 130.0)))
+    seen = apply_template([Sample(image, 0.0)], np.rint(at)[None], old, Detection(noise=1.5))
+    assert seen.clear.mean() > 0.95
+    error = (seen.values[:2, 0].T - at)[seen.clear[0]]
+    beside = (truth - np.rint(truth))[seen.clear[0]]
+    assert abs((error * beside).sum() / np.square(beside).sum()) < 0.01
+    assert np.sqrt(np.square(error).mean()) == pytest.approx(seen.values[2][seen.clear].mean(), rel=0.15)
+
+
 def test_template_and_segmentation_agree():
     image, place, _ = field(1)
     a = apply_template([Sample(image, 0.0)], place[None], known(len(place)), DETECTION)
@@ -52,16 +68,6 @@ def test_template_and_segmentation_agree():
     assert np.abs(a.values[:2] - b.values[:2]).max() < 0.03
     assert a.values[4] == pytest.approx(b.values[4])
     assert a.values[5:8].mean(axis=(1, 2)) == pytest.approx(b.values[5:8].mean(axis=(1, 2)), rel=0.02)
-
-
-def test_weights_are_right_on_paper():
-    """A uniform picture has no mass; a slope has none either; one bright pixel at (1, 0) is where it is."""
-    w = weights(10, 10)
-    y, x = np.mgrid[: w.height, : w.width] - np.array([w.height // 2, w.width // 2])[:, None, None]
-    assert (7 + 2 * x + 3 * y).ravel() @ w.linear == pytest.approx((0, 0, 0, 7, *[0] * 7), abs=2e-3)
-    one = ((x == 1) & (y == 0)).ravel().astype(float)
-    assert one @ w.linear[:, :3] == pytest.approx((1, 1, 0), abs=1e-6)
-    assert one @ w.linear[:, 8:] == pytest.approx((1, 0, 0), abs=1e-6)
 
 
 def test_what_is_not_alone_or_not_itself_is_not_clear():

@@ -5,15 +5,15 @@ mass and first moments are linear in the pixels: the same weights for every targ
 all targets, one a row, times a matrix of a few columns is the measurement. What is not plainly alone in its window,
 at the size it had, is reported as not clear and its window is segmented.
 
-    mass = sum_disc(I) - n b0      m_x = sum_disc(x I) - sum_disc(x^2) b1      x = centre + m_x / mass
+    mass = sum_disc(I) - n b0      m_x = sum_disc(x I) - sum_disc(x^2) b1      x = centre + m_x / (mass - c)
     b0 + b1 x + b2 y: the least-squares plane of the ring, itself linear in I
+    c = closed integral over the mask's outline of x I n_x ds: as the target moves out of the middle, the mask cuts off
+        light on that side and takes in as much on the other, and m_x grows by mass - c only
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.components import CUTTING
+from vidtrack.tracking.measurement.template_weights import MASK, Weights, cut_light, weights
 from vidtrack.tracking.measurement.window import WINDOW, Seen, doubled
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import (
@@ -46,91 +47,6 @@ from vidtrack.tracking.state import (
 )
 
 Float32 = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Mask:
-    """The mask of a template, and where it is valid.
-
-    spare_px          of the soft edge, as segmentation grows it, that hold no light but only noise
-    recentred         times that a window is moved onto its target, before the target counts as not there
-    ring_px           about the mask, for the background
-    near_centre_px    from the centre of its window's middle pixel up to which a target is well inside its mask
-    off_centre_px     a target further from the centre of its window's middle pixel is not where the mask is
-    uneven_ring       sigmas by which four harmonics of a ring may differ from a plane by chance: at 5.5, two windows in
-                      a thousand of compressed video did. A false neighbour costs a segmentation, but no accuracy
-    stray             pixels that one outside of the mask counts as: more than any target has
-    pixels_as_floats  made floats at once, about: more no longer fit the processor's caches
-    """
-
-    spare_px: float = 0.25
-    recentred: int = 2
-    ring_px: int = 3
-    near_centre_px: float = 0.6
-    off_centre_px: float = 0.9
-    uneven_ring: float = 8.0
-    stray: float = 2.0**20
-    pixels_as_floats: int = 100_000
-
-
-MASK = Mask()
-
-
-class Weights(NamedTuple):
-    """Windows (m, height * width) times `linear` (.., 11) are mass, m_x, m_y, the background; how the ring differs from
-    a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1; and the second
-    moments of the light.
-
-    pull           px by which one grey level of those may have moved the target, times its mass
-    inside            weights of what is counted: 1 within the mask, MASK.stray without
-    x_noise, y_noise  sd of m_x, m_y for a noise of 1
-    ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
-    """
-
-    width: int
-    height: int
-    linear: Array
-    pull: float
-    inside: Float32
-    x_noise: float
-    y_noise: float
-    ring: Ints
-    across: Array
-
-
-@lru_cache(maxsize=256)
-def weights(twice_a: int, twice_b: int) -> Weights:
-    """Weights of an elliptical mask of half axes twice_a / 2 and twice_b / 2 px."""
-    a, b = twice_a / 2, twice_b / 2
-    half_w, half_h = int(np.ceil(a)) + MASK.ring_px, int(np.ceil(b)) + MASK.ring_px
-    y, x = np.mgrid[-half_h : half_h + 1, -half_w : half_w + 1].reshape(2, -1).astype(float)
-    disc = ((x / a) ** 2 + (y / b) ** 2 <= 1).astype(float)
-    ring = ((x / (a + 1)) ** 2 + (y / (b + 1)) ** 2 > 1).astype(float)
-    plane = np.linalg.pinv((np.stack([np.ones_like(x), x, y]) * ring).T)  # (3, pixels)
-    mass = disc - disc.sum() * plane[0]
-    m_x = disc * x - (disc * x * x).sum() * plane[1]
-    m_y = disc * y - (disc * y * y).sum() * plane[2]
-    uneven = _harmonics(x / a, y / b, ring, plane, np.stack([np.ones_like(x), x, y]))
-    second = [disc * along - (disc * along).sum() * plane[0] for along in (x * x, y * y, x * y)]
-    linear = np.stack([mass, m_x, m_y, plane[0], *uneven, *second], axis=1)
-    pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
-    inside = (disc + MASK.stray * (1 - disc)).astype(np.float32)
-    noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
-    columns = np.flatnonzero(ring)
-    across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
-    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across)
-
-
-def _harmonics(x: Array, y: Array, ring: Array, plane: Array, powers: Array) -> Array:
-    """Weights (4, pixels) of length 1 for cos 2t, sin 2t, cos 3t and sin 3t over the ring, blind to any plane.
-
-    x, y (pixels,) in half axes; ring: 1 on it; plane and powers (3, pixels) such that plane @ I are the coefficients
-    of the powers. The outer pixels weigh more: a neighbour comes in from there
-    """
-    around = ((x + 1j * y) / np.hypot(x, y).clip(1e-9)) ** np.array([[2], [3]]) * ring * (np.hypot(x, y) - 1)
-    bare = np.concatenate([around.real, around.imag])
-    blind = bare - (bare @ powers.T) @ plane
-    return np.asarray(blind / np.linalg.norm(blind, axis=1, keepdims=True))
 
 
 class Known(NamedTuple):
@@ -165,9 +81,11 @@ def apply_template(
     count = _counted(bright, known.threshold, w, detection).reshape(k, n)
     noise = _noise(bright, w, detection, n) if careful else known.unrest
     saturated = _at_full_scale(bright, count, w, detection)
-    mass, m_x, m_y, background, uneven, *second = moments.reshape(8, k, n)
+    mass, m_x, m_y, background, uneven, *second, inner, outer = moments.reshape(10, k, n)
     mass = np.where(mass > 0, mass, np.nan)
-    off = np.stack([m_x / mass, m_y / mass])
+    seen_off = np.stack([m_x / mass, m_y / mass])
+    whole_mass = mass - np.minimum(cut_light(inner, outer, seen_off), MASK.most_cut * mass)
+    off = np.stack([m_x / whole_mass, m_y / whole_mass])
     unlike = np.exp(WINDOW.same_size + WINDOW.grain / known.pixels)
     least = np.maximum(known.pixels / unlike, detection.min_pixels)
     clear = whole.reshape(k, n) & (count >= least) & (count < np.minimum(known.pixels * unlike, MASK.stray))
@@ -179,14 +97,14 @@ def apply_template(
         clear &= ~twice
     values = np.empty((VALUES, k, n))
     np.add(centre.reshape(2, k, n), off, out=values[X : Y + 1])
-    np.divide(noise * w.x_noise, mass, out=values[SD_X])
-    np.divide(noise * w.y_noise, mass, out=values[SD_Y])
+    np.divide(noise * w.x_noise, whole_mass, out=values[SD_X])
+    np.divide(noise * w.y_noise, whole_mass, out=values[SD_Y])
     if samples[0].lines == 2:
         values[Y] *= 2
         values[Y] += np.array([[sample.parity] for sample in samples])
         values[SD_Y] *= 2
     for row, along, across in ((XX, 0, 0), (YY, 1, 1), (XY, 0, 1)):
-        np.subtract(second[row - XX] / mass, off[along] * off[across], out=values[row])
+        np.subtract(second[row - XX] / mass, seen_off[along] * seen_off[across], out=values[row])
     if samples[0].lines == 2:
         values[YY] *= 4
         values[XY] *= 2
@@ -203,7 +121,7 @@ def apply_template(
 def _centred(
     samples: Sequence[Sample], predicted: Array, w: Weights, detection: Detection
 ) -> tuple[NDArray[Any], Array, Ints, NDArray[np.bool_]]:
-    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (8, k n); their middle pixels
+    """Windows (k n, pixels), turned bright, moved onto their targets; their moments (10, k n); their middle pixels
     (2, k n), column and row of the sample; and whether their masks lie within the picture (k n).
     """
     k, n = predicted.shape[:2]
@@ -286,13 +204,13 @@ def _windows(
 
 
 def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
-    """Mass, m_x, m_y and background of windows, grey levels and px, the sum of the harmonics squared, and the second
-    moments about the window's middle, (8, m).
+    """Mass, m_x, m_y and background of windows, grey levels and px, the sum of the harmonics squared, the second
+    moments about the window's middle, and what the outline cuts, (10, m).
     """
     found = np.empty((len(bright), w.linear.shape[1]))
     for some in _chunks(bright):
         np.matmul(bright[some].astype(float), w.linear, out=found[some])
-    moments = np.empty((8, len(bright)))
+    moments = np.empty((10, len(bright)))
     np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
     np.multiply(found[:, 8:].T, detection.scale, out=moments[5:])
     np.einsum("mu,mu->m", found[:, 4:8], found[:, 4:8], out=moments[4])
