@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array
-from vidtrack.geometry.camera import Camera
+from vidtrack.arrays import Array, Bools
+from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.sudden_misses import unlikely_chi2
 
@@ -25,6 +25,8 @@ class Evidence:
                         centroids are far better than their sd and others as good as it says, the mean of all would
                         make the sd of the latter too small
     tail_deviations     the same share of a normal distribution
+    redundant           of the square of a camera's noise that its errors show, at least: along the other camera's
+                        epipolar line they show nothing
     """
 
     most: int = 4000
@@ -32,6 +34,7 @@ class Evidence:
     fewest_errors: int = 6
     tail: float = 0.99
     tail_deviations: float = 2.326
+    redundant: float = 0.01
 
 
 EVIDENCE = Evidence()
@@ -40,12 +43,15 @@ EVIDENCE = Evidence()
 class Noise(NamedTuple):
     """What the standard deviations of centroids are to be multiplied by, and what that rests on.
 
+    factor   that of all; where each camera's sd of each target has its own, their median
+    each     (n_cameras, n_targets): of each camera's sd of each target
     source   differences (of reprojection errors, from sample to sample) | errors (themselves: the calibration's are in
              them) | none: too few samples for either
     """
 
     factor: float
     source: str
+    each: Array
 
 
 def noise_factor(
@@ -60,11 +66,14 @@ def noise_factor(
 
     The reprojection errors of one target change from sample to sample by the centroids' noise, while what the
     calibration leaves in them changes slowly and steadily: their second differences show the noise alone. Merged or
-    mistaken samples do not count. A factor below 1 is one that the largest errors bear out too (EVIDENCE.tail).
+    mistaken samples do not count.
+
+    Below 1 it is a factor of each camera's sd of each target (`_smaller`), and one that the largest errors bear out too
+    (EVIDENCE.tail): what makes some sd too large says nothing of the others.
     """
     b, sd = b[:, :, : EVIDENCE.most], np.nan_to_num(sd[:, :, : EVIDENCE.most], nan=1.0)
     if not b.size:
-        return Noise(fallback, "none")
+        return _alike(fallback, "none", sd)
     located = locate_points(cameras, b, sd=sd)
     if b.shape[2] <= 2 * lag:
         return _from_errors(located, sd, fallback)
@@ -82,14 +91,56 @@ def noise_factor(
     for _ in range(20):
         good = chi2 <= (spare + 12 * np.sqrt(2 * spare)) * max(variance, 1e-12)
         variance = float(chi2[good].sum() / spare[good].sum())
-    if variance < 1 and not relative:
-        variance = min(max(variance, _of_tail(chi2, spare)), 1.0)
-    return Noise(max(float(np.sqrt(variance)), 1e-6), "differences")
+    if variance >= 1 or relative:
+        return _alike(max(float(np.sqrt(variance)), 1e-6), "differences", sd)
+    redundant = _redundancy(cameras, located.point[:, middle], sd[:, :, middle])
+    each = _smaller(change, redundant, both & used[:, :, middle])
+    return Noise(float(np.median(each)), "differences", each)
 
 
-def _of_tail(chi2: Array, spare: Array) -> float:
-    """The variance at which as few samples as expected have a larger sum of squares than EVIDENCE.tail of them."""
-    return float(np.quantile(chi2 / unlikely_chi2(spare, EVIDENCE.tail_deviations), EVIDENCE.tail))
+def _alike(factor: float, source: str, sd: Array) -> Noise:
+    """One factor for all."""
+    return Noise(factor, source, np.full(sd.shape[:2], factor))
+
+
+def _smaller(change: Array, redundant: Array, used: Bools) -> Array:
+    """The largest factor (n_cameras, n_targets), up to 1, that the errors allow each camera's sd of each target.
+
+    change      (n_cameras, n_targets, T, 2) errors over sd; redundant (n_cameras, n_targets, T): the mean square that
+                the camera's own noise makes of them, were it as large as its sd; used: which count
+    All other cameras' noise can only add to that. Of two cameras nothing shows which of them is better than its sd
+    says: each is taken to make all of the errors.
+    """
+    each = np.ones(used.shape[:2])
+    square = np.square(change).sum(axis=-1)
+    for i, k in np.ndindex(each.shape):
+        good = np.flatnonzero(used[i, k] & (redundant[i, k] > EVIDENCE.redundant))
+        if good.size < EVIDENCE.fewest_differences:
+            continue
+        ratio = square[i, k, good] / redundant[i, k, good]
+        freedom = 1.0 if used[:, k].sum(axis=0).max() < 3 else 2.0
+        largest = float(np.quantile(ratio, EVIDENCE.tail)) * freedom
+        tail = largest / float(unlikely_chi2(freedom, EVIDENCE.tail_deviations))
+        each[i, k] = np.sqrt(min(max(float(ratio.mean()), tail, 1e-12), 1.0))
+    return each
+
+
+def _redundancy(cameras: Sequence[Camera], point: Array, sd: Array) -> Array:
+    """Sum of the squares (n_cameras, n_targets, T) by which a camera's errors follow its own noise, both over sd.
+
+    point  (n_targets, T, 3); sd (n_cameras, n_targets, T, 2). Of the errors (1 - A (A'A)^-1 A') noise, A the slopes of
+    the pictures over sd, the block of each camera.
+    """
+    step = 1e-4 * np.nanmedian(np.linalg.norm(point - cameras[0].position, axis=-1))
+    about = [project(c, point[..., None, :] + step * np.eye(3)) - project(c, point)[..., None, :] for c in cameras]
+    slopes = np.stack([np.swapaxes(own, -1, -2) / step for own in about]) / sd[..., None]  # (n, m, T, 2, 3)
+    usable = np.asarray(np.isfinite(slopes).all(axis=(-1, -2)), bool)
+    slopes = np.where(usable[..., None, None], slopes, 0.0)
+    normal = np.einsum("nmtij,nmtik->mtjk", slopes, slopes)
+    normal[usable.sum(axis=0) < 2] = np.eye(3)
+    inverse = np.linalg.pinv(normal, hermitian=True)
+    block = np.eye(2) - slopes @ inverse @ np.swapaxes(slopes, -1, -2)
+    return np.where(usable, np.square(block).sum(axis=(-1, -2)), 0.0)
 
 
 def _from_errors(located: Located, sd: Array, fallback: float) -> Noise:
@@ -97,6 +148,6 @@ def _from_errors(located: Located, sd: Array, fallback: float) -> Noise:
     used = np.isfinite(located.error[..., 0]) & np.isfinite(located.point[..., 0])
     spare = np.where(used.sum(0) >= 2, 2.0 * used.sum(0) - 3, 0)
     if spare.sum() < EVIDENCE.fewest_errors:
-        return Noise(fallback, "none")
+        return _alike(fallback, "none", sd)
     chi2 = np.where(used[..., None], (located.error / sd) ** 2, 0).sum((0, -1))
-    return Noise(max(float(np.sqrt(chi2.sum() / spare.sum())), fallback), "errors")
+    return _alike(max(float(np.sqrt(chi2.sum() / spare.sum())), fallback), "errors", sd)
