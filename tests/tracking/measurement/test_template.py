@@ -54,7 +54,7 @@ def test_a_mask_that_cuts_the_edge_of_a_ball_beside_its_middle_does_not_pull_it_
     assert seen.clear.mean() > 0.95
     error = (seen.values[:2, 0].T - at)[seen.clear[0]]
     beside = (truth - np.rint(truth))[seen.clear[0]]
-    assert abs((error * beside).sum() / np.square(beside).sum()) < 0.01
+    assert abs((error * beside).sum() / np.square(beside).sum()) < 0.016  # up to 0.08 without
     assert np.sqrt(np.square(error).mean()) == pytest.approx(seen.values[2][seen.clear].mean(), rel=0.15)
 
 

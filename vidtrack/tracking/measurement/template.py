@@ -84,7 +84,7 @@ def apply_template(
     mass, m_x, m_y, background, uneven, *second, inner, outer = moments.reshape(10, k, n)
     mass = np.where(mass > 0, mass, np.nan)
     seen_off = np.stack([m_x / mass, m_y / mass])
-    whole_mass = mass - np.minimum(cut_light(inner, outer, seen_off), MASK.most_cut * mass)
+    whole_mass = mass - np.minimum(cut_light(inner, outer, seen_off, noise * w.cut_noise), MASK.most_cut * mass)
     off = np.stack([m_x / whole_mass, m_y / whole_mass])
     unlike = np.exp(WINDOW.same_size + WINDOW.grain / known.pixels)
     least = np.maximum(known.pixels / unlike, detection.min_pixels)

@@ -30,6 +30,7 @@ class Mask:
                       a thousand of compressed video did. A false neighbour costs a segmentation, but no accuracy
     stray             pixels that one outside of the mask counts as: more than any target has
     most_cut          share of its light that the mask's outline may cut: more is something else
+    plain             sd of its noise beyond which the light beyond the outline is plainly there
     steepest          ratio of the light on both sides of the outline, a px apart, at least
     pixels_as_floats  made floats at once, about: more no longer fit the processor's caches
     """
@@ -42,7 +43,8 @@ class Mask:
     uneven_ring: float = 8.0
     stray: float = 2.0**20
     most_cut: float = 0.5
-    steepest: float = 0.01
+    plain: float = 3.0
+    steepest: float = 1e-4
     pixels_as_floats: int = 100_000
 
 
@@ -56,7 +58,7 @@ class Weights(NamedTuple):
 
     pull           px by which one grey level of those may have moved the target, times its mass
     inside            weights of what is counted: 1 within the mask, MASK.stray without
-    x_noise, y_noise  sd of m_x, m_y for a noise of 1
+    x_noise, y_noise  sd of m_x, m_y for a noise of 1; cut_noise: of what the outline cuts, outside of it
     ring              columns of the background's pixels; across (2, ring): their x and y, each of length 1
     """
 
@@ -67,6 +69,7 @@ class Weights(NamedTuple):
     inside: Float32
     x_noise: float
     y_noise: float
+    cut_noise: float
     ring: Ints
     across: Array
 
@@ -91,10 +94,10 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     linear = np.stack([mass, m_x, m_y, plane[0], *uneven, *second, *cut], axis=1)
     pull = float(np.hypot(m_x, m_y)[ring > 0].sum() / np.sqrt((uneven**2).sum(axis=0))[ring > 0].sum())
     inside = (disc + MASK.stray * (1 - disc)).astype(np.float32)
-    noise = float(np.sqrt((m_x * m_x).sum())), float(np.sqrt((m_y * m_y).sum()))
+    x_noise, y_noise, cut_noise = (float(np.sqrt(np.square(of).sum())) for of in (m_x, m_y, cut[1]))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
-    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, *noise, columns, across)
+    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, x_noise, y_noise, cut_noise, columns, across)
 
 
 def _outline(disc: Array, x: Array, y: Array) -> Array:
@@ -111,14 +114,16 @@ def _outline(disc: Array, x: Array, y: Array) -> Array:
     return out
 
 
-def cut_light(inside: Array, outside: Array, off: Array) -> Array:
+def cut_light(inside: Array, outside: Array, off: Array, noise: Array | float = 0.0) -> Array:
     """Light by which m_x grows less as a target moves, that at the outline falling off exponentially across it.
 
     inside, outside  the integral over the outline half a px inside and outside of it; off (2, ..) px, of the target
+    noise            of `outside`: as far as it may be noise alone, it cuts nothing
     With the rate q, the mean over the outline grows as I_0(q off), while what it cuts on the way there is (second
     order) a half of that.
     """
-    inside = np.maximum(inside, 1e-9)
+    inside, outside = np.maximum(inside, 1e-9), np.maximum(outside, 1e-9)
+    outside = outside**3 / (outside**2 + np.square(MASK.plain * noise))
     outside = np.clip(outside, MASK.steepest * inside, inside)
     grown = np.square(np.log(inside / outside)) * np.square(off).sum(axis=0)
     return np.asarray(np.sqrt(inside * outside) * (1 + grown / 8) / (1 + grown / 4))
