@@ -114,3 +114,23 @@ def test_cameras_that_share_no_view_are_refused():
     b[0, :8], b[1, 8:] = np.nan, np.nan
     with pytest.raises(NoLens, match="shares no view"):
         fitted(b, world=10, model="tsai")
+
+
+def test_a_view_of_which_every_corner_is_wrong_is_left_out_and_costs_no_lens():
+    b = views(1, 14)
+    rng = np.random.default_rng(0)
+    b[0, 5] += rng.normal(0, 40, b[0, 5].shape)
+    fit = fitted(b, model="tsai")
+    assert not np.isfinite(fit.residuals[0, 5]).any()
+    assert np.isfinite(fit.residuals[0]).any((1, 2)).sum() == 13
+    assert fit.cameras[0].f == pytest.approx(1400, rel=5e-3)
+    with pytest.raises(NoLens, match="the world does not fit the other views"):
+        fitted(b, world=5, model="tsai")
+
+
+def test_no_corner_counts_as_better_known_than_a_hundredth_of_a_pixel():
+    """Whatever little the residuals leave: along rows of a board seen square on errors are common."""
+    b = views(1, 12)
+    clean = b - fitted(b, model="tsai").residuals
+    done = fit_board(BOARD, clean, np.full(clean.shape[:3], 0.01), [SIZE], 0, model="tsai")
+    assert done.sigma_px == pytest.approx(0.01)

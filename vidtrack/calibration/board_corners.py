@@ -1,7 +1,7 @@
 """The corners of a board in a picture, to a fraction of a pixel, each with an sd from the picture itself.
 
-OpenCV's detectors find and name them (Garrido-Jurado et al. 2014; Duda and Frese 2018 for checkerboards). The sd is
-that of the least-squares corner (Foerstner and Guelch 1987): the noise of the grey levels over the gradients about it.
+OpenCV's detectors find and name them (Garrido-Jurado et al. 2014; Duda and Frese 2018 for checkerboards);
+`board_saddles` measures them, with the sd of its fit.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.calibration.board import Board
 from vidtrack.calibration.board_circles import disc_centroids
+from vidtrack.calibration.board_saddles import saddle_corners
 from vidtrack.tracking.measurement.tag_corners import tag_corners
 
 LEAST_CORNERS = 6
@@ -21,6 +22,9 @@ LEAST_CORNERS = 6
 WINDOW = 5
 """px on each side of a corner whose gradients are counted."""
 LEAST_SD = 0.01
+"""px, of a corner at best: what a lens, a sharp edge and print leave beside the noise of the levels."""
+NOT_FITTED_SD = 0.1
+"""px, of a corner that is no crossing of two edges, at least."""
 
 
 class Seen(NamedTuple):
@@ -32,7 +36,7 @@ class Seen(NamedTuple):
 
 
 def board_seen(board: Board, picture: NDArray[np.uint8]) -> Seen | None:
-    """The corners of a board in a picture (rows, columns); None where fewer than 6 are found."""
+    """The corners of a board in a picture (rows, columns); None where fewer than 6 are found, or all in one row."""
     if board.type == "apriltag":
         own = _tags(board, picture)
         return None if own is None or len(own[0]) < LEAST_CORNERS else Seen(*own)
@@ -40,9 +44,11 @@ def board_seen(board: Board, picture: NDArray[np.uint8]) -> Seen | None:
     if found is None or len(found[0]) < LEAST_CORNERS:
         return None
     ids, b = found
+    if not np.ptp(board.corners[ids, :2], axis=0).all():  # one row of corners: no pose
+        return None
     if board.type == "circles":
         return Seen(ids, *disc_centroids(picture, b))
-    return Seen(ids, b, corner_sd(picture, b))
+    return Seen(ids, *_polished(board, picture, ids, b))
 
 
 def _dictionary(board: Board) -> Any:
@@ -67,22 +73,37 @@ def _charuco(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp]
     corners, ids, _, _ = detector.detectBoard(picture)
     if ids is None or corners is None:
         return None
-    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2), (1 - board.tag_side / board.square) / 2)
-    return np.asarray(ids, np.intp).ravel(), b
+    return np.asarray(ids, np.intp).ravel(), np.asarray(corners, float).reshape(-1, 2)
 
 
-def _polished(picture: NDArray[np.uint8], b: Array, free: float) -> Array:
-    """Corners (n, 2) where the gradients about them meet.
+def _polished(board: Board, picture: NDArray[np.uint8], ids: NDArray[np.intp], b: Array) -> tuple[Array, Array]:
+    """Corners (n, 2) where their edges cross, and the sd of each (n,) px.
 
-    free  share of the way to the next corner that a window may reach: beyond it other edges begin
+    A corner that is no crossing of two edges stays where the detector put it, with an sd of a pixel's tenth or more.
+    """
+    free = (1 - board.tag_side / board.square) / 2 if board.type == "charuco" else 1.0
+    across, up = _sides(board.corners[ids, :2], b, board.square)
+    found, sd = saddle_corners(picture, b, across, up, free)
+    lost = ~np.isfinite(sd)
+    rough = np.maximum(corner_sd(picture, b), NOT_FITTED_SD)
+    return np.where(lost[:, None], b, found), np.where(lost, rough, np.maximum(sd, LEAST_SD))
+
+
+def _sides(p: Array, b: Array, square: float) -> tuple[Array, Array]:
+    """How a square's sides, along the board's x and y, lie in the picture at each corner: (n, 2) px each.
+
+    By the plane perspective that carries the board's p (n, 2) to the picture's b (n, 2) best.
     """
     import cv2
 
-    apart = np.linalg.norm(b[:, None] - b[None], axis=-1) + 1e9 * np.eye(len(b))
-    half = int(np.clip(np.median(apart.min(1)) * free, 2, 7))
-    end = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-4)
-    refined = cv2.cornerSubPix(picture, b.astype(np.float32)[:, None].copy(), (half, half), (-1, -1), end)[:, 0]
-    return np.asarray(np.where(np.linalg.norm(refined - b, axis=-1, keepdims=True) < half, refined, b), float)
+    H, _ = cv2.findHomography(p, b, 0)
+
+    def at(q: Array) -> Array:
+        there = np.column_stack([q, np.ones(len(q))]) @ H.T
+        return np.asarray(there[:, :2] / there[:, 2:])
+
+    x, y = np.array([square / 2, 0]), np.array([0, square / 2])
+    return at(p + x) - at(p - x), at(p + y) - at(p - y)
 
 
 def _checkerboard(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], Array] | None:
@@ -96,7 +117,7 @@ def _checkerboard(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.
     )
     if not good:
         return None
-    b = _polished(picture, np.asarray(corners, float).reshape(-1, 2), 0.25)
+    b = np.asarray(corners, float).reshape(-1, 2)
     return np.arange(len(b)), _dark_first(board, picture, _upright(b, size))
 
 
@@ -167,7 +188,10 @@ def _tags(board: Board, picture: NDArray[np.uint8]) -> tuple[NDArray[np.intp], A
 
 
 def corner_sd(picture: NDArray[np.uint8], b: Array) -> Array:
-    """Standard deviation (n,) px of corners b (n, 2): the noise of grey levels over the gradients about each."""
+    """Standard deviation (n,) px of corners b (n, 2): the noise of grey levels over the gradients about each.
+
+    As of the least-squares corner (Foerstner and Guelch 1987).
+    """
     import cv2
 
     grey = picture.astype(np.float32)

@@ -34,10 +34,15 @@ class BoardSettings:
     least_tilt_deg: float = 10.0
     """Angle between the two most different normals below which all views count as parallel."""
     fewest_views: int = 3
+    fewest_corners: int = 6
+    """Of a view, by all cameras, from which it has a pose."""
     models: tuple[str, ...] = ("tsai", "tsai2", "brown", "prism")
     folds: int = 3
     outlier: float = 4.5
     """Standard deviations of itself beyond which a corner's residual is left out."""
+    least_px: float = 0.01
+    """Below which no corner's sd goes, whatever the residuals leave: a view seen square on has whole rows of corners
+    that lie alike between the pixels, and err together by half as much."""
     rounds: int = 4
     """Times, at most, that corners are left out and the rest fitted again."""
     sure: float = 2.0
@@ -103,12 +108,20 @@ def fit_board(
         far = np.nan_to_num(np.abs(off)).max(-1) > SETTINGS.outlier
         if not far.any():
             break
-        b = np.where(far[..., None], np.nan, b)  # a corner that is covered in part, or extrapolated
+        b = _seen_views(np.where(far[..., None], np.nan, b))  # a corner that is covered in part, or extrapolated
+        if not np.isfinite(b[:, world]).any():
+            raise NoLens("the view that is the world does not fit the other views: name another one")
         done = _adjusted(board, b, sd, done.state.cameras, done.state.blocks[0], world, chosen)
     if board.type == "circles":  # once more, by the lens that was chosen; a third time changes little
         centred = np.where(np.isfinite(b), raw - _shift(board, done), np.nan)
         done = _adjusted(board, centred, sd, done.state.cameras, done.state.blocks[0], world, chosen)
     return _fitted(board, b, sd, done, chosen, world, held_out)
+
+
+def _seen_views(b: Array) -> Array:
+    """Corners (m, n, q, 2) px, without the views of which so few are left that their pose is unknown."""
+    few = np.isfinite(b).all(-1).sum((0, 2)) < SETTINGS.fewest_corners
+    return np.where(few[None, :, None, None], np.nan, b)
 
 
 def _shift(board: Board, done: Adjusted) -> Array:
@@ -220,7 +233,8 @@ def _problem(
     """What is minimised over some of the views (indices); the world's pose is held."""
     m = len(b)
     information = np.zeros((len(views), 6))
-    information[int(np.argmax(views == world))] = np.inf
+    information[views == world] = np.inf
+    information[~np.isfinite(b[:, views]).any((0, 2, 3))] = np.inf  # a view of which nothing is left
     family = pose_blocks(len(views))._replace(information=information)
 
     def points(state: State) -> PointsOf:
@@ -231,7 +245,8 @@ def _problem(
 
     unknowns = Unknowns([free_parameters(model)] * m, values[views][:, :, 3].mean(0), SHAPE)
     sights = [Sights(i, b[i, views], sd[i, views, :, None], points=points) for i in range(m)]
-    return Problem(unknowns, [family], [*sights, SharedPriors(board.shape_priors)], {"px": 1e-3})
+    least = SETTINGS.least_px / float(np.median(sd[np.isfinite(b).all(-1)]))
+    return Problem(unknowns, [family], [*sights, SharedPriors(board.shape_priors)], {"px": least})
 
 
 def _start(cameras: Sequence[Camera], values: Array) -> State:

@@ -108,7 +108,7 @@ def boards(
             u = fit.done.uncertainties[row]
             known[name] = u if moved is None else u._replace(pivot=moved[0] @ u.pivot + moved[1])
             own_doubts = board_doubts(name, board, fit.done, row, sizes[name], units)
-            said = _record(fit.done, row, len(fit.views), len(seen[name]), units)
+            said = _record(fit.done, row, len(seen[name]), units)
             said["board"]["held_out_px"] = dict(alone[name][0].held_out_px)
             joint = {"joint": _joint(fit)} if len(fit.names) > 1 else {}
             records[name] = said | joint | {"findings": as_records([*common, *own_doubts])}
@@ -289,7 +289,7 @@ def _among_surveyed(fit: Fitted, survey: Mapping[str, tuple[Array, Array]], find
     return motion
 
 
-def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dict[str, Any]:
+def _record(fit: BoardFit, row: int, offered: int, units: str) -> dict[str, Any]:
     left = np.linalg.norm(fit.residuals[row], axis=-1)
     length = left[np.isfinite(left)]
     return {
@@ -302,7 +302,7 @@ def _record(fit: BoardFit, row: int, used: int, offered: int, units: str) -> dic
         "max_px": float(length.max()),
         "sigma_px": fit.sigma_px,
         "board": {
-            "views": used,
+            "views": int(np.isfinite(fit.residuals).any((0, 2, 3)).sum()),
             "views_offered": offered,
             "shape": dict(fit.shape),
             "shape_sd": dict(fit.shape_sd),
