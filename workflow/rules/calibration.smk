@@ -179,7 +179,7 @@ rule survey:
     message:
         "Judging the surveyed points by all cameras"
     shell:
-        "printf '%s\n' {params:q} | python -m vidtrack survey --account {output.account:q} --log {log:q}"
+        "printf '%s\\n' {params:q} | python -m vidtrack survey --account {output.account:q} --log {log:q}"
         " --input sightings {input.sightings:q} --input pictures {input.pictures:q} --output record {output.record:q}"
 
 
