@@ -1,6 +1,6 @@
 """How well the whole workflow locates targets: the thesis's rig, filmed and compared with truth.
 
-    python benchmarks/rig.py FOLDER [--seed 1991] [--cores 1]
+    python benchmarks/rig.py FOLDER [--seed 1991] [--cores 1] [--survey 0.03125] [--draws 20]
 
 Films the demo's rig with two more cameras into FOLDER (what stands there already is not made again), runs snakemake
 on it and locates its runs with two, three and four of the cameras: the demo's pluck; a ball that cam1 does not see for
@@ -9,6 +9,12 @@ diagonal field, z^2 is the square of an error over its sigma. The limit is a mea
 
 That of the pluck is taken apart: what the true cameras make of the same centroids, what the found cameras make of
 exact ones, and the floor, which is what the true cameras make of noise with the scatter that the centroids have.
+
+--survey is the standard deviation of each coordinate of the survey (in, default 0: exact), a draw of the seed. One draw
+moves the whole run, so that its error says little of the next: --draws calibrates the same sightings by so many further
+surveys, and locates the run with each. Beside the mean of these stands that of cameras fitted by maximum likelihood to
+the same sightings and surveys, from the true cameras on, with the true lens model, noise and tolerance: no calibration
+that knows the survey alone is better on average.
 """
 
 from __future__ import annotations
@@ -24,11 +30,14 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.files.camera_json import Calibrated, read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
+from vidtrack.simulate.scenario import scenario_from
+from vidtrack.stages.calibrate import calibrate
 from vidtrack.stages.locate import locate
 from vidtrack.timing.resample import resample
 
@@ -44,14 +53,14 @@ HIDDEN = (1.5, 2.5)
 """s, while cam1 does not see the target of the run `lost`."""
 
 
-def laboratory(seed: int) -> dict[str, Any]:
-    """The demo's scenario with four cameras, an exact survey and three runs."""
+def laboratory(seed: int, survey: float) -> dict[str, Any]:
+    """The demo's scenario with four cameras, a survey with errors of that standard deviation, in, and three runs."""
     plan: dict[str, Any] = yaml.safe_load((REPO / "data/demo.yaml").read_text())
     plan["seed"] = seed
     plan["cameras"] |= {
         name: {"distance": 160, "size": [512, 480], "sensor": [8.8, 6.6], **own} for name, own in OTHERS.items()
     }
-    plan["calibration"]["survey"] = {"error": 0}
+    plan["calibration"]["survey"] = {"error": survey, "distribution": "normal"}
     pluck, forced = plan["runs"]["pluck"], plan["runs"]["forced"]
     lost = {**forced, "duration_s": 4, "first_frame": {}}
     lost["hidden"] = [{"camera": "cam1", "target": "t1", "from_s": HIDDEN[0], "to_s": HIDDEN[1]}]
@@ -66,15 +75,17 @@ def laboratory(seed: int) -> dict[str, Any]:
     return plan
 
 
-def make(folder: Path, seed: int, cores: int) -> None:
+def make(folder: Path, plan: dict[str, Any], cores: int) -> None:
     """The experiment in `folder`, simulated and processed."""
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    scenario = folder.with_suffix(".yaml")
     if not (folder / "config.yaml").exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
-        scenario = folder.with_suffix(".yaml")
-        scenario.write_text(yaml.safe_dump(laboratory(seed)))
+        scenario.write_text(yaml.safe_dump(plan))
         command = [sys.executable, "-m", "vidtrack.simulate", str(scenario), str(folder), "--threads", str(cores)]
         subprocess.run(command, check=True, cwd=REPO)
+    elif yaml.safe_load(scenario.read_text()) != plan:
+        sys.exit(f"{folder} was made with another seed or survey. Give another folder.")
     command = [sys.executable, "-m", "snakemake", "-s", str(REPO / "Snakefile"), "--directory", str(folder)]
     done = subprocess.run(
         [*command, "--cores", str(cores)], capture_output=True, text=True, env=environment, check=False
@@ -201,8 +212,62 @@ def apart(folder: Path, run: str, rig: Rig, rng: np.random.Generator) -> list[tu
     ]
 
 
-def report(folder: Path) -> None:
+class Drawn(NamedTuple):
+    """Four cameras as other draws of the survey give them: by stage calibrate, and by maximum likelihood."""
+
+    found: list[dict[str, Calibrated]]
+    best: list[dict[str, Calibrated]]
+    points: list[dict[str, pd.DataFrame]]
+
+
+def drawn(folder: Path, plan: dict[str, Any], draws: int) -> Drawn:
+    """The calibration of the same sightings by further surveys."""
+    scenario, rig = scenario_from(plan), rig_of(folder, CAMERAS)
+    sd = scenario.calibration.survey.error
+    tags, hung = scenario.points()
+    rng = np.random.default_rng([scenario.seed, 6])
+    out = Drawn([], [], [])
+    for _ in range(draws):
+        thought = hung + rng.normal(0, sd, hung.shape)
+        tables = {name: _surveyed(rig.points[name], tags, thought, sd) for name in CAMERAS}
+        own, best = {}, {}
+        for name, table in tables.items():
+            camera = rig.true[name]
+            done = calibrate(table, image_size=camera.image_size, sensor=(8.8, 6.6), camera=name, search=False)
+            own[name], tables[name] = Calibrated(done.camera, done.uncertainty, done.record), done.points
+            p, b, noise = (table[list(names)].to_numpy() for names in ("xyz", ("Xf", "Yf"), ("sd_x", "sd_y")))
+            fit = refine(camera, p, b, free=free_parameters("tsai"), sd=noise, survey=sd)
+            best[name] = Calibrated(fit.camera, fit.uncertainty, done.record)
+        out.found.append(own)
+        out.best.append(best)
+        out.points.append(tables)
+    return out
+
+
+def _surveyed(points: pd.DataFrame, tags: list[str], thought: np.ndarray, sd: float) -> pd.DataFrame:
+    """Sightings with another survey of their points."""
+    rows = [tags.index(str(tag)) for tag in points["tag"]]
+    kept = points.drop(columns=["used", "reason", "residual_x", "residual_y"], errors="ignore")
+    return kept.assign(**dict(zip("xyz", thought[rows].T, strict=True)), sigma=sd)
+
+
+def of_draws(folder: Path, rig: Rig, others: Drawn) -> None:
+    """The error of the run `pluck` with the cameras of each draw, its mean and one standard error."""
+    for name, cameras in (("other surveys, calibrate", others.found), ("other surveys, best fit", others.best)):
+        whole = []
+        for own, points in zip(cameras, others.points, strict=True):
+            of = Rig(rig.true, {n: own[n] for n in rig.true}, {n: points[n] for n in rig.true}, rig.field)
+            whole.append(errors(*located(folder, "pluck", of)))
+        mean = np.array([h.mean for h in whole])
+        share, spread = rig.field / mean.mean(), mean.std(ddof=1) / np.sqrt(len(mean)) / mean.mean()
+        square = np.mean([h.normalised for h in whole])
+        print(f"  pluck: {name:29}  {mean.mean():>8.5f} {share:>9.0f} +- {share * spread:.0f} ({len(mean)} draws), z^2 "
+              f"{square:.2f}")  # fmt: skip
+
+
+def report(folder: Path, plan: dict[str, Any], draws: int) -> None:
     """Print everything."""
+    others = drawn(folder, plan, draws) if draws else None
     rng = np.random.default_rng(0)
     for m in (2, 3, 4):
         rig = rig_of(folder, CAMERAS[:m])
@@ -210,6 +275,8 @@ def report(folder: Path) -> None:
         print(HEAD)
         for name, h in apart(folder, "pluck", rig, rng):
             print(f"  pluck: {name:29} {h.line(rig.field)}")
+        if others is not None:
+            of_draws(folder, rig, others)
         lost(folder, rig)
         crossing(folder, rig)
 
@@ -241,6 +308,9 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1991)
     parser.add_argument("--cores", type=int, default=1)
+    parser.add_argument("--survey", type=float, default=0.0, help="in, sd of each coordinate of the survey")
+    parser.add_argument("--draws", type=int, default=0, help="of the survey, for the run `pluck`")
     args = parser.parse_args()
-    make(args.folder, args.seed, args.cores)
-    report(args.folder)
+    asked = laboratory(args.seed, args.survey)
+    make(args.folder, asked, args.cores)
+    report(args.folder, asked, args.draws)
