@@ -42,6 +42,7 @@ CLIPS = {
     "h264": ("libx264", "mp4", (720, 480), "yuv420p", {"crf": "20", "preset": "fast"}),
     "dv": ("dvvideo", "dv", (720, 480), "yuv411p", {}),
     "ffv1": ("ffv1", "mkv", (720, 480), "gray", {}),
+    "mjpeg_1080p": ("mjpeg", "mov", (1920, 1080), "yuvj420p", {"qmin": "3", "qmax": "3"}),
     "h264_1080p": ("libx264", "mp4", (1920, 1080), "yuv420p", {"crf": "20", "preset": "veryfast"}),
 }
 LIMITS = {10: 1.15, 50: 1.3, 200: 1.5}
@@ -139,7 +140,7 @@ def follow(path: Path, n: int, threads: int):
     from vidtrack.stages.track import track
 
     with open_video(str(path), threads=threads) as video:
-        return track(video.frames(ahead=True), video.info, targets=n)
+        return track(video.frames(apart=True), video.info, targets=n)
 
 
 def against_scene(tracked, kind: str, n: int) -> dict:

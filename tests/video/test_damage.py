@@ -101,12 +101,12 @@ def test_a_recording_that_is_cut_off_gives_what_is_there_and_says_how_much_is_no
     assert any("is cut off" in line for line in account.problems)
 
 
-@pytest.mark.parametrize("ahead", [False, True])
-def test_a_recording_that_is_left_early_is_not_cut_off(clips, ahead):
-    with open_video(str(clips("mjpeg.mov"))) as video:
-        for _ in zip(range(100), video.frames(ahead=ahead), strict=False):
+@pytest.mark.parametrize("how", [{}, {"ahead": True}, {"apart": True}])
+def test_a_recording_that_is_left_early_is_not_cut_off(clips, how):
+    with open_video(str(clips("mjpeg.mov")), threads=2) as video:
+        for _ in zip(range(100), video.frames(**how), strict=False):
             pass
-        threading.Event().wait(0.5 if ahead else 0.0)  # the decoder, ahead, comes to the end
+        threading.Event().wait(0.5 if how else 0.0)  # the decoder, ahead, comes to the end
         assert video.account == (100, 0, 0, ())
 
 

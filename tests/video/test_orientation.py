@@ -56,8 +56,9 @@ def clip(path, matrix=None, *, aspect=Fraction(1), interlaced=False):
 
 
 def seen(path) -> tuple[np.ndarray, VideoInfo, tuple[str, ...]]:
-    with open_video(str(path)) as video:
+    with open_video(str(path)) as video, open_video(str(path), threads=2) as other:
         lumas = [frame.luma.copy() for frame in video.frames()]
+        assert all(np.array_equal(a, b.luma) for a, b in zip(lumas, other.frames(apart=True), strict=True))
         return lumas[0], video.info, video.account.problems
 
 

@@ -48,7 +48,7 @@ def run(job: Job) -> None:
         meter, samples = LightMeter(info.bits), BackgroundSamples()
         tags = _tag_reader(settings, info)
         with Progress(label, info.n_expected, "frames") as progress:
-            frames = meter.over(samples.over(progress.over(video.frames(ahead=True))))
+            frames = meter.over(samples.over(progress.over(video.frames(apart=True))))
             if settings["targets"] == 0 and tags is not None:
                 used = between(frames, info, settings["detect"]["start"], settings["detect"]["end"], where="detect")
                 tracked = untracked(tags.over(used), info)

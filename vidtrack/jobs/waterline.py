@@ -44,7 +44,7 @@ def run(job: Job) -> None:
         camera, uncertainty = camera_shown(calibrated.camera, calibrated.uncertainty, shown.get(name))
         with Progress(f"waterline {order['run']}/{order['camera']}", info.n_expected, "frames") as progress:
             done = waterline(
-                progress.over(video.frames(ahead=True)),
+                progress.over(video.frames(apart=True)),
                 info,
                 camera,
                 order["transects"],

@@ -42,7 +42,7 @@ class ReadingLog:
         self._times = array("d")
         self._corrupt = array("q")
         self._backwards = self._other_size = 0
-        self._broken_off = ""
+        self.could_not_read = ""
         self._seen = array("d")  # least, greatest, mean level and standard deviation of each picture looked at
         self._compared = array("q")  # pictures compared with the next
         self._alike = array("b")  # 2 the very same, 1 but for what coding does, 0 not
@@ -50,7 +50,7 @@ class ReadingLog:
 
     def broken_off(self, error: Exception) -> None:
         """The container could not be read at some place."""
-        self._broken_off = getattr(error, "strerror", None) or str(error)
+        self.could_not_read = getattr(error, "strerror", None) or str(error)
 
     def noted(self, what: str) -> None:
         """Something else that a person should know of the recording."""
@@ -62,7 +62,7 @@ class ReadingLog:
 
     def reason(self, damage: DamageWatch) -> str:
         """The first thing that went wrong, for an error message; empty when nothing did."""
-        said = damage.said or self._broken_off
+        said = damage.said or self.could_not_read
         return f" ({said})" if said else ""
 
     def picture(self, index: int, time: float, luma: Luma, corrupt: bool) -> None:
@@ -99,7 +99,7 @@ class ReadingLog:
             + self.reason(damage)
             if damage.refused
             else "",
-            f"the file could not be read everywhere ({self._broken_off})" if self._broken_off else "",
+            f"the file could not be read everywhere ({self.could_not_read})" if self.could_not_read else "",
             _count(corrupt, "picture is damaged", "pictures are damaged") + _where(self._corrupt.tolist(), "frame")
             if corrupt
             else "",

@@ -7,10 +7,12 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+import os
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from itertools import chain, islice, pairwise
+from functools import partial
+from itertools import chain, islice
 from typing import Any
 
 import av
@@ -27,13 +29,14 @@ from vidtrack.video.bitstream import Bitstream
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
-from vidtrack.video.luma import bits_of, colour_bits_of, luma_reader
+from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import retimer
+from vidtrack.video.packet_times import coded_order, retimer
 from vidtrack.video.picture_end import PictureEnds, ends_are_checked
 from vidtrack.video.read_ahead import read_ahead
 from vidtrack.video.recording import Video
+from vidtrack.video.shares import SHARED, Levels, Report, Stamped, Tables, can_be_shared, levels_in_shares
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
 _STREAMED = ("mpeg", "mpegts")
@@ -47,6 +50,7 @@ PEEK = 6
 
 ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
 """What decoders look for: check sums where a stream has them, wrong lengths, and what no encoder writes."""
+
 
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
@@ -69,7 +73,8 @@ class DecodedVideo(Video):
         stream: int | None = None,
         colour: Any = None,
     ) -> None:
-        self.path, self._colour = path, colour
+        self.path, self._colour, self._asked = path, colour, (1, rate, stream, colour)
+        self._threads = threads or os.cpu_count() or 1
         self._container = open_container(path)
         try:
             self._stream, others = picture_stream(self._container, path, stream)
@@ -88,24 +93,27 @@ class DecodedVideo(Video):
             self._codes: dict[int | None, str | None] = {}
             self._drained = self._ended = False  # by the decoder, and by who is given the pictures
             self._by_dts = False
+            self.mine: Callable[[int], bool] | None = None
+            self.sent, self.tables = -1, Tables()
             self._pictures = self._decoded()
-            self._source = self._pictures
+            self._source: Generator[Any] = self._pictures
             self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
-            self._first: list[tuple[Any, bool]] | None = list(
+            self.first: list[tuple[Any, bool]] | None = list(
                 islice(self._pictures, PEEK if codec.name in _PACKED or kind == "avi" else 1)
             )
-            if not self._first:
+            if not self.first:
                 raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
-            first = self._first[0][0]
-            self._by_dts = _coded_order([picture for picture, _ in self._first])
+            first = self.first[0][0]
+            self._by_dts = coded_order([picture for picture, _ in self.first])
             if self._by_dts:
-                self._first = [(_restamped(picture), corrupt) for picture, corrupt in self._first]
+                self.first = [(_restamped(picture), corrupt) for picture, corrupt in self.first]
                 self._stamps = []
             self._zero = min([*(self._stamps or ()), first.pts or 0])
             self._stamps = None
+            self._size = first.width, first.height
             self._turn = self._orientation(first)
             self._own = own_stamps(path, kind)
-            self._swapped = kind == "ser" and _is_swapped(luma_reader(first.format)(first))
+            self._swapped = kind == "ser" and is_swapped(luma_reader(first.format)(first))
             self.info = self._described(first, rate)
             if rate is None and not self._own and rate_is_invented(self._container, self._stream):
                 self._log.noted("a stream of pictures that states no rate: 25 a second assumed; give rate")
@@ -115,8 +123,8 @@ class DecodedVideo(Video):
 
     def close(self) -> None:
         """Release the file; frames that were given become invalid."""
-        self._first = None
-        self._source.close()  # a thread that reads ahead ends with it
+        self.first = None
+        self._source.close()  # a thread or process that reads ahead ends with it
         if not self._drained:
             # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
             self._stream.codec_context.flush_buffers()
@@ -134,35 +142,33 @@ class DecodedVideo(Video):
         """How the reading went; complete once `frames` has come to its end."""
         return self._log.account(self.info, self._damage, ended=self._ended)
 
-    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
+    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
         """As `Video.frames`; ahead: AHEAD_BYTES of pictures are decoded while those before them are in use."""
-        if self._first is None:
+        if self.first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
-        first, self._first = self._first, None
-        log, codes = self._log, self._codes
-        width, height, name = first[0][0].width, first[0][0].height, ""
-        if ahead:
-            size = width * height * (3 if self.info.bits == 8 else 6) // 2
-            self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
-        start, step, own = self._zero, 1 / self.info.rate, self._own
-        swapped, codec = self._swapped, self._stream.codec_context
+        log, own, codec = self._log, self._own, self._stream.codec_context
+        source: Iterator[tuple[Luma | None, Stamped | Report]] = self.levels(ahead=ahead or apart)
+        if apart and self._threads > 1 and can_be_shared(codec, self.first[0][0]):
+            shape, dtype = (self.info.height, self.info.width), np.uint8 if self.info.bits == 8 else np.uint16
+            opened = partial(DecodedVideo, self.path, *self._asked)
+            self._source = levels_in_shares(opened, self._threads, shape, dtype, AHEAD_BYTES, self.path)
+            source, self.first = self._source, None
         ends = PictureEnds(self.info.bits) if ends_are_checked(codec.name, codec.extradata) else None
-        ticks, second = (self._stream.time_base * self.info.pace).as_integer_ratio()
+        start, step, pace = self._zero, 1 / self.info.rate, self.info.pace
+        ticks, second = (self._stream.time_base * pace).as_integer_ratio()
         time, index, latest = -step, 0, -step
-        for picture, corrupt in chain(first, self._source):
-            pts = picture.pts
+        for luma, what in source:
+            if isinstance(what, Report):
+                self._damage.said, self._damage.refused, self._log.could_not_read = what
+                continue
+            pts, corrupt, code = what
             if own and pts is not None and 0 <= pts - start < len(own):
-                time = own[pts - start] * self.info.pace
+                time = own[pts - start] * pace
             else:
                 time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
-            if picture.width != width or picture.height != height:
+            if luma is None:
                 log.other_size()
                 continue
-            if picture.format.name != name:
-                name, read = picture.format.name, self._turn.applied(self._reader(picture))
-            luma = read(picture)
-            if swapped:
-                luma = luma.byteswap()
             if ends is not None and ends.spoilt(luma):
                 corrupt = True
             if time > latest:
@@ -170,9 +176,31 @@ class DecodedVideo(Video):
             else:
                 corrupt = True  # pieces of two pictures, or of another moment than the stamp says
             log.picture(index, time.numerator / time.denominator, luma, corrupt)
-            yield Frame(index, time, luma, corrupt, codes.pop(pts, None) if codes else None)
+            yield Frame(index, time, luma, corrupt, code)
             index += 1
         self._ended = True
+
+    def levels(self, *, ahead: bool = False) -> Iterator[Levels]:
+        """Levels of each picture, None for one of another size than the first, and what was found with it."""
+        assert self.first is not None
+        first, self.first = self.first, None
+        (width, height), name, codes = self._size, "", self._codes
+        if ahead:
+            size = width * height * (3 if self.info.bits == 8 else 6) // 2
+            self._source = read_ahead(self._pictures, max(1, AHEAD_BYTES // size))
+        for picture, corrupt in chain(first, self._source):
+            luma, pts = None, picture.pts
+            if picture.width == width and picture.height == height:
+                if picture.format.name != name:
+                    name, read = picture.format.name, self._turn.applied(self._reader(picture))
+                luma = read(picture)
+                if self._swapped:
+                    luma = luma.byteswap()
+            yield luma, Stamped(pts, corrupt, codes.pop(pts, None) if codes and luma is not None else None)
+
+    def reported(self) -> Report:
+        """What was said of damage until now."""
+        return Report(self._damage.said, self._damage.refused, self._log.could_not_read)
 
     def _decoded(self) -> Generator[tuple[Any, bool]]:
         """Pictures, packet by packet, past every packet that fails; and whether each is suspect of damage.
@@ -180,10 +208,15 @@ class DecodedVideo(Video):
         Everything that may run in a thread of its own is in here: it changes nothing that `frames` reads but _codes.
         """
         codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
-        decode, tape = codec.decode, codec.name == "dvvideo"
+        decode, tape, jpeg = codec.decode, codec.name == "dvvideo", codec.name in SHARED
         logged, _ = get_last_error()
         for packet, misplaced in self._packets():
             if packet.size:
+                self.sent += 1
+                if self.mine is not None and not self.mine(self.sent):
+                    continue
+                if jpeg:
+                    self.tables.saw(packet)
                 damage.sent(packet)
                 if self._stamps is not None and packet.pts is not None and not packet.is_discard:
                     self._stamps.append(packet.pts)
@@ -281,26 +314,6 @@ class DecodedVideo(Video):
             time=replace(base_from_labels(codes, stated, bases, float(shown)), rate=rate, tick=tick),
             pace=pace,
         )
-
-
-def _coded_order(pictures: list[Any]) -> bool:
-    """Whether presentation stamps are those of the order of coding, as in AVI with packed B pictures.
-
-    The decoder gives pictures in the order in which they are shown, and the stamps of decoding rise with them.
-    """
-    shown, decoded = [picture.pts for picture in pictures], [picture.dts for picture in pictures]
-    if None in shown or None in decoded:
-        return False
-    return any(b <= a for a, b in pairwise(shown)) and all(b > a for a, b in pairwise(decoded))
-
-
-def _is_swapped(luma: Luma) -> bool:
-    """Whether the two bytes of deep levels are exchanged: neighbours then differ by far more."""
-    if luma.dtype.itemsize == 1:
-        return False
-    other = luma.byteswap()
-    apart, apart_other = (np.abs(np.diff(a.astype(np.int64), axis=1)).sum() for a in (luma, other))
-    return bool(apart_other < apart)
 
 
 def _restamped(picture: Any) -> Any:

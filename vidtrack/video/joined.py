@@ -49,7 +49,7 @@ class JoinedVideo(Video):
         frames, lost = sum(account.frames for account in each), sum(account.lost for account in each)
         return ReadAccount(frames, lost, sum(account.corrupt for account in each), (*problems, *self._notes))
 
-    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
+    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
         """As `Video.frames`."""
         if self._used:
             raise ValueError("frames() reads a recording once; open it again to read it again")
@@ -62,7 +62,7 @@ class JoinedVideo(Video):
                 self._now = self._open(path)
                 self._check(path)
                 begins = self._placed(path, ends)
-            for frame in self._now.frames(ahead=ahead):
+            for frame in self._now.frames(ahead=ahead, apart=apart):
                 time = begins + frame.time
                 yield frame._replace(index=index, time=time)
                 index, ends = index + 1, time + step

@@ -113,3 +113,12 @@ def _converter(name: str, *, deep: bool) -> Callable[[Any], Luma]:
         return _view(grey, dtype)
 
     return read
+
+
+def is_swapped(luma: Luma) -> bool:
+    """Whether the two bytes of deep levels are exchanged: neighbours then differ by far more."""
+    if luma.dtype.itemsize == 1:
+        return False
+    other = luma.byteswap()
+    apart, apart_other = (np.abs(np.diff(a.astype(np.int64), axis=1)).sum() for a in (luma, other))
+    return bool(apart_other < apart)

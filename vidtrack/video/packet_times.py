@@ -10,7 +10,8 @@ import os
 import re
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 _CHUNK = re.compile(rb"[0-9A-Za-z]{3}[0-9A-Za-z ]")
@@ -112,3 +113,14 @@ class _ByIndex:
         k = min(alike, key=lambda k: abs(self._places[k] - packet.pos))
         self._shift = self._places[k] - packet.pos
         return k
+
+
+def coded_order(pictures: Sequence[Any]) -> bool:
+    """Whether presentation stamps are those of the order of coding, as in AVI with packed B pictures.
+
+    The decoder gives pictures in the order in which they are shown, and the stamps of decoding rise with them.
+    """
+    shown, decoded = [picture.pts for picture in pictures], [picture.dts for picture in pictures]
+    if None in shown or None in decoded:
+        return False
+    return any(b <= a for a, b in pairwise(shown)) and all(b > a for a, b in pairwise(decoded))

@@ -94,12 +94,12 @@ class PictureStack(Video):
     def close(self) -> None:
         """Nothing stays open."""
 
-    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
+    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
         """As `Video.frames`."""
         if self._used:
             raise ValueError("frames() reads a recording once; open it again to read it again")
         self._used = True
-        each = read_ahead(self._pictures(), AHEAD) if ahead else self._pictures()
+        each = read_ahead(self._pictures(), AHEAD) if ahead or apart else self._pictures()
         for index, (number, luma, corrupt) in enumerate(each):
             time = (number - self.stack.numbers[0]) / self.info.rate
             self._log.picture(index, float(time), luma, corrupt)

@@ -21,11 +21,13 @@ class Video(ABC):
     info: VideoInfo
 
     @abstractmethod
-    def frames(self, *, ahead: bool = False) -> Iterator[Frame]:
+    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
 
         Frame.luma is a view into the decoder's picture; hold few of them.
         ahead  whether a thread of its own decodes the next ones while these are in use
+        apart  the same, and where the decoder has no threads of its own, `threads` processes decode instead: for
+               programs that do nothing else at that time
         """
 
     @property
