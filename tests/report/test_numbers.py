@@ -1,10 +1,11 @@
+import json
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vidtrack.report.numbers import interval, measured, number, one_over, pick, plain, share
+from vidtrack.report.numbers import interval, measured, number, one_over, pick, plain, plain_json, share
 
 
 @pytest.mark.parametrize(
@@ -73,3 +74,10 @@ def test_a_path_that_ends_early_is_none():
 
 def test_plain_numbers_keep_their_digits_and_what_is_missing_is_none():
     assert plain([1 / 3, math.nan, 0.0], 3) == [0.333, None, 0.0]
+
+
+@given(st.lists(st.floats(width=64), max_size=9), st.sampled_from([3, 6, 9]))
+def test_numbers_as_json_are_those_that_json_would_write(values, digits):
+    expected = [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
+    assert repr(plain(values, digits)) == repr(expected)
+    assert plain_json(values, digits) == json.dumps(expected, separators=(",", ":"))

@@ -6,15 +6,15 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.workflow.test_small_jobs import SERVER, Served, gone, wait_for
-from vidtrack.workflow.direct_jobs import ServedJob, command_of, for_shell_commands, start
+from tests.workflow.test_small_jobs import SERVER, Served, wait_for
+from vidtrack.workflow.direct_jobs import ServedJob, command_of, for_shell_commands, measured_by, start
 from vidtrack.workflow.small_jobs import LARGE
 
 PYTHON = """#!{python}
@@ -88,14 +88,27 @@ def test_the_server_does_the_job_with_the_environment_of_the_command(served, cap
     assert capfd.readouterr().out == f"blue {served.folder} True\n"
 
 
-def test_the_number_of_a_job_that_has_ended_is_no_others_until_it_was_waited_for(served):
-    job = begin(served)
-    served.job()
-    wait_for(lambda: gone(job.pid))
-    time.sleep(0.1)
-    assert os.path.exists(f"/proc/{job.pid}")
-    assert job.wait() == 0
-    wait_for(lambda: not os.path.exists(f"/proc/{job.pid}"))
+def test_what_a_job_used_is_said_by_the_server_and_nothing_is_sampled(served):
+    def sampled(*_):
+        raise AssertionError
+
+    record = SimpleNamespace(data_collected=False)
+    with measured_by(sampled)((job := begin(served)).pid, record):
+        job.wait()
+    assert record.data_collected
+    assert 0 <= record.cpu_time < 30
+    assert record.cpu_usage == pytest.approx(100 * record.cpu_time)
+    assert 5 < record.max_rss < 3000
+    assert record.running_time > 0
+
+
+def test_a_process_of_the_shell_is_measured_as_ever():
+    @contextmanager
+    def sampled(*asked):
+        yield asked
+
+    with measured_by(sampled)(12, "record", 30) as found:
+        assert found == (12, "record", 30)
 
 
 def test_a_job_that_fails_and_one_that_is_killed_have_the_exit_codes_of_a_shell(served):
@@ -135,11 +148,12 @@ def test_a_job_whose_server_is_killed_is_tried_once_more_by_the_shell(served, tm
     assert (served.folder / "asked-again").read_text() == '{"wait": true}\n{}\n{}\n'
 
 
-def test_only_the_module_that_starts_commands_can_be_given_another_start():
-    module = SimpleNamespace(sp=subprocess)
-    for_shell_commands(module)
+def test_only_the_modules_that_start_and_measure_commands_can_be_given_others():
+    module, benchmark = SimpleNamespace(sp=subprocess), SimpleNamespace(benchmarked=measured_by)
+    for_shell_commands(module, benchmark)
+    assert benchmark.benchmarked is not measured_by
     assert module.sp.Popen is start
     assert module.sp.CalledProcessError is subprocess.CalledProcessError
     assert subprocess.Popen is not start
     with pytest.raises(AttributeError):
-        for_shell_commands(SimpleNamespace())
+        for_shell_commands(SimpleNamespace(), benchmark)

@@ -1,4 +1,4 @@
-"""What a server of jobs understands of a caller."""
+"""What the server of small jobs says of a worker that ends, and how many jobs a worker is given."""
 
 import os
 import socket
@@ -6,37 +6,53 @@ import struct
 
 import pytest
 
-from vidtrack.workflow.job_server import Asked, received
-from vidtrack.workflow.small_jobs import packed
+from vidtrack.workflow.job_server import Server, Worker
+from vidtrack.workflow.worker import MOST, USED, Request
 
 
-def open_files():
-    return len(os.listdir("/proc/self/fd"))
+@pytest.fixture
+def server():
+    with socket.socket(socket.AF_UNIX) as listener:
+        yield Server(listener)
 
 
-def test_an_order_arrives_whole_however_it_is_cut_into_pieces():
+def at_work(server, ends_with):
+    """A worker whose process ends at once, and its caller's end of the connection."""
+    process = os.fork()
+    if not process:
+        os._exit(ends_with)
     ours, theirs = socket.socketpair()
-    order, strange = '{"a":1}\n{}\n{}\n', "\udcff \n'$(x)"
-    body = packed(["18", "/tmp", order, "2", "locate", strange, f"NAME=a=b {strange}", "EMPTY="])
-    with ours, theirs:
-        socket.send_fds(theirs, [struct.pack("!I", len(body))], [1, 2])
-        for byte in body:
-            theirs.sendall(bytes([byte]))
-        asked, channels = received(ours)
-        assert asked == Asked(18, "/tmp", order, ["locate", strange], {"NAME": f"a=b {strange}", "EMPTY": ""})
-        assert len(channels) == 2
-        for channel in channels:
-            os.close(channel)
+    ours.close()
+    theirs.close()
+    channel, other = socket.socketpair()
+    other.close()
+    worker = server.workers[channel] = Worker(process, channel)
+    server.ready.register(channel, 1)
+    caller, waits = socket.socketpair()
+    worker.caller, worker.idle = caller, False
+    server.ready.register(caller, 1)
+    return worker, waits
 
 
-@pytest.mark.parametrize("sent", [b"", b"\0\0", b"\0\0\0\x09{}"])
-def test_a_caller_that_breaks_off_is_no_job_and_leaves_no_file_open(sent):
+@pytest.mark.parametrize(("status", "code"), [(0, 1), (3, 3)])
+def test_a_job_is_not_done_where_its_process_ended_without_saying_so(server, status, code):
+    worker, waits = at_work(server, status)
+    server._collect(worker)
+    assert USED.unpack(waits.recv(USED.size))[0] == code
+    assert waits.recv(1) == b""
+    assert not server.workers
+
+
+def test_a_worker_that_has_done_its_share_is_given_no_more(server, monkeypatch):
     ours, theirs = socket.socketpair()
-    with ours, theirs:
-        before = open_files()
-        if sent:
-            socket.send_fds(theirs, [sent], [1, 2])
-        theirs.shutdown(socket.SHUT_WR)
-        with pytest.raises(ValueError, match=r"no job|broke off"):
-            received(ours)
-        assert open_files() == before
+    worker = server.workers[ours] = Worker(os.getpid(), ours)
+    body = b"x"
+    channels = list(os.pipe())
+    monkeypatch.setattr(server, "_forked", lambda _: Worker(1, socket.socketpair()[0]))
+    for _ in range(MOST):
+        assert server._given(Request(body, channels)) is worker
+        assert struct.unpack("!I", socket.recv_fds(theirs, 4, 2)[0]) == (1,)
+        theirs.recv(1)
+        theirs.sendall(USED.pack(0, 1, 1))
+        server._collect(worker)
+    assert server._given(Request(body, channels)) is not worker

@@ -24,6 +24,14 @@ def run(job):
     if asked.get("wants"):
         print(asked["wants"] in sys.modules)
         __import__(asked["wants"])
+    if asked.get("warns"):
+        import warnings
+        warnings.warn("odd")
+    if asked.get("leaves"):
+        os.environ["COLOUR"], sys.argv = "red", []
+        os.umask(0o77)
+        os.mkdir("elsewhere")
+        os.chdir("elsewhere")
     if asked.get("wait"):
         time.sleep(60)
     print(os.environ["COLOUR"], os.getcwd(), sys.stdin.read() == "", flush=True)
@@ -129,9 +137,34 @@ def test_a_job_that_fails_says_so_through_its_caller(served):
     assert problems.startswith("vidtrack: pretended: unexpected JSONDecodeError")
 
 
-def test_what_the_second_job_of_a_rule_imports_is_loaded_for_those_after_it(served):
-    calls = [served.call('{"wants": "colorsys"}').communicate(timeout=30)[0] for _ in range(4)]
-    assert [said.split()[0] for said in calls] == ["False", "False", "True", "True"]
+def test_one_process_does_a_job_after_another_and_what_one_imported_is_there_for_the_next(served):
+    calls = [served.call('{"wants": "colorsys"}').communicate(timeout=30)[0] for _ in range(2)]
+    assert [said.split()[0] for said in calls] == ["False", "True"]
+    first = served.job()
+    served.call().wait(timeout=30)
+    assert served.job() == first
+
+
+def test_a_process_that_did_a_job_badly_ends_and_the_next_knows_what_it_imported(served):
+    served.call('{"wants": "colorsys"}').wait(timeout=30)
+    first = served.job()
+    assert served.call("no JSON").wait(timeout=30) == 1
+    wait_for(lambda: not os.path.exists(f"/proc/{first}"))
+    said, _ = served.call('{"wants": "colorsys"}').communicate(timeout=30)
+    assert said.split()[0] == "True"
+    assert served.job() != first
+
+
+def test_what_a_job_does_to_its_process_is_no_matter_for_the_next(served):
+    assert served.call('{"leaves": true, "warns": true}').wait(timeout=30) == 0
+    first = served.job()
+    os.umask(umask := os.umask(0))
+    for _ in range(2):
+        said, problems = served.call('{"warns": true}').communicate(timeout=30)
+        assert said == f"blue {served.folder} True\n"
+        assert problems.count("odd") >= 1
+        assert served.job() == first
+    assert (served.folder / "table.txt").stat().st_mode & 0o777 == 0o666 & ~umask
 
 
 def test_what_cannot_be_loaded_before_a_job_is_left_to_it():

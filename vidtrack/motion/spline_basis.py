@@ -34,6 +34,11 @@ def _basis(t: bytes, spacing: float, degree: int) -> Basis:
     return Basis(np.frombuffer(t), spacing, degree)
 
 
+def forget() -> None:
+    """Let go of what is kept: of no use for another record."""
+    _basis.cache_clear()
+
+
 def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
     """Of the basis on a piece, its knot intervals and its degree: their sum is the number of its parameters."""
     intervals = max(1, round(float(t[-1] - t[0]) / spacing)) if np.isfinite(spacing) else 1

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vidtrack.figures.style import AXIS_COLOURS, PALETTE
 from vidtrack.freedom import DEGREES_OF_FREEDOM
-from vidtrack.report.numbers import plain
+from vidtrack.report.numbers import plain_json
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -19,22 +19,19 @@ MOST = 6000
 """Samples of a line that a page holds, at most; of more, every so manieth."""
 
 
+class Thing(NamedTuple):
+    """What a line of a panel is of: its name, its rows that are shown, and their times as JSON."""
+
+    name: str
+    rows: DataFrame
+    times: str
+
+
 def positions(table: DataFrame, units: str) -> str:
     """x, y, z of every target with its standard deviation; table: trajectories.parquet."""
     shown = [a for a in "xyz" if table[a].notna().any()] or ["x"]
-    each = list(table.groupby("target", sort=False))
-    every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
-    panels = [_panel(f"{axis} ({units})", each, axis, t0, every) for axis in shown]
-    return _series(panels, t0, every)
-
-
-def _panel(label: str, each: list[Any], column: str, t0: float, every: int) -> dict[str, Any]:
-    """One quantity of several things, each (its name, its rows), with its standard deviation."""
-    lines = [
-        _line(str(name), PALETTE[i % len(PALETTE)], rows.iloc[::every], t0, column, f"sigma_{column}")
-        for i, (name, rows) in enumerate(each)
-    ]
-    return {"label": label, "lines": lines}
+    each, t0, every = _things(table, "target")
+    return _series([_panel(f"{axis} ({units})", each, axis) for axis in shown], t0, every)
 
 
 def derivatives(table: DataFrame, units: str) -> str:
@@ -43,13 +40,9 @@ def derivatives(table: DataFrame, units: str) -> str:
     shown = [a for a in "xyz" if rows[f"v{a}"].notna().any()] or ["x"]
     names = [letter + axis for letter in "va" for axis in shown]
     sure = ~rows["flag"].str.contains("edge", regex=False)
-    rows = rows.assign(**{name: rows[name].where(sure) for name in names})
-    every, t0 = _every(len(rows)), _first(rows)
+    thing, t0, every = _thing("", rows.assign(**{name: rows[name].where(sure) for name in names}))
     panels = [
-        {
-            "label": label,
-            "lines": [_line(axis, AXIS_COLOURS[axis], rows.iloc[::every], t0, letter + axis) for axis in shown],
-        }
+        _joined(label, [_line(thing, letter + axis, AXIS_COLOURS[axis], name=axis) for axis in shown])
         for letter, label in (("v", f"velocity ({units}/s)"), ("a", f"acceleration ({units}/s²)"))
     ]
     return _series(panels, t0, every)
@@ -57,47 +50,70 @@ def derivatives(table: DataFrame, units: str) -> str:
 
 def motions(table: DataFrame, units: str) -> str:
     """Six degrees of freedom of each point of a body; table: rows of motions.parquet."""
-    each = list(table.groupby("point", sort=False))
-    every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
+    each, t0, every = _things(table, "point")
     units_of = [units] * 3 + ["deg"] * 3
-    panels = [
-        _panel(f"{name} ({unit})", each, name, t0, every)
-        for name, unit in zip(DEGREES_OF_FREEDOM, units_of, strict=True)
-    ]
+    panels = [_panel(f"{name} ({unit})", each, name) for name, unit in zip(DEGREES_OF_FREEDOM, units_of, strict=True)]
     return _series(panels, t0, every)
 
 
 def comparison(table: DataFrame, units: str) -> str:
     """The contact sensor and the video, as recorded and with the lag removed; table: comparison.parquet."""
-    every, t0 = _every(len(table)), _first(table)
-    rows = table.iloc[::every]
-    video = _line("video", PALETTE[0], rows, t0, "video")
+    thing, t0, every = _thing("", table)
+    video = _line(thing, "video", PALETTE[0])
     panels = [
-        {
-            "label": f"as recorded ({units})",
-            "lines": [_line("reference", "", rows, t0, "reference"), video],
-        },
-        {
-            "label": f"lag removed ({units})",
-            "lines": [_line("reference", "", rows, t0, "reference_aligned"), video],
-        },
-        {
-            "label": f"difference ({units})",
-            "lines": [_line("reference minus video", PALETTE[1], rows, t0, "difference_aligned")],
-        },
+        _joined(f"as recorded ({units})", [_line(thing, "reference", ""), video]),
+        _joined(f"lag removed ({units})", [_line(thing, "reference_aligned", "", name="reference"), video]),
+        _joined(
+            f"difference ({units})",
+            [_line(thing, "difference_aligned", PALETTE[1], name="reference minus video")],
+        ),
     ]
     return _series(panels, t0, every)
 
 
-def _series(panels: Sequence[dict[str, Any]], t0: float, every: int) -> str:
-    data = {"kind": "series", "t0": t0, "every": every, "panels": panels}
-    return json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+def _things(table: DataFrame, column: str) -> tuple[list[Thing], float, int]:
+    """Those that a column names, in their order; the second from which times count; every how manieth row is shown."""
+    each = [(str(name), rows) for name, rows in table.groupby(column, sort=False)]
+    every, t0 = _every(max(len(rows) for _, rows in each)), _first(table)
+    return [_shown(name, rows, t0, every) for name, rows in each], t0, every
 
 
-def _line(name: str, colour: str, rows: DataFrame, t0: float, column: str, sd: str = "") -> dict[str, Any]:
-    line = {"name": name, "colour": colour, "t": plain(np.round(rows["time_s"].to_numpy(float) - t0, 5), 9)}
-    line["y"] = plain(rows[column].to_numpy(float))
-    return line | ({"sd": plain(rows[sd].to_numpy(float), 3)} if sd else {})
+def _thing(name: str, rows: DataFrame) -> tuple[Thing, float, int]:
+    every, t0 = _every(len(rows)), _first(rows)
+    return _shown(name, rows, t0, every), t0, every
+
+
+def _shown(name: str, rows: DataFrame, t0: float, every: int) -> Thing:
+    rows = rows.iloc[::every]
+    return Thing(name, rows, plain_json(np.round(rows["time_s"].to_numpy(float) - t0, 5), 9))
+
+
+def _panel(label: str, each: Sequence[Thing], column: str) -> str:
+    """One quantity of several things with its standard deviation."""
+    lines = [
+        _line(thing, column, PALETTE[i % len(PALETTE)], name=thing.name, sd=f"sigma_{column}")
+        for i, thing in enumerate(each)
+    ]
+    return _joined(label, lines)
+
+
+def _line(thing: Thing, column: str, colour: str, *, name: str = "", sd: str = "") -> str:
+    values = f'"t":{thing.times},"y":{plain_json(thing.rows[column].to_numpy(float))}'
+    values += f',"sd":{plain_json(thing.rows[sd].to_numpy(float), 3)}' if sd else ""
+    return f'{{"name":{_text(name or column)},"colour":{_text(colour)},{values}}}'
+
+
+def _joined(label: str, lines: Sequence[str]) -> str:
+    return f'{{"label":{_text(label)},"lines":[{",".join(lines)}]}}'
+
+
+def _series(panels: Sequence[str], t0: float, every: int) -> str:
+    begin = json.dumps(t0, allow_nan=False)
+    return f'{{"kind":"series","t0":{begin},"every":{every},"panels":[{",".join(panels)}]}}'
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
 
 
 def _every(n: int) -> int:

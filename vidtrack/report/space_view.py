@@ -68,7 +68,8 @@ def _survey(results: Results) -> Array:
 
 
 def _rows(p: Array) -> list[list[float | None] | None]:
-    return [plain(row) if np.isfinite(row).all() else None for row in p]
+    rows = zip(*[iter(plain(p.ravel()))] * 3, strict=True)
+    return [list(row) if seen else None for row, seen in zip(rows, np.isfinite(p).all(axis=1).tolist(), strict=True)]
 
 
 def _frustum(record: Mapping[str, Any], middle: Array) -> dict[str, Any]:

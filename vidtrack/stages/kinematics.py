@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.motion.kinematics import motion
+from vidtrack.motion.spline_basis import forget
 
 _AXES = ("x", "y", "z")
 COLUMNS = {
@@ -33,6 +34,7 @@ def kinematics(trajectories: pd.DataFrame) -> tuple[pd.DataFrame, list[dict[str,
     as uncertain as the median), outlier (contradicted by its neighbours, not used), short (too few samples
     between gaps).
     """
+    forget()
     tables, smoothing = [], []
     for target, rows in trajectories.groupby("target", sort=True):
         rows = rows.sort_values("time_s").drop_duplicates("time_s")

@@ -12,11 +12,13 @@ import re
 import shlex
 import socket
 import subprocess
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from vidtrack.workflow.small_jobs import LARGE, SERVER, answered, ask
+from vidtrack.workflow.small_jobs import LARGE, SERVER, answered, ask, exit_code
 
 _WORD = r"""(?:[\w@%+=:,./-]|'[^']*'|"'")+"""
 """A word as `shlex.quote` writes it: nothing in it means anything to a shell."""
@@ -46,22 +48,27 @@ def command_of(text: str) -> Command | None:
     return Command(order, shlex.split(found["job"]))
 
 
-class ServedJob:
-    """A job of the server, as Snakemake knows a process.
+class Number(int):
+    """Of the process of a job, with what it used once it has ended: ms of processor time, KB of memory at most."""
 
-    pid     of the job's process: it is no other's until `wait` has ended
-    """
+    used: tuple[int, ...] = ()
+
+
+class ServedJob:
+    """A job of the server, as Snakemake knows a process."""
 
     def __init__(self, server: socket.socket, pid: int, again: Mapping[str, Any]) -> None:
-        self.pid, self._server, self._again = pid, server, again
+        self.pid, self._server, self._again = Number(pid), server, again
 
     def wait(self) -> int:
         """The exit code; where the server was killed, and the job with it, that of one more try by the shell."""
         with self._server:
-            code = answered(self._server)
-        if code is None:
+            ended = answered(self._server, 3)
+        if ended is None:
             return subprocess.Popen(**self._again).wait()
-        return code if code >= 0 else 128 - code
+        code, *used = ended
+        self.pid.used = tuple(used)
+        return exit_code(code)
 
     def kill(self) -> None:
         """End the job: the server does, when its caller is gone."""
@@ -81,13 +88,36 @@ def start(args: str, *, env: Mapping[str, str], **more: Any) -> ServedJob | subp
         server.connect(env[SERVER].split("\n")[0])
         ask(server, command.arguments, command.order, env)
         if (pid := answered(server)) is not None:
-            return ServedJob(server, pid, again)
+            return ServedJob(server, *pid, again)
     except (OSError, KeyError):
         pass
     server.close()
     return subprocess.Popen(**again)
 
 
-def for_shell_commands(module: Any) -> None:
-    """Let the module of Snakemake that starts shell commands start them by `start`."""
-    module.sp = SimpleNamespace(**{**vars(module.sp), "Popen": start})
+def measured_by(benchmarked: Callable[..., Any]) -> Callable[..., Any]:
+    """Snakemake's measuring of a process, but for jobs of the server, which says what they used: nothing is sampled."""
+
+    @contextmanager
+    def measured(pid: int | None = None, record: Any = None, *more: Any) -> Iterator[Any]:
+        if not isinstance(pid, Number):
+            with benchmarked(pid, record, *more) as found:
+                yield found
+            return
+        begun = time.time()
+        try:
+            yield record
+        finally:
+            record.running_time = max(time.time() - begun, 1e-9)
+            if pid.used:
+                record.cpu_time, record.max_rss = pid.used[0] / 1000, pid.used[1] / 1024
+                record.cpu_usage, record.data_collected = 100 * record.cpu_time, True
+            record.process_gone = True
+
+    return measured
+
+
+def for_shell_commands(shell: Any, benchmark: Any) -> None:
+    """Let the modules of Snakemake that start shell commands, and measure them, do so by `start` and `measured_by`."""
+    shell.sp = SimpleNamespace(**{**vars(shell.sp), "Popen": start})
+    benchmark.benchmarked = measured_by(benchmark.benchmarked)

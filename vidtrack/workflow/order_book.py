@@ -123,6 +123,10 @@ class OrderBook:
         """The jobs that have to run: the path of the account of each, and its order."""
         return {self.place(*key): self.order(*key) for key in self._wanted if key not in self.done}
 
+    def checksum(self, path: str) -> str:
+        """The SHA-256 of a file, read only where it is not kept for the file's state; OSError where it cannot be."""
+        return self._checksums.of(path)
+
     def look_again(self) -> None:
         """Discard what was computed: jobs have run meanwhile."""
         for name in ("done", "settled"):

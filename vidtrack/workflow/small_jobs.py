@@ -80,11 +80,11 @@ def run_by_server(arguments: Sequence[str]) -> int | None:
         try:
             ask(server, arguments, order, os.environ)
             answered(server)
-            code = answered(server)
+            ended = answered(server, 3)
         except OSError:
-            code = None
-    if code is not None:
-        return code if code >= 0 else 128 - code
+            ended = None
+    if ended is not None:
+        return exit_code(ended[0])
     # the server was killed, and the job with it: one more try here, unless Snakemake is gone too
     try:
         os.kill(int(snakemake), 0)
@@ -94,7 +94,11 @@ def run_by_server(arguments: Sequence[str]) -> int | None:
 
 
 def ask(server: socket.socket, arguments: Sequence[str], order: str, environment: Mapping[str, str]) -> None:
-    """Ask the server for a job; it answers with the number of the job's process, and at the end with its exit code."""
+    """Ask the server for a job; it answers with the number of the job's process.
+
+    At the end, it says the exit code, negative where a signal ended the job, how many ms of processor time the job took
+    and how many KB of memory it held at most.
+    """
     umask = os.umask(0)
     os.umask(umask)
     variables = [f"{name}={value}" for name, value in environment.items()]
@@ -108,18 +112,23 @@ def packed(words: Sequence[str]) -> bytes:
     return os.fsencode("\0".join(words))
 
 
-def answered(server: socket.socket) -> int | None:
-    """The next number that the server says; None where it is gone."""
+def answered(server: socket.socket, many: int = 1) -> tuple[int, ...] | None:
+    """The next numbers that the server says; None where it is gone."""
     answer = b""
-    while len(answer) < 4:
+    while len(answer) < 4 * many:
         try:
-            part = server.recv(4 - len(answer))
+            part = server.recv(4 * many - len(answer))
         except KeyboardInterrupt:  # the job gets it too
             continue
         if not part:
             return None
         answer += part
-    return int(struct.unpack("!i", answer)[0])
+    return struct.unpack(f"!{many}i", answer)
+
+
+def exit_code(code: int) -> int:
+    """As a shell says it."""
+    return code if code >= 0 else 128 - code
 
 
 def _this_python() -> str:

@@ -33,6 +33,7 @@ from vidtrack.workflow import (
     wand_orders,
     waved,
 )
+from vidtrack.workflow.bookkeeping import with_plain_params
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.left_out import from_environment, without
@@ -245,6 +246,7 @@ def before_planning():
             )
         else:
             atexit.register(say_why_locked, os.getcwd())
+    with_plain_params(workflow.persistence)
     # Where Snakemake was killed and the job lived on, the account is good, and yet the job runs again: so do its readers.
     keys = {workflow.persistence._get_key(IOFile(path)): path for path in BOOK.settled}
     unfinished = {

@@ -1,10 +1,12 @@
 # What is done before the first job and after the last one.
 import atexit
+import importlib
 import subprocess
 
 from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
+from vidtrack.workflow.bookkeeping import with_known_checksums, without_garbage
 from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.direct_jobs import for_shell_commands
 from vidtrack.workflow.left_out import also_left_out, to_environment
@@ -22,7 +24,14 @@ def serve_small_jobs():
     here = workflow.local_exec and not workflow.deployment_settings.deployment_method
     if here and workflow.is_main_process and not workflow.touch:
         atexit.register(JobServer().end)
-        for_shell_commands(sys.modules["snakemake.shell"])
+        starts = ("snakemake.shell", "snakemake.benchmark")
+        for_shell_commands(*map(importlib.import_module, starts))
+
+
+def keep_books_cheaply():
+    """What Snakemake notes of each job is the same, and costs less."""
+    with_known_checksums(type(IOFile("")), BOOK.checksum, RESULTS)
+    without_garbage()
 
 
 def clean_up():
@@ -66,6 +75,7 @@ onstart:
     note_holder(os.getcwd())
     BOOK.save()
     serve_small_jobs()
+    keep_books_cheaply()
 
 
 onsuccess:
