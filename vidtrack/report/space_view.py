@@ -69,7 +69,7 @@ def _survey(results: Results) -> Array:
 
 def _rows(p: Array) -> list[list[float | None] | None]:
     rows = zip(*[iter(plain(p.ravel()))] * 3, strict=True)
-    return [list(row) if seen else None for row, seen in zip(rows, np.isfinite(p).all(axis=1).tolist(), strict=True)]
+    return [None if None in row else list(row) for row in rows]
 
 
 def _frustum(record: Mapping[str, Any], middle: Array) -> dict[str, Any]:

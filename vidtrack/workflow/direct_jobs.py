@@ -88,7 +88,7 @@ def start(args: str, *, env: Mapping[str, str], **more: Any) -> ServedJob | subp
         server.connect(env[SERVER].split("\n")[0])
         ask(server, command.arguments, command.order, env)
         if (pid := answered(server)) is not None:
-            return ServedJob(server, *pid, again)
+            return ServedJob(server, pid[0], again)
     except (OSError, KeyError):
         pass
     server.close()

@@ -68,8 +68,8 @@ class Server:
 
     def serve(self) -> None:
         """Have a worker do the job of each caller, until the standard input is closed."""
-        for source in (sys.stdin, self.listener, self._learnt):
-            self.ready.register(source, selectors.EVENT_READ)
+        for heard in (sys.stdin, self.listener, self._learnt):
+            self.ready.register(heard, selectors.EVENT_READ)
         while True:
             for key, _ in self.ready.select():
                 source: Any = key.fileobj
@@ -81,7 +81,7 @@ class Server:
                     load(self._learnt.recv(1 << 20).decode().split())
                 elif source in self.workers:
                     self._collect(self.workers[source])
-                elif source in self.ready.get_map():  # what was ended just now may be in the list still
+                elif any(worker.caller is source for worker in self.workers.values()):  # it may have ended just now
                     self._caller_is_gone(source)
 
     def _begin(self) -> None:
