@@ -8,9 +8,10 @@ Small recordings of a ball that moves over texture, in many codecs and container
 in seven ways (a byte, a stretch of noise or zeros, bytes cut out or put in) and read. A picture is wrong where a block
 of 8 x 8 pixels is off by more than 6 grey levels on the mean from the same moment of the undamaged reading, or where
 that has no such moment. Wrong and not flagged, by the decoder or by what the background shows, is what must not be.
-With --centroids two targets are followed as well: wrong is a centroid with an empty flag that is more than 5 sd and
-0.05 px from every target of the undamaged reading at that moment. Everything is seeded: one number makes one recording
-again (--seed).
+With --centroids two targets are followed as well: off is a centroid with an empty flag that is more than 5 sd and
+0.05 px from where the scene has its balls at that moment, and `by damage` those of them that are not off in the
+undamaged reading, which texture behind a ball moves as well. Everything is seeded: one number makes one recording again
+(--seed).
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ from vidtrack.video.reader import open_video
 
 N = 60
 RATE = Fraction(30000, 1001)
+EDGE = 12
+"""px from the left and right edge, where a ball leaves the picture and comes back on the other side."""
 WRONG = 6.0
 """Grey levels, on the mean over a block of 8 x 8 pixels."""
 
@@ -68,7 +71,18 @@ KINDS = {
     "av1.mkv": Kind("libsvtav1", "yuv420p", {"crf": "25", "preset": "10", "g": "24"}),
 }
 
+BALLS = (1.5, 0.3), (-1.1, 0.7)
+"""Of each ball: px a picture to the right, and where it is in the height."""
+
 WAYS = ("a byte", "a few bytes", "noise", "much noise", "zeros", "cut out", "put in")
+
+
+def balls(size: tuple[int, int], i: int) -> np.ndarray:
+    """Where the scene's two balls are in picture i: (2, 2) px."""
+    width, height = size
+    return np.array(
+        [((20 + speed * i) % width, row * height + 12 * np.sin(i / 9 + k)) for k, (speed, row) in enumerate(BALLS)]
+    )
 
 
 def scene(size: tuple[int, int], deep: bool) -> Callable[[int], np.ndarray]:
@@ -79,8 +93,7 @@ def scene(size: tuple[int, int], deep: bool) -> Callable[[int], np.ndarray]:
 
     def picture(i: int) -> np.ndarray:
         levels = still.copy()
-        for k, (speed, row) in enumerate(((1.5, 0.3), (-1.1, 0.7))):
-            x, y = (20 + speed * i) % width, row * height + 12 * np.sin(i / 9 + k)
+        for x, y in balls(size, i):
             levels += 120 / (1 + np.exp(np.clip(1.2 * (np.hypot(X - x, Y - y) - 6), -50, 50)))
         levels = np.clip(levels + np.random.default_rng(i).normal(0, 1.5, levels.shape), 16, 235)
         return np.rint(levels * 4).astype(np.uint16) if deep else np.rint(levels).astype(np.uint8)
@@ -121,7 +134,7 @@ def read(path: Path, *, centroids: bool) -> Reading:
     flags: dict[int, bool] = {}
     with open_video(str(path)) as video:
         scale = 255 / (2**video.info.bits - 1)
-        damage = DamagedPictures(video.info.bits)
+        damage = DamagedPictures(video.info.bits, video.look_again)
         frames = [frame._replace(luma=frame.luma.copy()) for frame in damage.over(video.frames())]
         for frame in frames:
             moment = round(float(frame.time * RATE))
@@ -139,14 +152,16 @@ def read(path: Path, *, centroids: bool) -> Reading:
         return Reading(levels, flags, len(damage.indices), video.account.problems, places)
 
 
-def wrong_centroids(own: np.ndarray, whole: np.ndarray) -> int:
-    """How many rows are at no place of the undamaged reading at their moment, where that has both targets."""
-    count = 0
-    for moment, *row in own.tolist():
-        right = whole[whole[:, 0] == moment][:, 1:3]
-        off = np.abs(right - row[:2])
-        count += len(right) == 2 and not np.any(np.all(off <= np.maximum(0.05, 5 * np.array(row[2:])), axis=1))
-    return count
+def off_centroids(own: np.ndarray, size: tuple[int, int]) -> set[tuple[int, int]]:
+    """Moments and balls at which a row is not where the ball nearest to it is; near the picture's edge none is."""
+    found = set[tuple[int, int]]()
+    for moment, x, y, *sd in own.tolist():
+        apart = np.abs(balls(size, int(moment)) - (x, y))
+        k = int(np.argmin(np.hypot(*apart.T)))
+        inside = EDGE < balls(size, int(moment))[k, 0] < size[0] - EDGE
+        if inside and np.any(apart[k] > np.maximum(0.05, 5 * np.array(sd))):
+            found.add((int(moment), k))
+    return found
 
 
 def off(a: np.ndarray, b: np.ndarray) -> float:
@@ -159,7 +174,8 @@ def off(a: np.ndarray, b: np.ndarray) -> float:
 
 
 class Outcome(NamedTuple):
-    """wrong: pictures; silent: of them, without a flag; flagged: pictures; needless: of them, not wrong."""
+    """wrong: pictures; silent: of them, without a flag; flagged: pictures; needless: of them, not wrong; off: centroids
+    with an empty flag; by_damage: of them, not off in the undamaged reading."""
 
     wrong: int
     silent: int
@@ -167,21 +183,23 @@ class Outcome(NamedTuple):
     needless: int
     seen: int
     centroids: int
-    wrong_centroids: int
+    off: int
+    by_damage: int
     said: bool
     refused: bool
 
 
-def outcome(path: Path, whole: Reading, *, centroids: bool) -> Outcome:
+def outcome(path: Path, whole: Reading, size: tuple[int, int], *, centroids: bool) -> Outcome:
     try:
         own = read(path, centroids=centroids)
     except VidtrackError:
-        return Outcome(0, 0, 0, 0, 0, 0, 0, True, True)
+        return Outcome(0, 0, 0, 0, 0, 0, 0, 0, True, True)
     wrong = {t for t, one in own.levels.items() if t not in whole.levels or off(one, whole.levels[t]) > WRONG}
     flagged = {t for t, flag in own.flags.items() if flag}
     counts = len(wrong), len(wrong - flagged), len(flagged), len(flagged - wrong), own.seen
-    places = len(own.centroids), wrong_centroids(own.centroids, whole.centroids)
-    return Outcome(*counts, *places, bool(own.problems), False)
+    aside = off_centroids(own.centroids, size)
+    by_damage = aside - off_centroids(whole.centroids, size)
+    return Outcome(*counts, len(own.centroids), len(aside), len(by_damage), bool(own.problems), False)
 
 
 def main() -> None:
@@ -211,9 +229,9 @@ def main() -> None:
             path = Path(folder) / f"hurt-{name}"
             data, whole = clips[name]
             path.write_bytes(damaged(data, way, rng))
-            one = outcome(path, whole, centroids=arguments.centroids)
+            one = outcome(path, whole, KINDS[name].size, centroids=arguments.centroids)
             found[name].append(one)
-            if one.silent or one.wrong_centroids or arguments.seed is not None:
+            if one.silent or one.by_damage or arguments.seed is not None:
                 print(f"  {name} {seed}: {way}: {one}", file=sys.stderr)
     heads = {
         "files": 6,
@@ -225,14 +243,14 @@ def main() -> None:
         "needless": 9,
         "seen": 6,
     }
-    heads |= {"centroids": 9, "wrong ": 6}
+    heads |= {"centroids": 9, "off": 5, "by damage": 9}
     print(f"{'kind':18} " + " ".join(f"{word:>{width}}" for word, width in heads.items()))
     for name, ones in [*found.items(), ("all", [one for own in found.values() for one in own])]:
         print(
             f"{name:18} {len(ones):6} {sum(o.refused for o in ones):8} {sum(o.wrong for o in ones):6}"
             f" {sum(o.silent for o in ones):10} {sum(o.silent > 0 for o in ones):9} {sum(o.flagged for o in ones):8}"
             f" {sum(o.needless for o in ones):9} {sum(o.seen for o in ones):6} {sum(o.centroids for o in ones):9}"
-            f" {sum(o.wrong_centroids for o in ones):6}"
+            f" {sum(o.off for o in ones):5} {sum(o.by_damage for o in ones):9}"
         )
 
 

@@ -8,8 +8,11 @@ import av
 import numpy as np
 import pandas as pd
 
+from benchmarks.damage import scene
 from tests.discs import picture
+from tests.files.clips import make_clip
 from tests.video.test_makers_readout import atom, header
+from tests.video.test_second_look import KINDS, packets, with_hole
 from vidtrack.files.records import read_json
 from vidtrack.jobs.track import run
 from vidtrack.workflow.job import Job
@@ -69,3 +72,17 @@ def test_what_tracks_targets_is_there_without_scipy():
     code = "import sys, vidtrack.jobs.track; print(any(name.partition('.')[0] == 'scipy' for name in sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "False"
+
+
+def test_nothing_is_measured_in_pictures_that_a_second_look_finds_damaged(tmp_path):
+    """The last group of pictures is wrong from its key frame to the end of the recording, and HEVC reports nothing."""
+    codec, options = KINDS["hevc.mp4"]
+    whole = make_clip(
+        tmp_path / "cam1.mp4", codec, "yuv420p", n=30, options=options, picture=scene((160, 120), deep=False)
+    )
+    sent = packets(whole)
+    key = [i for i, (_, _, key) in enumerate(sent) if key][-1]
+    record, tracklets = tracked(tmp_path, 0, with_hole(whole, sent[key][0], seed=7))
+    assert record["damage_seen"][-10:] == list(range(20, 30))
+    assert tracklets["frame"].max() < 20
+    assert "damage-seen" in [finding["code"] for finding in record["findings"]]

@@ -113,3 +113,30 @@ def test_other_tracks_have_no_samples_in_damaged_pictures():
     kept = kept_others(others, np.array([False, False, True, False]))
     assert kept.sample.tolist() == [0, 1, 3]
     assert kept.values[0].tolist() == [0, 1, 4]
+
+
+def test_sudden_changes_and_what_precedes_damage_get_a_second_look():
+    asked = []
+
+    def look_again(indices):
+        asked.append(sorted(indices))
+        return {12, 13}
+
+    lasting = garbage(scene(), list(range(12, N)))
+    levels = np.clip(np.rint(lasting), 0, 255).astype(np.uint8)
+    frames = [Frame(i, Fraction(i, 30), p, i == 5, None) for i, p in enumerate(levels)]
+    damage = DamagedPictures(8, look_again)
+    assert list(damage.over(frames)) == frames
+    (one,) = asked
+    assert {4, 12} <= set(one)
+    assert damage.indices == {12, 13}
+
+
+@pytest.mark.parametrize("balls", [0, 3, 8])
+def test_no_second_look_is_taken_where_nothing_changes_suddenly(balls):
+    def refused(indices):
+        raise AssertionError(indices)
+
+    levels = np.clip(np.rint(scene(balls=balls)), 0, 255).astype(np.uint8)
+    frames = [Frame(i, Fraction(i, 30), p, False, None) for i, p in enumerate(levels)]
+    assert list(DamagedPictures(8, refused).over(frames)) == frames

@@ -320,3 +320,43 @@ def test_a_first_picture_that_cannot_be_decoded_moves_no_time(tmp_path, name, co
     assert 0 < len(frames) < 20
     assert all(np.array_equal(luma, whole[time]) for time, luma in frames.items())
     assert first_label == f"10:00:00:{20 - len(frames):02d}"
+
+
+def test_the_picture_before_a_place_where_the_file_is_broken_is_flagged(tmp_path):
+    """Matroska gives the packet before a cut the bytes behind it, and VP9 decodes them."""
+    path = make_clip(
+        tmp_path / "a.webm",
+        "libvpx-vp9",
+        "yuv420p",
+        n=30,
+        options={"crf": "20", "b": "0", "g": "10", "cpu-used": "8"},
+        picture=moving_ball(160, 120, 1.5, 5.0),
+    )
+    whole, *_ = read(path)
+    with av.open(str(path)) as container:
+        coded = [bytes(p) for p in container.demux(video=0) if p.size and p.is_keyframe][1]
+    data = path.read_bytes()
+    at = data.index(coded) + len(coded) // 2
+    path.write_bytes(data[:at] + data[at + 100 :])
+    hurt, flagged, _ = read(path)
+    wrong = {time for time, luma in hurt.items() if not np.array_equal(luma, whole[time])}
+    assert wrong
+    assert wrong <= set(flagged)
+
+
+def test_pictures_built_on_one_that_is_lost_are_flagged(clips):
+    """MXF leaves out what it cannot read, and MPEG-2 builds on the picture before that."""
+    path = clips("mpeg2.mxf")
+    whole, *_ = read(path)
+    with av.open(str(path)) as container:
+        places = [(p.pos, p.is_keyframe) for p in container.demux(video=0) if p.size]
+    data = bytearray(path.read_bytes())
+    k = next(i for i, (_, key) in enumerate(places) if key and i) + 3
+    data[places[k][0] - 32 : places[k][0] + 8] = bytes(40)
+    hurt_path = path.with_stem("lost")
+    hurt_path.write_bytes(data)
+    hurt, flagged, account = read(hurt_path)
+    wrong = {time for time, luma in hurt.items() if not np.array_equal(luma, whole[time])}
+    assert account.lost == 1
+    assert wrong
+    assert wrong <= set(flagged)

@@ -13,7 +13,7 @@ def chunks(sizes=SIZES, begin=1000):
     """Packets of an AVI as they follow each other, and the entries of its index."""
     packets, entries, at = [], [], begin
     for k, size in enumerate(sizes):
-        packets.append(Thing(pos=at, size=size, pts=k, dts=k))
+        packets.append(Thing(pos=at, size=size, pts=k, dts=k, is_keyframe=True))
         entries.append(Thing(pos=at - HEADER, timestamp=k, size=size))
         at += size + size % 2 + HEADER
     return packets, Thing(index_entries=entries)

@@ -24,6 +24,7 @@ from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
 from vidtrack.tracking.assessment import reading_findings
+from vidtrack.tracking.damaged_pictures import LookAgain
 from vidtrack.tracking.tag_reader import TagReader
 from vidtrack.video.makers_readout import makers_readout
 from vidtrack.video.reader import open_video
@@ -46,7 +47,7 @@ def run(job: Job) -> None:
         info = replace(video.info, time=found.base)
         stated = makers_readout(job.path("video"), float(1 / info.rate), info.rotation)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
-        tags = _tag_reader(settings, info)
+        tags = _tag_reader(settings, info, video.look_again)
         with Progress(label, info.n_expected, "frames") as progress:
             frames = meter.over(samples.over(progress.over(video.frames(apart=True))))
             if settings["targets"] == 0 and tags is not None:
@@ -58,6 +59,7 @@ def run(job: Job) -> None:
                     info,
                     targets=settings["targets"],
                     start_boxes=boxes,
+                    look_again=video.look_again,
                     **settings["detect"],
                 )
         if tags is not None:
@@ -98,13 +100,14 @@ def run(job: Job) -> None:
     write_png(job.outputs["picture"], _begun(samples, info.bits))
 
 
-def _tag_reader(settings: Mapping[str, Any], info: VideoInfo) -> TagReader | None:
+def _tag_reader(settings: Mapping[str, Any], info: VideoInfo, look_again: LookAgain) -> TagReader | None:
     """What reads the coded tags of the run; None where it has none."""
     tags = settings.get("tags")
     if not tags:
         return None
     beside = settings["targets"] != 0
-    return TagReader(tags["family"], info, ids=tags["ids"], fields=settings["detect"]["fields"], cover=beside)
+    fields = settings["detect"]["fields"]
+    return TagReader(tags["family"], info, ids=tags["ids"], fields=fields, cover=beside, look_again=look_again)
 
 
 def _with_tags(tracked: Tracked, tags: TagReader, settings: Mapping[str, Any]) -> Tracked:

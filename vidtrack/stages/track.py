@@ -32,7 +32,7 @@ from vidtrack.tracking.assessment import (
     scattering,
 )
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
-from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
+from vidtrack.tracking.damaged_pictures import DamagedPictures, LookAgain, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -124,6 +124,7 @@ def track(
     min_motion: float = Detection.min_motion,
     max_clutter: float = Detection.max_clutter,
     max_occlusion: int = Detection.max_occlusion,
+    look_again: LookAgain | None = None,
 ) -> Tracked:
     """Follow targets through a recording.
 
@@ -136,8 +137,7 @@ def track(
     threshold    grey level 0-255 on any depth; auto: half-way between each target and its own background
     fields       auto: as the motion and the flags say; frame: whole frames; top, bottom: the field that comes first
     start, end   frame number or time code of the first and the last sample used
-    gain, offset as `stretch` takes them; every grey level here and in the table is a stretched one
-    max_step, min_motion, max_clutter, max_occlusion  as `Detection` has them
+    gain, offset as `stretch` has them (levels are stretched); look_again as `DamagedPictures`, others as `Detection`
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
     sd_y (px, from noise and contrast, grown as `scatter` finds), pixels, total_pixels, mass, contrast, background
@@ -150,7 +150,7 @@ def track(
     if start_boxes is not None and len(start_boxes):
         boxes = named_boxes(targets, {str(name): start_boxes[name].to_numpy() for name in start_boxes}, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    repeats, damage = RepeatedPictures(), DamagedPictures(info.bits)
+    repeats, damage = RepeatedPictures(), DamagedPictures(info.bits, look_again)
     used = repeats.over(damage.over(between(frames, info, start, end, where="detect")))
     limits = (max_step, min_motion, max_clutter, max_occlusion)
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)

@@ -242,7 +242,8 @@ def damaged_pictures(indices: Collection[int]) -> list[Finding]:
     more = f" and {len(places) - 3} places more" if len(places) > 3 else ""
     text = (
         f"{len(at)} pictures are damaged, though their decoder reports nothing (frame {', '.join(places[:3])}{more}): "
-        "the still background changes in many blocks at once and comes back as suddenly. Nothing is measured there."
+        "the still background changes in many blocks at once and comes back as suddenly, or pictures are full before "
+        "their data end. Nothing is measured there."
     )
     return [Finding("doubtful", "damage-seen", text, "Copy the recording again from the camera or tape.")]
 

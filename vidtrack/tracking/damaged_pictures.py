@@ -8,7 +8,7 @@ they were. Targets do so in few blocks and never in all of them at once, light i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,6 +29,8 @@ class Limits:
     change, times  grey levels, mean over a block, and multiples of what is usual, that a block changes in one picture
     blocks         that do so at once, at least
     crowd          and multiples of how many usually do
+    few, more      blocks, and multiples of how many usually do and did last, at which a picture gets a second look
+    doubts         pictures that get one, at most: those in which most blocks changed
     memory         share of the latest picture in what is usual
     back, returned  share of its change that a block may be off when it is back; share of the blocks that are back
     kept           pictures from before a change that are kept at once, to be compared with
@@ -40,6 +42,9 @@ class Limits:
     times: float = 4.0
     blocks: int = 5
     crowd: float = 3.0
+    few: int = 3
+    more: float = 2.0
+    doubts: int = 16
     memory: float = 0.1
     own: float = 0.25
     near: float = 2.0
@@ -84,24 +89,41 @@ class _Change(NamedTuple):
     blocks: Bools
 
 
-class DamagedPictures:
-    """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so."""
+LookAgain = Callable[[Collection[int]], set[int]]
+"""From frames that changed suddenly to those, of all, that a second look found damaged (`Video.look_again`)."""
 
-    def __init__(self, bits: int) -> None:
+
+class DamagedPictures:
+    """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so.
+
+    look_again  asked, when all frames have passed, for those in which much changed, or which precede flagged ones
+    """
+
+    def __init__(self, bits: int, look_again: LookAgain | None = None) -> None:
         self.indices: set[int] = set()
+        self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
+        self._look_again = look_again
         self._shift = bits - 8
         self._last: Luma | None = None
         self._seen: list[int] = []  # indices of the frames looked at since the earliest change that is kept
         self._usual: Array | None = None
-        self._crowd = 0.0
+        self._crowd, self._many = 0.0, np.inf  # blocks that usually change, and that did in the latest picture
         self._changes: list[_Change] = []
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, unchanged."""
+        good = None
         for frame in frames:
             if not frame.corrupt:
                 self._look(frame)
+                good = frame.index
+            elif good is not None:
+                self._doubtful[good] = np.inf
+                good = None
             yield frame
+        if self._look_again and self._doubtful:
+            most = sorted(self._doubtful, key=lambda i: -self._doubtful[i])[: LIMITS.doubts]
+            self.indices |= self._look_again(most)
 
     def _look(self, frame: Frame) -> None:
         few = self._few(frame.luma)
@@ -118,6 +140,10 @@ class DamagedPictures:
         usual += LIMITS.memory * (np.minimum(change, 2 * usual + 1) - usual)
         many = int(np.count_nonzero(out))
         unusual = many >= LIMITS.blocks + LIMITS.crowd * self._crowd
+        expected = LIMITS.few + LIMITS.more * max(self._crowd, self._many)
+        self._many = many
+        if many >= expected:
+            self._doubtful[frame.index] = many / expected
         self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
         if unusual:
             self._returned(few, last, out, change)

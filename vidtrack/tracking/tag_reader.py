@@ -13,7 +13,7 @@ from vidtrack.arrays import Array
 from vidtrack.timing.fields import split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.clip import OPENING, field_order
-from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.tracking.damaged_pictures import DamagedPictures, LookAgain
 from vidtrack.tracking.detection.coded_tags import TagFinder
 from vidtrack.tracking.detection.tag_cover import Hull, cover
 from vidtrack.tracking.measurement.tag_corners import Tone, tag_corners
@@ -86,6 +86,7 @@ class TagReader:
         ids: Sequence[int] | None = None,
         fields: str = "auto",
         cover: bool = False,
+        look_again: LookAgain | None = None,
     ) -> None:
         self._finder, self._info, self._fields = TagFinder(family), info, fields
         self._ids = None if ids is None else set(ids)
@@ -94,7 +95,7 @@ class TagReader:
         self._tone: Tone | None = None
         self._misfits: list[Array] = []
         self._waiting: list[_Waiting] = []
-        self._damage = DamagedPictures(info.bits)
+        self._damage = DamagedPictures(info.bits, look_again)
         self._cover, self.patches = cover, dict[tuple[int, str], list[Hull]]()
         self.order = "frame"
         self.modules = self._finder.modules

@@ -39,8 +39,10 @@ class ReadingLog:
 
     def __init__(self) -> None:
         self._notes: list[str] = []
-        self._times = array("d")
-        self._corrupt = array("q")
+        self.times = array("d")
+        """s, of each picture given."""
+        self.corrupt = array("q")
+        """Numbers of those flagged."""
         self._backwards = self._other_size = 0
         self.could_not_read = ""
         self._seen = array("d")  # least, greatest, mean level and standard deviation of each picture looked at
@@ -67,11 +69,11 @@ class ReadingLog:
 
     def picture(self, index: int, time: float, luma: Luma, corrupt: bool) -> None:
         """One picture that was decoded and is given on."""
-        if self._times and time <= self._times[-1]:
+        if self.times and time <= self.times[-1]:
             self._backwards += 1
-        self._times.append(time)
+        self.times.append(time)
         if corrupt:
-            self._corrupt.append(index)
+            self.corrupt.append(index)
         if self._before is not None:
             self._compared.append(index - 1)
             self._alike.append(_alikeness(self._before, luma))
@@ -86,13 +88,13 @@ class ReadingLog:
 
         ended  whether reading came to the end of the file: where reading stopped before, nothing is missing there
         """
-        times = np.array(self._times)
+        times = np.array(self.times)
         base = replace(info.time, tick=0.0).fitted(times)  # stamps that scatter show gaps all the same
         gaps = _gaps(times, float(base.rate)) if base.constant else {}
         if n_first := round(times[0] * float(base.rate)) if len(times) else 0:
             gaps = {0: n_first, **gaps}
         cut = _missing_at_end(times, info, float(base.rate)) if ended else 0
-        n, corrupt = len(times), len(self._corrupt)
+        n, corrupt = len(times), len(self.corrupt)
         lines = [
             *self._notes,
             _count(damage.refused, "packet refused by the decoder", "packets refused by the decoder")
@@ -100,7 +102,7 @@ class ReadingLog:
             if damage.refused
             else "",
             f"the file could not be read everywhere ({self.could_not_read})" if self.could_not_read else "",
-            _count(corrupt, "picture is damaged", "pictures are damaged") + _where(self._corrupt.tolist(), "frame")
+            _count(corrupt, "picture is damaged", "pictures are damaged") + _where(self.corrupt.tolist(), "frame")
             if corrupt
             else "",
             _count(sum(gaps.values()), "picture is missing", "pictures are missing")

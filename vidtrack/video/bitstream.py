@@ -63,6 +63,21 @@ class Bitstream:
         for part in data.split(b"\0\0\1")[1:]:
             yield part[:2]
 
+    def places(self, data: bytes) -> list[tuple[int, int]]:
+        """Where the units of a packet of H.264 or HEVC begin and end; those that do not fit into it are left out."""
+        out, at = list[tuple[int, int]](), 0
+        while self._length and at + self._length < len(data):
+            begin = at + self._length
+            at = begin + int.from_bytes(data[at:begin])
+            if begin < at <= len(data):
+                out.append((begin, at))
+        at = 0 if self._length else data.find(b"\0\0\1")
+        while not self._length and at >= 0:
+            begin, at = at + 3, data.find(b"\0\0\1", at + 3)
+            if begin < (end := len(data) if at < 0 else at):
+                out.append((begin, end))
+        return out
+
     def _unit_fault(self, packet: Any) -> str:
         data, at = bytes(packet), 0
         while at < len(data):
@@ -107,3 +122,30 @@ _DV_SEEN = np.array([0, *(7 + 16 * sound + k for sound in range(9) for k in rang
 
 _DV_KIND = np.array([0, *([4] * 135)], np.uint8)
 _DV_NUMBER = np.array([0, *range(135)], np.uint8)
+
+
+def unit_places(data: bytes) -> list[tuple[int, int]]:
+    """Where the last unit of an AV1 packet begins and ends, if it holds a picture; else nothing.
+
+    Only units that bear their size are followed (AV1 specification, section 5.3): those in files do.
+    """
+    at, last, kind = 0, (0, 0), 0
+    while at < len(data):
+        kind, extended, sized = data[at] >> 3 & 15, data[at] >> 2 & 1, data[at] >> 1 & 1
+        at += 1 + extended
+        size = len(data) - at
+        if sized:
+            size = shift = 0
+            while at < len(data):
+                byte, at = data[at], at + 1
+                size |= (byte & 127) << shift
+                shift += 7
+                if byte < 128:
+                    break
+        last = at, min(at + size, len(data))
+        at += size
+    return [last] if kind in _AV1_PICTURES else []
+
+
+_AV1_PICTURES = (4, 6)
+"""Units of AV1 that hold tiles: a group of tiles, and a frame with its header."""

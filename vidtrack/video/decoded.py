@@ -8,7 +8,7 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Collection, Generator, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -32,10 +32,11 @@ from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embe
 from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import coded_order, retimer
+from vidtrack.video.packet_times import coded_order, retimer, with_next
 from vidtrack.video.picture_end import PictureEnds, ends_are_checked
 from vidtrack.video.read_ahead import read_ahead
 from vidtrack.video.recording import Video
+from vidtrack.video.second_look import SecondLook
 from vidtrack.video.shares import SHARED, Levels, Report, Stamped, Tables, can_be_shared, levels_in_shares
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
@@ -54,6 +55,9 @@ ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
 
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
+
+LOOKED_AGAIN = 60, 40
+"""Pictures that are decoded for a second look at healthy ones: so many, and one for so many of the recording."""
 
 AHEAD_BYTES = 32_000_000
 """Decoded pictures that wait while those before them are in use: as many as come while a tracker finds its targets."""
@@ -78,6 +82,7 @@ class DecodedVideo(Video):
         self._container = open_container(path)
         try:
             self._stream, others = picture_stream(self._container, path, stream)
+            self._number = self._stream.index
             self._stream.codec_context.thread_count = threads
             self._stream.codec_context.thread_type = "AUTO"
             options = {"max_pixels": str(MOST_PIXELS)}
@@ -141,6 +146,17 @@ class DecodedVideo(Video):
     def account(self) -> ReadAccount:
         """How the reading went; complete once `frames` has come to its end."""
         return self._log.account(self.info, self._damage, ended=self._ended)
+
+    def look_again(self, indices: Collection[int]) -> set[int]:
+        """As `Video.look_again`: by other endings of their packets."""
+        if self._own or self._by_dts or not indices:
+            return set()
+        tick = float(self.info.time.tick) or 1.0
+        stamps = self._zero + np.rint(np.array(self._log.times) / tick).astype(np.int64)
+        n = len(stamps)
+        look = SecondLook(self.path, self._number, LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1])
+        damaged = look.damaged(set(stamps[sorted(indices)].tolist()))
+        return set(np.flatnonzero(np.isin(stamps, list(damaged))).tolist()) - set(self._log.corrupt)
 
     def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
         """As `Video.frames`; ahead: AHEAD_BYTES of pictures are decoded while those before them are in use."""
@@ -210,7 +226,7 @@ class DecodedVideo(Video):
         codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
         decode, tape, jpeg = codec.decode, codec.name == "dvvideo", codec.name in SHARED
         logged, _ = get_last_error()
-        for packet, misplaced in self._packets():
+        for packet, misplaced, broken in with_next(self._packets(), self._container.format.name):
             if packet.size:
                 self.sent += 1
                 if self.mine is not None and not self.mine(self.sent):
@@ -222,7 +238,7 @@ class DecodedVideo(Video):
                     self._stamps.append(packet.pts)
                 if packet.is_corrupt:
                     damage.complained("a packet that the container marks as corrupt", alone=True)
-                if wrong := misplaced or (fault(packet) if fault else ""):
+                if wrong := misplaced or broken or (fault(packet) if fault else ""):
                     damage.complained(wrong, alone=True)
                 if tape:
                     self._codes[packet.pts] = code_of_dv_packet(packet)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -32,6 +32,7 @@ class JoinedVideo(Video):
         self._accounts: list[ReadAccount] = []
         self._notes: list[str] = []
         self._used = False
+        self._parts: list[tuple[int, Video]] = []  # the number of a file's first frame in all, and the file
 
     def close(self) -> None:
         """Release the file that is open."""
@@ -62,11 +63,21 @@ class JoinedVideo(Video):
                 self._now = self._open(path)
                 self._check(path)
                 begins = self._placed(path, ends)
+            self._parts.append((index, self._now))
             for frame in self._now.frames(ahead=ahead, apart=apart):
                 time = begins + frame.time
                 yield frame._replace(index=index, time=time)
                 index, ends = index + 1, time + step
             self._accounts.append(self._now.account)
+
+    def look_again(self, indices: Collection[int]) -> set[int]:
+        """As `Video.look_again`; a picture is looked at in the file that it is in."""
+        found, end = set[int](), max(indices, default=-1) + 1
+        for first, video in reversed(self._parts):
+            own = [index - first for index in indices if first <= index < end]
+            found |= {first + index for index in video.look_again(own)}
+            end = first
+        return found
 
     def _check(self, path: str) -> None:
         first, now = self.info, self._now.info

@@ -10,9 +10,11 @@ import os
 import re
 from array import array
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
+
+from av.logging import get_last_error
 
 _CHUNK = re.compile(rb"[0-9A-Za-z]{3}[0-9A-Za-z ]")
 """How a chunk of an AVI begins."""
@@ -27,18 +29,59 @@ FARTHEST = 300
 """Frames ahead in which a chunk that lies elsewhere than the index says is looked for by its size."""
 
 
+LOST = "pictures before it are missing"
+"""What is wrong with a packet that may be built on others that were lost."""
+
+
+BROKEN = "a place at which the file is broken"
+
+
 def retimer(container: Any, stream: Any) -> Callable[[Any], str]:
     """A function that puts a packet's time stamp right and answers what is wrong with its place ("" for nothing)."""
     if container.format.name == "dv":
         return _by_size
     if container.format.name == "avi":
         return _ByIndex(stream, container.name.removeprefix("file:"))
+    if container.format.name == "mxf":
+        return _Counted()
     return lambda packet: ""
+
+
+def with_next(packets: Iterator[tuple[Any, str]], container: str) -> Iterator[tuple[Any, str, str]]:
+    """Packets, what is wrong with their places, and whether that, or the container of this name, is broken behind them.
+
+    Where bytes are missing in a file, the packet before them has bytes of what follows.
+    """
+    logged, _ = get_last_error()
+    held: tuple[Any, str] | None = None
+    for packet, misplaced in packets:
+        now, last = get_last_error()
+        broken = bool(now != logged and last and last[1] == container)
+        wrong = misplaced or (BROKEN if broken and packet.size else "")
+        if held is not None:
+            yield *held, BROKEN if broken or misplaced else ""
+        held = packet, wrong
+        logged, _ = get_last_error()
+    if held is not None:
+        yield *held, ""
 
 
 def _by_size(packet: Any) -> str:
     packet.pts = round(packet.pos / packet.size) * packet.duration
     return ""
+
+
+class _Counted:
+    """Notices where packets are missing in MXF, which counts its pictures by their places and never leaves one out."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+
+    def __call__(self, packet: Any) -> str:
+        last, now = self._last, packet.dts
+        self._last = now
+        behind = last is not None and now is not None and now > last + (packet.duration or 1)
+        return LOST if behind else ""
 
 
 class _ByIndex:
@@ -53,6 +96,7 @@ class _ByIndex:
         self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
         self._ended: int | None = None
         self._shift, self._at = 0, -1
+        self._before: int | None = None  # the place of the packet before
 
     def __call__(self, packet: Any) -> str:
         apart, self._ended = self._ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + HEADER
@@ -62,18 +106,22 @@ class _ByIndex:
             self._load()
         if behind and (not self._places or self._places[-1] <= packet.pos):
             return "behind a hole in a file without an index"  # but libavformat's own, of what it has read
+        before, self._before = self._before, packet.pos
         if not self._places:
             return cut
+        if self._at < 0 and before is not None:
+            self._at = bisect_left(self._places, before)
         at = self._found(packet)
         if at is None:
             return "a chunk that is not in the file's index"
+        lost = self._at >= 0 and any(self._sizes[self._at + 1 : at])  # chunks of no bytes repeat a picture
         self._at = at
         frame, counted = self._numbers[at], packet.dts if packet.dts is not None else packet.pts
         if counted is not None and frame != counted:
             packet.dts = frame
             if packet.pts is not None:
                 packet.pts += frame - counted
-        return cut
+        return cut or (LOST if lost and not packet.is_keyframe else "")
 
     def _is_cut(self, end: int) -> str:
         if self._ends_match is False or end + 4 > self._size:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from types import TracebackType
 from typing import Self
 
@@ -34,6 +34,10 @@ class Video(ABC):
     @abstractmethod
     def account(self) -> ReadAccount:
         """How the reading went; complete once `frames` has come to its end."""
+
+    def look_again(self, indices: Collection[int]) -> set[int]:
+        """When all are read: damaged frames that are not flagged so, where those of `indices` changed suddenly."""
+        return set()
 
     @abstractmethod
     def close(self) -> None:

@@ -1,0 +1,197 @@
+from fractions import Fraction
+
+import av
+import numpy as np
+import pytest
+
+from benchmarks.damage import WRONG, off, scene
+from tests.files.clips import make_clip
+from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.video.bitstream import Bitstream, unit_places
+from vidtrack.video.reader import open_video
+from vidtrack.video.second_look import Limits, SecondLook, _last_of_superframe, _without_stuffing
+
+N = 30
+KINDS = {
+    "h264.mp4": ("libx264", {"g": "10", "crf": "18", "sc_threshold": "0", "bf": "2"}),
+    "h264.ts": ("libx264", {"g": "10", "crf": "18", "sc_threshold": "0", "bf": "0"}),
+    "cavlc.mov": ("libx264", {"g": "10", "crf": "10", "sc_threshold": "0", "x264-params": "cabac=0:slices=3"}),
+    "hevc.mp4": ("libx265", {"x265-params": "log-level=none:keyint=10:min-keyint=10:bframes=2:pools=1:scenecut=0"}),
+    "vp9.webm": ("libvpx-vp9", {"crf": "20", "b": "0", "g": "10", "cpu-used": "8"}),
+    "av1.mkv": ("libsvtav1", {"crf": "25", "preset": "10", "g": "10"}),
+}
+
+
+@pytest.fixture(scope="module")
+def clips(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("clips")
+    pictures = [scene((160, 120), deep=False)(i) for i in range(N)]
+
+    def ready(name):
+        codec, options = KINDS[name]
+        if not (folder / name).exists():
+            make_clip(folder / name, codec, "yuv420p", n=N, options=options, picture=pictures.__getitem__)
+        return folder / name
+
+    return ready
+
+
+def packets(path):
+    with av.open(str(path)) as container:
+        return [(bytes(p), p.pts, p.is_keyframe) for p in container.demux(video=0) if p.size]
+
+
+def with_hole(path, coded, seed=0):
+    """A copy in which a few bytes of a packet, a quarter from its beginning, are others."""
+    hurt = path.with_stem(f"hurt{seed}")
+    place = path.read_bytes().index(coded[len(coded) // 4 :][:40]) if path.suffix != ".ts" else 0
+    data = bytearray(path.read_bytes())
+    data[place : place + 5] = np.random.default_rng(seed).integers(4, 256, 5, dtype=np.uint8).tobytes()
+    hurt.write_bytes(data)
+    return hurt
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_no_picture_of_a_healthy_recording_is_found(clips, name):
+    every = [pts for _, pts, _ in packets(clips(name))]
+    assert SecondLook(str(clips(name)), 0, 100_000).damaged(every) == set()
+
+
+@pytest.mark.parametrize("name", ["h264.mp4", "hevc.mp4", "vp9.webm", "av1.mkv"])
+def test_a_key_frame_that_ends_before_its_data_is_found_with_what_is_built_on_it(clips, name):
+    sent = packets(clips(name))
+    keys = [i for i, (_, _, key) in enumerate(sent) if key]
+    found = 0
+    for seed in range(3):
+        hurt = with_hole(clips(name), sent[keys[1]][0], seed)
+        damaged = SecondLook(str(hurt), 0, 100_000).damaged([sent[keys[1]][1]])
+        found += bool(damaged)
+        expected = {pts for _, pts, _ in sent[keys[1] : keys[2]]}
+        assert not damaged or expected <= damaged <= expected | {pts for _, pts, _ in sent[keys[2] :]}
+    assert found >= 2
+
+
+def test_wrong_pictures_that_no_decoder_reports_are_flagged(clips):
+    """HEVC reports nothing: the last group of pictures, or the first, was wrong from beginning to end in silence."""
+    sent = packets(clips("hevc.mp4"))
+    keys = [i for i, (_, _, key) in enumerate(sent) if key]
+    with open_video(str(clips("hevc.mp4"))) as video:
+        whole = [frame.luma.astype(np.float32) for frame in video.frames()]
+    wrong_before = 0
+    for key in (keys[0], keys[-1]):
+        with open_video(str(with_hole(clips("hevc.mp4"), sent[key][0], seed=7))) as video:
+            damage = DamagedPictures(8, video.look_again)
+            frames = [(f.index, f.corrupt, f.luma.astype(np.float32)) for f in damage.over(video.frames())]
+            own = {index for index, corrupt, luma in frames if not corrupt and off(luma, whole[index]) > WRONG}
+            assert own <= damage.indices
+            assert not damage.indices & {index for index, corrupt, _ in frames if corrupt}
+        wrong_before += len(own)
+    assert wrong_before > 10
+
+
+def test_no_more_is_decoded_for_healthy_pictures_than_is_allowed(clips, monkeypatch):
+    """Every picture of a healthy recording is suspicious, as under lamps that flicker."""
+    decoded = []
+    own = SecondLook._decoded
+    monkeypatch.setattr(SecondLook, "_decoded", lambda self, *a: decoded.append(len(a[0])) or own(self, *a))
+    every = [pts for _, pts, _ in packets(clips("h264.mp4"))]
+    SecondLook(str(clips("h264.mp4")), 0, 5).damaged(every)
+    assert 5 <= sum(decoded) < 5 + 3 * 5
+
+
+def test_a_healthy_picture_far_from_its_key_frame_costs_little(clips, monkeypatch):
+    decoded = []
+    own = SecondLook._decoded
+    monkeypatch.setattr(SecondLook, "_decoded", lambda self, *a: decoded.append(len(a[0])) or own(self, *a))
+    SecondLook(str(clips("h264.ts")), 0, 100).damaged([packets(clips("h264.ts"))[9][1]])
+    assert sum(decoded) <= 3 * 1 + 3 * 2  # the key frame, and the picture behind it alone
+
+
+def test_damage_is_found_however_little_may_be_decoded_for_healthy_pictures_and_not_with_nothing(clips):
+    sent = packets(clips("hevc.mp4"))
+    key = [i for i, (_, _, key) in enumerate(sent) if key][-1]
+    hurt = with_hole(clips("hevc.mp4"), sent[key][0], seed=7)
+    assert SecondLook(str(hurt), 0, 8).damaged([sent[key][1]]) >= {pts for _, pts, _ in sent[key:]}
+    assert SecondLook(str(hurt), 0, 0).damaged([sent[key][1]]) == set()
+
+
+def test_a_picture_beside_which_none_is_read_to_its_end_is_let_be(clips, monkeypatch):
+    """Of a recording of which no picture needs its last bytes, nothing is known."""
+    monkeypatch.setattr(SecondLook, "_others", lambda self, group, place, enough: 0)
+    every = [pts for _, pts, _ in packets(clips("h264.mp4"))]
+    assert SecondLook(str(clips("h264.mp4")), 0, 100_000).damaged(every) == set()
+
+
+def test_far_from_a_key_frame_nothing_is_looked_at(clips, monkeypatch):
+    monkeypatch.setattr("vidtrack.video.second_look.LIMITS", Limits(far=1))
+    sent = packets(clips("hevc.mp4"))
+    key = [i for i, (_, _, key) in enumerate(sent) if key][-1]
+    hurt = with_hole(clips("hevc.mp4"), sent[key][0], seed=7)
+    assert SecondLook(str(hurt), 0, 100).damaged([sent[key + 1][1]]) >= {pts for _, pts, _ in sent[key:]}
+    monkeypatch.setattr("vidtrack.video.second_look.LIMITS", Limits(far=0))
+    assert SecondLook(str(hurt), 0, 100).damaged([sent[key + 1][1]]) == set()
+
+
+def test_codecs_that_are_not_read_serially_to_their_last_bytes_are_let_be(tmp_path):
+    path = make_clip(tmp_path / "a.mov", "mjpeg", "yuvj420p", n=4)
+    assert SecondLook(str(path), 0, 100).damaged([0, 1, 2, 3]) == set()
+
+
+def test_the_last_frame_of_a_packet_of_vp9_lies_before_the_index_of_sizes():
+    index = bytes([0xC9, 10, 0, 20, 0, 0xC9])  # two frames, sizes of two bytes
+    assert _last_of_superframe(bytes(30) + index) == (10, 30)
+    assert _last_of_superframe(bytes([1] * 30)) == (0, 30)
+    assert _last_of_superframe(bytes([1] * 30 + [0xC9])) == (0, 31)  # a byte of data that looks like an index
+
+
+def test_units_of_av1_bear_their_sizes():
+    header, frame = bytes([1 << 3 | 2, 3, 9, 9, 9]), bytes([6 << 3 | 2, 0x82, 0x01]) + bytes(130)
+    assert unit_places(header + frame) == [(8, 138)]
+    assert unit_places(frame + header) == []  # what is last holds no picture
+
+
+def test_zeros_behind_a_unit_do_not_count():
+    assert _without_stuffing(b"\x65\x88\x80\0\0\3\0\0\3") == b"\x65\x88\x80"
+    assert _without_stuffing(b"\x65\0\0\3\x80") == b"\x65\0\0\3\x80"
+
+
+def test_units_lie_where_their_lengths_or_start_codes_say():
+    counted = Bitstream("h264", bytes([1, 0, 0, 0, 0xFF]))
+    assert counted.places(b"\0\0\0\2ab\0\0\0\1c\0\0\0\x09d") == [(4, 6), (10, 11)]
+    assert Bitstream("h264", None).places(b"\0\0\0\1ab\0\0\1c") == [(4, 6), (9, 10)]
+
+
+def test_frames_are_named_by_their_numbers_where_time_does_not_begin_at_zero(tmp_path, clips):
+    path = make_clip(
+        tmp_path / "late.mkv",
+        "libx265",
+        "yuv420p",
+        n=N,
+        options=KINDS["hevc.mp4"][1],
+        picture=scene((160, 120), deep=False),
+        stamps=range(50, 50 + N),
+        stamp_base=Fraction(1, 25),
+        rate=Fraction(25),
+    )
+    sent = packets(path)
+    key = [i for i, (_, _, key) in enumerate(sent) if key][1]
+    with open_video(str(with_hole(path, sent[key][0], seed=7))) as video:
+        frames = [frame.index for frame in video.frames()]
+        found = video.look_again([10])
+    assert found == set() or min(found) == 10
+    assert found <= set(frames)
+
+
+def test_a_recording_in_several_files_is_looked_at_in_the_file_that_is_damaged(tmp_path, clips):
+    sent = packets(clips("hevc.mp4"))
+    key = [i for i, (_, _, key) in enumerate(sent) if key][1]
+    hurt = with_hole(clips("hevc.mp4"), sent[key][0], seed=7)
+    (tmp_path / "b.mp4").write_bytes(hurt.read_bytes())
+    (tmp_path / "a.mp4").write_bytes(clips("hevc.mp4").read_bytes())
+    with open_video(str(tmp_path / "b.mp4")) as video:
+        assert sum(1 for _ in video.frames()) == N
+        alone = video.look_again([10])
+    assert 10 in alone
+    with open_video(str(tmp_path / "a.mp4"), parts=["b.mp4"]) as video:
+        assert sum(1 for _ in video.frames()) == 2 * N
+        assert video.look_again([10, N + 10]) == {N + index for index in alone}
