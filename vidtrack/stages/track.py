@@ -31,6 +31,7 @@ from vidtrack.tracking.assessment import (
     repeated_pictures,
     scattering,
 )
+from vidtrack.tracking.backwards import Earlier
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
 from vidtrack.tracking.damaged_pictures import DamagedPictures, LookAgain, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
@@ -46,10 +47,8 @@ from vidtrack.tracking.starts import (
     begun_anywhere,
     begun_in_boxes,
     count_movers,
-    followed_backwards,
     late_comers,
     named_boxes,
-    with_earlier,
 )
 from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
 from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
@@ -156,10 +155,10 @@ def track(
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)
     at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
     clip = Clip(batches(used, at_once), info, detect, repeats.indices)
+    searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
     if boxes is not None:
         names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))
     else:
-        searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
         if every:
             targets = count_movers(clip, searched)
         names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
@@ -170,13 +169,14 @@ def track(
     whole = WholePicture(backgrounds, clip.detection, static)
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)
-    earlier = followed_backwards(samples, begun.starts, clip.detection, clip.level, static, tracker.windows)
+    earlier = Earlier(tracker, samples, searched * (1 if clip.order == "frame" else 2))
     stamps, waiting, late = Stamps(), begun.waiting, samples[-2:]
     stamps.add(clip.opening)
     clip.opening, samples = [], []
     for batch in clip.batches:
         samples = clip.samples(batch)
         tracker.follow(samples)
+        earlier.add(tracker, samples)
         stamps.add(batch)
         if waiting:
             tracker.finish()
@@ -184,9 +184,9 @@ def track(
     tracker.finish()
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
-    rows, others, pieces, crops = tracker.rows(), tracker.others(), tracker.windows.kept, tracker.crops
-    del tracker, stamps  # what was recorded is as large as each table
-    rows = with_earlier(rows, earlier, lines)
+    rows, others = earlier.into(tracker, lines), earlier.others(tracker)
+    pieces, crops = tracker.windows.kept, tracker.crops
+    del tracker, earlier, stamps  # what was recorded is as large as each table
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)

@@ -1,4 +1,4 @@
-"""Where targets begin, for the tracker: in start boxes, on trails of the opening, before them, or later."""
+"""Where targets begin, for the tracker: in start boxes, on trails of the opening, or later."""
 
 from __future__ import annotations
 
@@ -17,15 +17,13 @@ from vidtrack.tracking.clip import Clip
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
-from vidtrack.tracking.detection.static_clutter import StaticClutter, places, start_places
-from vidtrack.tracking.following.occlusion import OCCLUSION
+from vidtrack.tracking.detection.static_clutter import places, start_places
 from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import MEMORY, MERGED, NEVER, PIXELS, PREDICTED, RECOVERED, Rows, Starts, X, Y
+from vidtrack.tracking.state import MEMORY, NEVER, Starts
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.trails import LINKING, Trail
-from vidtrack.tracking.windows import Windows
 
 MANY = 400
 """More targets than any opening shows."""
@@ -192,59 +190,6 @@ def starts_of_trails(trails: Sequence[Trail], n: int, box: tuple[float, float]) 
         starts.pixels[alike], starts.contrast[alike], *size = np.percentile(appearance, 75, axis=2).T
         starts.size[alike] = np.stack(size, axis=1)
     return starts
-
-
-def followed_backwards(
-    samples: Sequence[Sample],
-    starts: Starts,
-    detection: Detection,
-    level: float,
-    static: StaticClutter | None,
-    windows: Windows,
-) -> list[tuple[int, Rows]]:
-    """What the samples before a target's own first one show, followed backwards in time: (target, rows in order).
-
-    windows   takes what is kept of them for a second search
-    """
-    followed = []
-    for i in np.flatnonzero((starts.first > 0) & (starts.first < NEVER)):
-        before = list(reversed(samples[: starts.first[i]]))
-        last = samples[starts.first[i]].time
-        one = Starts._make(column[i : i + 1].copy() for column in starts)
-        gone = last - before[0].time
-        one = one._replace(
-            position=one.position - one.velocity * gone, velocity=-one.velocity, first=np.zeros(1, np.intp)
-        )
-        back = Tracker(one, detection, level, static=static, far=False)
-        back.follow([sample._replace(time=last - sample.time) for sample in before])
-        back.finish()
-        windows.backwards(back.windows, int(starts.first[i]))
-        rows = back.rows()
-        followed.append((int(i), Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels)))
-    return followed
-
-
-def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]], lines: int = 1) -> Rows:
-    """The rows with what was followed backwards; lines: 2 for fields.
-
-    Each target was followed backwards alone: where it came to what another one shows, neither is measured.
-    """
-    values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
-    for i, before in earlier:
-        k = len(before.flag)
-        values[:, :k, i] = before.values[..., 0]
-        corner[:k, i] = before.corner[:, 0]
-        flag[:k, i] = before.flag[:, 0] & ~RECOVERED
-    for i, before in earlier:
-        k = len(before.flag)
-        apart = np.linalg.norm(values[[X, Y], :k] - values[[X, Y], :k, i : i + 1], axis=0)
-        diameter = 2 * np.sqrt(values[PIXELS, :k, i : i + 1] * lines / np.pi)
-        same = apart < OCCLUSION.inside * diameter  # NaN is never less
-        same[:, i] = False
-        same[:, i] = same.any(axis=1)
-        values[:, :k][:, same] = np.nan
-        flag[:k][same] = MERGED | PREDICTED
-    return Rows(values, corner, flag, rows.total_pixels)
 
 
 def late_comers(
