@@ -11,10 +11,10 @@ track stage with a PyAV loop that decodes the same file with the same threads an
 in one process; ratios are of medians, of elapsed time (the stage measures beside the decoder) and of processor time,
 which a busy computer changes less. What was tracked is compared with the scene afterwards. `sd` follows balls of five
 sizes, at rest and moving, through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest sd
-(errors beyond 1 px are counted as wrong). `limits` runs the track job as the workflow does, on 300 and 1500 frames of
-1080p, and prints its peak memory and how long it takes from its start to the first frame. `peers` needs trackpy,
-numba and scikit-image: this script runs in any Python that has them beside vidtrack's own dependencies (a venv of its
-own keeps them out of the project's).
+(errors beyond 1 px are counted as wrong). `limits` runs the track job as the workflow does, on 450, 900 and 2700 frames
+of 1080p (450 in a loop), and prints its peak memory and how long it takes from its start to the first frame. `peers`
+needs trackpy, numba and scikit-image: this script runs in any Python that has them beside vidtrack's own dependencies
+(a venv of its own keeps them out of the project's).
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ CLIPS = {
 }
 LIMITS = {10: 1.15, 50: 1.3, 200: 1.5}
 PEAK_MB, FIRST_FRAME_S = 400, 1.0
-LENGTHS = (300, 1500)
+LENGTHS = (450, 900, 2700)
+LOOP = 450
+"""Frames after which each ball is where it began: see Scene.at."""
 FIRST_FRAME = """
 import sys, time
 import vidtrack.jobs.track as job
@@ -107,6 +109,27 @@ def write_clip(path: Path, kind: str, n: int, frames: int) -> None:
             yield picture
 
     encode(path, CLIPS[kind], pictures())
+
+
+def write_loop(path: Path, n: int, frames: int) -> None:
+    """A film of 1080p whose packets are those of LOOP frames, again and again."""
+    once = path.with_name(f"h264_1080p_{n}_loop.mp4")
+    codec, ending, size, pix_fmt, options = CLIPS["h264_1080p"]
+    if not once.exists():
+        scene, rng = Scene(size, n), np.random.default_rng(1)
+        grains = rng.normal(0, 3, (8, *size[::-1])).astype(np.float32)
+        pictures = (scene.picture(k, grains[k % 8]) for k in range(LOOP))
+        encode(once, (codec, ending, size, pix_fmt, {**options, "bf": "0"}), pictures)
+    with av.open(str(once)) as source, av.open(str(path), "w") as out:
+        stream = source.streams.video[0]
+        packets = [(p.pts, p.is_keyframe, bytes(p)) for p in source.demux(stream) if p.size]
+        copy, step = out.add_stream_from_template(stream), packets[1][0] - packets[0][0]
+        for k in range(frames):
+            _, key, data = packets[k % len(packets)]
+            packet = av.Packet(data)
+            packet.pts = packet.dts = k * step
+            packet.time_base, packet.stream, packet.is_keyframe = stream.time_base, copy, key
+            out.mux(packet)
 
 
 def encode(path: Path, clip: tuple, pictures) -> None:
@@ -213,9 +236,9 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
 def limits(rounds: int, folder: Path) -> None:
     """Peak memory of the whole job, MB, and time from its start to the first frame, s."""
     for frames in LENGTHS:
-        path = folder / f"h264_1080p_10_{frames}.mp4"
+        path = folder / f"h264_1080p_10_loop_{frames}.mp4"
         if not path.exists():
-            write_clip(path, "h264_1080p", 10, frames)
+            write_loop(path, 10, frames)
         peaks, waits = [], []
         for _ in range(rounds):
             with tempfile.TemporaryDirectory() as out:
