@@ -159,7 +159,7 @@ def covariances(camera: Camera, p: Array, sd: ArrayLike | None, survey: ArrayLik
     C = np.zeros((n, 2, 2))
     C[:, 0, 0], C[:, 1, 1] = sd[:, 0] ** 2, sd[:, 1] ** 2
     if survey is not None and np.any(np.asarray(survey) > 0):
-        J = np.nan_to_num(derivatives(camera, p, p.mean(0)).by_point)
+        J = np.nan_to_num(derivatives(camera, p, p.mean(0), ()).by_point)
         C += J @ np.swapaxes(J, -1, -2) * (np.broadcast_to(np.asarray(survey, float), n) ** 2)[:, None, None]
     return C
 
@@ -177,7 +177,7 @@ def inverse_root(C: Array) -> Array:
 
 def _descend(problem: _Problem, camera: Camera, W: Array) -> Fit:
     """Levenberg-Marquardt with Marquardt's scaling and Nielsen's damping."""
-    at = derivatives(camera, problem.p, problem.pivot)
+    at = derivatives(camera, problem.p, problem.pivot, problem.names)
     r, J = _weighted(problem, camera, at, W)
     cost = _cost(r)
     damping, growth, message, steps = 1e-4, 2.0, "the fit ran out of iterations", 0
@@ -194,7 +194,7 @@ def _descend(problem: _Problem, camera: Camera, W: Array) -> Fit:
             break
         trial = _stepped(problem, camera, step)
         if trial is not None:
-            at_trial = derivatives(trial, problem.p, problem.pivot)
+            at_trial = derivatives(trial, problem.p, problem.pivot, problem.names)
             r_trial, J_trial = _weighted(problem, trial, at_trial, W)
             gain = (cost - _cost(r_trial)) / predicted
             if gain > 0:

@@ -74,7 +74,7 @@ class CameraRefit:
 
     def _equations(self, camera: Camera, keep: Mask) -> tuple[Array, Array]:
         """Weighted derivatives (n, 2, k) and residuals (n, 2); zero for points that are not kept."""
-        at = derivatives(camera, self.p[keep], self.pivot)
+        at = derivatives(camera, self.p[keep], self.pivot, self.free)
         A, r = np.zeros((len(self.p), 2, len(self.free))), np.zeros((len(self.p), 2))
         A[keep] = self.whitener[keep] @ at.by_parameter[..., self.columns]
         r[keep] = (self.whitener[keep] @ (self.b[keep] - at.projected)[..., None])[..., 0]

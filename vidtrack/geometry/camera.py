@@ -15,6 +15,7 @@ A camera that looks through interfaces (`geometry.refraction`) sees a world poin
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -77,7 +78,7 @@ class Camera:
         T = np.array(self.T, float)
         if R.shape != (3, 3) or T.shape != (3,):
             raise ValueError(f"R must be (3, 3) and T (3,), not {R.shape} and {T.shape}")
-        if not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
+        if not (np.abs(R @ R.T - np.eye(3)) < 1e-5).all() or np.linalg.det(R) < 0:
             raise ValueError("R is not a rotation: its rows are not orthonormal and right-handed")
         if not (self.f > 0 and self.dx > 0 and self.dy > 0 and self.Sx > 0):
             raise ValueError(f"f, dx, dy, Sx must be positive, not {self.f}, {self.dx}, {self.dy}, {self.Sx}")
@@ -169,11 +170,15 @@ def fold_radius(camera: Camera) -> float:
 
     dRu/dRd = 1 + 3 kappa1 Rd^2 + 5 kappa2 Rd^4 + 7 kappa3 Rd^6 = 0; for kappa1 alone Rd = sqrt(-1 / (3 kappa1)).
     """
-    if camera.kappa3:
-        roots = np.roots([7 * camera.kappa3, 5 * camera.kappa2, 3 * camera.kappa1, 1.0])
+    return _fold_radius(float(camera.kappa1), float(camera.kappa2), float(camera.kappa3))
+
+
+@lru_cache(maxsize=64)  # asked for in every step of every inversion of one lens
+def _fold_radius(k1: float, k2: float, k3: float) -> float:
+    if k3:
+        roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
         real = roots.real[(np.abs(roots.imag) <= 1e-9 * np.abs(roots)) & (roots.real > 0)]
         return float(np.sqrt(real.min())) if real.size else np.inf
-    k1, k2 = float(camera.kappa1), float(camera.kappa2)
     if k2 == 0:
         return float(np.sqrt(-1 / (3 * k1))) if k1 < 0 else np.inf
     inside = 9 * k1 * k1 - 20 * k2

@@ -10,7 +10,7 @@ covariance of the parameters stays well conditioned wherever the origin lies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -62,11 +62,12 @@ class Derivatives(NamedTuple):
     by_point: Array  # (..., 2, 3)
 
 
-def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
+def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike, lens: Collection[str] = COEFFICIENTS) -> Derivatives:
     """Projected position, and its derivatives by the camera's parameters and by the world point.
 
     p       (..., 3)  world points, world units
     pivot   (3,)      the point about which omega turns
+    lens    the coefficients whose columns are wanted; those of the others may stay 0, which a fit of few terms is spared
     NaN where the point does not project.
     The lens is given from distorted to undistorted, so its derivative is the inverse of that Jacobian:
     U(d; k) = u  gives  dd = (dU/dd)^-1 (du - dU/dk dk).
@@ -112,6 +113,8 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike) -> Derivatives:
     J[..., 1, 9] = 1
     r2 = X * X + Y * Y
     for name, term in TERMS.items():
+        if name not in lens:
+            continue
         shift = term.shift(X, Y, r2)
         if wide:
             moved = (onwards @ np.stack(shift, -1)[..., None])[..., 0]

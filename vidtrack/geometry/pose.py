@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, project
-from vidtrack.geometry.jacobian import derivatives, stepped
+from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
 
 # ASSUME: focal lengths from half to several picture widths, pixels within 30 % of square, the optical axis
 # within a quarter of the picture from its middle, distortion within a fifth at the side of the picture.
@@ -190,7 +190,7 @@ def _moved(camera: Camera, pivot: Array, step: Array, scale: Array) -> Camera | 
 
 
 def _normal(camera: Camera, p: Array, b: Array, sd: Array, pivot: Array, prior: _Prior) -> tuple[Array, Array]:
-    at = derivatives(camera, p, pivot)
+    at = derivatives(camera, p, pivot, PARAMETERS[: len(prior.mean)])
     r = (b - at.projected) / sd[:, None]
     J = at.by_parameter[..., : len(prior.mean)] * (_steps(camera, prior.scale) / sd[:, None, None])
     weight = 1 / np.maximum(1, np.hypot(r[:, 0], r[:, 1]) / HUBER)
