@@ -63,8 +63,40 @@ def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_pat
     with monkeypatch.context() as patch:
         patch.setattr(fingerprint.ast, "parse", lambda *_: pytest.fail("parsed again"))
         assert Fingerprints(store).of("vidtrack.jobs.a") == value
+        another_folder = str(tmp_path_factory.mktemp("cache") / "code.json")
+        assert Fingerprints(another_folder).of("vidtrack.jobs.a") == value
     edited(package, "kernel", "x + 1", "x + 22")
     assert Fingerprints(store).of("vidtrack.jobs.a") != value
+
+
+def test_a_package_that_may_not_be_written_to_keeps_nothing_beside_it(package, tmp_path_factory):
+    (package / "__pycache__").write_text("no folder")
+    store = tmp_path_factory.mktemp("cache") / "code.json"
+    first = Fingerprints(str(store))
+    first.of("vidtrack.jobs.a")
+    first.save()
+    assert store.exists()
+
+
+def test_no_two_codes_are_alike(package):
+    """Values, names, operators, and where one statement ends and a block begins."""
+    seen = {both()[0]}
+    for old, new in [
+        ("x + 1", "x - 1"),
+        ("x - 1", "x - 1.0"),
+        ("x - 1.0", "x - '1.0'"),
+        ("x - '1.0'", "x - b'1.0'"),
+        ("x - b'1.0'", "x - None"),
+        ("x - None", "-x"),
+        ("-x", "[x]"),
+        ("[x]", "[x, x]"),
+        ("[x, x]", "[[x], x]"),
+        ("[[x], x]", "x[:]"),
+        ("x[:]", "x[::]"),
+    ]:
+        edited(package, "kernel", old, new)
+        seen.add(both()[0])
+    assert len(seen) == 11  # the last two are one
 
 
 def test_checksums_follow_content_not_dates(tmp_path):

@@ -67,7 +67,7 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike, lens: Collection
 
     p       (..., 3)  world points, world units
     pivot   (3,)      the point about which omega turns
-    lens    the coefficients whose columns are wanted; those of the others may stay 0, which a fit of few terms is spared
+    lens    the coefficients whose columns are wanted; those of the others stay 0
     NaN where the point does not project.
     The lens is given from distorted to undistorted, so its derivative is the inverse of that Jacobian:
     U(d; k) = u  gives  dd = (dU/dd)^-1 (du - dU/dk dk).

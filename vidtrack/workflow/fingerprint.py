@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import sys
+from contextlib import suppress
 from typing import Any
 
 from vidtrack.files.atomic import replacing
@@ -26,15 +27,20 @@ REMEMBERED = os.path.join(".snakemake", "vidtrack", "checksums.json")
 """Where checksums are kept, from the folder in which Snakemake works."""
 
 
+def beside_the_code() -> str:
+    """Where what is known of the package's sources is kept for all folders, as Python keeps compiled code."""
+    return os.path.join(PACKAGE, "__pycache__", "fingerprints.json")
+
+
 class Fingerprints:
     """What modules do, as hashes; what is known of a source file holds until the file changes.
 
-    store   where it is kept from call to call; None: nowhere
+    store   where it is kept from call to call, beside `beside_the_code`; None: nowhere, and nothing is looked up
     """
 
     def __init__(self, store: str | None = None) -> None:
         self.store = store
-        self._known: dict[str, list[Any]] = _remembered(store, 4)
+        self._known: dict[str, list[Any]] = _remembered(store and beside_the_code(), 4) | _remembered(store, 4)
         self._changed = False
 
     def of(self, *modules: str) -> str:
@@ -50,8 +56,11 @@ class Fingerprints:
 
     def save(self) -> None:
         """Save what was computed."""
-        if self.store and self._changed:
-            _remember(self.store, self._known)
+        if not self.store or not self._changed:
+            return
+        _remember(self.store, self._known)
+        with suppress(OSError):  # a package that another user installed
+            _remember(beside_the_code(), self._known)
 
     def _reached(self, modules: tuple[str, ...]) -> tuple[dict[str, str], set[str]]:
         """Name: hash of every module and data file that is reached, and the libraries that they import."""
@@ -135,27 +144,47 @@ def _remembered(store: str | None, length: int) -> dict[str, Any]:
 def _parsed(source: str) -> tuple[str, list[str], list[str]]:
     with open(source, encoding="utf-8") as file:
         tree = ast.parse(file.read())
+    written: list[str] = []
     imports: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            imports.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            imports.add(node.module)
-            imports.update(f"{node.module}.{alias.name}" for alias in node.names)
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            node.body = [s for s in body if not _is_remark(s)] or [ast.Pass()]  # type: ignore[attr-defined]
+    _write(tree, written, imports)
     inside = sorted(name for name in imports if name.split(".")[0] == "vidtrack" and _source(name))
     libraries = sorted({name.split(".")[0] for name in imports} & set(LIBRARIES))
-    return hashlib.sha256(ast.unparse(tree).encode()).hexdigest(), inside, libraries
+    return hashlib.sha256("\0".join(written).encode(errors="surrogatepass")).hexdigest(), inside, libraries
 
 
-def _is_remark(statement: ast.stmt) -> bool:
-    return (
-        isinstance(statement, ast.Expr)
-        and isinstance(statement.value, ast.Constant)
-        and isinstance(statement.value.value, str)
-    )
+def _write(node: ast.AST, to: list[str], imports: set[str]) -> None:
+    """Append what a syntax tree says, without remarks and places, and gather what it imports.
+
+    What is empty is left out, for newer Pythons add fields. One walk: the first plan of a folder waits for it.
+    """
+    if isinstance(node, ast.Import):
+        imports.update(alias.name for alias in node.names)
+    elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        imports.add(node.module)
+        imports.update(f"{node.module}.{alias.name}" for alias in node.names)
+    to.append(type(node).__name__)
+    for field in node._fields:
+        value = getattr(node, field, None)
+        if value == [] or (value is None and not isinstance(node, ast.Constant)):
+            continue
+        to.append(field)
+        if isinstance(value, ast.AST):
+            _write(value, to, imports)
+        elif isinstance(value, list):
+            for item in value:
+                if isinstance(item, ast.AST):
+                    if not (isinstance(item, ast.Expr) and _is_remark(item)):
+                        _write(item, to, imports)
+                else:
+                    to.append(repr(item))
+            to.append("]")
+        else:
+            to.append(repr(value))
+    to.append(")")
+
+
+def _is_remark(statement: ast.Expr) -> bool:
+    return isinstance(statement.value, ast.Constant) and isinstance(statement.value.value, str)
 
 
 def _source(module: str) -> str | None:
