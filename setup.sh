@@ -2,6 +2,7 @@
 # Sets everything up in .venv, as requirements.lock pins it, and then does what it is asked to:
 #   bash setup.sh demo    runs the demo experiment and says where its report lies
 #   bash setup.sh test    lints, type-checks and runs the tests, on all cores
+#   bash setup.sh test thorough    the same, and more draws and variants: what tests/thorough.txt names
 #   bash setup.sh test quick    an answer within a minute: lints, and the tests that take next to nothing
 #   bash setup.sh release-check    wheel, sdist, lock, vulnerabilities, licences, bill of materials: see .ci/release-check
 #   bash setup.sh benchmark [--quick]    how fast it is beside other programs, and what became slower: python -m benchmarks
@@ -80,6 +81,7 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; on
         run_quick_tests "$cores" "$@"
         return
     fi
+    if [ "${1:-}" = thorough ]; then shift; else pytest+=" -p tests.brief"; fi
     ruff check .
     ruff format --check --quiet .
     local failed=0 checks # on a core of its own for a while: most of the time that the tests begin with is waiting

@@ -57,23 +57,21 @@ def house_that_fails(tmp_path):
     return built
 
 
-def test_an_unexpected_error_stands_in_the_log_and_in_the_verdict(laboratory, house_that_fails):
-    answer = snakemake(laboratory, "-s", str(house_that_fails('raise RuntimeError("three is no colour")')))
+def test_an_unexpected_error_and_a_job_that_is_killed_stand_in_the_verdict(laboratory, house_that_fails):
+    """Of run still the job raises what nobody expected, of run pluck it is killed."""
+    by_run = 'exec("raise RuntimeError(\'three is no colour\')" if job.settings["run"] == "still" else KILLED)'
+    killed = 'KILLED = "import os; os.kill(os.getpid(), 9)"'
+    answer = snakemake(laboratory, "-s", str(house_that_fails(f"{killed}; {by_run}")))
     assert answer.returncode == 1
     assert "Traceback" not in answer.stderr
     log = (laboratory / "results/logs/compare/still.log").read_text()
     assert "Traceback (most recent call last)" in log
-    reasons = verdict(laboratory)["runs"]["still"]["reasons"]
-    assert "three is no colour" in reasons[0]["text"]
-    assert "results/logs/compare/still.log" in reasons[0]["text"]
-
-
-def test_a_job_that_is_killed_is_told_too(laboratory, house_that_fails):
-    answer = snakemake(laboratory, "-s", str(house_that_fails("import os; os.kill(os.getpid(), 9)")))
-    assert answer.returncode == 1
+    runs = verdict(laboratory)["runs"]
+    assert "three is no colour" in runs["still"]["reasons"][0]["text"]
+    assert "results/logs/compare/still.log" in runs["still"]["reasons"][0]["text"]
+    assert "compare pluck ended without a message" in runs["pluck"]["reasons"][0]["text"]
     for run in ("pluck", "still"):
-        assert f"compare {run} ended without a message" in verdict(laboratory)["runs"][run]["reasons"][0]["text"]
-    assert (laboratory / "results/runs/still/kinematics.parquet").exists()
+        assert (laboratory / f"results/runs/{run}/kinematics.parquet").exists()
 
 
 def test_a_calibration_that_fails_is_told_of_the_runs_that_use_it(laboratory):
