@@ -1,4 +1,4 @@
-"""A plugin of pytest for `bash setup.sh test`: without what is left to `bash setup.sh test thorough`, see thorough.txt."""
+"""A plugin of pytest for `bash setup.sh test`: without what thorough.txt leaves to `bash setup.sh test thorough`."""
 
 from pathlib import Path
 

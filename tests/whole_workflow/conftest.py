@@ -2,13 +2,13 @@
 
 import os
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 import yaml
+
+from tests.whole_workflow.forked_snakemake import call
 
 REPO = Path(__file__).parents[2]
 
@@ -52,12 +52,10 @@ CONFIG = {
 
 
 def snakemake(folder, *arguments, cores=2):
-    """Snakemake run as a user runs it on a folder of their own."""
-    command = [sys.executable, "-m", "snakemake", "-s", str(REPO / "Snakefile"), "--directory", str(folder)]
+    """Snakemake run as a user runs it on a folder of their own; see forked_snakemake.py."""
+    where = ["-s", str(REPO / "Snakefile"), "--directory", str(folder)]
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(
-        [*command, "--cores", str(cores), *arguments], capture_output=True, text=True, env=environment, check=False
-    )
+    return call([*where, "--cores", str(cores), *arguments], environment, os.getcwd())
 
 
 def planned(folder, *arguments):
