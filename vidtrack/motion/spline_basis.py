@@ -46,37 +46,35 @@ def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
 
 
 @cache
-def _pairs(degree: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(degree: int) -> tuple[tuple[int, int], ...]:
     """Pairs of the B-splines over a sample, the lower and the upper of each; those of equal distance together."""
     n = degree + 1
-    offsets = range(n)
-    return (
-        np.concatenate([np.arange(n - offset) for offset in offsets]),
-        np.concatenate([np.arange(offset, n) for offset in offsets]),
-    )
+    return tuple((j, j + offset) for offset in range(n) for j in range(n - offset))
+
+
+def _design(t: Array, knots: Array, degree: int) -> Any:
+    """The B-splines at times between the ends of the knots, sparse; that they are between need not be looked at."""
+    from scipy.interpolate import BSpline
+
+    return BSpline.design_matrix(t, knots, degree, extrapolate=True)
 
 
 class Basis:
     """B-splines on one piece, and their derivatives, at the sample times; sparse."""
 
     def __init__(self, t: Array, spacing: float, degree: int) -> None:
-        from scipy.interpolate import BSpline
-        from scipy.sparse import csr_matrix
-
         intervals, degree = form_of(t, spacing, degree)
         self.degree = degree
         ends = np.full(degree, t[0]), np.full(degree, t[-1])
         self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
         self.size = intervals + degree
         self.t = t
-        matrix = BSpline.design_matrix(t, self.knots, degree)
+        matrix = _design(t, self.knots, degree)
         # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
         self.values: Array = matrix.data.reshape(len(t), degree + 1)
-        first = matrix.indices[:: degree + 1].astype(np.intp)
-        self._columns: NDArray[np.intp] = first[:, None] + np.arange(degree + 1)
-        # A row for each number of the first, a one for each of its samples: its product sums over samples.
-        bounds = np.searchsorted(first, np.arange(intervals + 1))
-        self._of_first: Any = csr_matrix((np.ones(len(t)), np.arange(len(t)), bounds), shape=(intervals, len(t)))
+        self._first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
+        self._columns: NDArray[np.intp] = self._first[:, None] + np.arange(degree + 1)
+        self._each: Array = np.ascontiguousarray(self.values.T)
 
     def at(self, c: Array) -> Array:
         """The spline at the samples, from its coefficients."""
@@ -84,12 +82,11 @@ class Basis:
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
-        lower, upper = _pairs(self.degree)
-        weighted = weight[:, None] * self.values
-        sums = self._of_first @ (weighted.take(lower, axis=1) * self.values.take(upper, axis=1))
+        weighted = weight * self._each
         band = np.zeros((self.degree + 1, self.size))
-        for j, other, column in zip(lower, upper, sums.T, strict=True):
-            band[other - j, j : j + len(column)] += column
+        for j, other in _pairs(self.degree):
+            sums = np.bincount(self._first, weighted[j] * self._each[other])
+            band[other - j, j : j + len(sums)] += sums
         return band
 
     def _right(self, wy: Array) -> Array:
@@ -125,7 +122,6 @@ class Basis:
 
     def _derivative(self, order: int) -> Any:
         """The matrix (m, size) that gives the derivative at the samples from the coefficients (de Boor, ch. X)."""
-        from scipy.interpolate import BSpline
         from scipy.sparse import diags, eye
 
         knots, k = self.knots, self.degree
@@ -134,7 +130,7 @@ class Basis:
             width = knots[k + 1 : -1] - knots[1 : -k - 1]
             step = diags([-k / width, k / width], [0, 1], shape=(len(width), len(width) + 1))
             D, knots, k = step @ D, knots[1:-1], k - 1
-        return (BSpline.design_matrix(self.t, knots, k) @ D).tocsr()
+        return (_design(self.t, knots, k) @ D).tocsr()
 
     def _inverse(self, band: Array) -> Any:
         """The inverse of the normal matrix within its band, sparse.

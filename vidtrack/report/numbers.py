@@ -70,7 +70,8 @@ def plain(values: Any, digits: int = 6) -> list[float | None]:
 
 def plain_json(values: Any, digits: int = 6) -> str:
     """`plain` as JSON: a page holds ten thousands of numbers, and what the format gives is mostly JSON already."""
-    return f"[{','.join(map(_as_json, _texts(values, digits)))}]"
+    texts = _texts(values, digits)
+    return f"[{','.join([text if '.' in text and 'e' not in text else _as_json(text) for text in texts])}]"
 
 
 def _texts(values: Any, digits: int) -> list[str]:
@@ -81,9 +82,7 @@ def _texts(values: Any, digits: int) -> list[str]:
 
 
 def _as_json(text: str) -> str:
-    """A number's text as `repr` gives it, of at most 15 digits: the shortest that is the same number."""
-    if "." in text and "e" not in text:
-        return text
+    """A number's text as `repr` gives it: where it has a point and no power it is that, the shortest of the number."""
     return repr(float(text)) if text else "null"
 
 

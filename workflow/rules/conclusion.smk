@@ -3,10 +3,17 @@ import atexit
 import importlib
 import subprocess
 
+from snakemake.jobs import Job
+
 from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
-from vidtrack.workflow.bookkeeping import with_known_checksums, without_garbage
+from vidtrack.workflow.bookkeeping import (
+    with_kept_commands,
+    with_known_checksums,
+    with_known_sizes,
+    without_garbage,
+)
 from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.direct_jobs import for_shell_commands
 from vidtrack.workflow.left_out import also_left_out, to_environment
@@ -31,6 +38,8 @@ def serve_small_jobs():
 def keep_books_cheaply():
     """What Snakemake notes of each job is the same, and costs less."""
     with_known_checksums(type(IOFile("")), BOOK.checksum, RESULTS)
+    with_known_sizes(workflow.scheduler)
+    with_kept_commands(Job)
     without_garbage()
 
 
