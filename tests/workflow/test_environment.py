@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from vidtrack.workflow.environment import set_environment
+from vidtrack.workflow.environment import FUNCTION, set_environment
 
 
 def test_this_python_and_this_package_come_first_and_once(monkeypatch):
@@ -16,6 +16,26 @@ def test_this_python_and_this_package_come_first_and_once(monkeypatch):
     assert os.environ["PYTHONPATH"].split(os.pathsep) == ["/house", "/other"]
     set_environment("/house")
     assert os.environ["PYTHONPATH"].split(os.pathsep) == ["/house", "/other"]
+
+
+def test_where_python_has_another_name_rules_find_it_all_the_same(monkeypatch, tmp_path):
+    """As with Debian's own python3, and where the folder's `python` is another one."""
+    monkeypatch.setenv("PATH", os.environ["PATH"])
+    monkeypatch.setenv("PYTHONPATH", "")
+    monkeypatch.delenv(FUNCTION, raising=False)
+    set_environment("/house")
+    assert FUNCTION not in os.environ
+    folder = tmp_path / "it's a folder"
+    folder.mkdir()
+    (folder / "python3").symlink_to(sys.executable)
+    (folder / "python").write_text("#!/bin/sh\nexit 7\n")
+    (folder / "python").chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(folder / "python3"))
+    monkeypatch.setenv(FUNCTION, "")
+    set_environment("/house")
+    command = "printf '%s' 'an order' | python -c 'import sys; print(sys.stdin.read(), sys.argv[1:])' a 'b c'"
+    said = subprocess.run(["bash", "-c", f"set -euo pipefail; {command}"], capture_output=True, text=True, check=True)
+    assert said.stdout == "an order ['a', 'b c']\n"
 
 
 def test_an_unset_path_has_no_empty_part(monkeypatch):
