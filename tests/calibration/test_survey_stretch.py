@@ -56,6 +56,15 @@ def test_noise_alone_stays_within_its_standard_deviation():
     assert np.mean(worst) > 0.5  # and the standard deviation is not so large that it hides all
 
 
+def test_a_rough_survey_seen_with_fine_centroids_is_no_stretch():
+    """Cameras fitted to it one by one are bent by it: their common answer lies beyond the reach of a tangent."""
+    worst = [
+        max(abs(each.share) / each.sd for each in found(np.eye(3), m=3, noise=0.005, survey=0.08, seed=seed))
+        for seed in range(12)
+    ]
+    assert max(worst) < 4.0
+
+
 def test_a_survey_larger_along_all_axes_cannot_be_seen():
     assert max(abs(each.share) / each.sd for each in found(1.05 * np.eye(3))) < 4.0
 

@@ -23,7 +23,7 @@ from vidtrack.calibration.adjustment.unknowns import Names
 from vidtrack.calibration.bundle import LEAST_SD
 from vidtrack.calibration.normal_equations import Priors
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.jacobian import columns, derivatives
+from vidtrack.geometry.jacobian import columns, derivatives, stepped
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,9 @@ class StretchSettings:
 
 
 SETTINGS = StretchSettings()
+
+STEPS = 20
+"""Of the common refinement, at most: three are usual."""
 
 AXES = "xyz"
 KINDS = (*AXES, "xy", "xz", "yz")
@@ -80,6 +83,7 @@ def stretches(
         sd = float(np.linalg.norm(_left(rows, e[:, None]))) / max(spare, 1) ** 0.5
         if spare < SETTINGS.spare or not sd > LEAST_SD:
             return []
+    cameras = _settled(cameras, p, b, free, priors, sigma, sd)
     rows, X, e = _whitened(cameras, p, b, free, sigma, sd)
     beside, pull = _beforehand(cameras, free, priors)
     freedom = seen + len(pull) - rows.shape[1] - 1
@@ -99,6 +103,41 @@ def stretches(
         scale = max(float(e @ e - along**2 / s) / freedom, 1.0) * common
         found.append(Stretch(kind, float(along / s), float(np.sqrt(scale / s)), float(along**2 / s / scale)))
     return sorted(found, key=lambda each: -each.gain)
+
+
+def _settled(
+    cameras: Sequence[Camera], p: Array, b: Array, free: Names, priors: Priors, sigma: Array, sd: float
+) -> list[Camera]:
+    """The cameras refined all together, the survey's errors common to them.
+
+    Each was fitted to the survey alone, whose errors bend it: from there a step to the common answer is so long that
+    what it leaves to the second order is more than the noise, and looks like a deformation.
+    """
+    settled, moved, cost, reach = list(cameras), list(cameras), np.inf, 1.0
+    step: Array = np.zeros(sum(len(names) for names in free))
+    for _ in range(STEPS):
+        rows, _, e = _whitened(moved, p, b, free, sigma, sd)
+        beside, pull = _beforehand(moved, free, priors)
+        J, r = np.concatenate([rows, beside]), np.concatenate([e, pull])
+        if r @ r < cost:
+            done = r @ r > (1 - 1e-6) * cost
+            settled, cost, reach = moved, float(r @ r), 1.0
+            if done:
+                break
+            size = np.linalg.norm(J, axis=0)
+            size = np.where(size > 0, size, 1.0)
+            step = np.linalg.lstsq(J / size, r, rcond=1e-12)[0] / size
+        else:  # too far
+            reach /= 2
+        each = iter((reach * step).tolist())
+        try:
+            moved = [
+                stepped(camera, p.mean(0), dict(zip(names, each, strict=False)))
+                for camera, names in zip(settled, free, strict=True)
+            ]
+        except ValueError:  # f or Sx would turn negative
+            break
+    return settled
 
 
 def _whitened(
