@@ -201,6 +201,7 @@ class SecondLook:
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
         codec.extradata, codec.thread_count = self._extradata, 1
+        codec.options = {"apply_cropping": "0"}  # what lies outside of the picture is coded, too
         last = av.Packet(data)
         last.pts = group[-1].pts
         before, _ = get_last_error()
