@@ -5,10 +5,11 @@ import pytest
 
 from tests.tracking.test_tracker import DETECTION, circle, samples_of, starts_at
 from vidtrack.tracking.detection.background_picture import background_of
+from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
-from vidtrack.tracking.newcomers import INITIATION
-from vidtrack.tracking.state import present
+from vidtrack.tracking.newcomers import INITIATION, Newcomers
+from vidtrack.tracking.state import TargetState, present
 from vidtrack.tracking.tracker import Tracker
 
 NOWHERE = np.full(2, np.nan)
@@ -91,3 +92,24 @@ def test_what_the_targets_show_does_not_depend_on_what_else_is_followed(n):
     assert others.track.size
     off = np.abs(rows.values[:2] - alone.values[:2])
     assert off.max() < 0.06  # other noise
+
+
+def candidates(pixels, contrast):
+    """Blobs of so many pixels and so much contrast, somewhere in the picture."""
+    pixels, n = np.array(pixels), len(pixels)
+    place, size = np.arange(n) * 40.0, np.full(n, 11)
+    no, zero = np.zeros(n, bool), np.zeros(n)
+    mass = pixels * np.array(contrast, float)
+    return Blobs(place, place, pixels, mass, zero, zero, size, size, size, size, no, no, zero, zero, zero)
+
+
+def test_what_is_far_larger_smaller_or_dimmer_than_every_target_is_no_candidate():
+    """A hand, a gnat, a shadow: each would take one of the few places, and be located as a target."""
+    starts = starts_at(circle(1)[0])._replace(pixels=np.array([100.0]), contrast=np.array([120.0]))
+    state = TargetState.before(starts)
+    newcomers = Newcomers(1, 4, WholePicture({}, DETECTION, None), DETECTION)
+    found = candidates([100, 350, 30, 100, 450, 20, 100], [120, 120, 120, 40, 120, 120, 20])
+    assert newcomers._like_targets(found, state).tolist() == [True] * 4 + [False] * 3
+    # in the whole picture the soft edge belongs to it: 450 pixels may be a target of 318
+    rough = newcomers._like_targets(candidates([450, 900], [120, 120]), state, INITIATION.edge_px)
+    assert rough.tolist() == [True, False]
