@@ -284,8 +284,9 @@ def test_the_trackers_own_standard_deviations_weigh_the_cameras():
     located = locate(tables, cameras, targets=1)
     off, normalised = errors(located, {"t1": pluck})
     assert np.linalg.norm(off, axis=-1).mean() < 0.6 * plain
-    assert np.mean(normalised**2) == pytest.approx(1, abs=0.2)
-    assert located.record["noise"]["factor"] == pytest.approx(0.5, rel=0.1)
+    # cam1 and cam2 have one residual between them, which either may have made: their sd stay up to sqrt(2) too large
+    assert 0.4 < np.mean(normalised**2) < 1.25
+    assert 0.5 < located.record["noise"]["factor"] < 0.75
 
 
 def test_one_target_that_lies_off_its_epipolar_line_is_matched_with_a_warning():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,9 +27,6 @@ class Evidence:
     tail_deviations     the same share of a normal distribution
     redundant           of the square of a camera's noise that its errors show, at least: along the other camera's
                         epipolar line they show nothing
-    overlap             second differences that share samples, for each of their own
-    usual               of the median sd of a camera and a target: what is larger has a reason of its own
-    notable             share of the mean square of a camera's errors that a camera makes at least, to be seen in it
     """
 
     most: int = 4000
@@ -39,9 +35,6 @@ class Evidence:
     tail: float = 0.99
     tail_deviations: float = 2.326
     redundant: float = 0.01
-    overlap: float = 1.94
-    usual: float = 1.25
-    notable: float = 0.1
 
 
 EVIDENCE = Evidence()
@@ -51,7 +44,7 @@ class Noise(NamedTuple):
     """What the standard deviations of centroids are to be multiplied by, and what that rests on.
 
     factor   that of all; where each camera's sd of each target has its own, their median
-    each     (n_cameras, n_targets): of each camera's sd of each target (`scaled`)
+    each     (n_cameras, n_targets): of each camera's sd of each target
     source   differences (of reprojection errors, from sample to sample) | errors (themselves: the calibration's are in
              them) | none: too few samples for either
     """
@@ -59,18 +52,6 @@ class Noise(NamedTuple):
     factor: float
     source: str
     each: Array
-
-    def scaled(self, sd: Array) -> Array:
-        """The standard deviations (n_cameras, n_targets, T, 2) px as they are to be.
-
-        What is less than is said is less of what is usual of a camera and a target. Where a sample's is larger for a
-        reason of its own (a streak along its way, a part that is hidden), it stays larger by as much.
-        """
-        with warnings.catch_warnings(action="ignore"):  # of a camera without a sample
-            usual = np.nanmedian(sd, axis=(-2, -1), keepdims=True)
-        factor = self.each[:, :, None, None]
-        fewer = np.square(sd) - (1 - np.square(factor)) * np.square(np.fmin(sd, EVIDENCE.usual * usual))
-        return np.asarray(np.where(factor < 1, np.sqrt(np.maximum(fewer, 0.0)), factor * sd))
 
 
 def noise_factor(
@@ -112,10 +93,8 @@ def noise_factor(
         variance = float(chi2[good].sum() / spare[good].sum())
     if variance >= 1 or relative:
         return _alike(max(float(np.sqrt(variance)), 1e-6), "differences", sd)
-    shares = _shares(cameras, located.point, sd, used)
-    each = _smaller(
-        change, located.error / sd, shares, both & used[:, :, middle], np.hypot(sd[..., 0], sd[..., 1]), lag
-    )
+    redundant = _redundancy(cameras, located.point[:, middle], sd[:, :, middle])
+    each = _smaller(change, redundant, both & used[:, :, middle])
     return Noise(float(np.median(each)), "differences", each)
 
 
@@ -124,100 +103,44 @@ def _alike(factor: float, source: str, sd: Array) -> Noise:
     return Noise(factor, source, np.full(sd.shape[:2], factor))
 
 
-def _smaller(change: Array, error: Array, shares: Array, used: Bools, sd: Array, lag: int) -> Array:
-    """The factor (n_cameras, n_targets), up to 1, that the errors allow each camera's sd of each target.
+def _smaller(change: Array, redundant: Array, used: Bools) -> Array:
+    """The largest factor (n_cameras, n_targets), up to 1, that the errors allow each camera's sd of each target.
 
-    change   (n_cameras, n_targets, T - 2 lag, 2) second differences of the errors over sd; used: which of them count
-    error    (n_cameras, n_targets, T, 2) the errors over sd; sd (n_cameras, n_targets, T) px
-    shares   (n_cameras, n_cameras, n_targets, T), `_shares`
-
-    What an sd holds may change slowly, as a target that passes behind a rope: the errors themselves count as well.
-    What a camera's errors show is a sum over all cameras, and no sum may fall short of it. Where that leaves a choice
-    (two cameras have one error between them) the largest sd is made smaller first, down to the next one, and then both:
-    one that is too large, as where a lamp flickers before it, makes that of no other camera too small.
+    change      (n_cameras, n_targets, T, 2) errors over sd; redundant (n_cameras, n_targets, T): the mean square that
+                the camera's own noise makes of them, were it as large as its sd; used: which count
+    All other cameras' noise can only add to that. Of two cameras nothing shows which of them is better than its sd
+    says: each is taken to make all of the errors.
     """
-    n, m, T = sd.shape
-    each = np.ones((n, m))
-    squares = np.square(change).sum(axis=-1), np.square(error).sum(axis=-1)
-    for k in range(m):
-        seen, chance, parts, said = np.zeros(n), np.zeros(n), np.zeros((n, n)), np.full(n, np.nan)
-        for i in range(n):
-            good = np.flatnonzero(used[i, k] & (shares[i, i, k, lag : T - lag] > EVIDENCE.redundant))
-            if good.size < EVIDENCE.fewest_differences:
-                continue
-            own = shares[i, :, k, good + lag].T  # (n_cameras, good)
-            expected = own.sum(axis=0)
-            freedom = np.clip(expected**2 / own[i], 1.0, 2.0)  # of its two errors, as Satterthwaite counts them
-            chance[i] = np.sqrt(2 * EVIDENCE.overlap / freedom.sum())
-            parts[i], said[i] = own.sum(axis=1) / own.sum(), np.median(sd[i, k, good + lag])
-            for square in (squares[0][i, k, good], squares[1][i, k, good + lag]):
-                seen[i] = max(seen[i], _seen(square / expected, freedom))
-        each[:, k] = np.sqrt(_lowered(np.square(said), seen, parts, chance))
+    each = np.ones(used.shape[:2])
+    square = np.square(change).sum(axis=-1)
+    for i, k in np.ndindex(each.shape):
+        good = np.flatnonzero(used[i, k] & (redundant[i, k] > EVIDENCE.redundant))
+        if good.size < EVIDENCE.fewest_differences:
+            continue
+        ratio = square[i, k, good] / redundant[i, k, good]
+        freedom = 1.0 if used[:, k].sum(axis=0).max() < 3 else 2.0
+        largest = float(np.quantile(ratio, EVIDENCE.tail)) * freedom
+        tail = largest / float(unlikely_chi2(freedom, EVIDENCE.tail_deviations))
+        each[i, k] = np.sqrt(min(max(float(ratio.mean()), tail, 1e-12), 1.0))
     return each
 
 
-def _seen(ratio: Array, freedom: Array) -> float:
-    """The mean of the squares of errors (n,) over what was expected of them, and not less than the largest bear out.
+def _redundancy(cameras: Sequence[Camera], point: Array, sd: Array) -> Array:
+    """Sum of the squares (n_cameras, n_targets, T) by which a camera's errors follow its own noise, both over sd.
 
-    freedom   (n,) degrees of it
-    """
-    largest = ratio * freedom / unlikely_chi2(freedom, EVIDENCE.tail_deviations)
-    return max(float(ratio.mean()), float(np.quantile(largest, EVIDENCE.tail)), 1e-12)
-
-
-def _lowered(said: Array, seen: Array, parts: Array, chance: Array | float = 0.0) -> Array:
-    """Factors (n,), up to 1, of the variances that are said, the largest made smaller first.
-
-    said   (n,) px^2; NaN: of nothing
-    seen   (n,) the mean square of each camera's errors over what is said; parts (n, n) of it that each camera makes
-    chance (n,) one standard deviation of it, as a share: what other cameras made of it may be less by twice that
-    """
-    sure = np.maximum(1 - 2 * np.asarray(chance, float), 0.0)
-    factor = np.ones(said.shape)
-    now = np.nan_to_num(said)
-    free = now > 0
-    while free.any():
-        level = now[free].max()
-        top = free & (now > level * (1 - 1e-9))
-        sums = parts * factor
-        shown = sums > EVIDENCE.notable * sums.sum(axis=1, keepdims=True)  # (n, n): in whose errors whose noise is seen
-        rows = shown[:, top].any(axis=1)
-        own = sums[:, top].sum(axis=1)
-        rest = seen - sure * (sums.sum(axis=1) - own)
-        least = np.divide(rest, own, out=np.zeros(own.shape), where=rows)  # of the level, as each camera's errors allow
-        fixed = top & ~(shown[rows].any(axis=0))
-        fixed |= top & shown[rows & (least > 1 - 1e-9)].any(axis=0)
-        if fixed.any():
-            free &= ~fixed
-            continue
-        unseen = (sums.sum(axis=1) - own)[rows] / own[rows] * EVIDENCE.notable / (1 - EVIDENCE.notable)
-        lower = max(
-            float(least.max()), float(now[free & ~top].max(initial=0.0)) / level, 0.99 * float(unseen.min()), 1e-3
-        )
-        now[top], factor[top] = now[top] * lower, factor[top] * lower
-    return factor
-
-
-def _shares(cameras: Sequence[Camera], point: Array, sd: Array, used: Bools) -> Array:
-    """The mean square (n_cameras, n_cameras, n_targets, T) over sd of a camera's errors, that each one makes.
-
-    point  (n_targets, T, 3); sd (n_cameras, n_targets, T, 2); used (n_cameras, n_targets, T)
-    The errors are (1 - S (S'S)^-1 S') noise, S the slopes of the pictures over sd; with G_i = S_i'S_i of camera i and
-    M_i = (S'S)^-1 G_i its block with camera j has the sum of squares tr(M_i M_j), that with itself 2 - 2 tr(M_i) more.
+    point  (n_targets, T, 3); sd (n_cameras, n_targets, T, 2). Of the errors (1 - A (A'A)^-1 A') noise, A the slopes of
+    the pictures over sd, the block of each camera.
     """
     step = 1e-4 * np.nanmedian(np.linalg.norm(point - cameras[0].position, axis=-1))
     about = [project(c, point[..., None, :] + step * np.eye(3)) - project(c, point)[..., None, :] for c in cameras]
-    slopes = np.stack(about) / step / sd[..., None, :]  # (n, m, T, 3, 2)
-    usable = used & np.asarray(np.isfinite(slopes).all(axis=(-1, -2)), bool)
+    slopes = np.stack([np.swapaxes(own, -1, -2) / step for own in about]) / sd[..., None]  # (n, m, T, 2, 3)
+    usable = np.asarray(np.isfinite(slopes).all(axis=(-1, -2)), bool)
     slopes = np.where(usable[..., None, None], slopes, 0.0)
-    normal = slopes @ np.swapaxes(slopes, -1, -2)
-    whole = normal.sum(axis=0)
-    whole[usable.sum(axis=0) < 2] = np.eye(3)
-    of = np.linalg.pinv(whole, hermitian=True) @ normal  # (n, m, T, 3, 3)
-    out = np.einsum("imtab,jmtba->ijmt", of, of)
-    for i in range(len(cameras)):
-        out[i, i] += 2 - 2 * np.trace(of[i], axis1=-2, axis2=-1)
-    return np.asarray(np.where(usable[:, None] & usable, out, 0.0))
+    normal = np.einsum("nmtij,nmtik->mtjk", slopes, slopes)
+    normal[usable.sum(axis=0) < 2] = np.eye(3)
+    inverse = np.linalg.pinv(normal, hermitian=True)
+    block = np.eye(2) - slopes @ inverse @ np.swapaxes(slopes, -1, -2)
+    return np.where(usable, np.square(block).sum(axis=(-1, -2)), 0.0)
 
 
 def _from_errors(located: Located, sd: Array, fallback: float) -> Noise:

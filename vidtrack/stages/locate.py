@@ -156,7 +156,7 @@ def locate(
     fallback = SD_PX if relative else 1.0
     lag = 3 if any(s.between for s in seen) else 1
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag, relative=relative)
-    sd = noise.scaled(sd)
+    sd *= noise.each[:, :, None, None]
     reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
     rig, slips = [v.camera for v in views], timed.slips(b, at)
