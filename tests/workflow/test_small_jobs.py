@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -74,7 +75,7 @@ class Served:
             text=True,
         )
         self.variable = f"{place}\n{snakemake}\n{small_jobs._this_python()}"
-        wait_for(place.exists)
+        wait_for(lambda: listens(place))
 
     def call(self, settings="{}", variable=None, **more):
         command = [sys.executable, "-c", CALLED.format(job=JOB), "pretended", "--output", "table", "table.txt"]
@@ -99,6 +100,12 @@ class Served:
         started = self.folder / "started"
         wait_for(lambda: started.exists() and started.read_text())
         return int(started.read_text())
+
+
+def listens(place):
+    """Whether a server answers there: the socket is there a moment before."""
+    with socket.socket(socket.AF_UNIX) as caller:
+        return caller.connect_ex(str(place)) == 0
 
 
 def wait_for(condition):
