@@ -266,11 +266,11 @@ def seen(path: Path, *, every: int) -> Seen:
         damage, corrupt, n = DamagedPictures(video.info.bits, look_again), 0, 0
         for frame in damage.over(video.frames()):
             corrupt, n = corrupt + frame.corrupt, n + 1
-        number = video._number if hasattr(video, "_number") else None
     whole = time.process_time() - start
-    if every and number is not None:
+    if every:
         with av.open(str(path)) as container:
-            stamps = [packet.pts for packet in container.demux(container.streams[number]) if packet.size]
+            number = container.streams.video[0].index
+            stamps = [packet.pts for packet in container.demux(video=0) if packet.size]
         asked = [pts for pts in np.random.default_rng(0).permutation(stamps).tolist() if pts is not None][:every]
         found = SecondLook(str(path), number, 10**9).damaged(asked)
     return Seen(n, corrupt, len(damage.indices), len(asked), len(found), again, whole)

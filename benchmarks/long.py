@@ -28,9 +28,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import av
-
-from benchmarks.track import CLIPS, Scene, encode, follow, write_clip
+from benchmarks.track import CLIPS, Scene, encode, follow, repeat_packets, write_clip
 
 RATE = Fraction(30000, 1001)
 LIMIT_MB = 600
@@ -129,19 +127,8 @@ def write_long(path: Path, hours: float, n: int) -> int:
     period = 45  # frames, after which each ball is where it was, but for its slower second motion: see Scene.at
     pictures = (scene.picture(k % (10 * period), grains[k % 8]) for k in range(frames - frames % (10 * period)))
     encode(minute, ("libx264", "mp4", size, "yuv420p", {"crf": "28", "preset": "ultrafast", "bf": "0"}), pictures)
-    with av.open(str(minute)) as source:
-        stream = source.streams.video[0]
-        packets = [(p.pts, p.is_keyframe, bytes(p)) for p in source.demux(stream) if p.size]
-        step = packets[1][0] - packets[0][0]
-        with av.open(str(path), "w", format="mp4") as out:
-            copy = out.add_stream_from_template(stream)
-            total = round(hours * 3600 * RATE)
-            for k in range(total):
-                _, key, data = packets[k % len(packets)]
-                packet = av.Packet(data)
-                packet.pts = packet.dts = k * step
-                packet.time_base, packet.stream, packet.is_keyframe = stream.time_base, copy, key
-                out.mux(packet)
+    total = round(hours * 3600 * RATE)
+    repeat_packets(minute, path, total)
     return total
 
 

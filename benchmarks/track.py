@@ -120,6 +120,11 @@ def write_loop(path: Path, n: int, frames: int) -> None:
         grains = rng.normal(0, 3, (8, *size[::-1])).astype(np.float32)
         pictures = (scene.picture(k, grains[k % 8]) for k in range(LOOP))
         encode(once, (codec, ending, size, pix_fmt, {**options, "bf": "0"}), pictures)
+    repeat_packets(once, path, frames)
+
+
+def repeat_packets(once: Path, path: Path, frames: int) -> None:
+    """A film of so many frames whose packets are those of another one, without B pictures, again and again."""
     with av.open(str(once)) as source, av.open(str(path), "w") as out:
         stream = source.streams.video[0]
         packets = [(p.pts, p.is_keyframe, bytes(p)) for p in source.demux(stream) if p.size]

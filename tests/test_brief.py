@@ -1,4 +1,4 @@
-"""What the short run leaves out exists, and what is said to hold it in its place is in the short run."""
+"""What the short run leaves out exists, and each group of it says where the short run holds the same."""
 
 import re
 from pathlib import Path

@@ -66,7 +66,12 @@ def test_what_is_known_of_a_module_holds_until_its_file_changes(package, tmp_pat
         another_folder = str(tmp_path_factory.mktemp("cache") / "code.json")
         assert Fingerprints(another_folder).of("vidtrack.jobs.a") == value
     edited(package, "kernel", "x + 1", "x + 22")
-    assert Fingerprints(store).of("vidtrack.jobs.a") != value
+    after = Fingerprints(another_folder)
+    assert after.of("vidtrack.jobs.a") != value
+    after.save()
+    with monkeypatch.context() as patch:
+        patch.setattr(fingerprint.ast, "parse", lambda *_: pytest.fail("parsed again"))
+        assert Fingerprints(store).of("vidtrack.jobs.a") == after.of("vidtrack.jobs.a")
 
 
 def test_a_package_that_may_not_be_written_to_keeps_nothing_beside_it(package, tmp_path_factory):

@@ -122,7 +122,8 @@ def derivatives(camera: Camera, p: ArrayLike, pivot: ArrayLike, lens: Collection
         dX, dY = px(*shift)
         column = PARAMETERS.index(name)
         J[..., 0, column], J[..., 1, column] = -dX, -dY
-    J[..., 0, PARAMETERS.index("skew")] = Y / camera.dx
+    if "skew" in lens:
+        J[..., 0, PARAMETERS.index("skew")] = Y / camera.dx
 
     projected = np.stack([(camera.Sx * X + camera.skew * Y) / camera.dx + camera.Cx, Y / camera.dy + camera.Cy], -1)
     by_point = by_c @ camera.R

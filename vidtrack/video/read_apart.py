@@ -6,7 +6,6 @@ left of it, however the processes end.
 
 from __future__ import annotations
 
-import ctypes
 import mmap
 import os
 import pickle
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from vidtrack.errors import VidtrackError
+from vidtrack.parent import die_with
 from vidtrack.timing.frame import Luma
 
 Item = tuple[Luma | None, Any]
@@ -35,8 +35,6 @@ HANDED = 4
 
 CAN_FORK = sys.platform == "linux"
 """Elsewhere the system's own libraries do not bear it."""
-
-_PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 
 
 class ReadApart:
@@ -164,7 +162,7 @@ def _serve(read: Callable[[], Iterable[Item]], ring: _Ring, out: int, back: int,
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the other process hears it, and ends this one
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        _die_with(parent)
+        die_with(parent)
         os.set_blocking(back, False)
         with os.fdopen(out, "wb") as file:
             try:
@@ -219,10 +217,3 @@ def _send(what: Any, file: Any) -> None:
         data = pickle.dumps(RuntimeError(f"{type(what).__name__}: {what}"))
     file.write(data)
     file.flush()
-
-
-def _die_with(parent: int) -> None:
-    with suppress(AttributeError, OSError):
-        ctypes.CDLL(None).prctl(_PARENT_DIED, signal.SIGKILL)
-    if os.getppid() != parent:  # it died before
-        os._exit(0)

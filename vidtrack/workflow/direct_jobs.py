@@ -9,6 +9,7 @@ every job once the server is gone.
 from __future__ import annotations
 
 import re
+import shlex
 import socket
 import subprocess
 import time
@@ -21,11 +22,6 @@ from vidtrack.workflow.small_jobs import LARGE, SERVER, answered, ask, exit_code
 
 _WORD = r"""(?:[\w@%+=:,./-]|'[^']*'|"'")+"""
 """A word as `shlex.quote` writes it: nothing in it means anything to a shell."""
-
-_ONE_WORD = re.compile(_WORD, re.ASCII)
-
-_PIECE = re.compile(r"""([\w@%+=:,./-]+)|'([^']*)'|"(')\"""", re.ASCII)
-"""What stands for itself, what is quoted, and a quote."""
 
 _COMMAND = re.compile(
     rf"set -euo pipefail; +printf '%s\\n'(?P<order>(?: +{_WORD}){{3}}) +\| python -m vidtrack(?P<job>(?: +{_WORD})+) *",
@@ -48,13 +44,8 @@ def command_of(text: str) -> Command | None:
     """What a shell command asks for, as Snakemake calls it; None where it is not just one of our jobs."""
     if not (found := _COMMAND.fullmatch(text)):
         return None
-    order = "".join(f"{line}\n" for line in _words(found["order"]))
-    return Command(order, _words(found["job"]))
-
-
-def _words(text: str) -> list[str]:
-    """What a shell makes of words that `shlex.quote` wrote."""
-    return ["".join(map("".join, _PIECE.findall(word[0]))) for word in _ONE_WORD.finditer(text)]
+    order = "".join(f"{line}\n" for line in shlex.split(found["order"]))
+    return Command(order, shlex.split(found["job"]))
 
 
 class Number(int):

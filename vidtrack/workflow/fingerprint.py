@@ -40,7 +40,8 @@ class Fingerprints:
 
     def __init__(self, store: str | None = None) -> None:
         self.store = store
-        self._known: dict[str, list[Any]] = _remembered(store and beside_the_code(), 4) | _remembered(store, 4)
+        self._known: dict[str, list[Any]] = _remembered(store, 4)
+        self._beside: dict[str, list[Any]] = _remembered(store and beside_the_code(), 4)
         self._changed = False
 
     def of(self, *modules: str) -> str:
@@ -60,7 +61,7 @@ class Fingerprints:
             return
         _remember(self.store, self._known)
         with suppress(OSError):  # a package that another user installed
-            _remember(beside_the_code(), self._known)
+            _remember(beside_the_code(), self._beside | self._known)
 
     def _reached(self, modules: tuple[str, ...]) -> tuple[dict[str, str], set[str]]:
         """Name: hash of every module and data file that is reached, and the libraries that they import."""
@@ -92,7 +93,10 @@ class Fingerprints:
         signature = [path, sys.version, *state_of(path)]
         known = self._known.get(name)
         if not known or known[0] != signature:
-            known = self._known[name] = [signature, *compute(path)]
+            known = self._beside.get(name)
+            if not known or known[0] != signature:
+                known = [signature, *compute(path)]
+            self._known[name] = known
             self._changed = True
         return tuple(known[1:])
 

@@ -116,11 +116,11 @@ class Server:
     def _forked(self, request: Request) -> Worker:
         """A new worker. request: what it must not hold open beyond its job, so it gets that as any other."""
         ours, theirs = socket.socketpair()
-        process = os.fork()
+        server, process = os.getpid(), os.fork()
         if not process:
             request.close()
             callers = [worker.caller for worker in self.workers.values() if worker.caller is not None]
-            work(theirs, self._taught, [self.listener, self._learnt, ours, *self.workers, *callers])
+            work(server, theirs, self._taught, [self.listener, self._learnt, ours, *self.workers, *callers])
         theirs.close()
         worker = self.workers[ours] = Worker(process, ours)
         self.ready.register(ours, selectors.EVENT_READ)

@@ -7,7 +7,6 @@ folder, umask, channels, signals. After a job that failed, and after some dozens
 
 from __future__ import annotations
 
-import ctypes
 import io
 import os
 import signal
@@ -21,12 +20,11 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import NamedTuple
 
+from vidtrack.parent import die_with
 from vidtrack.workflow import entry
 
 MOST = 40
 """Jobs of a process, so that what a library does not give back cannot add up."""
-
-_PARENT_DIED = 1  # PR_SET_PDEATHSIG of Linux
 
 USED = struct.Struct("!3i")
 """How a job ended: its exit code, ms of processor time, KB of memory that its process held at most."""
@@ -86,16 +84,17 @@ def asked_in(body: bytes) -> Asked:
     return Asked(int(umask), folder, order, words[: int(many)], environment)
 
 
-def work(server: socket.socket, learnt: socket.socket, others: Iterable[socket.socket]) -> None:
+def work(parent: int, server: socket.socket, learnt: socket.socket, others: Iterable[socket.socket]) -> None:
     """Become a worker; never returns.
 
+    parent   the server's process
     server   where jobs come from, and where it is said how each ended
     learnt   whom to say, at the end, which modules jobs have imported
     others   what belongs to the server alone
     """
     known = set(sys.modules)
     try:
-        _die_with_the_server()
+        die_with(parent)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         for other in others:
             other.close()
@@ -164,8 +163,3 @@ def _most_memory() -> int:
             if line.startswith("VmHWM:"):
                 return int(line.split()[1])
     return 0
-
-
-def _die_with_the_server() -> None:
-    with suppress(AttributeError, OSError):
-        ctypes.CDLL(None).prctl(_PARENT_DIED, signal.SIGKILL)
