@@ -1,10 +1,11 @@
 import ctypes
+import gc
 import platform
 
 import psutil
 import pytest
 
-from vidtrack.memory import give_back_memory
+from vidtrack.memory import collector_paused, give_back_memory
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="malloc_trim is a function of glibc")
@@ -24,3 +25,17 @@ def test_another_library_is_left_alone(monkeypatch, error):
 
     monkeypatch.setattr(ctypes, "CDLL", refuse)
     give_back_memory()
+
+
+def test_the_collector_is_as_it_was_after_a_pause_that_ends_in_an_error_or_not():
+    for before in (False, True):
+        gc.enable() if before else gc.disable()
+        try:
+            with collector_paused():
+                assert not gc.isenabled()
+            assert gc.isenabled() == before
+            with pytest.raises(KeyError), collector_paused():
+                raise KeyError
+            assert gc.isenabled() == before
+        finally:
+            gc.enable()

@@ -86,7 +86,8 @@ def test_what_is_remembered_of_partners_is_what_a_fresh_look_finds(rows):
     out = groups([tracklets(*spans), tracklets(*spans)], c01=rows)
     out.join_the_clear()
     for g, members in out.members.items():
-        fits = {b for a in members for b in range(8) if out.pair.get((min(a, b), max(a, b)), (0, 0))[0] > 0}
+        positive = {(a, 4 + b) for a, b, v in rows if v > 0}
+        fits = {b for a in members for b in range(8) if (min(a, b), max(a, b)) in positive}
         assert out.kin[g] == {out.root[b] for b in fits} - {g}
         fresh = {h: out._summed(g, h)[0] for h in out.members if h != g}
         assert set(out.partners(g)) == {h for h, value in fresh.items() if value > 0}

@@ -5,7 +5,8 @@ import pytest
 
 from tests.association.swarm import as_tracklets, seen, swarm
 from tests.geometry.underwater import SURFACE, looking
-from vidtrack.association.pairs import GAIN, LOSS, Side, bias_of, pairs_of, rays_of
+from vidtrack.association import pairs as module
+from vidtrack.association.pairs import GAIN, LOSS, Side, bias_of, by_moment, pairs_of, rays_of
 from vidtrack.association.tracklets import tracklets_of
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.epipolar import epipolar_distance
@@ -99,3 +100,26 @@ def test_targets_above_and_in_the_water_both_find_their_images():
     for own in (0, 1):
         assert value[own, own] > 0.9 * 40 * GAIN
         assert max((v for pair, v in value.items() if pair != (own, own) and own in pair), default=0) < value[own, own]
+
+
+@pytest.mark.parametrize("piece", [7, 16_384])
+def test_each_row_lies_at_its_own_moment_whatever_pieces_they_are_written_in(monkeypatch, piece):
+    monkeypatch.setattr(module, "PIECE", piece)
+    rng = np.random.default_rng(6)
+    tracks, _ = seen(CAMERAS, swarm(3, rng), rng)
+    tracks[0][0, 20:40] = np.nan
+    pieces, _ = as_tracklets(tracks[0], 0.1)
+    pieces = pieces._replace(sample=pieces.sample - 30)  # a shift of the clock may lead before the first moment
+    rays = rays_of(CAMERAS[:1], [pieces.b])[0]
+    moments = np.arange(-20, 100, 3)
+    found = by_moment(pieces, rays, 0.2, moments)
+    for moment, at in zip(moments, found.at, strict=True):
+        assert sorted(found.row[at[at >= 0]]) == np.flatnonzero(pieces.sample == moment).tolist()
+    there = found.at >= 0
+    row = found.row[found.at[there]]
+    assert np.array_equal(found.u[there], rays.u[row].astype(np.float32))
+    variance = pieces.sd[row] ** 2 + 0.2**2
+    whole = np.concatenate([rays.u[row], rays.by_x[row], rays.by_y[row], variance], axis=1)
+    assert np.array_equal(found.packed[found.at[there]], whole)
+    reach = np.sqrt((rays.by_x[row] ** 2 * variance[:, :1] + rays.by_y[row] ** 2 * variance[:, 1:]).sum(axis=1))
+    assert found.reach[there] == pytest.approx(reach, rel=1e-6)

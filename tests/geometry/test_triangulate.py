@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from vidtrack.geometry.camera import line_of_sight, project, undistorted_from_frame_buffer
 from vidtrack.geometry.jacobian import derivatives
-from vidtrack.geometry.triangulate import locate_points
+from vidtrack.geometry.triangulate import locate_points, places_of
 from vidtrack.simulate.rig import thesis_rig
 
 
@@ -51,6 +51,20 @@ def test_a_camera_that_lost_the_target_does_not_count():
     one = locate_points(cameras, b, sd=0.1)
     assert np.isnan(one.point).all()
     assert one.n_cameras == 0
+
+
+def test_places_alone_are_those_of_whole_fixes():
+    rng = np.random.default_rng(6)
+    cameras = thesis_rig(3)
+    b = noisy(cameras, inside(40, rng), 0.1, rng)
+    b[0, :10] = b[1, 5:15] = np.nan
+    sd = rng.uniform(0.05, 0.2, b.shape)
+    sd[2, 20:30] = np.inf
+    for most_unsure in (0.25, 1e-4, np.inf):
+        alone = places_of(cameras, b, sd, most_unsure=most_unsure)
+        assert np.array_equal(alone, locate_points(cameras, b, sd=sd, most_unsure=most_unsure).point, equal_nan=True)
+        assert np.isnan(alone[5:10]).all()
+    assert np.isfinite(alone[30:]).all()
 
 
 @settings(max_examples=40)

@@ -25,6 +25,7 @@ from vidtrack.association.pairs import Pairs, Rays, Side, bias_of, by_moment, pa
 from vidtrack.association.rigid_bodies import Body, members_of
 from vidtrack.association.tracklets import Tracklets
 from vidtrack.geometry.camera import Camera
+from vidtrack.memory import collector_paused
 
 NONE = -1
 """No trajectory."""
@@ -100,6 +101,19 @@ def associate(
     A tracklet that no second camera shows at any moment belongs to no trajectory unless the motion joins it to one.
     A stretch that may continue several targets, where nothing shows which, is a trajectory by itself (`part_of`).
     """
+    with collector_paused():
+        return _associated(cameras, tracklets, targets, tolerance_px, names, bodies, uneven)
+
+
+def _associated(
+    cameras: Sequence[Camera],
+    tracklets: Sequence[Tracklets],
+    targets: int | None,
+    tolerance_px: float,
+    names: Sequence[Sequence[str]] | None,
+    bodies: Sequence[Body],
+    uneven: Sequence[Array] | None,
+) -> Association:
     rays = rays_of(cameras, [t.b for t in tracklets])
     moments = np.unique(np.concatenate([t.sample for t in tracklets]))
     most = tolerance_px / 3

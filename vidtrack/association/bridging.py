@@ -56,8 +56,7 @@ class Bridges:
     def __init__(self, cameras: Sequence[Camera | None], rows: Rows, groups: Groups) -> None:
         self.cameras, self.rows, self.groups = cameras, rows, groups
         self.fewest = fewest_of(cameras)
-        self.order = np.lexsort((rows.moment, rows.node))
-        self.edges = np.searchsorted(rows.node[self.order], np.arange(len(groups.root) + 1))
+        self.edges = np.searchsorted(rows.node, np.arange(len(groups.root) + 1))
         self.known: dict[Local, float] = {}
         self._made: dict[int, tuple[int, Course]] = {}
         self._reach: dict[Pair, tuple[int, int, bool]] = {}
@@ -70,15 +69,15 @@ class Bridges:
     def _pictured(self, camera: int) -> Motion:
         """How targets move in one picture."""
         begin = self.groups.nodes.begin
-        own = self.order[self.edges[begin[camera]] : self.edges[begin[camera + 1]]]
+        own = slice(int(self.edges[begin[camera]]), int(self.edges[begin[camera + 1]]))
         return motion_of(self._seen(own, self.rows.node[own]))
 
-    def _seen(self, row: Ints, source: Ints | None = None) -> Course:
-        return Course(self.rows.moment[row], self.rows.b[row], np.ones(len(row), np.intp) if source is None else source)
+    def _seen(self, row: Ints | slice, source: Ints) -> Course:
+        return Course(self.rows.moment[row], self.rows.b[row], source)
 
     def rows_of_nodes(self, nodes: Sequence[int]) -> Ints:
         """Rows of tracklets."""
-        return np.concatenate([self.order[self.edges[n] : self.edges[n + 1]] for n in nodes])
+        return np.concatenate([np.arange(self.edges[n], self.edges[n + 1]) for n in nodes])
 
     def located(self) -> list[int]:
         """Groups that enough cameras show."""
@@ -164,10 +163,10 @@ class Bridges:
         n = np.diff(self.edges)
         at = self.edges[:-1] if which == 0 else self.edges[1:] - 1
         low = at if which == 0 else at - 2
-        first, last = (self.order[np.clip(i, 0, len(self.order) - 1)] for i in (low, low + 2))
+        first, last = (np.clip(i, 0, len(self.rows.node) - 1) for i in (low, low + 2))
         time = self.rows.moment[last] - self.rows.moment[first]
         v = (self.rows.b[last] - self.rows.b[first]) / np.where(n < 3, 1, time)[:, None]
-        b, sd = self.rows.b[self.order[at]], self.rows.sd[self.order[at]].max(axis=-1)
+        b, sd = self.rows.b[at], self.rows.sd[at].max(axis=-1)
         known = (n >= 3).tolist()
         return [
             ((x, y), (vx, vy) if k else None, s)
@@ -220,9 +219,9 @@ class Bridges:
         groups = self.groups
         out = {(min(g, h), max(g, h)) for g in groups.members for h in groups.kin[g]}
         begins = sorted((s[0], g) for g, s in groups.span.items())
-        first = np.array([b for b, _ in begins])
+        first = [b for b, _ in begins]
         for g, (_, last) in groups.span.items():
-            i, j = np.searchsorted(first, (last + 1, last + self.farthest + 1)).tolist()
+            i, j = bisect_left(first, last + 1), bisect_left(first, last + self.farthest + 1)
             out |= {(min(g, h), max(g, h)) for _, h in begins[i:j]}
         if self.farthest == FARTHEST:  # courses that take turns as well
             several = sorted(self.located())
@@ -237,7 +236,7 @@ class Bridges:
         single = sorted(
             (*groups.span[g], g) for g in groups.members if groups.cameras(g) == 1 and groups.spans[g][camera]
         )
-        first = np.array([s[0] for s in single])
+        first = [s[0] for s in single]
         out: set[Pair] = set()
         for g, spans in groups.spans.items():
             own, whole = spans[camera], groups.span[g]
@@ -245,13 +244,9 @@ class Bridges:
                 continue
             edges = [(whole[0] - 1, whole[0] - 1), *((a, b) for a, b, _ in own), (whole[1] + 1, whole[1] + 1)]
             for (_, before), (after, _) in itertools.pairwise(edges):
-                i, j = np.searchsorted(first, (before + 1, after)).tolist()
-                near = (s for s in single[i:j] if s[1] < after)
-                out |= {
-                    (min(g, h), max(g, h))
-                    for a, b, h in near
-                    if a - before <= self.farthest or after - b <= self.farthest
-                }
+                for a, b, h in single[bisect_left(first, before + 1) : bisect_left(first, after)]:
+                    if b < after and (a - before <= self.farthest or after - b <= self.farthest):
+                        out.add((g, h) if g < h else (h, g))
         return out
 
     def join_the_clear(self, margin: float = MARGIN) -> None:

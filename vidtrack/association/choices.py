@@ -7,8 +7,8 @@ have otherwise.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from heapq import heapify, heappop, heappush
-from math import copysign, sqrt
+from heapq import heappop, heappush
+from math import copysign, inf, sqrt
 from typing import NamedTuple
 
 CHANCE = 3.0
@@ -26,8 +26,8 @@ class Worth(NamedTuple):
 
 
 NOTHING = Worth(0.0, 0.0, 0)
-NONE, UNJUDGED = -1, -2
-"""No rival; a pair that is not judged yet."""
+NONE = -1
+"""No rival."""
 
 
 class Clear(NamedTuple):
@@ -63,22 +63,22 @@ class Choices:
     def clear_apart(self, worth: Mapping[Pair, Worth]) -> list[Clear]:
         """The clearest pairs of which no two share a group: only those are judged that may be among them."""
         # no lead is above the pair's worth
-        waiting = [(-_total(w), (-g, -h), -UNJUDGED) for (g, h), w in worth.items()]
-        heapify(waiting)
+        total = ((w.sights + w.motion, pair) for pair, w in worth.items())
+        waiting = sorted(((value, pair) for value, pair in total if value > self.margin), reverse=True)
+        judged: list[tuple[float, Pair, int]] = []
         touched: set[int] = set()
         out = []
-        while waiting:
-            less, (a, b), rival = heappop(waiting)
-            g, h = pair = -a, -b
-            if g in touched or h in touched:
-                continue
-            if -rival == UNJUDGED:
+        for most, pair in [*waiting, (-inf, (NONE, NONE))]:
+            # those that are clear by more than what is not judged yet may be worth; of equal ones the higher numbers
+            while judged and (-judged[0][0], (-judged[0][1][0], -judged[0][1][1])) > (most, pair):
+                less, (a, b), rival = heappop(judged)
+                if -a not in touched and -b not in touched:
+                    touched |= {-a, -b}
+                    out.append(Clear(-less, (-a, -b), rival))
+            if touched.isdisjoint(pair) and most > -inf:
                 lead, _, rival = self._judged(pair, worth[pair])
                 if lead > self.margin:
-                    heappush(waiting, (-lead, (a, b), -rival))
-            else:
-                touched |= {g, h}
-                out.append(Clear(-less, pair, -rival))
+                    heappush(judged, (-lead, (-pair[0], -pair[1]), rival))
         return out
 
     def _judged(self, pair: Pair, value: Worth) -> Clear:

@@ -71,9 +71,9 @@ class Motion:
         # samples of the same stretch from each one on, itself counted
         self._remain = np.repeat(np.cumsum(lengths), lengths) - np.arange(len(places))
         speed = np.diff(places, axis=0)[self._remain[:-1] > 1]
-        self.fastest = float(np.linalg.norm(speed, axis=-1).max(initial=0.0))
+        self.fastest = _longest(speed)
         bend = np.diff(places, 2, axis=0)[self._remain[:-2] > 2]
-        self.sharpest = float(np.linalg.norm(bend, axis=-1).max(initial=0.0))
+        self.sharpest = _longest(bend)
         self._backgrounds = [_background(_spread(places, d), _spread(speed, d), rows) for rows in (1, 2)]
         self._laws: dict[tuple[int, int, int], _Law | None] = {}
         self._steps: dict[int, _Law | None] = {}
@@ -193,6 +193,14 @@ class Motion:
         return self._measured(kx, ky, gap, *weights)
 
 
+def _longest(steps: Array) -> float:
+    """Length of the longest of steps (n, d); 0 where there is none."""
+    square = np.zeros(len(steps))
+    for along in steps.T:
+        square += along * along
+    return float(np.sqrt(square.max(initial=0.0)))
+
+
 def _length(n: int) -> int:
     return max(k for k in LENGTHS if k <= max(n, 1))
 
@@ -210,7 +218,9 @@ def _background(place: Array, speed: Array, rows: int) -> tuple[Array, float]:
 def _spread(values: Array, d: int) -> Array:
     if len(values) < 2:
         return np.eye(d)
-    S = np.cov(values.T)
+    # as np.cov, whose mean of so short rows takes several times as long
+    off = values - np.array([np.cumsum(along)[-1] for along in values.T]) / len(values)
+    S = (off.T @ off) * np.true_divide(1, len(off) - 1)
     return np.asarray(S + np.eye(d) * (1e-3 * np.trace(S) / d + 1e-30))
 
 

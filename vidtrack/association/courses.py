@@ -18,7 +18,7 @@ from vidtrack.association.continuity import FLOOR, LENGTHS, Evidence, Motion
 from vidtrack.association.distinct import distinct_pairs
 from vidtrack.association.tracklets import LONGEST_GAP, Tracklets
 from vidtrack.geometry.camera import Camera
-from vidtrack.geometry.triangulate import locate_points
+from vidtrack.geometry.triangulate import places_of
 
 AROUND = LENGTHS[-1]
 """Moments on either side of the shorter group that a joint course is made for."""
@@ -27,7 +27,7 @@ SEAMS = 4
 
 
 class Rows(NamedTuple):
-    """All rows of all cameras' tracklets."""
+    """All rows of all cameras' tracklets, by node, and those of one by moment."""
 
     camera: Ints  # (N,)
     moment: Ints  # (N,)
@@ -68,14 +68,17 @@ def courses(cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple
     own, moment, place, _ = distinct_pairs(of, rows.moment[row])
     b = np.full((len(cameras), len(own), 2), np.nan)
     sd = np.ones(b.shape)
-    b[rows.camera[row], place] = rows.b[row]
-    sd[rows.camera[row], place] = rows.sd[row]
+    at = rows.camera.take(row) * len(own) + place
+    b.reshape(-1, 2)[at] = rows.b.take(row, axis=0)
+    sd.reshape(-1, 2)[at] = rows.sd.take(row, axis=0)
     first, second = (np.bincount(place[part == k], minlength=len(own)) for k in (1, 2))
     fewest = fewest_of(cameras)
     fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= fewest)
     if fewest > 1:
         known = [camera for camera in cameras if camera is not None]
-        point = locate_points(known, b[:, fixed], sd=sd[:, fixed], most_unsure=np.inf).point
+        if fixed.size < len(own):
+            b, sd = b[:, fixed], sd[:, fixed]
+        point = places_of(known, b, sd, most_unsure=np.inf)
     else:
         point = b[0, fixed]
     good = np.isfinite(point[:, 0])

@@ -7,9 +7,20 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Ints
 
+FULL = 8
+"""Possible pairs for each that there is, up to which they are counted in a table of all; more are sorted."""
+
 
 def distinct_pairs(a: Ints, b: Ints) -> tuple[Ints, Ints, Ints, Ints]:
     """The distinct pairs (P,), rising, of pairs of numbers (n,); which of them each is (n,), and how many are (P,)."""
+    width = int(b.max(initial=0)) + 1
+    if (int(a.max(initial=0)) + 1) * width <= FULL * a.size:
+        key = a * width + b
+        counts = np.bincount(key)
+        kept = np.flatnonzero(counts)
+        number = np.empty(counts.size, np.intp)
+        number[kept] = np.arange(kept.size)
+        return *np.divmod(kept, width), number[key], counts[kept]
     order = np.argsort(short(b), kind="stable")
     order = order[np.argsort(short(a)[order], kind="stable")]
     low, high = a[order], b[order]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Ints
-from vidtrack.association.choices import NONE, Choices, Pair, Worth
+from vidtrack.association.choices import NONE, Choices, Worth
 from vidtrack.association.pairs import LOSS, Pairs
 from vidtrack.association.tracklets import Tracklets
 
@@ -30,7 +30,8 @@ give two: names are exchanged by mistake now and then, so that lines of sight ca
 Span = tuple[int, int, int]
 """First and last moment of a tracklet, and its node."""
 
-UNFIT: tuple[None, int] = (None, 0)
+
+AGAINST = Worth(-np.inf, 0.0, 0)
 
 
 class Tie(NamedTuple):
@@ -75,11 +76,13 @@ class Groups:
         self.spans: dict[int, list[list[Span]]] = {}
         self.span: dict[int, tuple[int, int]] = {i: (nodes.first[i], nodes.last[i]) for i in range(n)}
         self.lead: dict[int, float] = dict.fromkeys(range(n), np.inf)
-        self.pair: dict[Pair, tuple[float | None, int]] = {}
+        self.pair: dict[int, int] = {}  # by `_key` of two nodes that fit at some moment: which of the next two lists
+        self._worth: list[float] = []
+        self._common: list[int] = []
         self.joins = [0] * n  # how often a group has grown
         self.names = [{name} - {""} for name in nodes.name]
         self.tie: dict[int, Tie] = {}
-        self._known: dict[Pair, tuple[int, int, tuple[float, int]]] = {}
+        self._known: list[dict[int, Worth]] = [{} for _ in range(n)]  # what joining is worth, while neither changes
         self.kin: dict[int, set[int]] = {
             i: set() for i in range(n)
         }  # groups with a tracklet that fits one of a group's
@@ -93,73 +96,99 @@ class Groups:
     def add(self, i: int, j: int, pairs: Pairs) -> None:
         """Take in the pairs of cameras i and j."""
         begin = self.nodes.begin
-        columns = ((pairs.a + begin[i]).tolist(), (pairs.b + begin[j]).tolist(), pairs.value.tolist(), pairs.n.tolist())
-        for a, b, value, n in zip(*columns, strict=True):
-            self.pair[(a, b) if a < b else (b, a)] = value, n
-            if value > 0:
-                self.kin[a].add(b)
-                self.kin[b].add(a)
+        a, b = pairs.a + begin[i], pairs.b + begin[j]
+        known = len(self._worth)
+        key = np.minimum(a, b) * len(self.root) + np.maximum(a, b)
+        self.pair.update(zip(key.tolist(), range(known, known + key.size), strict=True))
+        self._worth += pairs.value.tolist()
+        self._common += pairs.n.tolist()
+        good = pairs.value > 0
+        for one, other in zip(a[good].tolist(), b[good].tolist(), strict=True):
+            self.kin[one].add(other)
+            self.kin[other].add(one)
 
     def value(self, g: int, h: int) -> float:
         """Nats that joining two groups is worth; -inf where they contradict each other."""
-        return self.sights(g, h)[0]
+        return (self._known[g].get(h) or self._weighed(g, h)).sights
 
     def sights(self, g: int, h: int) -> tuple[float, int]:
         """The same, and the number of misses that it is the sum over."""
-        if h in self._foes[g]:  # a contradiction stays, whatever joins either
-            return -np.inf, 0
-        (a, b), (c, d) = self.span[g], self.span[h]
-        if a > d or c > b:
-            return self._by_name(g, h), 0
+        worth = self._known[g].get(h) or self._weighed(g, h)
+        return worth.sights, worth.n
+
+    def _weighed(self, g: int, h: int) -> Worth:
+        """What joining two groups is worth by lines of sight, to be remembered until one of them changes."""
         if g > h:
             g, h = h, g
-        known = self._known.get((g, h))
-        if known is None or known[0] != self.joins[g] or known[1] != self.joins[h]:
-            both = self._of_two(g, h) if len(self.members[g]) == 1 == len(self.members[h]) else self._summed(g, h)
-            known = self._known[g, h] = (self.joins[g], self.joins[h], both)
-            if both[0] == -np.inf:
-                self._foes[g].add(h)
-                self._foes[h].add(g)
-        return known[2]
+        if h in self._foes[g]:  # a contradiction stays, whatever joins either
+            return AGAINST
+        (a, b), (c, d) = self.span[g], self.span[h]
+        if a > d or c > b:
+            value, n = self._by_name(g, h), 0
+        elif len(self.members[g]) == 1 == len(self.members[h]):
+            value, n = self._of_two(g, h)
+        else:
+            value, n = self._summed(g, h)
+        if value == -np.inf:
+            self._foes[g].add(h)
+            self._foes[h].add(g)
+            return AGAINST
+        worth = self._known[g][h] = self._known[h][g] = Worth(value, 0.0, n)
+        return worth
+
+    def _excludes(self, g: int, h: int) -> bool:
+        """Whether two groups cannot be one target, or are unlikely to be."""
+        return h in self._foes[g] or (self._known[g].get(h) or self._weighed(g, h)).sights < 0
+
+    def _forget(self, g: int) -> None:
+        """A group has changed."""
+        for h in self._known[g]:
+            del self._known[h][g]
+        self._known[g] = {}
 
     def _of_two(self, g: int, h: int) -> tuple[float, int]:
         """As `_summed`, of groups of one tracklet each, that overlap."""
         one, other = self.members[g][0], self.members[h][0]
         if self.nodes.camera[one] == self.nodes.camera[other]:
             return -np.inf, 0
-        worth, n = self.pair.get((one, other) if one < other else (other, one), UNFIT)
-        if worth is None:
-            (a, b), (c, d) = self.span[g], self.span[h]
-            n = min(b, d) - max(a, c) + 1
-            if n > TOUCHES:
-                return -np.inf, 0
-            worth = -LOSS * n
-        return worth + self._by_name(g, h), n
+        fit = self.pair.get(self._key(one, other))
+        if fit is not None:
+            return self._worth[fit] + self._by_name(g, h), self._common[fit]
+        (a, b), (c, d) = self.span[g], self.span[h]
+        n = min(b, d) - max(a, c) + 1
+        return (-np.inf, 0) if n > TOUCHES else (-LOSS * n + self._by_name(g, h), n)
+
+    def _key(self, one: int, other: int) -> int:
+        return one * len(self.root) + other if one < other else other * len(self.root) + one
 
     def _summed(self, g: int, h: int) -> tuple[float, int]:
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
-        total, count = 0.0, 0
+        total, count, nodes, pair = 0.0, 0, len(self.root), self.pair
+        seen = [(other, theirs, len(theirs)) for other, theirs in enumerate(self.spans[g]) if theirs]
         for camera, spans in enumerate(self.spans[h]):
             for first, last, node in spans:
-                for other, theirs in enumerate(self.spans[g]):
-                    if not theirs:
-                        continue
-                    k = bisect_left(theirs, (first, -1, -1))
+                begin = (first,)
+                for other, theirs, most in seen:
+                    k = bisect_left(theirs, begin)
                     if k and theirs[k - 1][1] >= first:
                         k -= 1
-                    while k < len(theirs) and theirs[k][0] <= last:
+                    while k < most:
                         low, high, other_node = theirs[k]
+                        if low > last:
+                            break
                         k += 1
                         if other == camera:
                             return -np.inf, 0
-                        worth, n = self.pair.get((node, other_node) if node < other_node else (other_node, node), UNFIT)
-                        if worth is None:
-                            n = min(high, last) - max(low, first) + 1
-                            if n > TOUCHES:
-                                return -np.inf, 0
-                            worth = -LOSS * n
-                        total += worth
+                        fit = pair.get(node * nodes + other_node if node < other_node else other_node * nodes + node)
+                        if fit is not None:
+                            total += self._worth[fit]
+                            count += self._common[fit]
+                            continue
+                        n = (high if high < last else last) - (low if low > first else first) + 1
+                        if n > TOUCHES:
+                            return -np.inf, 0
+                        total += -LOSS * n
                         count += n
         return total + self._by_name(g, h), count
 
@@ -174,6 +203,7 @@ class Groups:
         for g, name in names.items():
             self.names[g] = self.names[g] | {name}
             self.joins[g] += 1
+            self._forget(g)
         for name in sorted(set(names.values())):
             own = sorted({self.root[g] for g in names if names[g] == name}, key=lambda g: self.span[g])
             for g in own[1:]:
@@ -200,6 +230,8 @@ class Groups:
                 insort(self.spans[g][camera], span)
         self.members[g] += self.members.pop(h)
         self.joins[g] += 1
+        self._forget(g)
+        self._forget(h)
         self._hand_over(g, h)
         return g
 
@@ -236,16 +268,24 @@ class Groups:
         """Groups that a group gains from by lines of sight, and what."""
         found = self._partners.get(g)
         if found is None:
-            sights = {h: self.sights(g, h) for h in self.kin[g]}
-            found = self._partners[g] = {h: Worth(v, 0.0, n) for h, (v, n) in sights.items() if v > 0}
+            known = self._known[g]
+            foes = self._foes[g]
+            worth = {h: known.get(h) or self._weighed(g, h) for h in self.kin[g] if h not in foes}
+            found = self._partners[g] = {h: w for h, w in worth.items() if w.sights > 0}
         return found
 
     def join_the_clear(self, margin: float = MARGIN) -> None:
         """Join groups round by round while any choice is clear."""
         active = set(self.members)
         while True:
-            worth = {(g, h) if g < h else (h, g): w for g in active for h, w in self.partners(g).items()}
-            clear = Choices(self.partners, lambda g, h: self.value(g, h) < 0, margin).clear_apart(worth)
+            worth = {}
+            for g in active:
+                for h, w in self.partners(g).items():
+                    if g < h:
+                        worth[g, h] = w
+                    elif h not in active:
+                        worth[h, g] = w
+            clear = Choices(self.partners, self._excludes, margin).clear_apart(worth)
             changed = {self.join(g, h, lead, rival) for lead, (g, h), rival in clear}
             if not changed:
                 return

@@ -81,12 +81,18 @@ def _opposite(moments: Sequence[Ints], places: Sequence[Array]) -> list[tuple[in
     """Pairs of trajectories whose difference keeps its direction, at some of the moments."""
     if len(moments) < 2:
         return []
-    at = np.unique(np.concatenate(list(moments)))
+    last = max(int(own[-1]) for own in moments if own.size) if any(own.size for own in moments) else -1
+    there = np.zeros(last + 1, bool)
+    for own in moments:
+        there[own] = True
+    at = np.flatnonzero(there)
     some = at[:: max(1, at.size // LIMITS.some)]
     p = np.full((len(moments), some.size, 3), np.nan)
     for k, (own, place) in enumerate(zip(moments, places, strict=True)):
-        _, a, b = np.intersect1d(own, some, assume_unique=True, return_indices=True)
-        p[k, b] = place[a]
+        if own.size:
+            a = np.minimum(np.searchsorted(own, some), own.size - 1)
+            b = np.flatnonzero(own[a] == some)
+            p[k, b] = place[a[b]]
     out = []
     for i in range(len(p) - 1):
         apart = np.nan_to_num(p[i] - p[i + 1 :])

@@ -28,6 +28,8 @@ GAIN = 3.0
 LOSS = 5.0
 CHUNK = 32
 """Moments looked at together."""
+PIECE = 16_384
+"""Rows written together: what that needs stays in the processor's caches."""
 
 
 class Rays(NamedTuple):
@@ -118,19 +120,27 @@ def _fitting(a: Side, b: Side, bias_px: float, moments: Ints) -> _Fitting:
     to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
     to_a = B.u @ E32
     bound_a = _bound(to_b, A.reach, a.rays.by_x.shape[-1])
-    bound_b = np.ascontiguousarray(_bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1])
+    bound_b = _bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1].transpose(0, 2, 1)
+    u_b = B.u.transpose(0, 2, 1)
+    (each, m_a), m_b = A.at.shape, B.at.shape[1]
+    e, bound = np.empty((2, min(CHUNK, each), m_a, m_b), np.float32)
+    inside = np.empty(e.shape, bool)
     found = []
     for start in range(0, len(moments), CHUNK):
         part = slice(start, start + CHUNK)
-        e = to_b[part] @ B.u[part].transpose(0, 2, 1)
-        hit = np.flatnonzero(e * e < bound_a[part] @ bound_b[part].transpose(0, 2, 1))  # an empty place: 0 < 0
-        of_a, j = np.divmod(hit, max(e.shape[2], 1))
-        row_a, row_b = A.row[part].take(of_a), B.row[part].take(of_a // max(e.shape[1], 1) * e.shape[2] + j)
-        chi2, slope, noise = _sampson(E, A.packed.take(row_a, axis=0), B.packed.take(row_b, axis=0))
-        found.append(_Fitting(row_a, row_b, chi2, slope, noise).rows(np.flatnonzero(chi2 < 2 * (GAIN + LOSS))))
+        n = len(to_b[part])
+        np.matmul(to_b[part], u_b[part], out=e[:n])
+        np.multiply(e[:n], e[:n], out=e[:n])
+        np.matmul(bound_a[part], bound_b[part], out=bound[:n])
+        hit = np.flatnonzero(np.less(e[:n], bound[:n], out=inside[:n]))  # an empty place: 0 < 0
+        of_a, j = np.divmod(hit, max(m_b, 1))
+        at_a, at_b = A.at[part].take(of_a), B.at[part].take(of_a // max(m_a, 1) * m_b + j)
+        chi2, slope, noise = _sampson(E, A.packed.take(at_a, axis=0), B.packed.take(at_b, axis=0))
+        found.append(_Fitting(at_a, at_b, chi2, slope, noise).rows(np.flatnonzero(chi2 < 2 * (GAIN + LOSS))))
     if not found:
         return _Fitting(*(np.zeros(0, np.intp),) * 2, *(np.zeros(0),) * 3)
-    return _Fitting(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    at_a, at_b, chi2, slope, noise = (np.concatenate(column) for column in zip(*found, strict=True))
+    return _Fitting(A.row.take(at_a), B.row.take(at_b), chi2, slope, noise)
 
 
 def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, moments: Ints) -> Pairs:
@@ -147,34 +157,49 @@ def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, m
 class AtMoments(NamedTuple):
     """Rows at the moments wanted, up to m at each: arrays (M, m, ..), float32, zeros where there is none."""
 
-    row: Ints  # (M, m), -1 for none
+    row: Ints  # (K,) of the rows at these moments, by moment
+    at: Ints  # (M, m) which of those, -1 for none
     u: Array  # (M, m, 3 or 6)
     reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
-    packed: Array  # (N, ..) of every row side by side, so that it is fetched at once: u, by_x, by_y, variances px^2
+    packed: Array  # (K, ..) of those rows side by side, so that it is fetched at once: u, by_x, by_y, variances px^2
 
 
 def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -> AtMoments:
     """A camera's rows by moment; bias_px, moments as of `pairs_of`."""
-    place = np.minimum(np.searchsorted(moments, tracklets.sample), max(len(moments) - 1, 0))
-    there = np.isfinite(rays.u[:, 0]) & (moments[place] == tracklets.sample if len(moments) else False)
-    rows = np.flatnonzero(there)
-    order = np.argsort(short(place[rows]), kind="stable")
-    rows = rows[order]
-    place = place[rows]
+    place = _places(tracklets.sample, moments)
+    row = np.flatnonzero((place >= 0) & np.isfinite(rays.u[:, 0]))
+    place = place[row]
+    order = np.argsort(short(place), kind="stable")
+    row, place = row[order], place[order]
     counts = np.bincount(place, minlength=len(moments))
     m = int(counts.max(initial=0))
-    at = place * m + np.arange(rows.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    row = np.full(len(moments) * m, -1, np.intp)
-    row[at] = rows
-    variance = tracklets.sd**2 + bias_px**2
-    packed = np.concatenate([rays.u, rays.by_x, rays.by_y, variance], axis=1)
-    u, reach = np.zeros((row.size, rays.u.shape[-1]), np.float32), np.zeros(row.size, np.float32)
-    u[at] = rays.u.astype(np.float32)[rows]
-    spread = (rays.by_x**2).sum(-1) * variance[:, 0] + (rays.by_y**2).sum(-1) * variance[:, 1]
-    reach[at] = np.sqrt(spread)[rows]
+    where = place * m + np.arange(row.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    at = np.full(len(moments) * m, -1, np.intp)
+    at[where] = np.arange(row.size)
+    k = rays.u.shape[1]
+    u, reach = np.zeros((at.size, k), np.float32), np.zeros(at.size, np.float32)
+    packed = np.empty((row.size, k + 2 * rays.by_x.shape[1] + 2))
+    for start in range(0, row.size, PIECE):
+        part = slice(start, start + PIECE)
+        own, there = row[part], where[part]
+        line, by_x, by_y = (of.take(own, axis=0) for of in (rays.u, rays.by_x, rays.by_y))
+        variance = tracklets.sd.take(own, axis=0) ** 2 + bias_px**2
+        np.concatenate([line, by_x, by_y, variance], axis=1, out=packed[part])
+        u[there] = line
+        reach[there] = np.sqrt(_dot(by_x, by_x) * variance[:, 0] + _dot(by_y, by_y) * variance[:, 1])
     shape = len(moments), m
-    whole = row.reshape(shape), u.reshape(*shape, u.shape[1]), reach.reshape(shape), packed
+    whole = row, at.reshape(shape), u.reshape(*shape, k), reach.reshape(shape), packed
     return AtMoments(*whole)  # type: ignore[arg-type]
+
+
+def _places(samples: Ints, moments: Ints) -> Ints:
+    """Where each of the samples (N,) is among the rising moments; -1: nowhere."""
+    if not (len(samples) and len(moments)):
+        return np.full(len(samples), -1, np.intp)
+    first = min(int(samples.min()), int(moments[0]))
+    where = np.full(max(int(samples.max()), int(moments[-1])) - first + 1, -1, np.intp)
+    where[moments - first] = np.arange(len(moments))
+    return where[samples - first]
 
 
 def _bound(line: Array, reach: Array, k: int) -> Array:
@@ -188,16 +213,26 @@ def _sampson(E: Array, a: Array, b: Array) -> tuple[Array, Array, Array]:
     wide = len(E)
     u_a, u_b = a[:, :wide], b[:, :wide]
     line_b, line_a = u_a @ E.T, u_b @ E
-    e = np.einsum("ni,ni->n", line_b, u_b)
+    e = _dot(line_b, u_b)
     slope, noise = np.zeros(e.size), np.zeros(e.size)
     k = (a.shape[1] - wide - 2) // 2
     for line, side in ((line_a, a), (line_b, b)):
         for axis in (0, 1):
-            g2 = np.einsum("ni,ni->n", line[:, :k], side[:, wide + axis * k : wide + (axis + 1) * k]) ** 2
+            g2 = _dot(line[:, :k], side[:, wide + axis * k : wide + (axis + 1) * k]) ** 2
             slope += g2
             noise += g2 * side[:, axis - 2]
     noise = np.maximum(noise, 1e-300)
     return e * e / noise, np.maximum(slope, 1e-300), noise
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Products of rows (n, k), summed (n,); of few columns quicker column by column."""
+    if a.shape[1] > 3:
+        return np.asarray(np.einsum("ni,ni->n", a, b))
+    total = a[:, 0] * b[:, 0]
+    for column in range(a.shape[1] - 1, 0, -1):
+        total += a[:, column] * b[:, column]
+    return np.asarray(total)
 
 
 def _common(A: Tracklets, B: Tracklets, a: Ints, b: Ints, moments: Ints) -> Ints:

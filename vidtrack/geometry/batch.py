@@ -86,12 +86,33 @@ class Task(NamedTuple):
             self._solve(part, used[:, part], whole.block(part))
         return whole
 
-    def _solve(self, part: slice, used: Mask, out: Solution) -> None:
-        origin = np.mean([camera.position for camera in self.cameras], 0)
+    def points(self, used: Mask) -> Array:
+        """The points (3, n) of `solve` alone, without what else is known of them; no calibration error, no slips."""
+        out = np.empty((3, used.shape[1]))
+        least_depth = LEAST_DEPTH * _base_line(self.cameras)
+        for start in range(0, out.shape[1], BLOCK):
+            part = slice(start, min(start + BLOCK, out.shape[1]))
+            sights, origin = self._sights(part, used[:, part])
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                p, Q = linear_point(sights)
+                p, Q, _ = refined_point(sights, p, self.steps)
+                depths = [(s.R @ p + s.t[:, None])[2] for s in sights]
+                out[:, part] = np.where(
+                    self._fixed(sights, depths, Q[:3].sum(0), least_depth), p + origin[:, None], np.nan
+                )
+        return out
+
+    def _sights(self, part: slice, used: Mask) -> tuple[list[Sight], Array]:
+        """What the cameras used see of some points, and the origin (3,) about which that is written."""
+        origin = np.asarray(np.mean([camera.position for camera in self.cameras], 0))
         sights = [
             sight(camera, self.b[i, part], self.weight[i, part], used[i], origin)
             for i, camera in enumerate(self.cameras)
         ]
+        return sights, origin
+
+    def _solve(self, part: slice, used: Mask, out: Solution) -> None:
+        sights, origin = self._sights(part, used)
         gains = []
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             p, Q = linear_point(sights)
@@ -117,21 +138,29 @@ class Task(NamedTuple):
         Where lines of sight are so nearly parallel that sigma is a large share of the distance, the covariance no
         longer describes what the point may be: it is no fix.
         """
-        n = np.zeros(p.shape[1])
-        off2, behind = np.zeros_like(n), np.zeros(n.size, bool)
+        n, off2 = np.zeros((2, p.shape[1]))
         out.chi2[:] = 0
-        nearest = np.full(n.size, np.inf)
+        depths = []
         for s, error in zip(sights, out.error, strict=True):
             view = look_back(s, p)
             n += s.on
             off2 += s.on * view.off2
-            behind |= s.used & ~(view.depth > least_depth)
-            nearest = np.minimum(nearest, np.where(s.used, view.depth, np.inf))
+            depths.append(view.depth)
             x, y = view.error
             out.chi2 += s.weight[0] * x * x + s.weight[1] * y * y
             error[:] = np.where(s.seen, view.error, np.nan)
         np.sqrt(off2 / n, out=out.miss)
         variance = out.noise[:3].sum(0) + np.nan_to_num(out.common[:3].sum(0))
+        return self._fixed(sights, depths, variance, least_depth)
+
+    def _fixed(self, sights: Sequence[Sight], depths: Sequence[Array], variance: Array, least_depth: float) -> Mask:
+        """Which points (n,) at these depths are fixes; variance: sigma squared, of all coordinates together."""
+        n, behind = np.zeros(variance.size, np.intp), np.zeros(variance.size, bool)
+        nearest = np.full(n.size, np.inf)
+        for s, depth in zip(sights, depths, strict=True):
+            n += s.used
+            behind |= s.used & ~(depth > least_depth)
+            nearest = np.minimum(nearest, np.where(s.used, depth, np.inf))
         return np.asarray((n >= 2) & ~behind & (variance <= (self.most_unsure * nearest) ** 2))
 
 

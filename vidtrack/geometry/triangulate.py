@@ -23,6 +23,8 @@ from vidtrack.geometry.symmetric import full
 
 MOST_UNSURE = 0.25
 """ASSUME: a fix whose sigma is a larger share of its distance is none: linear laws no longer hold for it."""
+STEPS = 10
+"""Of refinement, at most."""
 
 
 class Located(NamedTuple):
@@ -84,7 +86,7 @@ def locate_points(
     weight = _weights(1.0 if sd is None else sd, b.shape).reshape(flat.shape)
     known = CalibrationErrors(cameras, uncertainties, joint) if uncertainties is not None else None
     slipped = None if slips is None else np.nan_to_num(np.broadcast_to(slips, b.shape)).reshape(flat.shape)
-    task = Task(cameras, flat, weight, known, slipped, 10 if refine else 0, most_unsure)
+    task = Task(cameras, flat, weight, known, slipped, STEPS if refine else 0, most_unsure)
 
     used = np.isfinite(flat[..., 0] + flat[..., 1]) & (weight[..., 0] > 0) & (weight[..., 1] > 0)
     solved = task.solve(used)
@@ -99,6 +101,16 @@ def locate_points(
         solved.put(again, task.at(again).solve(used[:, again] & ~left_out[:, again]))
         solved.point[:, disagree] = np.nan
     return _located(solved, used & ~left_out, left_out, disagree, noise, sd, b.shape)
+
+
+def places_of(cameras: Sequence[Camera], b: Array, sd: Array, *, most_unsure: float = MOST_UNSURE) -> Array:
+    """The points (n, 3) of `locate_points` alone, world units; NaN where there is no fix.
+
+    b   (n_cameras, n, 2) px, NaN where a camera lost the target; sd, of the same shape, px: its standard deviation
+    """
+    weight = _weights(sd, b.shape)
+    used = np.isfinite(b[..., 0] + b[..., 1]) & (weight[..., 0] > 0) & (weight[..., 1] > 0)
+    return np.ascontiguousarray(Task(cameras, b, weight, None, None, STEPS, most_unsure).points(used).T)
 
 
 def _weights(sd: ArrayLike, shape: tuple[int, ...]) -> Array:
