@@ -87,7 +87,8 @@ class OwnSize:
 
     def unlike(self, values: Array, who: Ints) -> Bools:
         """As `odd`, of readings (VALUES, k, m), by their shape too."""
-        return self.odd(values[PIXELS], values[CONTRAST], who) & ~self._same_shape(values, who)
+        odd = self.odd(values[PIXELS], values[CONTRAST], who)
+        return odd & ~self._same_shape(values, who) if odd.any() else odd
 
     def _part(self, values: Array, who: Ints) -> tuple[Array, Bools]:
         """Log of the ratio to the usual count (k, m), and where neither chance nor light explains it."""
@@ -107,7 +108,8 @@ class OwnSize:
         shaped  the same with widths and heights from the shape, where values do not
         """
         size, part = self._part(values, who)
-        part &= ~self._same_shape(values if shaped is None else shaped, who)
+        if part.any():
+            part &= ~self._same_shape(values if shaped is None else shaped, who)
         if not part.any():
             return values
         values = values.copy()
@@ -124,7 +126,9 @@ class OwnSize:
         mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
         last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
         newest = values[:, last, np.arange(who.size)]
-        whole = (self._same_shape(newest[:, None], who) & self._part(newest[:, None], who)[1])[0] & (count > 0)
+        whole = self._part(newest[:, None], who)[1][0] & (count > 0)
+        if whole.any():
+            whole &= self._same_shape(newest[:, None], who)[0]
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
