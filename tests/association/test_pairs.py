@@ -121,5 +121,5 @@ def test_each_row_lies_at_its_own_moment_whatever_pieces_they_are_written_in(mon
     variance = pieces.sd[row] ** 2 + 0.2**2
     whole = np.concatenate([rays.u[row], rays.by_x[row], rays.by_y[row], variance], axis=1)
     assert np.array_equal(found.packed[found.at[there]], whole)
-    reach = np.sqrt((rays.by_x[row] ** 2 * variance[:, :1] + rays.by_y[row] ** 2 * variance[:, 1:]).sum(axis=1))
-    assert found.reach[there] == pytest.approx(reach, rel=1e-6)
+    spread = (rays.by_x[row] ** 2 * variance[:, :1] + rays.by_y[row] ** 2 * variance[:, 1:]).sum(axis=1)
+    assert found.spread[there] == pytest.approx(spread, rel=1e-6)

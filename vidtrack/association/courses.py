@@ -22,6 +22,8 @@ from vidtrack.geometry.triangulate import places_of
 
 AROUND = LENGTHS[-1]
 """Moments on either side of the shorter group that a joint course is made for."""
+TOGETHER = 32_768
+"""Rows from which joint courses are made together, about."""
 SEAMS = 4
 """Seams of a joint course that are judged, at most: the longest."""
 
@@ -62,31 +64,53 @@ def courses(cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple
     """The joint course of each choice: rows, and for each row 1 or 2, the part that it belongs to."""
     if not chosen:
         return []
+    parts = [_seen(cameras, rows, chosen[i:j], i) for i, j in _batches([len(r) for r, _ in chosen])]
+    own, moment, source = (np.concatenate(column) for column in zip(*(part[:3] for part in parts), strict=True))
+    b, sd = (np.concatenate(column, axis=1) for column in zip(*(part[3:] for part in parts), strict=True))
+    del parts
+    if fewest_of(cameras) > 1:
+        point = places_of([camera for camera in cameras if camera is not None], b, sd, most_unsure=np.inf)
+    else:
+        point = b[0]
+    good = np.flatnonzero(np.isfinite(point[:, 0]))
+    moment, point, source = moment[good], point[good], source[good]
+    edges = np.searchsorted(own[good], np.arange(len(chosen) + 1))
+    return [Course(moment[i:j], point[i:j], source[i:j]) for i, j in itertools.pairwise(edges)]
+
+
+def _batches(lengths: Sequence[int]) -> list[tuple[int, int]]:
+    """First and last + 1 of neighbours that are taken together: so few rows that they stay in the caches."""
+    edges, n = [0], 0
+    for k, length in enumerate(lengths):
+        n += length
+        if n >= TOGETHER or k == len(lengths) - 1:
+            edges.append(k + 1)
+            n = 0
+    return list(itertools.pairwise(edges))
+
+
+def _seen(
+    cameras: Sequence[Camera | None], rows: Rows, chosen: Sequence[tuple[Ints, Ints]], first: int
+) -> tuple[Ints, Ints, Ints, Array, Array]:
+    """Number of the choice (k,), moment (k,) and source (k,) wherever enough cameras see it, positions and their sd
+    (n_cameras, k, 2); the choices are numbered from `first`.
+    """
     of = np.repeat(np.arange(len(chosen)), [len(r) for r, _ in chosen])
     row = np.concatenate([r for r, _ in chosen]).astype(np.intp)
-    part = np.concatenate([p for _, p in chosen]).astype(np.intp)
+    part = np.concatenate([p for _, p in chosen])
     own, moment, place, _ = distinct_pairs(of, rows.moment[row])
     b = np.full((len(cameras), len(own), 2), np.nan)
     sd = np.ones(b.shape)
     at = rows.camera.take(row) * len(own) + place
     b.reshape(-1, 2)[at] = rows.b.take(row, axis=0)
     sd.reshape(-1, 2)[at] = rows.sd.take(row, axis=0)
-    first, second = (np.bincount(place[part == k], minlength=len(own)) for k in (1, 2))
+    one, other = (np.bincount(place[part == k], minlength=len(own)) for k in (1, 2))
     fewest = fewest_of(cameras)
     fixed = np.flatnonzero(np.isfinite(b[..., 0]).sum(0) >= fewest)
-    if fewest > 1:
-        known = [camera for camera in cameras if camera is not None]
-        if fixed.size < len(own):
-            b, sd = b[:, fixed], sd[:, fixed]
-        point = places_of(known, b, sd, most_unsure=np.inf)
-    else:
-        point = b[0, fixed]
-    good = np.isfinite(point[:, 0])
-    fixed, point = fixed[good], point[good]
-    source = np.where(first[fixed] >= fewest, 1, np.where(second[fixed] >= fewest, 2, 3))
-    moment = moment[fixed]
-    edges = np.searchsorted(own[fixed], np.arange(len(chosen) + 1))
-    return [Course(moment[i:j], point[i:j], source[i:j]) for i, j in itertools.pairwise(edges)]
+    source = np.where(one[fixed] >= fewest, 1, np.where(other[fixed] >= fewest, 2, 3))
+    if fixed.size < len(own):
+        b, sd = b[:, fixed], sd[:, fixed]
+    return own[fixed] + first, moment[fixed], source, b, sd
 
 
 def filled(course: Course) -> Course:

@@ -117,21 +117,20 @@ def _fitting(a: Side, b: Side, bias_px: float, moments: Ints) -> _Fitting:
     E = E / max(float(np.linalg.norm(E)), 1e-300)
     E32 = E.astype(np.float32)
     A, B = (side.at or by_moment(side.tracklets, side.rays, bias_px, moments) for side in (a, b))
-    to_b = A.u @ E32.T  # lines (M, m, 3) in B's picture
-    to_a = B.u @ E32
-    bound_a = _bound(to_b, A.reach, a.rays.by_x.shape[-1])
-    bound_b = _bound(to_a, B.reach, b.rays.by_x.shape[-1])[..., ::-1].transpose(0, 2, 1)
-    u_b = B.u.transpose(0, 2, 1)
+    k = a.rays.by_x.shape[-1]
     (each, m_a), m_b = A.at.shape, B.at.shape[1]
     e, bound = np.empty((2, min(CHUNK, each), m_a, m_b), np.float32)
     inside = np.empty(e.shape, bool)
     found = []
     for start in range(0, len(moments), CHUNK):
         part = slice(start, start + CHUNK)
-        n = len(to_b[part])
-        np.matmul(to_b[part], u_b[part], out=e[:n])
+        u_a, u_b = A.u[part], B.u[part]
+        n = len(u_a)
+        line = u_a @ E32.T  # (n, m, 3) in B's picture
+        np.matmul(line, u_b.transpose(0, 2, 1), out=e[:n])
         np.multiply(e[:n], e[:n], out=e[:n])
-        np.matmul(bound_a[part], bound_b[part], out=bound[:n])
+        one, other = _bound(line, A.spread[part], k), _bound(u_b @ E32, B.spread[part], k)
+        np.matmul(one, other[..., ::-1].transpose(0, 2, 1), out=bound[:n])
         hit = np.flatnonzero(np.less(e[:n], bound[:n], out=inside[:n]))  # an empty place: 0 < 0
         of_a, j = np.divmod(hit, max(m_b, 1))
         at_a, at_b = A.at[part].take(of_a), B.at[part].take(of_a // max(m_a, 1) * m_b + j)
@@ -160,7 +159,7 @@ class AtMoments(NamedTuple):
     row: Ints  # (K,) of the rows at these moments, by moment
     at: Ints  # (M, m) which of those, -1 for none
     u: Array  # (M, m, 3 or 6)
-    reach: Array  # (M, m) tangents: a standard deviation of the position, along the axis where it is most
+    spread: Array  # (M, m) tangents^2: variance of the position, along the axis where it is most, at most
     packed: Array  # (K, ..) of those rows side by side, so that it is fetched at once: u, by_x, by_y, variances px^2
 
 
@@ -177,7 +176,7 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
     at = np.full(len(moments) * m, -1, np.intp)
     at[where] = np.arange(row.size)
     k = rays.u.shape[1]
-    u, reach = np.zeros((at.size, k), np.float32), np.zeros(at.size, np.float32)
+    u, spread = np.zeros((at.size, k), np.float32), np.zeros(at.size, np.float32)
     packed = np.empty((row.size, k + 2 * rays.by_x.shape[1] + 2))
     for start in range(0, row.size, PIECE):
         part = slice(start, start + PIECE)
@@ -186,9 +185,9 @@ def by_moment(tracklets: Tracklets, rays: Rays, bias_px: float, moments: Ints) -
         variance = tracklets.sd.take(own, axis=0) ** 2 + bias_px**2
         np.concatenate([line, by_x, by_y, variance], axis=1, out=packed[part])
         u[there] = line
-        reach[there] = np.sqrt(_dot(by_x, by_x) * variance[:, 0] + _dot(by_y, by_y) * variance[:, 1])
+        spread[there] = _dot(by_x, by_x) * variance[:, 0] + _dot(by_y, by_y) * variance[:, 1]
     shape = len(moments), m
-    whole = row, at.reshape(shape), u.reshape(*shape, k), reach.reshape(shape), packed
+    whole = row, at.reshape(shape), u.reshape(*shape, k), spread.reshape(shape), packed
     return AtMoments(*whole)  # type: ignore[arg-type]
 
 
@@ -202,10 +201,16 @@ def _places(samples: Ints, moments: Ints) -> Ints:
     return where[samples - first]
 
 
-def _bound(line: Array, reach: Array, k: int) -> Array:
+def _bound(line: Array, spread: Array, k: int) -> Array:
     """(M, m, 2): factors whose products over two views sum to no less than the variance of e, times the gate."""
-    gate = np.sqrt(2 * (GAIN + LOSS)) * 1.01  # float32 is not exact
-    return np.stack([(line[..., :k] ** 2).sum(-1) * gate, reach**2 * gate], -1)
+    gate = np.float32(np.sqrt(2 * (GAIN + LOSS)) * 1.01)  # float32 is not exact
+    out = np.empty((*spread.shape, 2), np.float32)
+    steep = np.square(line[..., 0])
+    for axis in range(1, k):
+        steep += np.square(line[..., axis])
+    np.multiply(steep, gate, out=out[..., 0])
+    np.multiply(spread, gate, out=out[..., 1])
+    return out
 
 
 def _sampson(E: Array, a: Array, b: Array) -> tuple[Array, Array, Array]:

@@ -119,7 +119,8 @@ def _weights(sd: ArrayLike, shape: tuple[int, ...]) -> Array:
     if s.ndim > len(shape) or (s <= 0).any():
         raise ValueError("sd must be positive, its leading axes as those of b")
     s = s.reshape(s.shape + (1,) * (len(shape) - s.ndim)) if s.ndim else s
-    return np.broadcast_to(np.nan_to_num(1 / s**2), shape)
+    weight = np.square(s, out=np.empty_like(s))
+    return np.broadcast_to(np.nan_to_num(np.divide(1, weight, out=weight), copy=False), shape)
 
 
 def _noise(solved: Solution, used: Mask) -> float:
