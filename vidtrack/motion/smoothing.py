@@ -145,8 +145,9 @@ class _Record:
     def __init__(self, t: Array, y: Array, weight: Array, piece: NDArray[np.intp], known: bool) -> None:
         self.t, self.y, self.weight, self.piece, self.known = t, y, weight, piece, known
         self.parts = [np.flatnonzero(piece == k) for k in np.unique(piece[piece >= 0])]
-        self.longest = max(float(np.ptp(t[rows])) for rows in self.parts)
-        self.interval = float(np.median(np.concatenate([np.diff(t[rows]) for rows in self.parts])))
+        self.times = [t[rows] for rows in self.parts]
+        self.longest = max(float(np.ptp(own)) for own in self.times)
+        self.interval = float(np.median(np.concatenate([np.diff(own) for own in self.times])))
         self._scores: dict[Plan, float] = {}
         self._fits: dict[Plan, list[PieceFit]] = {}
 
@@ -236,17 +237,17 @@ class _Record:
         return self._scores[plan]
 
     def _scored(self, plan: Plan, limit: float) -> float:
-        parameters = sum(sum(form_of(self.t[rows], *plan)) for rows in self.parts)
+        parameters = sum(sum(form_of(own, *plan)) for own in self.times)
         spare = int((self.weight > 0).sum()) - COST * parameters
         if spare <= 0:
             return np.inf
         misfit, score = 0.0, np.inf
-        for rows in self.parts:
-            basis = basis_of(self.t[rows], *plan)
-            c = basis.coefficients(self.y[rows], self.weight[rows])
+        for rows, own in zip(self.parts, self.times, strict=True):
+            basis, y, weight = basis_of(own, *plan), self.y[rows], self.weight[rows]
+            c = basis.coefficients(y, weight)
             if c is None:
                 return np.inf
-            misfit += float((self.weight[rows] * (self.y[rows] - basis.at(c)) ** 2).sum())
+            misfit += float((weight * (y - basis.at(c)) ** 2).sum())
             score = misfit + 2 * COST * parameters if self.known else misfit / spare**2
             if score > limit:
                 return np.inf

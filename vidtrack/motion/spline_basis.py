@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,36 +19,38 @@ class PieceFit(NamedTuple):
     spline: Any
 
 
-SHORT = 8_000
-"""Samples up to which the bases of a piece are kept: those of three coordinates are the same."""
+SHORT, KEPT = 8_000, 1_000_000
+"""Samples up to which the basis of a piece is kept, and of all that are: those of three coordinates are the same."""
+
+AT_ONCE = 4096
+"""Samples of which the covariances are taken out at once."""
+
+_kept: dict[tuple[bytes, int, int], Basis] = {}
 
 
 def basis_of(t: Array, spacing: float, degree: int) -> Basis:
     """The basis on a piece; of one that is not too long, the same one again."""
-    return _basis(t.tobytes(), spacing, degree) if len(t) <= SHORT else Basis(t, spacing, degree)
-
-
-@lru_cache(maxsize=128)
-def _basis(t: bytes, spacing: float, degree: int) -> Basis:
-    return Basis(np.frombuffer(t), spacing, degree)
+    if len(t) > SHORT:
+        return Basis(t, spacing, degree)
+    key = (t.tobytes(), *form_of(t, spacing, degree))
+    if (basis := _kept.pop(key, None)) is None:
+        basis = Basis(t, spacing, degree)
+        left = KEPT - len(t) - sum(len(own.t) for own in _kept.values()) if len(_kept) >= KEPT // SHORT else 0
+        while left < 0:  # those that were wanted last longest ago
+            left += len(_kept.pop(next(iter(_kept))).t)
+    _kept[key] = basis
+    return basis
 
 
 def forget() -> None:
     """Let go of what is kept: of no use for another record."""
-    _basis.cache_clear()
+    _kept.clear()
 
 
 def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
     """Of the basis on a piece, its knot intervals and its degree: their sum is the number of its parameters."""
     intervals = max(1, round(float(t[-1] - t[0]) / spacing)) if np.isfinite(spacing) else 1
     return intervals, min(degree, len(t) - 2)
-
-
-@cache
-def _pairs(degree: int) -> tuple[tuple[int, int], ...]:
-    """Pairs of the B-splines over a sample, the lower and the upper of each; those of equal distance together."""
-    n = degree + 1
-    return tuple((j, j + offset) for offset in range(n) for j in range(n - offset))
 
 
 def _design(t: Array, knots: Array, degree: int) -> Any:
@@ -74,7 +75,7 @@ class Basis:
         self.values: Array = matrix.data.reshape(len(t), degree + 1)
         self._first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
         self._columns: NDArray[np.intp] = self._first[:, None] + np.arange(degree + 1)
-        self._each: Array = np.ascontiguousarray(self.values.T)
+        self._sums = _Sums(self._first, intervals, self.values)
 
     def at(self, c: Array) -> Array:
         """The spline at the samples, from its coefficients."""
@@ -82,11 +83,11 @@ class Basis:
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
-        weighted = weight * self._each
-        band = np.zeros((self.degree + 1, self.size))
-        for j, other in _pairs(self.degree):
-            sums = np.bincount(self._first, weighted[j] * self._each[other])
-            band[other - j, j : j + len(sums)] += sums
+        n, at = self.degree + 1, 0
+        band, sums = np.zeros((n, self.size)), self._sums.of_pairs(weight)
+        for j in range(n):
+            band[: n - j, j : j + sums.shape[1]] += sums[at : at + n - j]
+            at += n - j
         return band
 
     def _right(self, wy: Array) -> Array:
@@ -94,51 +95,65 @@ class Basis:
 
     def coefficients(self, y: Array, weight: Array) -> Array | None:
         """Least squares; None where some B-spline has no sample to hold it."""
-        from scipy.linalg import LinAlgError, solveh_banded
+        return self._solved(self._normal(weight), y, weight)
 
-        band = self._normal(weight)
+    def _solved(self, band: Array, y: Array, weight: Array) -> Array | None:
+        from scipy.linalg.lapack import dpbsv
+
         if self.size > int((weight > 0).sum()) or band[0].min() <= 1e-9 * band[0].max():
             return None
-        try:
-            c: Array = solveh_banded(band, self._right(weight * y), lower=True, check_finite=False)
-            return c
-        except LinAlgError:
-            return None
+        _, c, failed = dpbsv(band, self._right(weight * y), lower=1, overwrite_b=1)
+        return None if failed else np.asarray(c)
 
     def fit(self, rows: NDArray[np.intp], y: Array, weight: Array) -> PieceFit:
         """Position, velocity and acceleration at the samples and their variances for unit sigma."""
         from scipy.interpolate import BSpline
 
-        c = self.coefficients(y, weight)
+        band = self._normal(weight)
+        c = self._solved(band, y, weight)
         if c is None:
             raise ValueError(f"{len(rows)} samples cannot hold a spline of {self.size} coefficients")
-        inverse = self._inverse(self._normal(weight))
-        state, variance = [], []
-        for derivative in range(3):
-            D = self._derivative(derivative)
-            state.append(D @ c)
-            variance.append(np.asarray((D @ inverse).multiply(D).sum(axis=1)).ravel())
-        return PieceFit(rows, np.stack(state, -1), np.stack(variance, -1), BSpline(self.knots, c, self.degree))
+        blocks = self._inverse(band)
+        state, variance = np.empty((2, len(rows), 3))
+        shares = [self._derivative(derivative) for derivative in range(3)]
+        for some in (slice(i, i + AT_ONCE) for i in range(0, len(rows), AT_ONCE)):
+            over = c[self._columns[some]].T
+            under = blocks[:, :, self._first[some]]
+            for derivative, share in enumerate(shares):
+                D, order = share[:, some], _order(derivative, self.degree)
+                state[some, derivative] = _in_order(D * over, order)
+                half = D[order[0]] * under[order[0]]
+                for k in order[1:]:
+                    half += D[k] * under[k]
+                variance[some, derivative] = _total(half * D)
+        return PieceFit(rows, state, variance, BSpline(self.knots, c, self.degree))
 
-    def _derivative(self, order: int) -> Any:
-        """The matrix (m, size) that gives the derivative at the samples from the coefficients (de Boor, ch. X)."""
-        from scipy.sparse import diags, eye
-
+    def _derivative(self, order: int) -> Array:
+        """What each B-spline over a sample gives to the derivative there, (degree + 1, m) (de Boor, ch. X)."""
+        if not order:
+            return np.ascontiguousarray(self.values.T)
         knots, k = self.knots, self.degree
-        D: Any = eye(self.size, format="csr")
+        steps = np.ones((1, self.size))
         for _ in range(order):
             width = knots[k + 1 : -1] - knots[1 : -k - 1]
-            step = diags([-k / width, k / width], [0, 1], shape=(len(width), len(width) + 1))
-            D, knots, k = step @ D, knots[1:-1], k - 1
-        return (_design(self.t, knots, k) @ D).tocsr()
+            finer = np.zeros((len(steps) + 1, len(width)))
+            finer[:-1] = -k / width * steps[:, :-1]
+            finer[1:] += k / width * steps[:, 1:]
+            steps, knots, k = finer, knots[1:-1], k - 1
+        values = _design(self.t, knots, k).data.reshape(len(self.t), k + 1)
+        D = np.zeros((self.degree + 1, len(self.t)))
+        for a, own in enumerate(np.ascontiguousarray(values.T)):
+            for i, step in enumerate(steps):
+                D[a + i] += own * step.take(self._first + a)
+        return D
 
-    def _inverse(self, band: Array) -> Any:
-        """The inverse of the normal matrix within its band, sparse.
+    def _inverse(self, band: Array) -> Array:
+        """The inverse of the normal matrix, for each interval between knots the part of the B-splines over it.
 
-        Elements die away by half a knot (B-splines of seventh degree), so unit vectors 70 apart share one solve.
+        (degree + 1, degree + 1, intervals). Elements die away by half a knot (B-splines of seventh degree), so unit
+        vectors 70 apart share one solve.
         """
         from scipy.linalg import cho_solve_banded, cholesky_banded
-        from scipy.sparse import csr_matrix
 
         factor = cholesky_banded(band, lower=True, check_finite=False)
         apart = min(self.size, 70)
@@ -146,9 +161,71 @@ class Basis:
         columns = np.arange(self.size)
         unit[columns, columns % apart] = 1
         answer = cho_solve_banded((factor, True), unit, check_finite=False)
-        offset = np.arange(-self.degree, self.degree + 1)
-        i = columns[:, None] + offset
-        inside = (i >= 0) & (i < self.size)
-        j = np.broadcast_to(columns[:, None], i.shape)[inside]
-        i = i[inside]
-        return csr_matrix((answer[i, j % apart], (i, j)), shape=(self.size, self.size))
+        over = np.arange(self.degree + 1)[:, None] + np.arange(self.size - self.degree)
+        return np.asarray(answer[over[:, None], over % apart])
+
+
+class _Sums:
+    """Sums over the samples between two knots, of products of the B-splines there.
+
+    first      (m,) the number of the interval of each sample, rising
+    intervals  how many there are
+    values     (m, n) of the n B-splines over each sample
+
+    Each sum is made in the order of the samples. Where the intervals hold about as many each, they are summed side by
+    side, in a table that is filled up with zeros, which change no sum.
+    """
+
+    def __init__(self, first: NDArray[np.intp], intervals: int, values: Array) -> None:
+        m, n = values.shape
+        count = np.bincount(first, minlength=intervals)
+        self._first, self._shape, self._place = first, (int(count.max()), intervals), None
+        self._values = np.ascontiguousarray(values.T)
+        # one interval alone is not summed in the order of its samples by numpy's `add`; many samples each: no gain
+        if m <= SHORT and intervals > 1 and self._shape[0] <= 100 and self._shape[0] * intervals <= 2 * m:
+            begin = np.cumsum(count) - count
+            self._place = (np.arange(m) - begin[first]) * intervals + first
+            self._values = np.zeros((n, self._shape[0] * intervals))
+            self._values[:, self._place] = values.T
+
+    def of_pairs(self, weight: Array) -> Array:
+        """Weighted sums (pairs, intervals) of products: of the first with itself, the second, ..., of the second ...
+
+        weight (m,)
+        """
+        n, intervals = len(self._values), self._shape[1]
+        if self._place is None:
+            weighted = weight * self._values
+            pairs = [(j, other) for j in range(n) for other in range(j, n)]
+            return np.array([np.bincount(self._first, weighted[j] * self._values[k], intervals) for j, k in pairs])
+        table = np.zeros(self._values.shape[1])
+        table[self._place] = weight
+        weighted, at = table * self._values, 0
+        products = np.empty((n * (n + 1) // 2, *self._shape))
+        for j in range(n):
+            np.multiply(weighted[j], self._values[j:], out=products[at : at + n - j].reshape(n - j, -1))
+            at += n - j
+        return np.asarray(np.add.reduce(products, axis=1))
+
+
+def _order(derivative: int, degree: int) -> list[int]:
+    """The order in which the shares over a sample are added up: to the bit, that of earlier versions."""
+    whole = [*range(degree, -1, -1)]
+    return {0: whole, 1: [*whole[:-2], 0, 1], 2: [*whole[:-3], 1, 0, 2]}[derivative]
+
+
+def _in_order(parts: Array, order: list[int]) -> Array:
+    """The sum over the first axis, in an order that is given."""
+    total = parts[order[0]].copy()
+    for k in order[1:]:
+        total += parts[k]
+    return total
+
+
+def _total(parts: Array) -> Array:
+    """The sum over the first axis: the first that is not 0, and the sum of all others, each in its turn."""
+    total = parts[0] + _in_order(parts, [*range(1, len(parts))])
+    for column in np.flatnonzero((parts == 0).any(0)):
+        first, *others = parts[parts[:, column] != 0, column]
+        total[column] = first + sum(others)
+    return np.asarray(total)
