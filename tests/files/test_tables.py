@@ -34,6 +34,25 @@ def test_points_without_a_tolerance_have_none(tmp_path):
     assert math.isnan(table["sigma"][0])
 
 
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {},
+        {"x": [], "name": np.array([], object)},
+        {"only": ["", None]},
+        {"x": [1.0, np.nan, -0.0, 1e-7, 1e17, np.inf, 0.1 + 0.2], "n": np.arange(7), "good": np.arange(7) > 3},
+        {"a,b": ['x"y', "p\nq", "r\rs", " \u00e9", None, np.nan, ""], "f": np.arange(7, dtype=np.float32) / 3},
+        {"x,": [1.0, 2.0], "y": [1, 2]},
+        {"small": np.arange(3, dtype=np.uint8), "name": np.array(["a", None, np.nan], object)},
+        {"mixed": [1, "x", None], "whole": pd.array([1, None, 3], "Int64"), "kind": pd.Categorical(list("aba"))},
+    ],
+)
+def test_a_csv_file_is_what_pandas_writes(tmp_path, columns):
+    table = pd.DataFrame(columns)
+    write_csv(tmp_path / "t.csv", table)
+    assert (tmp_path / "t.csv").read_bytes() == table.to_csv(index=False, lineterminator="\n").encode()
+
+
 def test_picks_are_those_of_the_camera(tmp_path):
     path = written(tmp_path, "camera,tag,Xf,Yf\ncam1,1,10,20\ncam2,1,30,40\n")
     assert read_picks(path, "cam2")["Xf"].tolist() == [30]

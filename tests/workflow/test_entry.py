@@ -182,6 +182,11 @@ def test_a_recording_that_is_not_the_one_that_was_ordered_is_not_read(call, tmp_
     assert "runs/pluck/raw.csv: is another file than when this run was planned" in capsys.readouterr().err
 
 
+def test_a_job_of_results_alone_reads_nothing_of_what_is_remembered(call, monkeypatch):
+    monkeypatch.setattr("vidtrack.workflow.entry.Checksums", lambda store: pytest.fail(f"{store} was read"))
+    assert call(writing, order=ORDER._replace(files="{}")) == 0
+
+
 def test_a_file_that_was_ordered_and_is_gone_is_not_done_without(call, tmp_path, capsys):
     """Optional ones too, such as picks: the account would say that they were used."""
     ordered = ORDER._replace(files=json.dumps({"runs/pluck/raw.csv": raw_file(tmp_path, b"one")}))

@@ -58,17 +58,17 @@ def derivatives(kinematics: DataFrame, units: str, title: str) -> Drawing:
     """
     rows = kinematics[kinematics["target"] == kinematics["target"].iloc[0]]
     axes_shown = [a for a in "xyz" if rows[f"v{a}"].notna().any()] or ["x"]
-    sure = ~rows["flag"].str.contains("edge", regex=False)
+    sure, time_s = ~rows["flag"].str.contains("edge", regex=False).to_numpy(bool), rows["time_s"].to_numpy(float)
     drawing = new_drawing(2, 1, height=2.0, shared=True, title=f"{title}, target {rows['target'].iloc[0]}")
     for ax, letter in zip(drawing.axes, "va", strict=True):
         for axis in axes_shown:
-            value, colour = rows[letter + axis], AXIS_COLOURS[axis]
-            ax.plot(rows["time_s"], value.where(sure), colour, width=1.0, label=axis)
+            value = rows[letter + axis].to_numpy(float)
+            ax.plot(time_s, np.where(sure, value, np.nan), AXIS_COLOURS[axis], width=1.0, label=axis)
         if any(np.isfinite(line.y).any() for line in ax.lines):
             ax.ylim = ax.bounds()[1]
         for axis in axes_shown:
-            value, colour = rows[letter + axis], AXIS_COLOURS[axis]
-            ax.dots(rows["time_s"], value.where(~sure), colour, size=2.0)
+            value = rows[letter + axis].to_numpy(float)
+            ax.dots(time_s, np.where(sure, np.nan, value), AXIS_COLOURS[axis], size=2.0)
     speed, rate = drawing.axes
     speed.ylabel, rate.ylabel = f"velocity ({units}/s)", f"acceleration ({units}/s²)"
     rate.clock()

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.records import plain
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 Path = str | os.PathLike[str]
 
@@ -118,7 +119,8 @@ def _checksum(schema: Any) -> bytes:
 
 
 def _refuse_changed(schema: Any) -> None:
-    if (schema.metadata or {}).get(CHECKSUM, _checksum(schema)) != _checksum(schema):
+    written = (schema.metadata or {}).get(CHECKSUM)
+    if written is not None and written != _checksum(schema):
         raise ValueError("its units or its provenance are not those that were written")
 
 
@@ -149,8 +151,31 @@ def read_units(path: Path) -> dict[str, str]:
 
 def write_csv(path: Path, table: DataFrame) -> None:
     """Write a table as CSV; NaN is an empty cell."""
+    columns = [_cells(table[name]) for name in table]
+    head = [str(name) for name in table]
+    if len(head) < 2 or None in columns or _SPECIAL.search("".join(head)):
+        text = table.to_csv(index=False, lineterminator="\n")
+    else:  # what pandas writes, in a third of its time
+        lines = map(",".join, zip(*columns, strict=True))  # type: ignore[arg-type]
+        text = "\n".join([",".join(head), *lines, ""])
     with replacing(path) as file:
-        file.write(table.to_csv(index=False, lineterminator="\n").encode())
+        file.write(text.encode())
+
+
+_SPECIAL = re.compile('[,"\r\n]')
+"""Letters for which a cell is quoted."""
+
+
+def _cells(column: Series) -> list[str] | None:
+    """The text of a column's cells; None where they are neither numbers nor text that needs no quotes."""
+    values = column.to_numpy()
+    if values.dtype.kind in "biu":
+        return [*map(str, values.tolist())]
+    missing = column.isna().to_numpy().tolist()
+    if values.dtype == "float64":
+        return ["" if gone else repr(cell) for cell, gone in zip(values.tolist(), missing, strict=True)]
+    cells = ["" if gone else cell for cell, gone in zip(values.tolist(), missing, strict=True)]
+    return cells if all(type(cell) is str for cell in cells) and not _SPECIAL.search("".join(cells)) else None
 
 
 def read_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> DataFrame:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +14,9 @@ from vidtrack.files.records import GREY_LEVEL, read_json, read_png, write_json
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.geometry.camera import units_per_px
 from vidtrack.geometry.picture_part import Picture, Window, picture_from_record, window
-from vidtrack.stages.steadiness import Background, calibration_of, steadiness
+from vidtrack.stages.steadiness import Background, Calibration, calibration_of, steadiness
 from vidtrack.timing.run_scale import code_from_record, run_scale
+from vidtrack.workflow.fingerprint import state_of
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
@@ -48,9 +51,9 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
     if i >= len(job.paths("labelling")):
         return background._replace(per_px=job.settings.get("scale"))
     labelling = read_labelling(job.paths("labelling")[i])
-    sightings = read_parquet(job.paths("sightings")[i])
     part = _shown(labelling, video, (job.settings.get("crop") or {}).get(name), name, where)
-    calibrated = calibration_of(_grey(job.paths("calibrated")[i]), sightings, labelling, job.settings.get("clip"))
+    files = (job.paths(name)[i] for name in ("calibrated", "sightings", "labelling"))
+    calibrated = _calibrated(job.settings.get("clip"), *map(_as_it_is, files))
     background = background._replace(window=part, calibration=calibrated)
     if i < len(job.paths("cameras")):
         camera = read_camera(job.paths("cameras")[i]).camera
@@ -58,6 +61,23 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
         points = read_parquet(job.paths("points")[i])[["x", "y", "z"]].to_numpy(float)
         return background._replace(camera=shown, per_px=float(np.median(units_per_px(shown, points))))
     return background._replace(per_px=job.settings.get("scale"))
+
+
+AsItIs = tuple[str, ...]
+"""A path, and what shows that another file is there now, or the same one written to."""
+
+
+def _as_it_is(path: str) -> AsItIs:
+    return path, os.path.abspath(path), *map(str, state_of(path))
+
+
+@lru_cache(maxsize=16)
+def _calibrated(clip: str | None, picture: AsItIs, sightings: AsItIs, labelling: AsItIs) -> Calibration:
+    """What the calibration shows of a camera: the same for all runs that a process does one after another."""
+    found = calibration_of(_grey(picture[0]), read_parquet(sightings[0]), read_labelling(labelling[0]), clip)
+    for shared in (found.picture, found.balls):
+        shared.flags.writeable = False
+    return found
 
 
 def _shown(labelling: dict[str, Any], run: Picture, crop: Any, camera: str, where: str) -> Window | None:

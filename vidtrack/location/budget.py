@@ -137,14 +137,13 @@ def calibration_field(
     b = np.stack([project(camera, p) for camera in cameras])
     at = locate_points(cameras, b, sd=1.0, most_unsure=np.inf).point
     apart = at[:n] - np.nanmean(at[:n], 0)
+    directions = [np.sqrt(value) * v for value, v in zip(values, vectors.T, strict=True) if value > 0]
+    moved = np.repeat(b[:, None], len(directions), 1)
+    for k, i in enumerate(known):
+        for each_moved, v in zip(moved[i], directions, strict=True):
+            each_moved -= J[k] @ v[edges[k] : edges[k + 1]]
     first, second = [], []
-    for value, v in zip(values, vectors.T, strict=True):
-        if value <= 0:
-            continue
-        moved = b.copy()
-        for k, i in enumerate(known):
-            moved[i] -= J[k] @ (np.sqrt(value) * v[edges[k] : edges[k + 1]])
-        shift = locate_points(cameras, moved, sd=1.0, most_unsure=np.inf).point - at
+    for shift in locate_points(cameras, moved, sd=1.0, most_unsure=np.inf).point - at:
         good = np.isfinite(shift[:n]).all(-1) & np.isfinite(apart).all(-1)
         if good.sum() > 3:
             G, *_ = np.linalg.lstsq(apart[good], shift[:n][good] - shift[:n][good].mean(0), rcond=FLAT)

@@ -39,8 +39,9 @@ def derivatives(table: DataFrame, units: str) -> str:
     rows = table[table["target"] == table["target"].iloc[0]]
     shown = [a for a in "xyz" if rows[f"v{a}"].notna().any()] or ["x"]
     names = [letter + axis for letter in "va" for axis in shown]
-    sure = ~rows["flag"].str.contains("edge", regex=False)
-    thing, t0, every = _thing("", rows.assign(**{name: rows[name].where(sure) for name in names}))
+    sure = ~rows["flag"].str.contains("edge", regex=False).to_numpy(bool)
+    shown_rows = {name: np.where(sure, rows[name].to_numpy(float), np.nan) for name in names}
+    thing, t0, every = _thing("", rows.assign(**shown_rows))
     panels = [
         _joined(label, [_line(thing, letter + axis, AXIS_COLOURS[axis], name=axis) for axis in shown])
         for letter, label in (("v", f"velocity ({units}/s)"), ("a", f"acceleration ({units}/s²)"))

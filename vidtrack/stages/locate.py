@@ -224,8 +224,8 @@ def locate_run(
     how        all else that `locate` takes
     """
     both = {key: how.get(key) for key in ("pictures", "points")}
-    tables = {name: _columns(table) for name, table in centroids.items()}
     if tags is not None:
+        tables = {name: _columns(table) for name, table in centroids.items()}
         names = [str(name) for table in tables.values() for name in table["target"]]
         targets = with_corners(targets, corner_names(names))
         if len(tables) == 1:

@@ -189,10 +189,12 @@ def _raw(arguments: argparse.Namespace, order: Order) -> dict[str, list[int]]:
             *(f"{path}: is gone since this run was planned. Put it back, or run again." for path in gone)
         )
     states = {path: state_of(path) for path in paths if os.path.isfile(path)}
+    ordered = {path: files[name] for path in states if (name := os.path.relpath(path, experiment)) in files}
+    if not ordered:  # what is remembered of a season is long, and most jobs read results alone
+        return states
     checksums = Checksums(REMEMBERED)
-    for path in states:
-        name = os.path.relpath(path, experiment)
-        if name in files and checksums.of(path) != files[name]:
+    for path, checksum in ordered.items():
+        if checksums.of(path) != checksum:
             raise VidtrackError(f"{path}: is another file than when this run was planned. Run again.")
     return states
 
