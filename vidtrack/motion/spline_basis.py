@@ -201,11 +201,12 @@ class _Sums:
         table = np.zeros(self._values.shape[1])
         table[self._place] = weight
         weighted, at = table * self._values, 0
-        products = np.empty((n * (n + 1) // 2, *self._shape))
-        for j in range(n):
-            np.multiply(weighted[j], self._values[j:], out=products[at : at + n - j].reshape(n - j, -1))
+        sums = np.empty((n * (n + 1) // 2, intervals))
+        for j in range(n):  # one at a time: what it needs stays in the second-level cache
+            products = (weighted[j] * self._values[j:]).reshape(n - j, *self._shape)
+            np.add.reduce(products, axis=1, out=sums[at : at + n - j])
             at += n - j
-        return np.asarray(np.add.reduce(products, axis=1))
+        return sums
 
 
 def _order(derivative: int, degree: int) -> list[int]:
