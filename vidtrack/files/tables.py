@@ -18,6 +18,8 @@ from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.records import plain
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
     from pandas import DataFrame, Series
 
 Path = str | os.PathLike[str]
@@ -156,7 +158,7 @@ def write_csv(path: Path, table: DataFrame) -> None:
     if len(head) < 2 or None in columns or _SPECIAL.search("".join(head)):
         text = table.to_csv(index=False, lineterminator="\n")
     else:  # what pandas writes, in a third of its time
-        lines = map(",".join, zip(*columns, strict=True))  # type: ignore[arg-type]
+        lines = map(",".join, zip(*columns, strict=True))
         text = "\n".join([",".join(head), *lines, ""])
     with replacing(path) as file:
         file.write(text.encode())
@@ -171,11 +173,24 @@ def _cells(column: Series) -> list[str] | None:
     values = column.to_numpy()
     if values.dtype.kind in "biu":
         return [*map(str, values.tolist())]
-    missing = column.isna().to_numpy().tolist()
     if values.dtype == "float64":
-        return ["" if gone else repr(cell) for cell, gone in zip(values.tolist(), missing, strict=True)]
+        return _digits(values)
+    missing = column.isna().to_numpy().tolist()
     cells = ["" if gone else cell for cell, gone in zip(values.tolist(), missing, strict=True)]
     return cells if all(type(cell) is str for cell in cells) and not _SPECIAL.search("".join(cells)) else None
+
+
+def _digits(values: NDArray[np.float64]) -> list[str]:
+    """Numbers (n,) as `repr` writes them, NaN as nothing; Arrow writes fractions of a usual size the same."""
+    import numpy as np
+    import pyarrow as pa
+
+    size = np.abs(values)
+    plain_ones = (size >= 1e-3) & (size < 1e9) & (size != np.rint(size))
+    cells: list[str] = pa.array(values).cast(pa.string()).to_pylist()
+    for row in np.flatnonzero(~plain_ones).tolist():
+        cells[row] = "" if np.isnan(values[row]) else repr(float(values[row]))
+    return cells
 
 
 def read_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> DataFrame:

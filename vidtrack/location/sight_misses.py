@@ -284,6 +284,7 @@ def _readouts(
     velocity, acceleration = np.nan_to_num(motion.velocity), np.nan_to_num(motion.acceleration)
     share, (A, C) = np.nan_to_num(motion.share, nan=0.5), known
     every, sample = np.zeros(len(p), np.intp), np.arange(len(p))
+    AL = A.reshape(A.shape[0] * A.shape[1], len(C)) @ _root(C)
     total, sd = np.zeros(len(cameras)), np.zeros(len(cameras))
     for _ in range(4):
         d = (total[:, None] * share)[..., None]
@@ -294,17 +295,19 @@ def _readouts(
             return np.full((len(cameras), 2), np.nan)
         p = np.where(good[:, None], located.point[0], p)
         system = _system(cameras, p, located, every, sample, on & good, motion.sd[:, None])
-        step, sd = _readout_step(cameras, system, p, velocity - acceleration * d, share, A, C)
+        step, sd = _readout_step(cameras, system, p, velocity - acceleration * d, share, AL)
         total = total + step
     return np.stack([total, sd], -1)
 
 
 def _readout_step(
-    cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, share: Array, A: Array, C: Array
+    cameras: Sequence[Camera], system: _System, p: Array, velocity: Array, share: Array, AL: Array
 ) -> tuple[Array, Array]:
-    """How much longer each read-out is than supposed, (n_cameras,) s, and its standard error."""
-    AL = A.reshape(system.e.size, len(C)) @ _root(C)
-    N = AL.T @ AL + np.eye(len(C))
+    """How much longer each read-out is than supposed, (n_cameras,) s, and its standard error.
+
+    AL   (2 c n, k)  how residuals follow the calibration's error in units of its own covariance
+    """
+    N = AL.T @ AL + np.eye(AL.shape[1])
     e = system.e.ravel()
     columns, prior = [], []
     for i, camera in enumerate(cameras):

@@ -217,7 +217,7 @@ def _order(derivative: int, degree: int) -> list[int]:
 
 def _in_order(parts: Array, order: list[int]) -> Array:
     """The sum over the first axis, in an order that is given."""
-    total = parts[order[0]].copy()
+    total: Array = parts[order[0]].copy()
     for k in order[1:]:
         total += parts[k]
     return total
