@@ -66,3 +66,25 @@ def test_each_of_two_bodies_has_its_own():
     far = [c._replace(place=c.place + 40) for c in ride(other, np.arange(60), rng)]
     told = members_of(dict(enumerate([*ride(FLOAT, np.arange(60), rng), *far])), [FLOAT, other])
     assert told == {0: "bow", 1: "stern", 2: "port", 3: "a", 4: "b", 5: "c"}
+
+
+def test_rough_places_are_borne_as_far_as_their_noise_explains_it():
+    """0.3 in of noise: distances scatter by 0.4 in, more than a survey may be wrong by, and their means by 0.12 in."""
+    for seed in range(12):
+        courses = dict(enumerate(ride(FLOAT, np.arange(12), np.random.default_rng(seed), noise=0.3)))
+        assert members_of(courses, [FLOAT]) == {0: "bow", 1: "stern", 2: "port"}
+
+
+def test_what_keeps_the_distance_of_a_target_on_average_alone_is_none():
+    _, stern, port = ride(FLOAT, np.arange(60), np.random.default_rng(6))
+    bow = ride(FLOAT, np.arange(60), np.random.default_rng(7))[0]
+    along = bow.place - (stern.place + port.place) / 2
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    swinging = bow._replace(place=bow.place + 0.8 * np.sin(2 * np.pi * np.arange(60) / 30)[:, None] * along)
+    assert members_of({0: swinging, 1: stern, 2: port}, [FLOAT]) == {}
+    assert members_of({0: bow, 1: stern, 2: port}, [FLOAT]) == {0: "bow", 1: "stern", 2: "port"}
+
+
+@pytest.mark.parametrize(("moments", "named"), [(4, 0), (5, 3)])
+def test_a_few_moments_together_say_nothing_of_a_distance(moments, named):
+    assert len(members_of(dict(enumerate(ride(FLOAT, np.arange(moments), np.random.default_rng(8)))), [FLOAT])) == named

@@ -1,11 +1,15 @@
 """Targets are found by their motion, or else by their brightness, and what stands still besides is clutter."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tests.discs import picture
 from tests.tracking.test_tracker import DETECTION, SHAPE, circle, samples_of
+from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
-from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
+from vidtrack.tracking.initialisation import INITIALISATION, _blobs_above, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.sample import Sample
 
 STILL = [(40.0, 40.0, 5.0), (260.0, 160.0, 5.0)]
@@ -113,3 +117,54 @@ def test_what_lasts_is_a_target_before_what_glitters_more_brightly():
     for trail in opening.trails:
         off = np.linalg.norm(path[trail.sample] - trail.position[:, None], axis=-1)
         assert np.median(off.min(axis=1)) < 2
+
+
+def test_of_more_blobs_than_can_be_linked_the_most_massive_are(monkeypatch):
+    y, x = np.mgrid[5:200:10, 5:300:10].reshape(2, -1)
+    light = np.random.default_rng(0).permutation(np.linspace(60, 200, x.size))
+    dots = Sample(picture(SHAPE, np.column_stack([x, y, np.full(x.size, 2.0), light])), 0.0)
+    found = _blobs_above(dots, dots.luma, DETECTION, 50.0)
+    most = INITIALISATION.blobs_at_most
+    monkeypatch.setattr("vidtrack.tracking.initialisation.INITIALISATION", replace(INITIALISATION, blobs_at_most=9999))
+    every = _blobs_above(dots, dots.luma, DETECTION, 50.0)
+    assert found.mass.size == most < every.mass.size
+    assert sorted(found.mass) == sorted(every.mass)[-most:]
+
+
+def test_a_stick_that_stands_still_is_no_target_however_bright_it_is():
+    samples = samples_of(np.full((8, 1, 2), np.nan), still=STILL[:1])
+    for sample in samples:
+        sample.luma[20:22, 100:220] = 250
+    (only,) = find_targets(samples, 2, DETECTION).trails
+    assert only.position[0] == pytest.approx(STILL[0][:2], abs=0.5)
+
+
+def test_a_stick_that_creeps_is_no_target():
+    samples = samples_of(np.full((12, 1, 2), np.nan), still=STILL[:1])
+    for k, sample in enumerate(samples):
+        sample.luma[20:24, 100 + k // 2 : 140 + k // 2] = 250
+    assert all(abs(trail.position[0, 1] - 21.5) > 5 for trail in find_targets(samples, 2, DETECTION).trails)
+
+
+def test_dim_movers_are_found_where_their_pixels_together_stand_out():
+    path = circle(12, 3, period=40.0)
+    opening = find_targets(samples_of(path, contrast=14.0, noise=2.5), 3, Detection(noise=2.5))
+    assert opening.moving == 3
+    assert np.linalg.norm(found_at(opening)[:, None] - path[0], axis=-1).min(1).max() < 2
+
+
+def test_where_nine_of_ten_move_no_later_samples_are_searched(monkeypatch):
+    seen = []
+
+    def counted(samples, *others):
+        seen.append(len(samples))
+        return find_movers(samples, *others)
+
+    monkeypatch.setattr("vidtrack.tracking.initialisation.find_movers", counted)
+    path = circle(24, 10, period=40.0)
+    path[:, 9] = (20, 20)
+    opening = find_targets(samples_of(path), 10, DETECTION)
+    assert (len(seen), opening.moving, len(opening.trails)) == (1, 9, 10)
+    path[:, 8] = (280, 180)
+    find_targets(samples_of(path), 10, DETECTION)
+    assert len(seen) > 2

@@ -110,3 +110,35 @@ def test_the_sweep_finds_the_same_as_asking_everybody_about_everybody():
         clear = cleared(clear, position, size)
         assert np.array_equal(clear, expected)
     assert touched_any > 200
+
+
+def course(positions, times=None):
+    """The course of one target that hides after these positions (m, 2) px, and a function of its time."""
+    positions = np.asarray(positions, float)
+    times = np.arange(len(positions)) - len(positions) + 1.0 if times is None else times
+    occlusions = Occlusions(1)
+    occlusions.begin(np.array([0]), times, positions[:, None])
+    return lambda *at: occlusions.at(np.array([0]), np.array(at, float))[:, 0]
+
+
+def test_an_acceleration_lasts_for_some_samples_and_then_the_velocity_does():
+    t = np.arange(-19.0, 1.0)
+    at = course(np.stack([100 + 0.2 * t * t, 60 + t], -1))
+    bends = np.diff(at(*range(21))[:, 0], 2)
+    assert bends[: int(OCCLUSION.bending) - 2] == pytest.approx(0.4, abs=0.01)
+    assert np.abs(bends[int(OCCLUSION.bending) :]).max() < 1e-9
+
+
+def test_a_long_course_bears_its_noise_and_a_bent_one_is_followed_by_its_end():
+    t = np.arange(-19.0, 1.0)
+    line, wave = np.stack([100 + 2 * t, 60 + 0 * t], -1), np.stack([100 + 2 * t, 60 + 10 * np.sin(t / 5)], -1)
+    off = [course(line + np.random.default_rng(k).normal(0, 0.05, line.shape))(4.0) - (108, 60) for k in range(20)]
+    assert np.sqrt(np.mean(np.square(off))) < 0.1  # from its last four samples alone: 0.6
+    assert np.abs(course(wave)(2.0) - (104, 60 + 10 * np.sin(2 / 5))).max() < 2  # through all of it: 3.5
+
+
+def test_two_positions_go_on_straight_and_four_on_their_bend():
+    assert course([(97.0, 60.0), (100.0, 58.0)])(1.0, 4.0) == pytest.approx(np.array([[103, 56], [112, 50]]), abs=0.3)
+    t = np.arange(-3.0, 1.0)
+    bent = np.stack([100 + t * t, 60 + 0 * t], -1)
+    assert course(bent)(2.0)[0] == pytest.approx((104.0, 60.0), abs=0.2)
