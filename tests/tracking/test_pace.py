@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.tracking.test_tracker import circle, followed, samples_of, starts_at
+from vidtrack.tracking.measurement.dispatch import measure_targets
 from vidtrack.tracking.pace import PACE, Pacer, sought_now
 from vidtrack.tracking.state import Appearance
 
@@ -66,3 +68,17 @@ def test_large_windows_let_fewer_samples_in_and_templates_need_less_than_segment
     pacer = settled()
     pacer.windows(looking(100.0, soft), templates=templates)
     assert pacer.samples(SEEN, NONE, LATE) == samples
+
+
+def test_the_unrest_of_the_background_is_measured_in_every_fourth_reading(monkeypatch):
+    path = circle(60, 2)
+    careful = []
+
+    def measured(*given, **known):
+        careful.append(known["careful"])
+        return measure_targets(*given, **known)
+
+    monkeypatch.setattr("vidtrack.tracking.tracker.measure_targets", measured)
+    followed(samples_of(path), starts_at(path[0]))
+    assert len(careful) > 8
+    assert [k for k, now in enumerate(careful) if now] == list(range(3, len(careful), 4))

@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.discs import picture
 from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.detection.candidates import blobs_near, blobs_of
 from vidtrack.tracking.own_size import OwnSize
-from vidtrack.tracking.reacquisition import Reacquisition, Scene
+from vidtrack.tracking.reacquisition import SEARCH, Reacquisition, Scene
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import (
     EDGE,
@@ -18,6 +20,7 @@ from vidtrack.tracking.state import (
     PREDICTED,
     RECOVERED,
     SMALL,
+    Appearance,
     Searched,
     Starts,
     TargetState,
@@ -139,3 +142,97 @@ def test_targets_that_hide_each_other_count_as_lost_after_max_occlusion(longest)
         assert search.occlusions.met.all()
     search.seek(now, sample(), who, position)
     assert not search.occlusions.met.any()
+
+
+@pytest.mark.parametrize(("missing", "reached"), [(10, False), (11, True)])
+def test_what_is_lost_for_long_may_be_anywhere_and_before_that_where_it_can_have_gone(missing, reached):
+    """A target at rest: it is looked for about where it was, until so much time has gone by that nothing is known."""
+    now, predicted = lost((30.0, 50.0), missing=missing)
+    now = resting(now, predicted)
+    search = Reacquisition(SCENE, 1, 1, OwnSize(1), far=True)
+    blobs = blobs_of(sample((140.0, 100.0, RADIUS)), SCENE.detection, 100.0)
+    assert search._within_reach(now, np.arange(1), predicted, blobs).tolist() == [[reached]]
+
+
+@pytest.mark.parametrize(("off", "reached"), [(21.0 + 3 * 4, True), (21.0 + 3 * 6, False)])
+def test_a_target_at_rest_may_set_off_while_it_is_lost(off, reached):
+    """Half its box's diagonal, 21 px, and 5 px a sample for three samples."""
+    now, predicted = lost((30.0, 50.0), missing=3)
+    search = Reacquisition(SCENE, 1, 1, OwnSize(1), far=True)
+    blobs = blobs_of(sample((30.0 + off, 50.0, RADIUS)), SCENE.detection, 100.0)
+    found = search._within_reach(resting(now, predicted), np.arange(1), predicted, blobs)
+    assert found.tolist() == [[reached]]
+
+
+def resting(now, predicted):
+    """With targets that have not moved in the samples before."""
+    positions = np.repeat(predicted[None], len(now.state.positions), axis=0)
+    return replace(now, state=replace(now.state, positions=positions))
+
+
+@pytest.mark.parametrize(("later", "found"), [(6.0, True), (9.0, False)])
+def test_a_second_sighting_confirms_the_first_as_far_as_a_target_goes_in_a_few_samples(later, found):
+    """7 box diagonals of 14 px lie between the two: too far for 6 samples, and 8 are the most that count."""
+    search = Reacquisition(SCENE, 1, 1, OwnSize(1), far=True)
+    now, predicted = lost((15.0, 15.0), missing=12, box=10.0)
+    search.seek(now, sample((20.0, 60.0, RADIUS)), np.arange(1), predicted)
+    distance = 14.14 * (5.5 if found else 8.5)
+    second = search.seek(now, sample((20.0 + distance, 60.0, RADIUS), time=1.0 + later), np.arange(1), predicted)
+    assert bool(np.isfinite(second.values[0, 0])) == found
+
+
+def meeting(*positions, missing=2, radius_of_box=30.0):
+    """A search for targets that hide each other at these positions, and what it begins with."""
+    now, predicted = lost(*positions, missing=missing, box=radius_of_box)
+    n = len(predicted)
+    search = Reacquisition(SCENE, n, n, OwnSize(n), far=False)
+    search.occlusions.begin(np.arange(n), np.arange(-7.0, 1.0), np.repeat(predicted[None], 8, axis=0))
+    search.separation.measured = lambda *_: None  # no fit of both
+    return search, now, predicted
+
+
+def test_one_target_that_nothing_shows_is_waited_for_no_longer_than_a_sighting_counts():
+    search, now, predicted = meeting((60.0, 50.0))
+    for _ in range(int(SEARCH.confirmed_within)):
+        search.seek(now, sample(), np.arange(1), predicted)
+        assert search.occlusions.met[0]
+    search.seek(now, sample(), np.arange(1), predicted)
+    assert not search.occlusions.met[0]
+
+
+@pytest.mark.parametrize(("radius", "found"), [(RADIUS, True), (RADIUS * 1.26, False), (RADIUS * 0.7, False)])
+def test_after_an_occlusion_each_blob_must_be_one_whole_target(radius, found):
+    search, now, predicted = meeting((50.0, 50.0), (62.0, 50.0))
+    search.scene = replace(SCENE, detection=Detection(noise=2.0, threshold=120.0))
+    now = search.seek(now, sample((50.0, 50.0, RADIUS), (62.0, 50.0, radius)), np.arange(2), predicted)
+    assert np.isfinite(now.values[0]).tolist() == [found, found]
+
+
+def test_soft_edges_that_touch_are_parted_above_them():
+    """A little out of focus, 10 px apart: half way up they are one blob, as their edges add up between them."""
+    search, now, predicted = meeting((55.0, 50.0), (65.0, 50.0))
+    bare = picture(SHAPE, [(55.0, 50.0, RADIUS), (65.0, 50.0, RADIUS)], contrast=180.0, dtype=float)
+    soft = Sample(np.clip(np.rint(cv2.GaussianBlur(bare, (0, 0), 1.5)), 0, 255).astype(np.uint8), 1.0)
+    looks = now.state.appearance.values.copy()
+    looks[[1, 7]] = 130.0  # contrast and plateau of the two as they are
+    now = replace(now, state=replace(now.state, appearance=Appearance(looks)))
+    (level, _) = search._levels(now, np.arange(2))
+    assert blobs_near(soft, SCENE.detection, np.array([[30.0, 30, 60, 40]]), np.array([level])).Xf.size == 1
+    now = search.seek(now, soft, np.arange(2), predicted)
+    assert np.abs(now.values[0] - (55, 65)).max() < 0.2
+
+
+@pytest.mark.parametrize(("radius", "held"), [(RADIUS * 1.1, False), (RADIUS * 1.5, True)])
+def test_targets_are_waited_for_anew_only_where_a_blob_may_hold_several(radius, held):
+    search, now, predicted = meeting((58.0, 50.0), (62.0, 50.0))
+    for _ in range(3):
+        search.seek(now, sample((60.0, 50.0, radius)), np.arange(2), predicted)
+    assert search.occlusions.waited.tolist() == ([0, 0] if held else [3, 3])
+
+
+@pytest.mark.parametrize(("gap", "alone"), [(3.0, False), (6.0, True)])
+def test_targets_that_have_hardly_parted_are_found_together_or_not_at_all(gap, alone):
+    """Only one of them is seen, where either may be."""
+    search, now, predicted = meeting((50.0, 50.0), (59.0 + gap, 50.0))
+    now = search.seek(now, sample((50.0, 50.0, RADIUS)), np.arange(2), predicted)
+    assert np.isfinite(now.values[0]).tolist() == [alone, False]
