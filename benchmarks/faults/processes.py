@@ -12,6 +12,9 @@ from typing import NamedTuple
 
 HOUSE = Path(__file__).resolve().parents[2]
 
+LONGEST_S = 60.0
+"""How long a call's processes may outlive it."""
+
 
 def command(folder: Path) -> list[str]:
     """How Snakemake is called over a folder."""
@@ -23,9 +26,10 @@ def end_of_session(leader: int) -> list[int]:
 
     The processes that are there after a minute are ended; their numbers.
     """
-    for _ in range(600):
-        if not (left := session(leader)):
-            return []
+    end = time.monotonic() + LONGEST_S
+    while left := session(leader):
+        if time.monotonic() > end:
+            break
         time.sleep(0.1)
     for pid in left:
         with suppress(ProcessLookupError):
