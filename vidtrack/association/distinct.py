@@ -16,11 +16,13 @@ def distinct_pairs(a: Ints, b: Ints) -> tuple[Ints, Ints, Ints, Ints]:
     width = int(b.max(initial=0)) + 1
     if (int(a.max(initial=0)) + 1) * width <= FULL * a.size:
         key = a * width + b
-        counts = np.bincount(key)
-        kept = np.flatnonzero(counts)
-        number = np.empty(counts.size, np.intp)
+        there = np.zeros(int(key.max(initial=-1)) + 1, bool)
+        there[key] = True
+        kept = np.flatnonzero(there)
+        number = np.empty(there.size, np.int32)
         number[kept] = np.arange(kept.size)
-        return *np.divmod(kept, width), number[key], counts[kept]
+        pair = number[key].astype(np.intp)
+        return *np.divmod(kept, width), pair, np.bincount(pair, minlength=kept.size)
     order = np.argsort(short(b), kind="stable")
     order = order[np.argsort(short(a)[order], kind="stable")]
     low, high = a[order], b[order]

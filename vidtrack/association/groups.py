@@ -88,6 +88,7 @@ class Groups:
         }  # groups with a tracklet that fits one of a group's
         self._foes: dict[int, set[int]] = {i: set() for i in range(n)}  # those that contradict it, as far as known
         self._partners: dict[int, dict[int, Worth]] = {}
+        self._stale: dict[int, set[int]] = {}  # what of a group's partners is to be judged anew
         for i in range(n):
             own: list[list[Span]] = [[] for _ in range(n_cameras)]
             own[nodes.camera[i]].append((nodes.first[i], nodes.last[i], i))
@@ -245,8 +246,15 @@ class Groups:
                     others[k].discard(h)
                     others[k].add(g)
         self.kin[g] -= {g, h}
-        for k in (g, h, *self.kin[g]):
+        for k in (g, h):
             self._partners.pop(k, None)
+            self._stale.pop(k, None)
+        for k in self.kin[g]:
+            gains = self._partners.get(k)
+            if gains is not None:
+                gains.pop(g, None)
+                gains.pop(h, None)
+                self._stale.setdefault(k, set()).add(g)
 
     def _nearest(self, g: int, node: int) -> int:
         """The member of a group that is nearest in time to a node."""
@@ -267,11 +275,19 @@ class Groups:
     def partners(self, g: int) -> dict[int, Worth]:
         """Groups that a group gains from by lines of sight, and what."""
         found = self._partners.get(g)
+        several: set[int] = self.kin[g]
         if found is None:
-            known = self._known[g]
-            foes = self._foes[g]
-            worth = {h: known.get(h) or self._weighed(g, h) for h in self.kin[g] if h not in foes}
-            found = self._partners[g] = {h: w for h, w in worth.items() if w.sights > 0}
+            found = self._partners[g] = {}
+        elif g in self._stale:
+            several = self._stale.pop(g) & several
+        else:
+            return found
+        known, foes = self._known[g], self._foes[g]
+        for h in several:
+            if h not in foes:
+                worth = known.get(h) or self._weighed(g, h)
+                if worth.sights > 0:
+                    found[h] = worth
         return found
 
     def join_the_clear(self, margin: float = MARGIN) -> None:
