@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
-from vidtrack.tracking.following.occlusion import OCCLUSION
+from vidtrack.tracking.following.occlusion import OCCLUSION, touched
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, NEVER, PIXELS, POSITION, PREDICTED, RECOVERED, Rows, Starts, X, Y, present
@@ -127,7 +127,8 @@ def together_backwards(tracker: Tracker, samples: Sequence[Sample]) -> Back | No
     """All that a tracker measured in its last sample followed back through all of its samples; None: it was nothing."""
     state, n = tracker.state, tracker.record.n
     known = np.isfinite(state.positions[..., 0]).sum(axis=0) >= BACKWARDS.known
-    who = np.flatnonzero((state.missing == 0) & known & np.isfinite(state.appearance.pixels))
+    now = (state.missing >= 0) & np.isfinite(state.positions[-1, :, 0])  # those fitted together are sought on
+    who = np.flatnonzero(now & known & np.isfinite(state.appearance.pixels))
     if not who.size:
         return None
     recent = state.positions[-3:, who]
@@ -146,11 +147,24 @@ def together_backwards(tracker: Tracker, samples: Sequence[Sample]) -> Back | No
         looks.size[:, who].T.copy(),
     )
     back = Tracker(starts, tracker.scene.detection, tracker.scene.level, static=tracker.scene.static, far=False)
+    _touching_at_first(back, tracker, who, -velocity, samples[-1].lines)
     last = samples[-1].time
     back.follow([sample._replace(time=last - sample.time) for sample in reversed(samples)])
     back.finish()
     number = np.arange(n) if tracker.newcomers is None else tracker.newcomers.track
     return Back(number[who], int((who < n).sum()), _in_order(back.rows()))
+
+
+def _touching_at_first(back: Tracker, tracker: Tracker, who: Ints, velocity: Array, lines: int) -> None:
+    """Those that touch when the way back begins, at time 0, hide each other, and are of the shapes that are known.
+
+    who  (m,) their places in the tracker; velocity (m, 2) px a sample, on the way back; lines: of samples
+    """
+    starts, search = back.starts, back.search
+    together = np.flatnonzero(touched(starts.position[: who.size], tracker.state.sizes(lines, who)))
+    search.separation.known(together, tracker.search.separation.shapes(who[together]))
+    times = np.arange(-2.0, 1.0)
+    search.occlusions.begin(together, times, starts.position[: who.size] + times[:, None, None] * velocity)
 
 
 def _in_order(rows: Rows) -> Rows:

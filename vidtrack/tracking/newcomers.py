@@ -65,13 +65,21 @@ class Newcomers:
         gone[: self.n] = False
         return self._given_back(state, np.flatnonzero(gone))
 
-    def yielding(self, state: TargetState, at: Array, lines: int) -> tuple[TargetState, Ints]:
-        """With the tracks ended that follow what targets turned out to be, found at (2, m) px; and their places."""
+    def yielding(self, state: TargetState, at: Array, lines: int, apart: Bools) -> tuple[TargetState, Ints]:
+        """With the tracks ended that follow what targets turned out to be, found at (2, m) px; and their places.
+
+        apart  (places,) tracks that are known to be another thing
+        """
         place = state.positions[-1, self.n :]
         size = state.sizes(lines, slice(self.n, None)).max(axis=1)
         near = np.hypot(place[:, :1] - at[0], place[:, 1:] - at[1]) < np.maximum(size / 2, 2.0)[:, None]
-        twice = self.n + np.flatnonzero(near.any(axis=1) & (state.missing[self.n :] >= 0))
+        twice = self.n + np.flatnonzero(near.any(axis=1) & (state.missing[self.n :] >= 0) & ~apart[self.n :])
         return self._given_back(state, twice), twice
+
+    def taken(self, place: int) -> None:
+        """A free place is taken by what another track turned out to be besides."""
+        self.track[place] = self._next
+        self._next += 1
 
     def begun(self, state: TargetState, sample: Sample, occlusions: Occlusions, starts: Starts) -> TargetState:
         """With tracks for candidates of the whole sample, as long as there are places.

@@ -193,13 +193,15 @@ class Reacquisition:
                     # what is above this level is less than the targets: they keep their appearance
                     now = replace(separated, state=replace(separated.state, appearance=now.state.appearance))
                     continue
-            apart = self.separation.measured(now, sample, some, middle, scene)
-            if apart is not None:
+            if (apart := self.separation.measured(now, sample, some, middle, scene)) is not None:
                 self.occlusions.seen(some, sample.time, apart.values[[X, Y]][:, some].T)
                 now = replace(apart, state=apart.state.still_sought(some))
                 continue
             now = now.missed(some, MERGED | PREDICTED)
-            self._still_occluded(now, sample, some, middle, whole)
+            if np.isfinite(course := self.separation.course[some]).all():
+                self.occlusions.seen(some, sample.time, course)
+            else:
+                self._still_occluded(now, sample, some, middle, whole)
         return now
 
     def _separated(
@@ -344,7 +346,5 @@ def _going_on(now: Searched, who: Ints, before: Array, time: float) -> Searched:
 
 def _distinct(cost: Array, chosen: Ints) -> bool:
     """Whether of two targets each is nearer to its own blob than, by a px or two, if they changed places."""
-    if len(cost) != 2:
-        return True
-    swapped = float(cost[0, chosen[1]] + cost[1, chosen[0]])
-    return swapped > float(cost[0, chosen[0]] + cost[1, chosen[1]]) + 4.0
+    own, swapped = (sum(float(cost[i, j]) for i, j in enumerate(order)) for order in (chosen, chosen[::-1]))
+    return len(cost) != 2 or swapped > own + 4.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.following.occlusion import recent
-from vidtrack.tracking.state import MEASURED, POSITION, Rows
+from vidtrack.tracking.state import MEASURED, MERGED, POSITION, PREDICTED, Rows
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,27 @@ class Record:
             )
         self.samples += len(times)
         self._count += 1
+
+    def unmeasured(self, track: int, since: int) -> None:
+        """What was measured of a track from a sample on was not of one target."""
+        if track < self.n:
+            rows = self.rows()
+            some = np.isfinite(rows.values[0, since:, track])
+            rows.values[:, since:, track][:, some] = np.nan
+            rows.flag[since:, track][some] = MERGED | PREDICTED
+        else:
+            others = self.others()
+            own = (others.track == track) & (others.sample >= since)
+            others.values[:, own], others.flag[own] = np.nan, MERGED | PREDICTED
+
+    def of_track(self, track: int) -> tuple[Ints, Array]:
+        """Samples (k,) and values (MEASURED, k) of a track."""
+        if track < self.n:
+            values = self.rows().values[:, :, track]
+            return np.arange(values.shape[1]), values
+        others = self.others()
+        own = others.track == track
+        return others.sample[own], others.values[:, own]
 
     def recent(self) -> tuple[Array, Array]:
         """Times (k,) and positions (k, places, 2) of the last samples; none before the first block."""

@@ -18,6 +18,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
+from vidtrack.tracking.measurement.two_discs import Pair, two_discs
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, POSITION, SATURATED, Found, Searched, X
 
@@ -28,12 +29,14 @@ class Separating:
 
     at_most      targets in one fit; widest_px: half axis of one
     ring_px      about the pixels that count, for the background
+    about        of half a blob's size, on each side, in which it is looked at
     soft_px      about other targets and static clutter, which their light may reach
     """
 
     at_most: int = 4
     widest_px: float = 60.0
     ring_px: float = 6.0
+    about: float = 1.15
     soft_px: int = 2
 
 
@@ -57,10 +60,14 @@ class Scene:
 
 
 class Separation:
-    """Fits targets together; remembers the shapes of those in so many places, and which were fitted in this sample."""
+    """Fits targets together; remembers the shapes of those in so many places, and which were fitted in this sample.
+
+    course  (places, 2) px, where targets are that overlap by too much to be measured; NaN: nothing shows it
+    """
 
     def __init__(self, places: int) -> None:
         self.fitted = np.zeros(places, bool)
+        self.course = np.full((places, 2), np.nan)
         self._shape = np.full((SHAPE, places), np.nan)
 
     def forget(self, who: Ints) -> None:
@@ -70,6 +77,7 @@ class Separation:
     def measured(self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene) -> Searched | None:
         """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold."""
         detection, looks = scene.detection, now.state.appearance.of(who)
+        self.course[who] = np.nan
         if not 0 < who.size <= SEPARATING.at_most or not looks.known.all():
             return None
         known = self._known(who, looks.pixels, looks.size, looks.contrast)
@@ -79,23 +87,48 @@ class Separation:
             return None
         room = axes.max(axis=1) + JOINT_FIT.reach_px + SEPARATING.ring_px
         rows, columns = sample.luma.shape
-        left, right = int(np.floor(column.min() - room[0])), int(np.ceil(column.max() + room[0])) + 1
-        top, bottom = int(np.floor(row.min() - room[1])), int(np.ceil(row.max() + room[1])) + 1
         half = axes.max(axis=1)
         if (column - half[0]).min() < 0 or (column + half[0]).max() > columns - 1:
             return None
         if (row - half[1]).min() < 0 or (row + half[1]).max() > rows - 1:
             return None
-        left, top, right, bottom = max(0, left), max(0, top), min(columns, right), min(rows, bottom)
-        grey = detection.bright(sample.luma[top:bottom, left:right]).astype(np.float32) * np.float32(detection.scale)
+        left, top, grey = _cut(sample, detection, column, row, room)
         hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
         x, y = column - left, row - top
-        fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise)
+        fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise, courses=True)
         if fit is None:
+            return None
+        if not fit.good:
+            self.course[who] = np.stack([fit.x + left, (fit.y + top) * sample.lines + sample.parity], axis=1)
             return None
         self._shape[:, who] = fit.shape
         self.fitted[who] = True
         return _with(now, sample, who, fit, left, top, piece, looks.pixels)
+
+    def pair(self, now: Searched, sample: Sample, i: int, scene: Scene) -> Pair | None:
+        """The two discs that place i shows, in px of the frame buffer; None: it is not plainly two."""
+        looks = now.state.appearance.of(slice(i, i + 1))
+        half = looks.size[:, 0] / 2
+        x, y = now.values[POSITION, i]
+        room = half * SEPARATING.about + JOINT_FIT.reach_px + SEPARATING.ring_px
+        if not np.isfinite(half).all() or half.max() > 2 * SEPARATING.widest_px:
+            return None
+        column, row = np.array([x]), np.asarray(sample.row(np.array([y])))
+        left, top, grey = _cut(sample, scene.detection, column, row, room)
+        hidden = self._hidden(now, sample, np.array([i]), (left, top), grey.shape, scene.static)
+        at = float(column[0]) - left, float(row[0]) - top
+        found = two_discs(grey, hidden, *at, float(looks.contrast[0]), scene.detection.noise, sample.lines)
+        if found is None:
+            return None
+        return found._replace(x=found.x + left, y=(found.y + top) * sample.lines + sample.parity)
+
+    def shapes(self, who: Ints) -> Array:
+        """What is known of targets (SHAPE, m) from a fit; NaN: nothing."""
+        return self._shape[:, who]
+
+    def known(self, who: Ints, shape: Array) -> None:
+        """Of targets these shapes (SHAPE, m) are known from a fit."""
+        self._shape[:, who] = shape
 
     def beside_static(
         self, now: Searched, sample: Sample, who: Ints, predicted: Array, scene: Scene
@@ -148,6 +181,18 @@ class Separation:
                 off = ((column + corner[0] - x[i]) / half[0, i]) ** 2 + ((row + corner[1] - y[i]) / half[1, i]) ** 2
                 hidden[off < 1] = 1
         return hidden > 0
+
+
+def _cut(
+    sample: Sample, detection: Detection, column: Array, row: Array, room: Array
+) -> tuple[int, int, NDArray[np.float32]]:
+    """Left column, top row and grey levels of a piece of a sample about places (m,), with room (2,) px on each side."""
+    rows, columns = sample.luma.shape
+    left, right = int(np.floor(column.min() - room[0])), int(np.ceil(column.max() + room[0])) + 1
+    top, bottom = int(np.floor(row.min() - room[1])), int(np.ceil(row.max() + room[1])) + 1
+    left, top, right, bottom = max(0, left), max(0, top), min(columns, right), min(rows, bottom)
+    grey = detection.bright(sample.luma[top:bottom, left:right]).astype(np.float32) * np.float32(detection.scale)
+    return left, top, grey
 
 
 def hidden_by_static(

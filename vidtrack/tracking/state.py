@@ -243,6 +243,18 @@ class TargetState:
         missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
         return replace(self, appearance=self.appearance.begun(target, appearance), positions=where, missing=missing)
 
+    def parted(self, one: int, other: int, place: Array, looks: Array) -> TargetState:
+        """With what was followed as target `one` in the last samples known to be two, at places (2, 2) px now.
+
+        looks  (2, 5) of each as of `begun`. They moved as what was followed did; neither was measured
+        """
+        positions, missing, box = self.positions.copy(), self.missing.copy(), self.box.copy()
+        way = positions[:, one] - positions[-1, one]
+        positions[:, one], positions[:, other] = way + place[0], way + place[1]
+        missing[[one, other]], box[other] = 1, box[one]
+        appearance = self.appearance.begun(one, looks[0]).begun(other, looks[1])
+        return replace(self, appearance=appearance, positions=positions, missing=missing, box=box)
+
     def remembering(self, times: Array, fresh: Array, home: Array) -> TargetState:
         """After samples at `times` (k,) with positions `fresh` (k, n, 2) px, NaN where nothing was measured.
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.crops import Crop, keep_piece
+from vidtrack.tracking.declumping import Clumps, first_of_both, looks_of
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
@@ -36,6 +37,7 @@ from vidtrack.tracking.state import (
     CORRUPT,
     LOST,
     MEASURED,
+    NEVER,
     POSITION,
     PREDICTED,
     RECOVERED,
@@ -78,7 +80,7 @@ class Tracker:
         self.state = TargetState.before(self.starts)
         places = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
         self.scene = Scene(detection, level, places, static)
-        self.own_size = OwnSize(n + spare)
+        self.own_size, self.clumps = OwnSize(n + spare), Clumps(n + spare)
         self.search = Reacquisition(self.scene, n, n + spare, self.own_size, far=far)
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record = Record(n)
@@ -159,6 +161,7 @@ class Tracker:
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
         if self.newcomers is not None:
             self.windows.passed(samples[:taken], self.record.samples - taken)
+            self._declump(block, samples[taken - 1], taken - 1)
             self._initiate(samples[taken - 1], taken)
         return taken
 
@@ -178,15 +181,46 @@ class Tracker:
         self.state = self.newcomers.begun(self.state, sample, self.search.occlusions, self.starts)
         new = np.flatnonzero(self.newcomers.track != before)
         self.search.forget(new)
+        self.clumps.forget(new)
         self.windows.begun(self.scene, new, self.state)
         if self.newcomers.whole.static is not self.scene.static:
             self.scene = self.search.scene = replace(self.scene, static=self.newcomers.whole.static)
+
+    def _declump(self, block: Rows, sample: Sample, j: int) -> None:
+        """Follow as two what turns out to be two, in a sample that is row j of the block and in the record."""
+        assert self.newcomers is not None
+        n, number = self.record.n, self.record.samples - 1
+        self.clumps.forget(np.flatnonzero((self.clumps.partner >= 0) & (self.state.missing < 0)))
+        for i in self.clumps.due(block.values[:, j], self.state, number, sample.lines).tolist():
+            now = Searched(self.state, block.values[:, j], block.flag[j])
+            pair = self.search.separation.pair(now, sample, i, self.scene)
+            if not self.clumps.looked(i, number, pair) or pair is None:
+                continue
+            unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
+            free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
+            if not free.size:
+                continue
+            other = int(free[0])
+            if other >= n:
+                self.newcomers.taken(other)
+            track, looks = int(self.newcomers.track[i]), looks_of(pair)
+            samples, values = self.record.of_track(track)
+            first = first_of_both(values, float(looks.pixels.max()))
+            self.record.unmeasured(track, int(samples[first]))
+            both = np.array([i, other])
+            self.state = self.state.parted(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks).T)
+            self.search.forget(both)
+            self.search.separation.known(both, pair.shape)
+            self.search.occlusions.end(both)
+            self.search.occlusions.begin(both, self.state.times, self.state.positions)
+            self.clumps.joined(i, other)
+            self.windows.begun(self.scene, both, self.state)
 
     def _yield(self, at: Array, lines: int) -> Ints:
         """End other tracks of what targets turned out to be, at (2, m) px; returns their places."""
         if self.newcomers is None or not at.size:
             return np.zeros(0, np.intp)
-        self.state, twice = self.newcomers.yielding(self.state, at, lines)
+        self.state, twice = self.newcomers.yielding(self.state, at, lines, self.clumps.partner >= 0)
         self.search.occlusions.end(twice)
         return twice
 
@@ -256,7 +290,8 @@ class Tracker:
     def _seek(self, block: Rows, sample: Sample, who: Ints, predicted: Array, j: int) -> None:
         """Seek targets, then other tracks, in a sample that is row j of the block, which takes what is found."""
         n = self.record.n
-        for some in (who[who < n], who[who >= n]):
+        first = (who < n) | (self.clumps.partner[who] >= 0)
+        for some in (who[first], who[~first]):
             some = some[self.state.missing[some] >= 0]  # a target may just have turned out to be this track
             if not some.size:
                 continue

@@ -29,18 +29,27 @@ class Piece:
 
 
 def fit_apart(
-    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, known: Shapes, noise: float
+    grey: NDArray[np.float32],
+    hidden: NDArray[np.bool_],
+    x: Array,
+    y: Array,
+    known: Shapes,
+    noise: float,
+    *,
+    courses: bool = False,
 ) -> tuple[Joint | None, Piece]:
     """Discs of known shapes, expected at x, y (m,) px of the piece; None where the fit does not hold.
 
     grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
+    courses  whether a fit counts that shows no more than the courses of discs (`Joint.course`)
     """
-    piece = _without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
+    piece = without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
     fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise))
-    return (fit if fit.good and _each_its_own(fit, x, y) else None), piece
+    holds = fit.good or (courses and fit.course)
+    return (fit if holds and _each_its_own(fit, x, y) else None), piece
 
 
-def _without_background(
+def without_background(
     grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, noise: float
 ) -> Piece:
     """A piece over the plane of what is beside the targets at x, y (m,) and not hidden."""

@@ -37,6 +37,7 @@ class JointFit:
     alike          ratio of lights below which it does not matter which disc is in front
     reach_px       about a disc, in which pixels count
     overlap        of the smaller diameter, by which two discs may overlap and still be separated
+    hidden         the same, up to which a course is known; course_px: largest sd of that
     steep          overlap at which the variance is twice the linearised one: it grows as its 8th power
     visible        share of a disc that must be seen
     cusp           of the blur, at radius 1, falling as 1 / sqrt(radius): error in x and y where two blurred outlines
@@ -54,6 +55,8 @@ class JointFit:
     alike: float = 1.08
     reach_px: float = 4.0
     overlap: float = 0.6
+    hidden: float = 0.85
+    course_px: float = 0.5
     steep: float = 0.48
     visible: float = 0.35
     cusp: float = 0.025
@@ -79,6 +82,8 @@ class Joint(NamedTuple):
     """Discs (m,): px as the window counts them; light (grey levels, summed); fitted shapes (SHAPE, m).
 
     good  every disc is where it was expected, seen well enough, and what is left is little
+    left  rms that the fit leaves, grey levels
+    course  the fit says well enough where each disc goes, though discs may overlap by more than allows a measurement
     """
 
     x: Array
@@ -88,6 +93,8 @@ class Joint(NamedTuple):
     mass: Array
     shape: Array
     good: bool
+    left: float
+    course: bool
 
 
 def shapes_of(pixels: Array, size: Array, contrast: Array) -> Shapes:
@@ -146,9 +153,10 @@ def fit_together(data: Float32, free: Bools, clipped: Bools, x: Array, y: Array,
     good &= scatter < max(3 * noise, JOINT_FIT.misfit * float(np.exp(best[4]).min()))
     good &= bool((sd < JOINT_FIT.known_to * np.exp(best[2:4]) + 0.05).all())
     good &= bool((np.abs(best[2:5] - known.value[:3]) < 4 * known.sd[:3] + 0.05).all())
+    course = good and bool((np.nan_to_num(overlap) < JOINT_FIT.hidden).all() and (sd < JOINT_FIT.course_px).all())
     good &= bool((np.nan_to_num(overlap) < JOINT_FIT.overlap).all())
     good &= bool((_seen(shares, weight) > JOINT_FIT.visible).all())
-    return Joint(best[0], best[1], sd[0], sd[1], mass, best[2:], good)
+    return Joint(best[0], best[1], sd[0], sd[1], mass, best[2:], good, float(scatter), course)
 
 
 def _overlap(best: Array, radius: Array) -> Array:

@@ -1,0 +1,95 @@
+"""What was followed as one and is two: when it is looked at, how far back it was two, and what is measured then."""
+
+import numpy as np
+import pytest
+
+from tests.tracking.test_separation import recorded
+from vidtrack.stages.track import track
+from vidtrack.tracking.declumping import DECLUMPING, Clumps, first_of_both, looks_of
+from vidtrack.tracking.measurement.two_discs import Pair
+from vidtrack.tracking.state import MEASURED, PIXELS, XX, XY, YY, Appearance, TargetState, X
+
+PAIR = Pair(
+    np.zeros(2), np.zeros(2), np.log([[6.0, 6.0], [6.0, 6.0], [150.0, 140.0], [0.5, 0.5]]), np.full(2, 30.0), True
+)
+
+
+def state(missing):
+    n = len(missing)
+    nothing = np.full((8, n, 2), np.nan)
+    return TargetState(Appearance(np.ones((8, n))), np.array(missing), np.arange(8.0), nothing, np.full((n, 2), 50.0))
+
+
+def values(pixels, xx, yy):
+    out = np.full((MEASURED, len(pixels)), np.nan)
+    out[[X, PIXELS, XX, YY, XY]] = np.stack([np.ones(len(pixels)), pixels, xx, yy, np.zeros(len(pixels))])
+    return out
+
+
+def test_what_is_long_and_large_and_measured_is_looked_at():
+    clumps = Clumps(4)
+    own = values([200.0, 200.0, 20.0, 200.0], [20.0, 16.0, 3.0, 20.0], [10.0, 16.0, 1.0, 10.0])
+    assert clumps.due(own, state([0, 0, 0, 1]), 0, 1).tolist() == [0]
+    # in fields a target has half as many pixels
+    assert clumps.due(own, state([0, 0, 0, 1]), 0, 2).tolist() == [0, 2]
+
+
+def test_two_looks_in_a_row_must_find_two_and_what_is_in_vain_is_looked_at_ever_less_often():
+    clumps = Clumps(1)
+    own = values([200.0], [20.0], [10.0])
+    assert not clumps.looked(0, 0, PAIR)
+    assert clumps.looked(0, 1, PAIR)
+    assert not clumps.looked(0, 2, None)
+    assert not clumps.due(own, state([0]), 3, 1).size
+    assert clumps.due(own, state([0]), 2 + DECLUMPING.every, 1).size
+    for _ in range(60):
+        clumps.looked(0, 0, None)
+    assert not clumps.due(own, state([0]), DECLUMPING.longest - 1, 1).size
+    assert clumps.due(own, state([0]), DECLUMPING.longest, 1).size
+
+
+def test_halves_know_each_other_until_one_is_another_thing():
+    clumps = Clumps(3)
+    clumps.joined(0, 2)
+    assert clumps.partner.tolist() == [2, -1, 0]
+    clumps.forget(np.array([2]))
+    assert clumps.partner.tolist() == [-1, -1, -1]
+
+
+def test_a_blob_was_two_as_far_back_as_it_was_larger_or_longer_than_one():
+    pixels = np.array([100.0] * 6 + [104.0, 130.0, 160.0, 180.0])
+    xx = np.array([8.0] * 6 + [10.0, 12.0, 14.0, 16.0])
+    own = values(pixels, xx, np.full(10, 8.0))
+    assert first_of_both(own, 100.0) == 6  # 10 to 8 is longer than one disc
+    assert first_of_both(own[:, 6:], 100.0) == 0
+    own[:, 2:4] = np.nan  # what was not measured is no doubt
+    assert first_of_both(own, 100.0) == 6
+
+
+def test_the_looks_are_those_of_discs():
+    looks = looks_of(PAIR)
+    assert looks.pixels == pytest.approx([np.pi * 36] * 2)
+    assert looks.contrast == pytest.approx(np.array([150.0, 140.0]) * (36 + 0.25 + 1 / 12) / 36)
+    assert looks.width == pytest.approx([12, 12])
+
+
+def overlapping(n):
+    """Two balls of radius 8 px that overlap all the time."""
+    t = np.arange(n)
+    apart = 11.5 + 2.5 * np.sin(t / 8)
+    x, y = 70 + 1.2 * t, 70 + 12 * np.cos(t / 9)
+    step = np.stack([np.cos(0.5 + t / 40), np.sin(0.5 + t / 40)], -1) * apart[:, None] / 2
+    return np.stack([np.stack([x, y], -1) - step, np.stack([x, y], -1) + step], 1)
+
+
+@pytest.mark.parametrize("targets", [2, 1])
+def test_balls_that_overlap_from_the_beginning_to_the_end_are_followed_as_two(targets):
+    """Where one target is asked for as well: what it is, and another track."""
+    path = overlapping(40)
+    done = track(*recorded(path, radius=8.0), targets=targets)
+    own, every = done.centroids[done.centroids["Xf"].notna()], done.tracklets
+    for table, least in ((own, 0.85 * targets), (every, 1.7)):
+        at = table[["Xf", "Yf"]].to_numpy()
+        off = np.linalg.norm(path[table["frame"].to_numpy()] - at[:, None], axis=-1).min(axis=1)
+        assert len(table) > least * len(path)
+        assert off.max() < 0.15

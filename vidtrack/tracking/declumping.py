@@ -1,0 +1,118 @@
+"""Blobs that were followed as one target and are two: balls that touch or overlap from the beginning.
+
+Nothing in a track says so but its shape. What is followed is looked at now and then where it is no disc; where two
+discs explain it (`two_discs`), in two samples, it is followed as two from then on, that hide each other. What was
+measured of it before was of neither, as far back as it had the size or the shape of both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.measurement.joint_fit import SHAPE
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS, Pair, elongation
+from vidtrack.tracking.state import PIXELS, XX, XY, YY, TargetState, X
+
+
+@dataclass(frozen=True)
+class Declumping:
+    """When a blob is looked at, and how far back it was two.
+
+    every      samples from one look to the next; longest: after many in vain
+    confirmed  looks in a row that must find two discs
+    larger     of a disc's pixels, from which on a sample before shows more than one; rounder: share of the elongation
+               that a blob is looked at from, below which it may be one
+    alone      samples in a row that show one disc, before which the blob was one target
+    """
+
+    every: int = 8
+    longest: int = 128
+    confirmed: int = 2
+    larger: float = 1.1
+    rounder: float = 0.5
+    alone: int = 3
+
+
+DECLUMPING = Declumping()
+
+
+class Looks(NamedTuple):
+    """What two discs (2,) look like: pixels, contrast (grey levels), background, width px and height in rows."""
+
+    pixels: Array
+    contrast: Array
+    background: Array
+    width: Array
+    height: Array
+
+
+class Clumps:
+    """Which of so many places may hold two, and when each is looked at."""
+
+    def __init__(self, places: int) -> None:
+        self._next = np.zeros(places, np.int64)
+        self._vain = np.zeros(places, np.int64)
+        self._found = np.zeros(places, np.int64)
+        self.partner = np.full(places, -1)
+
+    def due(self, values: Array, state: TargetState, number: int, lines: int) -> Ints:
+        """Places whose blobs are to be looked at in the sample of this number.
+
+        values  (MEASURED, places) what was measured in it
+        """
+        long = elongation(*values[[XX, YY, XY]]) > TWO_DISCS.elongated
+        large = values[PIXELS] * lines >= TWO_DISCS.fewest
+        with np.errstate(invalid="ignore"):
+            return np.flatnonzero((state.missing == 0) & long & large & (self._next <= number))
+
+    def looked(self, i: int, number: int, pair: Pair | None) -> bool:
+        """A place was looked at; whether it is two."""
+        if pair is None:
+            self._vain[i], self._found[i] = self._vain[i] + 1, 0
+            wait = min(DECLUMPING.every * 2 ** min(int(self._vain[i]) // 3, 8), DECLUMPING.longest)
+            self._next[i] = number + wait
+            return False
+        self._found[i] += 1
+        self._vain[i], self._next[i] = 0, number + 1
+        return bool(self._found[i] >= DECLUMPING.confirmed)
+
+    def joined(self, i: int, j: int) -> None:
+        """These two places are the halves of one blob."""
+        self.forget(np.array([i, j]))
+        self.partner[i], self.partner[j] = j, i
+
+    def forget(self, who: Ints) -> None:
+        """Whatever is in these places is another thing now."""
+        former = self.partner[who]
+        self.partner[former[former >= 0]] = -1
+        self.partner[who] = -1
+        self._next[who] = self._vain[who] = self._found[who] = 0
+
+
+def looks_of(pair: Pair) -> Looks:
+    """The looks of two discs."""
+    assert len(pair.shape) == SHAPE
+    rx, ry, light, blur = np.exp(pair.shape)
+    pixels = np.pi * rx * ry
+    contrast = light * np.pi * (rx * ry + blur**2 + 1 / 12) / pixels
+    return Looks(pixels, contrast, pair.background, 2 * rx, 2 * ry)
+
+
+def first_of_both(values: Array, pixels: float) -> int:
+    """The sample from which on a blob was two, of its samples in values (MEASURED, k), the last of which is.
+
+    pixels  of one disc
+    """
+    single = values[PIXELS] < DECLUMPING.larger * pixels
+    long = elongation(*values[[XX, YY, XY]])
+    single &= ~(long > DECLUMPING.rounder * TWO_DISCS.elongated)
+    alone: list[int] = []
+    for k in np.flatnonzero(np.isfinite(values[X]))[::-1].tolist():
+        alone = [*alone, k] if single[k] else []
+        if len(alone) == DECLUMPING.alone:
+            return alone[0] + 1
+    return 0
