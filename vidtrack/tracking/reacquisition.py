@@ -25,7 +25,7 @@ from vidtrack.tracking.detection.candidates import (
     within,
 )
 from vidtrack.tracking.detection.target_threshold import target_levels
-from vidtrack.tracking.following.occlusion import Occlusions, groups
+from vidtrack.tracking.following.occlusion import Occlusions, distinct, groups
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.sample import Sample
@@ -87,7 +87,7 @@ class Reacquisition:
     def __init__(self, scene: Scene, n: int, places: int, own_size: OwnSize, *, far: bool) -> None:
         self.scene, self.far, self._n, self.own_size = scene, far, n, own_size
         self.occlusions, self.separation = Occlusions(places), Separation(places)
-        self._fitted_before = self.separation.fitted
+        self._fitted_before = self._held_before = self.separation.fitted
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
 
     def forget(self, who: Ints) -> None:
@@ -99,6 +99,7 @@ class Reacquisition:
         """Seek the targets `who` in a sample; predicted (n, 2) px for all targets."""
         scene, detection = self.scene, self.scene.detection
         self._fitted_before = self.separation.fitted.copy()
+        self._held_before = self._fitted_before | np.isfinite(self.separation.course[:, 0])
         self.separation.fitted[who] = False
         met = self.occlusions.met[who]
         if met.any():
@@ -193,13 +194,18 @@ class Reacquisition:
                     # what is above this level is less than the targets: they keep their appearance
                     now = replace(separated, state=replace(separated.state, appearance=now.state.appearance))
                     continue
-            if (apart := self.separation.measured(now, sample, some, middle, scene)) is not None:
-                self.occlusions.seen(some, sample.time, apart.values[[X, Y]][:, some].T)
-                now = replace(apart, state=apart.state.still_sought(some))
-                continue
+            before = self._held_before[some]  # those of the last sample may well be all that is there
             now = now.missed(some, MERGED | PREDICTED)
-            if np.isfinite(course := self.separation.course[some]).all():
-                self.occlusions.seen(some, sample.time, course)
+            for part in (before, before | True) if before.any() and not before.all() else (before | True,):
+                own = some[part]
+                if (apart := self.separation.measured(now, sample, own, middle[part], scene)) is not None:
+                    self.occlusions.seen(own, sample.time, apart.values[[X, Y]][:, own].T)
+                    now = replace(apart, state=apart.state.still_sought(own))
+                elif np.isfinite(course := self.separation.course[own]).all():
+                    self.occlusions.seen(own, sample.time, course)
+                else:
+                    continue
+                break
             else:
                 self._still_occluded(now, sample, some, middle, whole)
         return now
@@ -214,7 +220,7 @@ class Reacquisition:
         alike = np.abs(np.log(near.pixels / pixels)) < SEARCH.whole + WINDOW.grain / pixels
         cost = np.where(np.isfinite(cost) & alike & (off < reach[:, None]), off**2, np.inf)
         chosen = one_to_one(cost)
-        if (chosen < 0).any() or not _distinct(cost, chosen):
+        if (chosen < 0).any() or not distinct(cost, chosen):
             return None
         velocity = self.occlusions.velocity(who, sample.time)
         now = self._found(now, sample, who, near, chosen)
@@ -342,9 +348,3 @@ def _going_on(now: Searched, who: Ints, before: Array, time: float) -> Searched:
     """With targets that go on from two detections, the earlier (n, 3): x, y, time."""
     velocity = (now.state.positions[-1, who] - before[:, :2]) / np.maximum(time - before[:, 2:], 1e-6)
     return replace(now, state=now.state.going(who, velocity, 2))
-
-
-def _distinct(cost: Array, chosen: Ints) -> bool:
-    """Whether of two targets each is nearer to its own blob than, by a px or two, if they changed places."""
-    own, swapped = (sum(float(cost[i, j]) for i, j in enumerate(order)) for order in (chosen, chosen[::-1]))
-    return len(cost) != 2 or swapped > own + 4.0

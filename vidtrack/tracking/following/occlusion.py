@@ -191,6 +191,12 @@ def groups(position: Array, size: Array, slack: float) -> list[Ints]:
     return [np.flatnonzero(label == one) for one in np.unique(label)]
 
 
+def distinct(cost: Array, chosen: Ints) -> bool:
+    """Whether of two targets each is nearer to its own blob than, by a px or two, if they changed places."""
+    own, swapped = (sum(float(cost[i, j]) for i, j in enumerate(order)) for order in (chosen, chosen[::-1]))
+    return len(cost) != 2 or swapped > own + 4.0
+
+
 def recent(times: Sequence[Array], positions: Sequence[Array]) -> tuple[Array, Array]:
     """The last OCCLUSION.remembered samples of pieces of a recording: times (k,) and positions (2, k, n) each."""
     t, p, count = [], [], 0
