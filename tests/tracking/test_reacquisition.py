@@ -236,3 +236,15 @@ def test_targets_that_have_hardly_parted_are_found_together_or_not_at_all(gap, a
     search, now, predicted = meeting((50.0, 50.0), (59.0 + gap, 50.0))
     now = search.seek(now, sample((50.0, 50.0, RADIUS)), np.arange(2), predicted)
     assert np.isfinite(now.values[0]).tolist() == [alone, False]
+
+
+@pytest.mark.parametrize("fitted", [True, False])
+def test_one_that_is_gone_does_not_keep_those_that_were_fitted_before_from_being_fitted(fitted):
+    now, at = lost((60.0, 50.0), (67.6, 50.0), (64.0, 53.0))
+    search = Reacquisition(SCENE, 3, 3, OwnSize(3), far=False)
+    search.occlusions.begin(np.arange(3), np.arange(-2.0, 1.0), np.repeat(at[None], 3, axis=0))
+    search.separation.fitted[:2] = fitted
+    now = search.seek(now, sample((60.0, 50.0, RADIUS), (67.6, 50.0, RADIUS)), np.arange(3), at)
+    assert np.isfinite(now.values[0]).tolist() == [fitted, fitted, False]
+    if fitted:
+        assert np.abs(now.values[:2, :2].T - at[:2]).max() < 0.15

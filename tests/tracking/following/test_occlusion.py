@@ -6,7 +6,7 @@ import pytest
 from tests.discs import disc
 from tests.tracking.test_tracker import followed, positions, starts_at
 from vidtrack.tracking.detect_settings import Detection
-from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, cleared, groups, touched
+from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, cleared, distinct, groups, touched
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, present
 
@@ -142,3 +142,12 @@ def test_two_positions_go_on_straight_and_four_on_their_bend():
     t = np.arange(-3.0, 1.0)
     bent = np.stack([100 + t * t, 60 + 0 * t], -1)
     assert course(bent)(2.0)[0] == pytest.approx((104.0, 60.0), abs=0.2)
+
+
+def test_two_that_may_as_well_have_changed_places_are_not_distinct():
+    near = np.array([[0.0, 9.0], [9.0, 1.0]])  # squares of px
+    assert distinct(near, np.array([0, 1]))
+    assert not distinct(
+        np.array([[2.0, 3.0], [3.0, 1.0]]), np.array([0, 1])
+    )  # 3 against 6: no more than 4 between them
+    assert distinct(np.ones((3, 3)), np.arange(3))
