@@ -73,10 +73,10 @@ def test_the_looks_are_those_of_discs():
     assert looks.width == pytest.approx([12, 12])
 
 
-def overlapping(n):
-    """Two balls of radius 8 px that overlap all the time."""
+def overlapping(n, least=9.0):
+    """Two balls of radius 8 px that overlap all the time, their middles `least` px apart once."""
     t = np.arange(n)
-    apart = 11.5 + 2.5 * np.sin(t / 8)
+    apart = 14 + (least - 14) * np.exp(-(((t - n / 2) / 5) ** 2))
     x, y = 70 + 1.2 * t, 70 + 12 * np.cos(t / 9)
     step = np.stack([np.cos(0.5 + t / 40), np.sin(0.5 + t / 40)], -1) * apart[:, None] / 2
     return np.stack([np.stack([x, y], -1) - step, np.stack([x, y], -1) + step], 1)
@@ -85,11 +85,25 @@ def overlapping(n):
 @pytest.mark.parametrize("targets", [2, 1])
 def test_balls_that_overlap_from_the_beginning_to_the_end_are_followed_as_two(targets):
     """Where one target is asked for as well: what it is, and another track."""
-    path = overlapping(40)
+    path = overlapping(24)
     done = track(*recorded(path, radius=8.0), targets=targets)
     own, every = done.centroids[done.centroids["Xf"].notna()], done.tracklets
-    for table, least in ((own, 0.85 * targets), (every, 1.7)):
+    for table, least in ((own, 0.8 * targets), (every, 1.6)):
         at = table[["Xf", "Yf"]].to_numpy()
         off = np.linalg.norm(path[table["frame"].to_numpy()] - at[:, None], axis=-1).min(axis=1)
         assert len(table) > least * len(path)
         assert off.max() < 0.15
+    assert (every["frame"] == 0).sum() == 2  # followed backwards
+
+
+def test_those_that_overlap_by_most_of_a_diameter_are_not_measured_and_keep_their_courses():
+    path = overlapping(30, least=4.5)
+    table = track(*recorded(path, radius=8.0), targets=2).centroids
+    at = table[["Xf", "Yf"]].to_numpy().reshape(-1, 2, 2)
+    seen = np.isfinite(at).all(axis=(1, 2))
+    assert not seen[14:17].any()
+    assert seen[22:].all()
+    off = np.linalg.norm(at[:, :, None] - path[:, None], axis=-1)  # (samples, targets, balls)
+    which = off[seen].argmin(axis=2)
+    assert (which == which[0]).all()
+    assert off[seen].min(axis=2).max() < 0.2
