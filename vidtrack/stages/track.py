@@ -178,9 +178,6 @@ def track(
         tracker.follow(samples)
         earlier.add(tracker, samples)
         stamps.add(batch)
-        waiting = [
-            i for i in waiting if tracker.state.missing[i] < 0
-        ]  # one may be what another turned out to be besides
         if waiting:
             tracker.finish()
             waiting = late_comers(tracker, samples, backgrounds, clip.detection, waiting)

@@ -199,7 +199,11 @@ def late_comers(
     detection: Detection,
     waiting: list[int],
 ) -> list[int]:
-    """Give trails that began in these samples to targets that have not been seen yet; returns which still wait."""
+    """Give trails that began in these samples to targets that have not been seen yet; returns which still wait.
+
+    What another one turned out to be besides (`Clumps`) waits no longer.
+    """
+    waiting = [i for i in waiting if tracker.state.missing[i] < 0]
     samples = samples[-MEMORY.samples :]
     known = tracker.state.positions[-len(samples) :, : tracker.record.n]
     if len(samples) < LINKING.shortest:

@@ -243,7 +243,7 @@ class TargetState:
         missing[target] = 0 if abs(times[-1] - self.times[-1]) < 1e-6 else 1
         return replace(self, appearance=self.appearance.begun(target, appearance), positions=where, missing=missing)
 
-    def parted(self, one: int, other: int, place: Array, looks: Array) -> TargetState:
+    def split(self, one: int, other: int, place: Array, looks: Array) -> TargetState:
         """With what was followed as target `one` in the last samples known to be two, at places (2, 2) px now.
 
         looks  (2, 5) of each as of `begun`. They moved as what was followed did; neither was measured

@@ -208,7 +208,7 @@ class Tracker:
             first = first_of_both(values, float(looks.pixels.max()))
             self.record.unmeasured(track, int(samples[first]))
             both = np.array([i, other])
-            self.state = self.state.parted(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks).T)
+            self.state = self.state.split(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks).T)
             self.search.forget(both)
             self.search.separation.known(both, pair.shape)
             self.search.occlusions.end(both)
