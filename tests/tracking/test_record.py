@@ -3,7 +3,7 @@
 import numpy as np
 
 from vidtrack.tracking.record import Record
-from vidtrack.tracking.state import MEASURED, Rows
+from vidtrack.tracking.state import MEASURED, MERGED, PREDICTED, Rows
 
 
 def block(first, k, places):
@@ -55,3 +55,18 @@ def test_an_empty_record_has_rows_of_the_right_shape():
     assert record.rows().flag.shape == (0, 3)
     assert record.recent()[0].size == 0
     assert record.others().values.shape == (MEASURED, 0)
+
+
+def test_what_was_of_two_is_no_measurement_of_one_from_then_on():
+    record = filled([0, 1, 7], [0, 1, 7])
+    record.unmeasured(1, 2)
+    record.unmeasured(7, 4)
+    rows, others = record.rows(), record.others()
+    assert np.isnan(rows.values[0, :, 1]).tolist() == [False, False, True, True, True, True]
+    assert (rows.flag[2:, 1] == MERGED | PREDICTED).all()
+    assert np.isfinite(rows.values[:, :, 0]).all()
+    assert np.isnan(others.values[0]).tolist() == [False] * 4 + [True] * 2
+    samples, values = record.of_track(7)
+    assert samples.tolist() == [0, 1, 2, 3, 4, 5]
+    assert np.isnan(values[0]).tolist() == [False] * 4 + [True] * 2
+    assert record.of_track(1)[1].shape == (MEASURED, 6)
