@@ -53,6 +53,15 @@ def test_the_server_is_killed_and_not_its_workers(running, tmp_path):
     assert set(session(running.pid)) == set(workers)
 
 
+def test_every_worker_is_killed_from_when_there_are_some(running, tmp_path, monkeypatch):
+    found = servers(running.pid)
+    answers = [([], {}), ([], {}), found]
+    monkeypatch.setattr("benchmarks.faults.hits.servers", lambda _: answers.pop(0) if answers[1:] else found)
+    said = FAULTS["kill-every-worker"](running, tmp_path, 0.03, random.Random(1))
+    assert int(said.split()[0]) >= 2
+    assert all(_gone(running.pid, pid) for pid in found[1])
+
+
 def test_processes_that_outlive_their_session_are_told_and_ended(running, monkeypatch):
     monkeypatch.setattr("benchmarks.faults.processes.LONGEST_S", 0.1)
     workers = servers(running.pid)[1]

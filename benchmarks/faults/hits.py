@@ -80,8 +80,9 @@ def _kill_worker(number: int) -> Callable[..., str]:
 
 
 def _kill_every_worker(running: subprocess.Popen[str], folder: Path, moment: float, rng: random.Random) -> str:
-    """All workers, at work or not, again and again for a third of the run."""
+    """All workers, at work or not, again and again for a third of the run, from when there are some."""
     time.sleep(moment / 2)
+    _until(running, lambda: list(servers(running.pid)[1]))
     end, killed = time.monotonic() + moment / 3, 0
     while time.monotonic() < end and running.poll() is None:
         for pid in servers(running.pid)[1]:
