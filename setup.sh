@@ -70,12 +70,12 @@ demo() {
     say "the demo took $((SECONDS - began)) s; its report: $PWD/data/demo/results/report.html"
 }
 
-run_tests() { # a file of tests stays on one worker, with what it has set up; one worker more than cores, for some wait
+run_tests() { # a file of tests stays on one worker, with what it has set up; two workers more than cores, for many wait
     command -v chromium >/dev/null || debian_install chromium || say "no chromium: the tests of the report in a browser will be skipped"
     local cores # nproc counts OMP_NUM_THREADS where that is set
     cores=$(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc)
     export PATH="$PWD/.venv/bin:$PATH" OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
-    local pytest="python -m pytest --dist loadfile -n $((cores + 1))"
+    local pytest="python -m pytest --dist loadfile --no-loadscope-reorder -n $((cores + 2))"
     if [ "${1:-}" = quick ]; then
         shift
         run_quick_tests "$cores" "$@"

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from tests.brief import LIST, THOROUGH, is_thorough
+from tests.brief import LIST, LONGEST, THOROUGH, is_thorough, place_in_run
 from tests.test_quick import functions
 
 REPO = Path(__file__).parents[1]
@@ -29,3 +29,9 @@ def test_each_group_names_its_files():
         first, *names = group.strip().splitlines()
         assert first.startswith("# tests/")
         assert all(name.startswith("tests/") for name in names)
+
+
+def test_files_that_take_long_come_last_and_the_longest_of_them_first():
+    assert all((REPO / file).is_file() for file in LONGEST)
+    assert [place_in_run(f"{file}::test_it[3]") for file in LONGEST[:3]] == [1, 2, 3]
+    assert place_in_run("tests/test_brief.py::test_it") == 0
