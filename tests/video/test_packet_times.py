@@ -1,10 +1,21 @@
 """Time stamps of containers that only count: right again behind a hole, by place and size."""
 
+from fractions import Fraction
 from types import SimpleNamespace as Thing
 
 import pytest
 
-from vidtrack.video.packet_times import FARTHEST, HEADER, retimer
+from vidtrack.video.packet_times import (
+    FARTHEST,
+    HEADER,
+    SLIPS,
+    SPOILT,
+    Forward,
+    Shown,
+    coded_stamps,
+    retimer,
+    with_next,
+)
 
 SIZES = [100, 110, 120, 130, 140, 150, 160, 170]
 
@@ -95,3 +106,60 @@ def test_other_containers_state_their_times_themselves():
     packet = Thing(pos=1, size=1, pts=5, dts=5)
     assert retimer(Thing(format=Thing(name="mov,mp4")), None)(packet) == ""
     assert packet.pts == 5
+
+
+@pytest.mark.parametrize("spoilt", [8, 7])
+def test_a_chunk_whose_next_byte_is_spoilt_may_be_spoilt_itself_and_a_later_one_cannot(tmp_path, spoilt):
+    """The header of the fourth chunk is zeros from its first byte on, or from its second."""
+    packets, stream = chunks(begin=HEADER)
+    data = bytearray(packets[-1].pos + packets[-1].size)
+    for packet in packets:
+        data[packet.pos - HEADER : packet.pos] = b"00dc" + packet.size.to_bytes(4, "little")
+    data[packets[3].pos - spoilt : packets[3].pos] = bytes(spoilt)
+    (tmp_path / "a.avi").write_bytes(data + b"idx1" + bytes(8))
+    correct = retimer(Thing(format=Thing(name="avi"), name=str(tmp_path / "a.avi")), stream)
+    left = recounted([packet for k, packet in enumerate(packets) if k != 3])
+    told = [(packet.pts, *wrong) for packet, *wrong in with_next(((p, correct(p)) for p in left), "avi")]
+    expected = SPOILT if spoilt == 8 else ""
+    assert told == [(k, expected if k == 2 else "", "") for k in (0, 1, 2, 4, 5, 6, 7)]
+
+
+def test_pictures_are_shown_when_the_packets_that_bring_them_out_are_decoded():
+    """I P b b with stamps of decoding alone, of a decoder that holds two: as AVI gives them."""
+    given = [Thing(pts=5, dts=6), Thing(pts=7, dts=7), Thing(pts=8, dts=8), Thing(pts=6, dts=None)]
+    shown = Shown(given[0])
+    assert [shown(picture) for picture in given] == [5, 6, 7, None]
+    assert [Shown(Thing(pts=None, dts=4))(picture) for picture in given[:2]] == [6, 7]
+
+
+@pytest.mark.parametrize(
+    ("container", "alone", "so"), [("avi", False, True), ("avi", True, False), ("mov,mp4", False, False)]
+)
+def test_stamps_are_those_of_decoding_in_avi_where_pictures_may_change_places(container, alone, so):
+    assert coded_stamps(Thing(format=Thing(name=container)), Thing(codec=Thing(intra_only=alone))) == so
+
+
+def moved_on(times, *, guessed=True, damaged=False):
+    forward = Forward(Fraction(1), guessed=guessed)
+    given = [forward(Fraction(time), damaged=damaged) for time in times]
+    return [int(time) for time, _ in given], [i for i, (_, wrong) in enumerate(given) if wrong]
+
+
+def test_stamps_that_fall_back_by_a_few_pictures_are_counted_on_until_they_agree():
+    n = 20 + SLIPS
+    times = [*range(n), *range(n - 2, n + 5), n + 7, n + 8]
+    assert moved_on(times) == (list(range(n + 9)), [])
+
+
+@pytest.mark.parametrize(("how", "gap"), [({"guessed": False}, 0), ({"damaged": True}, 0), ({}, 2)])
+def test_stamps_that_fall_back_otherwise_are_said_to_be_wrong(how, gap):
+    """Where they are the container's own, where damage was found, or where pictures were left out just before."""
+    times = [*range(15), *range(15 + gap, 20 + gap), 18, 19, 23]
+    assert moved_on(times, **how) == (times, [i for i in (20, 21) if times[i] <= 19 + gap])
+
+
+def test_stamps_that_fall_back_far_or_for_long_are_not_counted_on():
+    assert moved_on([*range(40), 5, 6]) == ([*range(40), 5, 6], [40, 41])
+    times, wrong = moved_on([*range(40), *range(30, 60)])
+    assert times[: 40 + SLIPS] == list(range(40 + SLIPS))
+    assert wrong[0] == 40 + SLIPS

@@ -3,7 +3,7 @@ import pytest
 
 from benchmarks.damage import WRONG, off, scene
 from tests.files.clips import make_clip
-from vidtrack.video.picture_end import PictureEnds
+from vidtrack.video.picture_end import PictureEnds, WholePictures
 from vidtrack.video.reader import open_video
 
 
@@ -73,3 +73,14 @@ def test_a_healthy_recording_is_not_blamed_and_a_byte_changed_in_it_is(tmp_path,
         with open_video(str(path)) as video:
             for frame, good in zip(video.frames(), whole, strict=True):
                 assert frame.corrupt or off(frame.luma.astype(float), good.astype(float)) < WRONG
+
+
+def test_in_place_of_a_damaged_picture_the_latest_whole_one_is_shown_where_a_decoder_leaves_what_was_in_memory():
+    pictures = [noisy(i) for i in range(4)]
+    shown = WholePictures("prores")
+    given = [shown(p, corrupt=i in (0, 2)) for i, p in enumerate(pictures)]
+    assert [g is p for g, p in zip(given, (None, pictures[1], pictures[1], pictures[3]), strict=True)][1:] == [True] * 3
+    assert given[0].shape == pictures[0].shape
+    assert not given[0].any()
+    as_they_are = WholePictures("h264")
+    assert all(as_they_are(p, corrupt=True) is p for p in pictures)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.video.pictures import cine, tiff
+from tests.video.test_reader import late_b_pictures
 from vidtrack.errors import VidtrackError
 from vidtrack.video.random_access import Pictures
 from vidtrack.video.reader import open_video
@@ -64,6 +65,10 @@ def by_number(path, **how):
         np.testing.assert_array_equal(pictures.picture(number), read[number])
     pictures.close()
     return pictures
+
+
+def test_in_an_avi_whose_b_pictures_begin_late_a_number_is_that_of_the_stages(tmp_path):
+    by_number(late_b_pictures(tmp_path / "a.avi"))
 
 
 def moving(i, bits=8):

@@ -316,6 +316,31 @@ def test_b_pictures_packed_into_other_packets_come_in_order_with_their_times(tmp
             assert abs(middle_of_ball(frame.luma)[0] - x) < 0.3
 
 
+def late_b_pictures(path, *, n=40, since=12):
+    """An AVI, whose packets have the stamps of decoding alone, of H.264 without B pictures up to picture `since`."""
+    with av.open(str(path), "w") as container:
+        options = {"x264-params": "bframes=3:b-adapt=0:scenecut=0:keyint=250", "crf": "18"}
+        stream = container.add_stream("libx264", rate=Fraction(30), options=options)
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuv420p"
+        for i in range(n):
+            frame = video_frame(moving_ball(160, 120)(i), "yuv420p")
+            frame.pts, frame.time_base = i, Fraction(1, 30)
+            frame.pict_type = av.video.frame.PictureType.NONE if not 0 < i < since else av.video.frame.PictureType.P
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def test_b_pictures_that_begin_late_in_an_avi_have_their_times_and_none_is_missing(tmp_path):
+    path = late_b_pictures(tmp_path / "a.avi")
+    with open_video(str(path)) as video:
+        for i, frame in enumerate(video.frames()):
+            assert frame.time == Fraction(i, 30)
+            assert not frame.corrupt
+            assert abs(middle_of_ball(frame.luma)[0] - (30 + 2.0 * i)) < 0.3
+        assert video.account == (40, 0, 0, ())
+
+
 def packed_b_pictures(path, *, n):
     """An AVI as DivX 5 wrote it: each B picture in the packet of one that it is built on, then an empty packet."""
     rate, size = Fraction(25), (160, 120)

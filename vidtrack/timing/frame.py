@@ -14,6 +14,21 @@ from vidtrack.timing.timebase import TimeBase
 Luma = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[Any]
 
 
+class Coded(NamedTuple):
+    """A picture's place in the order of coding, which says what it may be built on.
+
+    number  of its packet
+    group   of the key frame that its packet follows, by count
+    key     it is built on no other picture
+    alone   no other picture is built on it
+    """
+
+    number: int
+    group: int
+    key: bool
+    alone: bool
+
+
 class Frame(NamedTuple):
     """One picture of a video.
 
@@ -25,6 +40,7 @@ class Frame(NamedTuple):
               Levels are as stored: 16 to 235 stays 16 to 235, and `bits` of the recording says how far they reach
     corrupt   the decoder found damage in it, or in a picture that it is built on
     timecode  the label that the frame itself carries (DV), None where it carries none
+    coded     None where pictures are not built on each other, or nothing is known
     """
 
     index: int  # type: ignore[assignment]  # a column here, not tuple.index
@@ -32,6 +48,7 @@ class Frame(NamedTuple):
     luma: Luma
     corrupt: bool
     timecode: str | None
+    coded: Coded | None = None
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,8 @@ _CODING = 12.0
 _LISTED_AT_MOST = 3
 """How many places of damage an account names before it only counts."""
 
+NO_STAMP = -(2**63)
+
 
 class ReadingLog:
     """Keeps count while a recording is read, at a cost that hides behind the decoder."""
@@ -41,6 +43,8 @@ class ReadingLog:
         self._notes: list[str] = []
         self.times = array("d")
         """s, of each picture given."""
+        self.packets = array("q")
+        """Time stamps of their packets."""
         self.corrupt = array("q")
         """Numbers of those flagged."""
         self._backwards = self._other_size = 0
@@ -67,11 +71,12 @@ class ReadingLog:
         said = damage.said or self.could_not_read
         return f" ({said})" if said else ""
 
-    def picture(self, index: int, time: float, luma: Luma, corrupt: bool) -> None:
-        """One picture that was decoded and is given on."""
+    def picture(self, index: int, time: float, luma: Luma, corrupt: bool, packet: int | None = None) -> None:
+        """One picture that was decoded and is given on; packet: the time stamp of its packet."""
         if self.times and time <= self.times[-1]:
             self._backwards += 1
         self.times.append(time)
+        self.packets.append(NO_STAMP if packet is None else packet)
         if corrupt:
             self.corrupt.append(index)
         if self._before is not None:

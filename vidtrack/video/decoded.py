@@ -13,6 +13,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain, islice
+from operator import attrgetter
 from typing import Any
 
 import av
@@ -26,18 +27,28 @@ from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.account import ReadingLog
 from vidtrack.video.bitstream import Bitstream
+from vidtrack.video.coding_order import CodingOrder
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
 from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import coded_order, retimer, with_next
-from vidtrack.video.picture_end import PictureEnds, ends_are_checked
+from vidtrack.video.packet_times import Forward, Shown, coded_order, coded_stamps, retimer, with_next
+from vidtrack.video.picture_end import PictureEnds, WholePictures, ends_are_checked
 from vidtrack.video.read_ahead import read_ahead
 from vidtrack.video.recording import Video
 from vidtrack.video.second_look import SecondLook
-from vidtrack.video.shares import SHARED, Levels, Report, Stamped, Tables, can_be_shared, levels_in_shares
+from vidtrack.video.shares import (
+    SHARED,
+    Levels,
+    Report,
+    Stamped,
+    Tables,
+    as_by_one_thread,
+    can_be_shared,
+    levels_in_shares,
+)
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
 _STREAMED = ("mpeg", "mpegts")
@@ -92,27 +103,27 @@ class DecodedVideo(Video):
             codec, kind = self._stream.codec_context, self._container.format.name
             self._bitstream = Bitstream(codec.name, codec.extradata)
             self._damage = DamageWatch(self._bitstream, self._packets_in_flight(threads), 2 if kind in _STREAMED else 1)
+            self._order = CodingOrder(self._bitstream, alone=bool(codec.codec.intra_only))
             self._log = ReadingLog()
             if others:
                 self._log.noted(others)
             self._codes: dict[int | None, str | None] = {}
             self._drained = self._ended = False  # by the decoder, and by who is given the pictures
-            self._by_dts = False
+            self._shown: Callable[[Any], int | None] = attrgetter("pts")
             self.mine: Callable[[int], bool] | None = None
             self.sent, self.tables = -1, Tables()
             self._pictures = self._decoded()
             self._source: Generator[Any] = self._pictures
+            self._given: Generator[tuple[Luma | None, Stamped | Report]] = self._source
             self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
             self.first: list[tuple[Any, bool]] | None = list(
-                islice(self._pictures, PEEK if codec.name in _PACKED or kind == "avi" else 1)
+                islice(self._pictures, PEEK if codec.name in _PACKED else 1)
             )
             if not self.first:
                 raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
             first = self.first[0][0]
-            self._by_dts = coded_order([picture for picture, _ in self.first])
-            if self._by_dts:
-                self.first = [(_restamped(picture), corrupt) for picture, corrupt in self.first]
-                self._stamps = []
+            if coded_stamps(self._container, codec) or coded_order([picture for picture, _ in self.first]):
+                self._shown = Shown(first)
             self._zero = min([*(self._stamps or ()), first.pts or 0])
             self._stamps = None
             self._size = first.width, first.height
@@ -129,12 +140,16 @@ class DecodedVideo(Video):
     def close(self) -> None:
         """Release the file; frames that were given become invalid."""
         self.first = None
+        self._given.close()
+        self.rest()
+        self._container.close()
+
+    def rest(self) -> None:
+        """Decode no more: one of the decoder's threads that logs while its context is freed would wait for ever."""
         self._source.close()  # a thread or process that reads ahead ends with it
         if not self._drained:
-            # the decoder's threads must be at rest: one that logs while its context is freed would wait for ever
             self._stream.codec_context.flush_buffers()
         self._pictures.close()
-        self._container.close()
 
     def _packets_in_flight(self, threads: int) -> int:
         """How many packets the decoder may be at work on: one a thread, where its threads take whole pictures."""
@@ -149,11 +164,9 @@ class DecodedVideo(Video):
 
     def look_again(self, indices: Collection[int]) -> set[int]:
         """As `Video.look_again`: by other endings of their packets."""
-        if self._own or self._by_dts or not indices:
+        if not indices:
             return set()
-        tick = float(self.info.time.tick) or 1.0
-        stamps = self._zero + np.rint(np.array(self._log.times) / tick).astype(np.int64)
-        n = len(stamps)
+        stamps, n = np.array(self._log.packets), len(self._log.packets)
         look = SecondLook(self.path, self._number, LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1])
         damaged = look.damaged(set(stamps[sorted(indices)].tolist()))
         return set(np.flatnonzero(np.isin(stamps, list(damaged))).tolist()) - set(self._log.corrupt)
@@ -163,21 +176,23 @@ class DecodedVideo(Video):
         if self.first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
         log, own, codec = self._log, self._own, self._stream.codec_context
-        source: Iterator[tuple[Luma | None, Stamped | Report]] = self.levels(ahead=ahead or apart)
+        opened = partial(DecodedVideo, self.path, *self._asked)
         if apart and self._threads > 1 and can_be_shared(codec, self.first[0][0]):
             shape, dtype = (self.info.height, self.info.width), np.uint8 if self.info.bits == 8 else np.uint16
-            opened = partial(DecodedVideo, self.path, *self._asked)
-            self._source = levels_in_shares(opened, self._threads, shape, dtype, AHEAD_BYTES, self.path)
-            source, self.first = self._source, None
+            self._given = levels_in_shares(opened, self._threads, shape, dtype, AHEAD_BYTES, self.path)
+            self.first = None
+        else:
+            self._given = as_by_one_thread(self, opened if self._threads > 1 else None, ahead=ahead or apart)
         ends = PictureEnds(self.info.bits) if ends_are_checked(codec.name, codec.extradata) else None
         start, step, pace = self._zero, 1 / self.info.rate, self.info.pace
         ticks, second = (self._stream.time_base * pace).as_integer_ratio()
-        time, index, latest = -step, 0, -step
-        for luma, what in source:
+        time, index, forward = -step, 0, Forward(step, guessed=self._container.format.name in _STREAMED)
+        whole, hurt = WholePictures(codec.name if not self.info.is_still else ""), False
+        for luma, what in self._given:
             if isinstance(what, Report):
                 self._damage.said, self._damage.refused, self._log.could_not_read = what
                 continue
-            pts, corrupt, code = what
+            pts, corrupt, code, packet, coded = what
             if own and pts is not None and 0 <= pts - start < len(own):
                 time = own[pts - start] * pace
             else:
@@ -185,14 +200,13 @@ class DecodedVideo(Video):
             if luma is None:
                 log.other_size()
                 continue
-            if ends is not None and ends.spoilt(luma):
-                corrupt = True
-            if time > latest:
-                latest = time
-            else:
-                corrupt = True  # pieces of two pictures, or of another moment than the stamp says
-            log.picture(index, time.numerator / time.denominator, luma, corrupt)
-            yield Frame(index, time, luma, corrupt, code)
+            corrupt |= ends is not None and not corrupt and ends.spoilt(luma)
+            time, backwards = forward(time, damaged=hurt)
+            corrupt |= backwards
+            hurt |= corrupt
+            luma = whole(luma, corrupt=corrupt)
+            log.picture(index, time.numerator / time.denominator, luma, corrupt, packet)
+            yield Frame(index, time, luma, corrupt, code, coded)
             index += 1
         self._ended = True
 
@@ -212,7 +226,8 @@ class DecodedVideo(Video):
                 luma = read(picture)
                 if self._swapped:
                     luma = luma.byteswap()
-            yield luma, Stamped(pts, corrupt, codes.pop(pts, None) if codes and luma is not None else None)
+            code = codes.pop(pts, None) if codes and luma is not None else None
+            yield luma, Stamped(self._shown(picture), corrupt, code, pts, self._order.of(picture))
 
     def reported(self) -> Report:
         """What was said of damage until now."""
@@ -234,6 +249,7 @@ class DecodedVideo(Video):
                 if jpeg:
                     self.tables.saw(packet)
                 damage.sent(packet)
+                self._order.sent(packet)
                 if self._stamps is not None and packet.pts is not None and not packet.is_discard:
                     self._stamps.append(packet.pts)
                 if packet.is_corrupt:
@@ -256,7 +272,7 @@ class DecodedVideo(Video):
                 damage.complained(said, refused=refused is not None)
             for picture in pictures:
                 corrupt = damage.may_be_damaged(picture)
-                yield _restamped(picture) if self._by_dts else picture, corrupt
+                yield picture, corrupt
         self._drained = True
 
     def _packets(self) -> Iterator[tuple[Any, str]]:
@@ -330,8 +346,3 @@ class DecodedVideo(Video):
             time=replace(base_from_labels(codes, stated, bases, float(shown)), rate=rate, tick=tick),
             pace=pace,
         )
-
-
-def _restamped(picture: Any) -> Any:
-    picture.pts = picture.dts
-    return picture

@@ -9,6 +9,7 @@ from vidtrack.timing.frame import Luma
 from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.luma import luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
+from vidtrack.video.packet_times import Shown, coded_stamps
 
 
 class Decoder:
@@ -24,6 +25,9 @@ class Decoder:
         self._stream, _ = picture_stream(self._container, path, number)
         self._stream.codec_context.thread_count = 0  # a person waits: all cores
         self._stream.codec_context.thread_type = "AUTO"
+        self._coded = coded_stamps(self._container, self._stream.codec_context)
+        self._shown: Shown | None = None
+        self._last = 0
         if stamp is not None:
             self._container.seek(stamp, stream=self._stream, backward=True)
         self._pictures = self._container.decode(self._stream)
@@ -43,7 +47,15 @@ class Decoder:
                 if not type(error).__module__.startswith("av"):
                     raise
                 continue
-            return picture.pts, picture
+            return self._stamp(picture), picture
+
+    def _stamp(self, picture: Any) -> int:
+        if not self._coded:
+            return picture.pts
+        self._shown = self._shown or Shown(picture)
+        stamp = self._shown(picture)
+        self._last = self._last + 1 if stamp is None else stamp
+        return self._last
 
     def levels(self, picture: Any) -> Luma:
         """What the stages read of a picture."""

@@ -11,6 +11,7 @@ import re
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -34,6 +35,9 @@ LOST = "pictures before it are missing"
 
 
 BROKEN = "a place at which the file is broken"
+
+SPOILT = "bytes behind it with which no chunk begins"
+"""What is wrong with a packet behind which the file is spoilt, and perhaps before that."""
 
 
 def retimer(container: Any, stream: Any) -> Callable[[Any], str]:
@@ -59,7 +63,7 @@ def with_next(packets: Iterator[tuple[Any, str]], container: str) -> Iterator[tu
         broken = bool(now != logged and last and last[1] == container)
         wrong = misplaced or (BROKEN if broken and packet.size else "")
         if held is not None:
-            yield *held, BROKEN if broken or misplaced else ""
+            yield *held, BROKEN if broken or (misplaced and misplaced != SPOILT) else ""
         held = packet, wrong
         logged, _ = get_last_error()
     if held is not None:
@@ -93,6 +97,8 @@ class _ByIndex:
         self._size = os.fstat(self._file.fileno()).st_size
         self._hole = False
         self._ends_match: bool | None = None  # whether the ends of packets say anything: those of the first must
+        self._firsts = set[bytes]()  # with which chunks begin
+        self._spoilt = False  # the byte behind the packet in hand
         self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
         self._ended: int | None = None
         self._shift, self._at = 0, -1
@@ -100,6 +106,7 @@ class _ByIndex:
 
     def __call__(self, packet: Any) -> str:
         apart, self._ended = self._ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + HEADER
+        self._spoilt = False
         cut, behind = self._is_cut(self._ended - HEADER), self._hole
         self._hole |= bool(cut)
         if apart:  # something lies between two pictures: sound, or one whose header is spoilt
@@ -121,7 +128,7 @@ class _ByIndex:
             packet.dts = frame
             if packet.pts is not None:
                 packet.pts += frame - counted
-        return cut or (LOST if lost and not packet.is_keyframe else "")
+        return cut or (SPOILT if self._spoilt else LOST if lost and not packet.is_keyframe else "")
 
     def _is_cut(self, end: int) -> str:
         if self._ends_match is False or end + 4 > self._size:
@@ -135,12 +142,19 @@ class _ByIndex:
         self._load()
         next_ones = self._places[bisect_right(self._places, end + HEADER) :][:LOOKED_AT]
         if any(self._begins(place - HEADER) for place in next_ones):
-            return ""  # all is in its place, but for the header of the chunk that follows
+            # all is in its place, but for the header of the chunk that follows: from where on is it spoilt?
+            self._file.seek(end)
+            self._spoilt = self._file.read(1) not in self._firsts
+            return ""
         return "a chunk behind which none begins"
 
     def _begins(self, place: int) -> bool:
         self._file.seek(place)
-        return _CHUNK.fullmatch(self._file.read(4)) is not None
+        head = self._file.read(4)
+        good = _CHUNK.fullmatch(head) is not None
+        if good:
+            self._firsts.add(head[:1])
+        return good
 
     def _load(self) -> None:
         if self._places:
@@ -161,6 +175,62 @@ class _ByIndex:
         k = min(alike, key=lambda k: abs(self._places[k] - packet.pos))
         self._shift = self._places[k] - packet.pos
         return k
+
+
+class Shown:
+    """When pictures are shown, in containers that give packets the stamps of decoding alone, as AVI does.
+
+    The decoder gives pictures in the order in which they are shown, and the stamp of the packet that brings one out
+    rises with them. The first picture's own stamp is right: none that is shown later is coded before it.
+    """
+
+    def __init__(self, first: Any) -> None:
+        self._shift = 0 if first.pts is None or first.dts is None else first.pts - first.dts
+
+    def __call__(self, picture: Any) -> int | None:
+        """The stamp; None for those that come when no packet is left."""
+        return None if picture.dts is None else picture.dts + self._shift
+
+
+SLIPS = 12
+"""Pictures that stamps may fall back by, and for which they may do so."""
+
+
+class Forward:
+    """Holds the times of pictures against those before: time does not run backwards.
+
+    step     s from picture to picture
+    guessed  whether most stamps are the demuxer's guesses (MPEG-PS, TS): where small pictures lie in one packet of the
+             container, some come early by a few pictures, until the next stamp that is written there. Then pictures are
+             counted, unless some were left out shortly before, or damage was found
+    """
+
+    def __init__(self, step: Fraction, *, guessed: bool) -> None:
+        self._step, self._guessed = step, guessed
+        self._latest = -step
+        self._slipped = self._since_gap = 0
+
+    def __call__(self, time: Fraction, *, damaged: bool) -> tuple[Fraction, bool]:
+        """The time of the next picture, and whether it is none: pieces of two pictures, or of another moment."""
+        latest, behind = self._latest, time - self._latest
+        self._since_gap += 1
+        if behind > 0:
+            self._slipped = 0
+            if 2 * behind > 3 * self._step and latest >= 0:
+                self._since_gap = 0
+            self._latest = time
+            return time, False
+        slip = self._guessed and not damaged and self._slipped < SLIPS <= self._since_gap
+        if not (slip and behind > -SLIPS * self._step):
+            return time, True
+        self._slipped += 1
+        self._latest += self._step
+        return self._latest, False
+
+
+def coded_stamps(container: Any, codec: Any) -> bool:
+    """Whether packets have stamps of decoding alone, and pictures of this codec may come in another order."""
+    return container.format.name == "avi" and not codec.codec.intra_only
 
 
 def coded_order(pictures: Sequence[Any]) -> bool:

@@ -61,6 +61,30 @@ class PictureEnds:
         return True
 
 
+PARTIAL = (*SEQUENTIAL, "prores")
+"""Codecs whose decoders leave in memory what was there, where the data of a damaged picture end."""
+
+
+class WholePictures:
+    """Shows the latest whole picture in place of a damaged one, so that the same is read wherever it is read.
+
+    codec  libavcodec's name; of those that are not PARTIAL every picture is shown as it is
+    """
+
+    def __init__(self, codec: str) -> None:
+        self._partial = codec in PARTIAL
+        self._latest: Luma | None = None
+
+    def __call__(self, luma: Luma, *, corrupt: bool) -> Luma:
+        """The picture, or the one that is shown instead; a black one where none was whole."""
+        if not self._partial:
+            return luma
+        if corrupt:
+            return np.zeros_like(luma) if self._latest is None else self._latest
+        self._latest = luma
+        return luma
+
+
 def _roughness(row: Array) -> float:
     return float(np.median(np.abs(np.diff(row))))
 

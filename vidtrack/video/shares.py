@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 from numpy.typing import DTypeLike
 
-from vidtrack.timing.frame import Luma
+from vidtrack.timing.frame import Coded, Luma
 from vidtrack.video.read_apart import CAN_FORK, ReadApart
 
 SHARED = ("mjpeg",)
@@ -28,11 +28,19 @@ _HUFFMAN, _QUANTISATION, _SCAN = 0xC4, 0xDB, 0xDA
 
 
 class Stamped(NamedTuple):
-    """What is known of a picture: its time stamp, whether it is suspect of damage, and its own label."""
+    """What is known of a picture.
+
+    pts      when it is shown
+    corrupt  whether it is suspect of damage
+    code     its own label
+    packet   the time stamp of its packet; coded as `Frame.coded`
+    """
 
     pts: int | None
     corrupt: bool
     code: str | None
+    packet: int | None = None
+    coded: Coded | None = None
 
 
 class Report(NamedTuple):
@@ -63,6 +71,8 @@ class Decoding(Protocol):
     def levels(self, *, ahead: bool = False) -> Iterator[Levels]: ...
 
     def reported(self) -> Report: ...
+
+    def rest(self) -> None: ...
 
     def close(self) -> None: ...
 
@@ -134,7 +144,7 @@ def levels_in_shares(
     shape, dtype, memory, path  as `ReadApart` has them; memory is that of all processes
     """
     readers: list[ReadApart] = []
-    given, again = 0, None
+    given = 0
     try:
         for k in range(n):
             read = partial(_share, opened, Share(k, n))
@@ -145,16 +155,42 @@ def levels_in_shares(
     except (OSError, _Unsure):  # too many processes, too little memory for another; or damage
         for reader in readers:
             reader.close()
-        again = opened()
+        yield from gone_on_with(opened, given)
+    finally:
+        for reader in readers:
+            reader.close()
+
+
+def gone_on_with(opened: Callable[[], Decoding], given: int) -> Generator[tuple[Luma | None, Stamped | Report]]:
+    """What the `levels` of another opening gives from picture `given` on, and what is said of damage before each."""
+    again = opened()
+    try:
         for item in islice(again.levels(ahead=True), given, None):
             yield None, again.reported()
             yield item
         yield None, again.reported()
     finally:
-        for reader in readers:
-            reader.close()
-        if again is not None:
-            again.close()
+        again.close()
+
+
+def as_by_one_thread(
+    video: Decoding, opened: Callable[[], Decoding] | None, *, ahead: bool
+) -> Generator[tuple[Luma | None, Stamped | Report]]:
+    """What the recording's `levels` gives, and from the first damage on what another opening of it gives.
+
+    Of several packets that a decoder's threads work on at once it is not known which is damaged, and how many these are
+    depends on the computer.
+    opened  opens the recording for decoding in one thread; None: it is
+    """
+    clean, given = Report("", 0, ""), 0
+    for item in video.levels(ahead=ahead):
+        if opened and (item[1].corrupt or video.reported() != clean):
+            break
+        yield item
+        given += 1
+    if opened and (video.reported() != clean or item[1].corrupt):
+        video.rest()  # what decoders log is one list for all
+        yield from gone_on_with(opened, given)
 
 
 def _in_order(readers: Sequence[ReadApart]) -> Generator[Levels]:
