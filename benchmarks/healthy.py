@@ -2,6 +2,7 @@
 
     python benchmarks/healthy.py --count 150 --seed 1            films of random encoders and settings
     python benchmarks/healthy.py --count 150 --seed 1 --every 20    20 pictures of each looked at a second time
+    python benchmarks/healthy.py --count 150 --seed 1 --uncoded  the pictures themselves, as if each stood for itself
     python benchmarks/healthy.py --files A.mp4 B.mkv             these recordings
 
 A film has 40 to 90 pictures of random scenes (texture, bare walls, black bars, balls, noise, cuts, flashes, fades,
@@ -19,12 +20,14 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Collection, Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import av
 import numpy as np
 
+from vidtrack.timing.frame import Frame
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.video.reader import open_video
 from vidtrack.video.second_look import SecondLook
@@ -249,6 +252,15 @@ class Seen(NamedTuple):
     whole: float
 
 
+def seen_uncoded(seed: int) -> Seen:
+    """What the background shows in the pictures of a film that was not coded."""
+    rng = np.random.default_rng([77, seed])
+    pictures = list(film(rng, _one(rng, *SIZES)))
+    damage, start = DamagedPictures(8), time.process_time()
+    n = sum(1 for _ in damage.over(Frame(i, Fraction(i, 30), p, False, None) for i, p in enumerate(pictures)))
+    return Seen(n, 0, len(damage.indices), 0, 0, 0.0, time.process_time() - start)
+
+
 def seen(path: Path, *, every: int) -> Seen:
     """What is taken for damaged in a recording."""
     asked, found, again = list[int](), set[int](), 0.0
@@ -283,12 +295,19 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="*", default=list(CODERS))
     words = "look at so many pictures of each, taken at random, in place of those that change suddenly"
     parser.add_argument("--every", type=int, default=0, help=words)
+    parser.add_argument("--uncoded", action="store_true", help="films that are not coded")
     parser.add_argument("--files", nargs="*", type=Path, help="recordings that are there, in place of films")
     arguments = parser.parse_args()
     sums: dict[str, list[Seen]] = {}
     refused = Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         for k in range(len(arguments.files) if arguments.files else arguments.count):
+            if arguments.uncoded:
+                one = seen_uncoded(arguments.seed + k)
+                sums.setdefault("uncoded", []).append(one)
+                if one.background:
+                    print(f"  {arguments.seed + k}: {one}", file=sys.stderr)
+                continue
             try:
                 if arguments.files:
                     kind, path, made = arguments.files[k].suffix, arguments.files[k], ""

@@ -3,7 +3,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from vidtrack.timing.frame import Frame
+from vidtrack.timing.frame import Coded, Frame
 from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import CORRUPT, MEASURED, PREDICTED, Rows, present
@@ -37,17 +37,80 @@ def garbage(pictures, which, *, seed=5, blocks=40):
     return hurt
 
 
-def found(pictures, *, bits=8, corrupt=()):
+def in_order(n, keys):
+    """What is known of pictures that are coded as they are shown, each built on the one before it but for these."""
+    return [Coded(i, sum(key <= i for key in keys), i in keys, False) for i in range(n)]
+
+
+def found(pictures, *, bits=8, corrupt=(), coded=None):
     levels = np.clip(np.rint(pictures), 0, 255).astype(np.uint8 if bits == 8 else np.uint16)
-    frames = [Frame(i, Fraction(i, 30), p << (bits - 8), i in corrupt, None) for i, p in enumerate(levels)]
+    coded = coded or [None] * len(levels)
+    frames = [Frame(i, Fraction(i, 30), p << (bits - 8), i in corrupt, None, coded[i]) for i, p in enumerate(levels)]
     damage = DamagedPictures(bits)
     assert list(damage.over(frames)) == frames
     return sorted(damage.indices)
 
 
 @pytest.mark.parametrize("which", [[9], [9, 10, 11, 12, 13], [1], [1, 2, 3], list(range(5, 22))])
-def test_blocks_of_the_background_that_leave_and_come_back_at_once_are_damage(which):
-    assert found(garbage(scene(), which)) == which
+def test_blocks_of_the_background_that_leave_and_come_back_with_a_key_frame_are_damage(which):
+    hurt = garbage(scene(), which)
+    assert found(hurt, coded=in_order(N, (0, which[-1] + 1))) == which
+    assert found(hurt, coded=in_order(N, (0, which[0], which[-1] + 1))) == which
+    assert found(hurt, coded=in_order(N, (0, which[-1]))) == []
+    assert found(hurt) == (which if len(which) <= 3 else [])
+
+
+def test_a_picture_that_nothing_is_built_on_and_one_that_others_were_coded_before_may_be_damaged():
+    """I b b P b b P ...: P is coded before the b that are shown before it; with B a b is built upon, with p nothing."""
+    alone = [Coded(i, 0, i == 0, i % 3 > 0) for i in range(N)]
+    hurt = garbage(scene(), [7])
+    assert found(hurt, coded=alone) == [7]
+    assert found(hurt, coded=in_order(N, (0,))) == []
+    pyramid = [Coded(i - 2 if i % 3 == 0 and i else i + 1, 0, i == 0, False) for i in range(N)]
+    assert found(garbage(scene(), [7, 8]), coded=pyramid) == [7, 8]
+    assert found(garbage(scene(), [7]), coded=pyramid) == []
+    assert found(garbage(scene(), [6, 7, 8]), coded=pyramid) == []
+
+
+def test_damage_reaches_to_the_key_frame_where_pictures_before_it_that_are_coded_behind_it_are_partly_back():
+    coded = [Coded(i, int(i >= 9), i == 11, False) for i in range(N)]
+    coded[11], coded[10], coded[9] = Coded(9, 1, True, False), Coded(11, 1, False, False), Coded(10, 1, False, False)
+    assert found(garbage(scene(), [7, 8]), coded=coded) == [7, 8, 9, 10]
+
+
+def test_what_is_coded_behind_a_damaged_picture_and_shown_before_it_is_built_on_it():
+    """I P b b ...: the first b has little of the damage."""
+    coded = [Coded(i - 2 if i % 3 == 0 and i else i + 1, int(i >= 12), i in (0, 12), False) for i in range(N)]
+    coded[0] = Coded(0, 0, True, False)
+    assert found(garbage(scene(), [9, 10, 11]), coded=coded) == [7, 8, 9, 10, 11]
+
+
+def test_a_camera_that_shakes_is_no_damage_and_damage_while_it_shakes_is():
+    rng = np.random.default_rng(2)
+    still = scene(balls=0)
+    for seed in range(3):
+        by = np.random.default_rng(seed).integers(-9, 10, (N, 2)) * (rng.random((N, 1)) < 0.3)
+        shaken = np.array([np.roll(p, tuple(d), (0, 1)) for p, d in zip(still, by, strict=True)])
+        assert found(shaken) == []
+    by[8:11] = 0
+    shaken = np.array([np.roll(p, tuple(d), (0, 1)) for p, d in zip(still, by, strict=True)])
+    assert 9 in found(garbage(shaken, [9], blocks=60))
+
+
+@pytest.mark.parametrize("speed", [8, 16, 30])
+def test_something_large_that_crosses_the_picture_is_no_damage(speed):
+    pictures = scene(balls=0, n=40)
+    for i in range(40):
+        left = speed * (i - 5)
+        pictures[i][:, max(0, left) : max(0, left + 64)] = 180
+    assert found(pictures) == []
+
+
+def test_what_is_damaged_is_recorded():
+    assert DamagedPictures(8).as_record() == {}
+    damage = DamagedPictures(8)
+    damage.indices |= {5, 3}
+    assert damage.as_record() == {"damage_seen": [3, 5]}
 
 
 def test_deep_pictures_are_looked_at_alike():
@@ -56,7 +119,8 @@ def test_deep_pictures_are_looked_at_alike():
 
 def test_garbage_that_spreads_while_it_lasts_is_damage_from_its_first_picture_on():
     hurt = garbage(scene(), list(range(8, 15)))
-    assert found(garbage(hurt, list(range(11, 15)), seed=6)) == list(range(8, 15))
+    coded = in_order(N, (0, 15))
+    assert found(garbage(hurt, list(range(11, 15)), seed=6), coded=coded) == list(range(8, 15))
 
 
 def test_pictures_that_the_decoder_calls_damaged_are_not_looked_at():

@@ -3,12 +3,14 @@
 A decoder that meets noise inside a slice decodes it to garbage and goes on. A fixed camera shows it: many scattered
 blocks of the background, which were still, differ from the picture before by far more than they usually do, and after
 one picture (in codecs that code each picture by itself) or with the next key frame, just as suddenly, they are what
-they were. Targets do so in few blocks and never in all of them at once, light in the same way over all of the picture.
+they were. Targets do so in few blocks and never in all of them at once, light in the same way over all of the picture;
+what crosses the picture is not where it began when it leaves; a camera that shakes moves all that it shows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,8 +18,9 @@ import cv2
 import numpy as np
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.timing.frame import Frame, Luma
+from vidtrack.timing.frame import Coded, Frame, Luma
 from vidtrack.tracking.record import Others
+from vidtrack.tracking.shaken import explained
 from vidtrack.tracking.state import CORRUPT, PREDICTED, Rows
 
 
@@ -33,6 +36,10 @@ class Limits:
     doubts         pictures that get one, at most: those in which most blocks changed
     memory         share of the latest picture in what is usual
     back, returned  share of its change that a block may be off when it is back; share of the blocks that are back
+    own            share of the blocks that changed first that leave and come back with them
+    hits           pictures, built on no others, that are damaged one behind the other
+    shaken         share of what is back that the camera's motion explains
+    group          pictures of a group that are remembered, for what is built on damage
     kept           pictures from before a change that are kept at once, to be compared with
     light          share of the change, at least, that one gain and one offset explain where it is light
     """
@@ -46,11 +53,14 @@ class Limits:
     more: float = 2.0
     doubts: int = 16
     memory: float = 0.1
-    own: float = 0.25
+    own: float = 0.6
+    hits: int = 3
+    shaken: float = 0.5
     near: float = 2.0
     back: float = 0.4
     returned: float = 0.6
     kept: int = 12
+    group: int = 600
     light: float = 0.6
     gain: float = 0.5
     one_way: float = 0.9
@@ -78,15 +88,30 @@ def kept_others(others: Others, damaged: Bools) -> Others:
 class _Change(NamedTuple):
     """What the background was before it changed, and from which picture on it is otherwise.
 
-    first  index of that picture; at: how many pictures had been looked at then
-    before, after (h, w) grey levels of the pixels looked at
-    blocks (h/4, w/4) which changed
+    first   index of that picture
+    before  (h, w) grey levels of the pixels looked at
+    blocks  (h/4, w/4) which changed
     """
 
     first: int
     before: Luma
-    after: Luma
     blocks: Bools
+
+
+class _Now(NamedTuple):
+    """A picture in which unusually much changed.
+
+    whole      the picture before
+    few, last  the pixels looked at of this one and of that
+    out        (h/4, w/4) blocks that changed; change: by how much, grey levels
+    """
+
+    frame: Frame
+    whole: Luma
+    few: Luma
+    last: Luma
+    out: Bools
+    change: Array
 
 
 LookAgain = Callable[[Collection[int]], set[int]]
@@ -105,10 +130,13 @@ class DamagedPictures:
         self._look_again = look_again
         self._shift = bits - 8
         self._last: Luma | None = None
-        self._seen: list[int] = []  # indices of the frames looked at since the earliest change that is kept
+        self._whole: Luma | None = None  # the latest picture, of which _last has a part
+        self._seen: list[tuple[int, Coded | None]] = []  # frames looked at since the earliest change kept
         self._usual: Array | None = None
         self._crowd, self._many = 0.0, np.inf  # blocks that usually change, and that did in the latest picture
         self._changes: list[_Change] = []
+        self._group: deque[tuple[int, Coded]] = deque(maxlen=LIMITS.group)  # good frames since the latest key frame
+        self._spreads = False  # damage that was found, to the next key frame
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, unchanged."""
@@ -120,17 +148,23 @@ class DamagedPictures:
             elif good is not None:
                 self._doubtful[good] = np.inf
                 good = None
+            self._note(frame)
             yield frame
         if self._look_again and self._doubtful:
             most = sorted(self._doubtful, key=lambda i: -self._doubtful[i])[: LIMITS.doubts]
             self.indices |= self._look_again(most)
 
+    def as_record(self) -> dict[str, list[int]]:
+        """What is to be recorded of it: nothing where no picture is damaged."""
+        return {"damage_seen": sorted(self.indices)} if self.indices else {}
+
     def _look(self, frame: Frame) -> None:
         few = self._few(frame.luma)
         last, self._last = self._last, few
-        self._seen.append(frame.index)
-        if last is None or last.shape != few.shape:
-            self._usual, self._changes, self._seen = None, [], [frame.index]
+        whole, self._whole = self._whole, frame.luma
+        self._seen.append((frame.index, frame.coded))
+        if last is None or whole is None or last.shape != few.shape:
+            self._usual, self._changes, self._seen = None, [], [(frame.index, frame.coded)]
             return
         change = _by_block(few, last)
         if self._usual is None:
@@ -146,26 +180,80 @@ class DamagedPictures:
             self._doubtful[frame.index] = many / expected
         self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
         if unusual:
-            self._returned(few, last, out, change)
-            self._changes = [*self._changes[-LIMITS.kept + 1 :], _Change(frame.index, last, few, out)]
+            self._returned(_Now(frame, whole, few, last, out, change))
+            self._changes = [*self._changes[-LIMITS.kept + 1 :], _Change(frame.index, last, out)]
         first = self._changes[0].first if self._changes else frame.index
-        while self._seen[0] < first:
+        while self._seen[0][0] < first:
             self._seen.pop(0)
 
-    def _returned(self, few: Luma, last: Luma, out: Bools, change: Array) -> None:
+    def _returned(self, now: _Now) -> None:
         """Find changes that are undone by this picture, and note those that were before it."""
-        enough = max(LIMITS.blocks, LIMITS.returned * int(np.count_nonzero(out)))
+        enough = max(LIMITS.blocks, LIMITS.returned * int(np.count_nonzero(now.out)))
         for j, one in enumerate(self._changes):
-            back = out & (_by_block(few, one.before) < np.maximum(LIMITS.near, LIMITS.back * change))
-            own = int(np.count_nonzero(back & one.blocks))
-            if np.count_nonzero(back) >= enough and own >= LIMITS.own * enough and not _is_light(last, few, back):
-                self.indices.update(i for i in self._seen[:-1] if i >= one.first)
+            between = [coded for index, coded in self._seen[:-1] if index >= one.first]
+            if not _can_end(between, now.frame.coded):
+                continue
+            here, gone = _by_block(now.few, one.before), _by_block(now.last, one.before)
+            back = now.out & (here < np.maximum(LIMITS.near, LIMITS.back * now.change))
+            again = one.blocks & (gone > LIMITS.change) & (here < np.maximum(LIMITS.near, LIMITS.back * gone))
+            enough_back = np.count_nonzero(back) >= enough and np.count_nonzero(back[1:-1, 1:-1]) >= LIMITS.blocks
+            all_back = np.count_nonzero(again) >= LIMITS.own * np.count_nonzero(one.blocks)
+            if enough_back and all_back and not _is_light(now.last, now.few, back) and not self._is_shaken(now, back):
+                self.indices.update(index for index, _ in self._seen[:-1] if index >= one.first)
+                self._spread(between, now.frame)
                 self._changes = self._changes[:j]
                 return
 
+    def _spread(self, damaged: Sequence[Coded | None], now: Frame) -> None:
+        """Note what is built on damaged pictures: less of it may be seen than of themselves."""
+        origins = [coded for coded in damaged if coded is not None and not coded.alone]
+        if now.coded is None or not origins:
+            return
+        origin = min(origins)
+        self.indices.update(i for i, coded in self._group if coded >= origin and coded.group == origin.group)
+        self._spreads = not now.coded.key and now.coded > origin
+
+    def _is_shaken(self, now: _Now, back: Bools) -> bool:
+        """Whether the camera's motion alone brings back most of some blocks."""
+        before, after = (
+            p if self._shift <= 0 else (p >> self._shift).astype(np.uint8) for p in (now.whole, now.frame.luma)
+        )
+        by_motion = explained(before, after, 4 * _step(after), back.shape)
+        return int(np.count_nonzero(by_motion & back)) > LIMITS.shaken * int(np.count_nonzero(back))
+
+    def _note(self, frame: Frame) -> None:
+        """Keep the frame's place in the order of coding; it is damaged where what was found spreads."""
+        if frame.coded is None:
+            return
+        if frame.coded.key:
+            self._group.clear()
+            self._spreads = False
+        if not frame.corrupt:
+            self._group.append((frame.index, frame.coded))
+            if self._spreads:
+                self.indices.add(frame.index)
+
     def _few(self, luma: Luma) -> Luma:
-        few = _every(luma, 4 if luma.shape[1] > LIMITS.wide else 2)
+        few = _every(luma, _step(luma))
         return few if self._shift <= 0 else (few >> self._shift).astype(np.uint8)
+
+
+def _can_end(damaged: Sequence[Coded | None], now: Coded | None) -> bool:
+    """Whether damage may lie in these pictures and end before picture `now`.
+
+    It ends with a key frame, behind pictures that nothing is built on, or with one that was coded before it. In
+    each key frame it is another damage.
+    """
+    if sum(coded is None or coded.key for coded in damaged) > LIMITS.hits:
+        return False
+    origins = [coded for coded in damaged if coded is not None and not coded.alone]
+    if now is None or now.key or not origins:
+        return True
+    return now.group > max(one.group for one in origins) or now.number < min(one.number for one in origins)
+
+
+def _step(luma: Luma) -> int:
+    return 4 if luma.shape[1] > LIMITS.wide else 2
 
 
 def _every(luma: Luma, step: int) -> Luma:
