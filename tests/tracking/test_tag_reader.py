@@ -6,6 +6,7 @@ import numpy as np
 
 from tests.tracking.measurement.test_tag_corners import shown
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.tag_reader import FLAGS, TagReader
 
 INFO = VideoInfo(200, 160, Fraction(30), field_order="progressive")
@@ -35,6 +36,15 @@ def test_each_picture_says_where_its_tags_are_or_why_not():
     np.testing.assert_allclose(seen.b[0, 0], truth, atol=0.05)
     assert np.isnan(seen.b[[1, 3]]).all()
     assert seen.side[0, 0] > 40
+
+
+def test_nothing_is_seen_in_pictures_that_are_found_damaged_when_all_have_passed():
+    picture, _ = shown()
+    damage = DamagedPictures(8)
+    reader = TagReader("36h11", INFO, damage=damage)
+    list(reader.over(frames([picture] * 3)))
+    damage.indices.add(1)
+    assert words(reader.seen()) == ["", "lost", ""]
 
 
 def test_a_number_that_is_there_twice_names_no_tag():

@@ -24,7 +24,7 @@ from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
 from vidtrack.tracking.assessment import reading_findings
-from vidtrack.tracking.damaged_pictures import LookAgain
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.tag_reader import TagReader
 from vidtrack.video.makers_readout import makers_readout
 from vidtrack.video.reader import open_video
@@ -47,20 +47,25 @@ def run(job: Job) -> None:
         info = replace(video.info, time=found.base)
         stated = makers_readout(job.path("video"), float(1 / info.rate), info.rotation)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
-        tags = _tag_reader(settings, info, video.look_again)
+        damage = DamagedPictures(info.bits, video.look_again)
+        tags = _tag_reader(settings, info, damage)
         with Progress(label, info.n_expected, "frames") as progress:
             frames = meter.over(samples.over(progress.over(video.frames(apart=True))))
+            detect = settings["detect"]
+            frames = between(frames, info, detect.get("start"), detect.get("end"), where="detect")
+            frames = damage.over(frames)  # to its own end, where it looks again, and before tags are painted over
+            if tags is not None:
+                frames = tags.over(frames)
             if settings["targets"] == 0 and tags is not None:
-                used = between(frames, info, settings["detect"]["start"], settings["detect"]["end"], where="detect")
-                tracked = untracked(tags.over(used), info)
+                tracked = untracked(frames, info, damage)
             else:
                 tracked = track(
-                    frames if tags is None else tags.over(frames),
+                    frames,
                     info,
                     targets=settings["targets"],
                     start_boxes=boxes,
-                    look_again=video.look_again,
-                    **settings["detect"],
+                    damage=damage,
+                    **detect,
                 )
         if tags is not None:
             tracked = _with_tags(tracked, tags, settings)
@@ -100,14 +105,14 @@ def run(job: Job) -> None:
     write_png(job.outputs["picture"], _begun(samples, info.bits))
 
 
-def _tag_reader(settings: Mapping[str, Any], info: VideoInfo, look_again: LookAgain) -> TagReader | None:
+def _tag_reader(settings: Mapping[str, Any], info: VideoInfo, damage: DamagedPictures) -> TagReader | None:
     """What reads the coded tags of the run; None where it has none."""
     tags = settings.get("tags")
     if not tags:
         return None
     beside = settings["targets"] != 0
     fields = settings["detect"]["fields"]
-    return TagReader(tags["family"], info, ids=tags["ids"], fields=fields, cover=beside, look_again=look_again)
+    return TagReader(tags["family"], info, ids=tags["ids"], fields=fields, cover=beside, damage=damage)
 
 
 def _with_tags(tracked: Tracked, tags: TagReader, settings: Mapping[str, Any]) -> Tracked:

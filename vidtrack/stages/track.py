@@ -33,7 +33,7 @@ from vidtrack.tracking.assessment import (
 )
 from vidtrack.tracking.backwards import Earlier
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
-from vidtrack.tracking.damaged_pictures import DamagedPictures, LookAgain, kept_others, without_damaged
+from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -123,7 +123,7 @@ def track(
     min_motion: float = Detection.min_motion,
     max_clutter: float = Detection.max_clutter,
     max_occlusion: int = Detection.max_occlusion,
-    look_again: LookAgain | None = None,
+    damage: DamagedPictures | None = None,
 ) -> Tracked:
     """Follow targets through a recording.
 
@@ -136,7 +136,8 @@ def track(
     threshold    grey level 0-255 on any depth; auto: half-way between each target and its own background
     fields       auto: as the motion and the flags say; frame: whole frames; top, bottom: the field that comes first
     start, end   frame number or time code of the first and the last sample used
-    gain, offset as `stretch` has them (levels are stretched); look_again as `DamagedPictures`, others as `Detection`
+    damage       what the frames have passed, as they were read; None: they are looked at here
+    gain, offset as `stretch` has them (levels are stretched); others as `Detection`
 
     The table has frame, field, time_s (camera clock of the time code, not corrected), timecode, target, Xf, Yf, sd_x,
     sd_y (px, from noise and contrast, grown as `scatter` finds), pixels, total_pixels, mass, contrast, background
@@ -149,12 +150,13 @@ def track(
     if start_boxes is not None and len(start_boxes):
         boxes = named_boxes(targets, {str(name): start_boxes[name].to_numpy() for name in start_boxes}, box)
     size = info.width * info.height * (1 if info.bits == 8 else 2)
-    repeats, damage = RepeatedPictures(), DamagedPictures(info.bits, look_again)
-    used = repeats.over(damage.over(between(frames, info, start, end, where="detect")))
+    repeats, used = RepeatedPictures(), between(frames, info, start, end, where="detect")
+    if damage is None:
+        used = (damage := DamagedPictures(info.bits)).over(used)
     limits = (max_step, min_motion, max_clutter, max_occlusion)
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)
     at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
-    clip = Clip(batches(used, at_once), info, detect, repeats.indices)
+    clip = Clip(batches(repeats.over(used), at_once), info, detect, repeats.indices)
     searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
     if boxes is not None:
         names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))
@@ -210,10 +212,8 @@ def track(
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     seen_well = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(seen_well, columns, clip.detection.noise, grown, exposure)
-    diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record()
+    diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
     diagnostics |= {"begun": begun.how, "exposure": exposure}
-    if damage.indices:
-        diagnostics["damage_seen"] = sorted(damage.indices)
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
@@ -228,19 +228,19 @@ def track(
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 
-def untracked(frames: Iterable[Frame], info: VideoInfo) -> Tracked:
-    """A recording of which no target is followed: its frames are read to the end, and its tables are empty.
+def untracked(frames: Iterable[Frame], info: VideoInfo, damage: DamagedPictures) -> Tracked:
+    """A recording of which no target is followed: its frames, which `damage` looks at, are read, its tables are empty.
 
     Raises VidtrackError where there is no frame.
     """
     from pandas import DataFrame
 
-    n = sum(1 for _ in frames)
-    if not n:
+    if not (n := sum(1 for _ in frames)):
         raise VidtrackError("the recording has no frame to track in. Give one that has.")
     empty = [DataFrame({name: np.zeros(0) for name in names}) for names in (CENTROIDS, COLUMNS, WINDOW_COLUMNS)]
-    diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": []}
-    return Tracked(empty[0], empty[1], empty[2], diagnostics, [], info.time)
+    found = damaged_pictures(damage.indices)
+    diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": [line(one) for one in found]}
+    return Tracked(empty[0], empty[1], empty[2], diagnostics | damage.as_record(), found, info.time)
 
 
 class _Columns:

@@ -13,7 +13,7 @@ from vidtrack.arrays import Array
 from vidtrack.timing.fields import split
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.clip import OPENING, field_order
-from vidtrack.tracking.damaged_pictures import DamagedPictures, LookAgain
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.detection.coded_tags import TagFinder
 from vidtrack.tracking.detection.tag_cover import Hull, cover
 from vidtrack.tracking.measurement.tag_corners import Tone, tag_corners
@@ -76,6 +76,7 @@ class TagReader:
     ids     those that count; None: every one
     fields  as `detect.fields`
     cover   the frames are handed on with the tags painted over: for other targets in them
+    damage  what the frames have passed: nothing is seen in those that it found
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class TagReader:
         ids: Sequence[int] | None = None,
         fields: str = "auto",
         cover: bool = False,
-        look_again: LookAgain | None = None,
+        damage: DamagedPictures | None = None,
     ) -> None:
         self._finder, self._info, self._fields = TagFinder(family), info, fields
         self._ids = None if ids is None else set(ids)
@@ -95,14 +96,13 @@ class TagReader:
         self._tone: Tone | None = None
         self._misfits: list[Array] = []
         self._waiting: list[_Waiting] = []
-        self._damage = DamagedPictures(info.bits, look_again)
+        self._damaged = damage.indices if damage else set[int]()
         self._cover, self.patches = cover, dict[tuple[int, str], list[Hull]]()
         self.order = "frame"
         self.modules = self._finder.modules
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, unchanged or with tags painted over; where, px, is in `patches`, by frame and field."""
-        frames = self._damage.over(frames)
         opening: list[Frame] = []
         if self._fields != "frame":
             opening = list(islice(frames, OPENING.frames))
@@ -208,7 +208,7 @@ class TagReader:
         side, blur, contrast = (np.full((k, n), np.nan) for _ in range(3))
         column = {int(number): i for i, number in enumerate(ids)}
         for row, number, own_b, own_sd, own_side, own_blur, own_contrast, own_flag in self._found:
-            if self._samples[row][0] in self._damage.indices:
+            if self._samples[row][0] in self._damaged:
                 continue
             at = row, column[number]
             b[at], sd[at], flag[at] = own_b, own_sd, own_flag
