@@ -99,16 +99,20 @@ def test_no_more_is_decoded_for_healthy_pictures_than_is_allowed(clips, monkeypa
     assert 5 <= sum(decoded) < 5 + 3 * 5
 
 
-def test_what_is_coded_beside_the_picture_is_compared_too(tmp_path):
-    """Of 162 x 114 px the last macroblock shows four pixels: its data code what is cut off."""
-    picture = scene((162, 114), deep=False)
-    path = make_clip(tmp_path / "a.mp4", "libx264", "yuv420p", n=2, size=(162, 114), picture=picture)
+@pytest.mark.parametrize(
+    ("size", "compared"), [((162, 114), (176, 128)), ((160, 120), (160, 120)), ((174, 128), (174, 128))]
+)
+def test_what_is_coded_beside_the_picture_is_compared_too_where_the_last_macroblock_shows_little(
+    tmp_path, size, compared
+):
+    """Of 162 x 114 px it shows four pixels: its data code what is cut off. Where it shows half, damage shows in it."""
+    path = make_clip(tmp_path / "a.mp4", "libx264", "yuv420p", n=2, size=size, picture=scene(size, deep=False))
     look = SecondLook(str(path), 0, 100)
     look.damaged([])
     with av.open(str(path)) as container:
         group = next(look._groups(container))
     _, levels = look._decoded(group[:1], bytes(group[0].packet))
-    assert len(levels) == 176 * 128 * 3 // 2
+    assert len(levels) == compared[0] * compared[1] * 3 // 2
 
 
 def test_a_healthy_picture_far_from_its_key_frame_costs_little(clips, monkeypatch):

@@ -35,6 +35,8 @@ class Limits:
     tries     other endings that are tried
     other     of them, such as may give another picture of a damaged one: garbage may use memory that nothing was
               written to; and such as may give the same of the whole one beside it
+    shown     of the last macroblock, share from which on what is cut off of it does not count: else it has most of the
+              last bytes
     shortest  bytes of a unit that is tested: of shorter ones the tail is the header
     vp9       bytes of VP9's units, at least, and of their tails more: its last 4 are padding
     units     of a picture that are tested, at most
@@ -45,6 +47,7 @@ class Limits:
     block: float = 0.5
     tries: int = 6
     other: int = 1
+    shown: float = 0.5
     shortest: int = 72
     vp9: tuple[int, int] = (256, 4)
     units: int = 8
@@ -74,6 +77,7 @@ class SecondLook:
         self._path, self._stream, self._left = path, stream, most
         self._name, self._spoilt = "", False  # _spoilt: what the next group's leading pictures are built on
         self._share = 0.0  # of a picture that is a macroblock
+        self._shown = 1.0  # of the last macroblock
         self._extradata: bytes | None = None
         self._bitstream = Bitstream("", None)
 
@@ -89,6 +93,7 @@ class SecondLook:
                 return set()
             self._bitstream = Bitstream(self._name, self._extradata)
             self._share = 256 / max(codec.width * codec.height, 256)
+            self._shown = (-codec.width % 16 - 16) * (-codec.height % 16 - 16) / 256
             wanted, latest = set(suspects), max(suspects, default=-1)
             for group in self._groups(container):
                 found |= self._of_group(group, before, wanted)
@@ -201,7 +206,7 @@ class SecondLook:
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
         codec.extradata, codec.thread_count = self._extradata, 1
-        codec.options = {"apply_cropping": "0"}  # what lies outside of the picture is coded, too
+        codec.options = {"apply_cropping": str(int(self._shown >= LIMITS.shown))}
         last = av.Packet(data)
         last.pts = group[-1].pts
         before, _ = get_last_error()
