@@ -144,6 +144,13 @@ def test_a_flash_or_a_lamp_that_is_switched_on_and_off_is_no_damage():
         assert found(spot) == []
 
 
+def test_a_hand_before_the_lens_is_no_damage():
+    covered = scene(balls=0) / 10 + 25  # dark, but for a few lit things
+    covered[:, :, ::5] += 190
+    covered[8:10] = np.random.default_rng(1).normal(16, 1, covered[8:10].shape)
+    assert found(covered) == []
+
+
 def test_a_change_that_lasts_is_no_damage():
     assert found(garbage(scene(), list(range(9, N)))) == []
 

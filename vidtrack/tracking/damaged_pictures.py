@@ -41,6 +41,7 @@ class Limits:
     shaken         share of what is back that the camera's motion explains
     group          pictures of a group that are remembered, for what is built on damage
     kept           pictures from before a change that are kept at once, to be compared with
+    nothing        grey levels, standard deviation of a picture that shows nothing
     light          share of the change, at least, that one gain and one offset explain where it is light
     """
 
@@ -61,6 +62,7 @@ class Limits:
     returned: float = 0.6
     kept: int = 12
     group: int = 600
+    nothing: float = 2.0
     light: float = 0.6
     gain: float = 0.5
     one_way: float = 0.9
@@ -281,7 +283,12 @@ def _by_block(a: Luma, b: Luma) -> Array:
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:
-    """Whether some blocks became brighter, or darker, all of them, with what is seen in them as it was."""
+    """Whether some blocks became brighter, or darker, all of them, with what is seen in them as it was.
+
+    So it is behind a picture that shows nothing, as where a hand covers the lens.
+    """
+    if float(before.std()) < LIMITS.nothing:
+        return True
     where = cv2.resize(blocks.astype(np.uint8), before.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
     x, y = before[where].astype(np.float32), after[where].astype(np.float32)
     by = (y - x).reshape(-1)
