@@ -20,8 +20,8 @@ def edge():
     return picture
 
 
-def noisy(picture, seed):
-    levels = picture + np.random.default_rng(seed).normal(0, 1.5, SIZE)
+def noisy(picture, seed, sd=1.5):
+    levels = picture + np.random.default_rng(seed).normal(0, sd, SIZE)
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
 
 
@@ -37,6 +37,11 @@ def test_a_picture_that_is_shifted_as_a_whole_is_explained(scene, shift):
     before, after = noisy(scene(), 1), noisy(shifted(scene(), *shift), 2)
     by_block = np.abs(after.astype(float) - before).reshape(16, 8, 24, 8).mean((1, 3))
     assert explained(before, after, 8, SHAPE)[by_block > 4].mean() > 0.97
+
+
+def test_so_it_is_in_much_noise():
+    before, after = noisy(edge(), 1, sd=5), noisy(shifted(edge(), 4, 0), 2, sd=5)
+    assert explained(before, after, 8, SHAPE)[11].all()
 
 
 def test_so_it_is_by_half_a_pixel_and_with_other_light():

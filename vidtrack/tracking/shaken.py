@@ -20,6 +20,8 @@ class Limits:
     shows       grey levels of 255 by which a block changes, or would if it were shifted, where anything is to be seen
     better      share of these changes, at most, that the shift leaves of them
     off, share  grey levels of 255, and share of what a block changed by, that may be left of its change
+    noise       grey levels that both may differ by everywhere, at most
+    alike       least correlation of both
     gain        least and greatest change of light
     """
 
@@ -29,6 +31,8 @@ class Limits:
     better: float = 0.5
     off: float = 2.0
     share: float = 0.4
+    noise: float = 5.0
+    alike: float = 0.5
     gain: tuple[float, float] = (0.3, 3.0)
 
 
@@ -60,14 +64,19 @@ def _explained_by(shift: tuple[int, int], before: Luma, after: Luma, block: int,
     x, y = (p[few].astype(np.float32).ravel() for p in (turned, b))
     if x.size < 2:
         return np.zeros(shape, bool)
-    gain = float(np.clip(np.cov(x, y)[0, 1] / max(float(x.var()), 1e-3), *LIMITS.gain))
+    both = float(np.cov(x, y)[0, 1])
+    if both < LIMITS.alike * max(float(x.std() * y.std()), 1e-3):
+        return np.zeros(shape, bool)
+    gain = float(np.clip(both / max(float(x.var()), 1e-3), *LIMITS.gain))
     lit = cv2.convertScaleAbs(turned, alpha=gain, beta=float(np.median(y - gain * x)))
     off, was, moved = (
         cv2.resize(cv2.absdiff(p, q), size, interpolation=cv2.INTER_AREA).astype(np.float32)
         for p, q in ((lit, b), (a, b), (turned, a))
     )
+    shows = inside & (np.maximum(was, moved) > LIMITS.shows)  # where it would be seen, whether it is or not
+    noise = min(float(np.median(np.minimum(off, was)[inside])), LIMITS.noise)
+    off, was, moved = (np.maximum(each - noise, 0) for each in (off, was, moved))
     most = np.maximum(was, moved)
-    shows = inside & (most > LIMITS.shows)  # where it would be seen, whether it is or not
     if not (across or down) or off[shows].sum() >= LIMITS.better * most[shows].sum():
         return np.zeros(shape, bool)
     return np.asarray((off <= np.maximum(LIMITS.off, LIMITS.share * was)) | ~inside)
