@@ -9,9 +9,9 @@ in seven ways (a byte, a stretch of noise or zeros, bytes cut out or put in) and
 of 8 x 8 pixels is off by more than 6 grey levels on the mean from the same moment of the undamaged reading, or where
 that has no such moment. Wrong and not flagged, by the decoder or by what the background shows, is what must not be.
 With --centroids two targets are followed as well: off is a centroid with an empty flag that is more than 5 sd and
-0.05 px from where the scene has its balls at that moment, and `by damage` those of them that are not off in the
-undamaged reading, which texture behind a ball moves as well. Everything is seeded: one number makes one recording again
-(--seed).
+0.05 px from where the scene has its balls at that moment, and `by damage` those of them that are as far from where the
+undamaged reading has them: texture behind a ball moves both, by 0.4 px (median). Everything is seeded: one number makes
+one recording again (--seed).
 """
 
 from __future__ import annotations
@@ -152,16 +152,25 @@ def read(path: Path, *, centroids: bool) -> Reading:
         return Reading(levels, flags, len(damage.indices), video.account.problems, places)
 
 
-def off_centroids(own: np.ndarray, size: tuple[int, int]) -> set[tuple[int, int]]:
-    """Moments and balls at which a row is not where the ball nearest to it is; near the picture's edge none is."""
-    found = set[tuple[int, int]]()
+Places = dict[tuple[int, int], tuple[np.ndarray, np.ndarray, bool]]
+"""By moment and ball: where it was measured, how far that may be off, px, and whether it is farther."""
+
+
+def placed(own: np.ndarray, size: tuple[int, int]) -> Places:
+    """Rows by the ball nearest to them; near the picture's edge none is."""
+    found = Places()
     for moment, x, y, *sd in own.tolist():
         apart = np.abs(balls(size, int(moment)) - (x, y))
-        k = int(np.argmin(np.hypot(*apart.T)))
-        inside = EDGE < balls(size, int(moment))[k, 0] < size[0] - EDGE
-        if inside and np.any(apart[k] > np.maximum(0.05, 5 * np.array(sd))):
-            found.add((int(moment), k))
+        k, limit = int(np.argmin(np.hypot(*apart.T))), np.maximum(0.05, 5 * np.array(sd))
+        if EDGE < balls(size, int(moment))[k, 0] < size[0] - EDGE:
+            found[int(moment), k] = np.array([x, y]), limit, bool(np.any(apart[k] > limit))
     return found
+
+
+def moved_by_damage(own: Places, whole: Places) -> int:
+    """How many are off, and farther from where the undamaged reading has them than they may be."""
+    aside = [(at, place, limit) for at, (place, limit, away) in own.items() if away]
+    return sum(at not in whole or bool(np.any(np.abs(place - whole[at][0]) > limit)) for at, place, limit in aside)
 
 
 def off(a: np.ndarray, b: np.ndarray) -> float:
@@ -175,7 +184,7 @@ def off(a: np.ndarray, b: np.ndarray) -> float:
 
 class Outcome(NamedTuple):
     """wrong: pictures; silent: of them, without a flag; flagged: pictures; needless: of them, not wrong; off: centroids
-    with an empty flag; by_damage: of them, not off in the undamaged reading."""
+    with an empty flag; by_damage: of them, not there in the undamaged reading."""
 
     wrong: int
     silent: int
@@ -197,9 +206,10 @@ def outcome(path: Path, whole: Reading, size: tuple[int, int], *, centroids: boo
     wrong = {t for t, one in own.levels.items() if t not in whole.levels or off(one, whole.levels[t]) > WRONG}
     flagged = {t for t, flag in own.flags.items() if flag}
     counts = len(wrong), len(wrong - flagged), len(flagged), len(flagged - wrong), own.seen
-    aside = off_centroids(own.centroids, size)
-    by_damage = aside - off_centroids(whole.centroids, size)
-    return Outcome(*counts, len(own.centroids), len(aside), len(by_damage), bool(own.problems), False)
+    places = placed(own.centroids, size)
+    by_damage = moved_by_damage(places, placed(whole.centroids, size))
+    aside = sum(away for _, _, away in places.values())
+    return Outcome(*counts, len(own.centroids), aside, by_damage, bool(own.problems), False)
 
 
 def main() -> None:
