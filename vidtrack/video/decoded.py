@@ -22,7 +22,7 @@ from av.codec.codec import Capabilities
 from av.logging import PANIC, get_last_error, get_level, set_level
 
 from vidtrack.errors import VidtrackError
-from vidtrack.timing.frame import Frame, Luma, ReadAccount, VideoInfo
+from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
 from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.account import ReadingLog
@@ -114,7 +114,7 @@ class DecodedVideo(Video):
             self.sent, self.tables = -1, Tables()
             self._pictures = self._decoded()
             self._source: Generator[Any] = self._pictures
-            self._given: Generator[tuple[Luma | None, Stamped | Report]] = self._source
+            self._given: Generator[Any] = self._source
             self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
             self.first: list[tuple[Any, bool]] | None = list(
                 islice(self._pictures, PEEK if codec.name in _PACKED else 1)

@@ -51,7 +51,8 @@ class Decoder:
 
     def _stamp(self, picture: Any) -> int:
         if not self._coded:
-            return picture.pts
+            own: int = picture.pts
+            return own
         self._shown = self._shown or Shown(picture)
         stamp = self._shown(picture)
         self._last = self._last + 1 if stamp is None else stamp
