@@ -103,7 +103,7 @@ class TagReader:
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, unchanged or with tags painted over; where, px, is in `patches`, by frame and field."""
-        opening: list[Frame] = []
+        frames, opening = iter(frames), list[Frame]()
         if self._fields != "frame":
             opening = list(islice(frames, OPENING.frames))
             if opening:
