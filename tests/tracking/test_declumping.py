@@ -107,3 +107,13 @@ def test_those_that_overlap_by_most_of_a_diameter_are_not_measured_and_keep_thei
     which = off[seen].argmin(axis=2)
     assert (which == which[0]).all()
     assert off[seen].min(axis=2).max() < 0.2
+
+
+def test_a_target_seen_alone_stays_what_it_was_and_is_not_measured_while_a_thing_covers_a_part():
+    path = overlapping(24)
+    path[:12, 1] = path[20:, 1] = -100.0
+    path[12:20, 1] = path[12:20, 0] + (4.0, 3.0)
+    table = track(*recorded(path, radius=8.0), targets=1).centroids
+    off = np.linalg.norm(table[["Xf", "Yf"]].to_numpy() - path[:, 0], axis=1)
+    assert np.isnan(off[12:17]).all()
+    assert off[[*range(12), *range(20, 24)]].max() < 0.05

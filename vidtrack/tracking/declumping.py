@@ -2,7 +2,8 @@
 
 Nothing in a track says so but its shape. What is followed is looked at now and then where it is no disc; where two
 discs explain it (`two_discs`), in two samples, it is followed as two from then on, that hide each other. What was
-measured of it before was of neither, as far back as it had the size or the shape of both.
+measured of it before was of neither, as far back as it had the size or the shape of both. A target that was seen alone
+before is followed as the one that it was: what touches it may be a spark on the water.
 """
 
 from __future__ import annotations

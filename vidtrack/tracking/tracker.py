@@ -196,17 +196,17 @@ class Tracker:
             pair = self.search.separation.pair(now, sample, i, self.scene)
             if not self.clumps.looked(i, number, pair) or pair is None:
                 continue
-            unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
-            free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
-            if not free.size:
-                continue
-            other = int(free[0])
-            if other >= n:
-                self.newcomers.taken(other)
             track, looks = int(self.newcomers.track[i]), looks_of(pair)
             samples, values = self.record.of_track(track)
             first = first_of_both(values, float(looks.pixels.max()))
             self.record.unmeasured(track, int(samples[first]))
+            unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
+            free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
+            if first > 0 or not free.size:  # what was seen alone stays what it was: a spark may touch it
+                continue
+            other = int(free[0])
+            if other >= n:
+                self.newcomers.taken(other)
             both = np.array([i, other])
             self.state = self.state.split(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks).T)
             self.search.forget(both)
