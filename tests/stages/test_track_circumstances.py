@@ -8,7 +8,7 @@ import pytest
 
 from tests.discs import picture
 from vidtrack.stages.track import track
-from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.frame import Coded, Frame, VideoInfo
 
 RATE = Fraction(30)
 SHAPE = (200, 260)
@@ -187,7 +187,11 @@ def test_nothing_is_measured_in_pictures_whose_damage_the_decoder_does_not_repor
     garbage = np.pad(garbage, ((0, 0), (0, SHAPE[1] % 8)))
     hurt = range(30, 37)
     levels = [frame.luma + grain + (garbage if frame.index in hurt else 0) for frame in frames]
-    frames = [f._replace(luma=np.clip(level, 0, 255).astype(np.uint8)) for f, level in zip(frames, levels, strict=True)]
+    coded = [Coded(f.index, int(f.index >= hurt.stop), f.index in (0, hurt.stop), False) for f in frames]
+    frames = [
+        f._replace(luma=np.clip(level, 0, 255).astype(np.uint8), coded=order)
+        for f, level, order in zip(frames, levels, coded, strict=True)
+    ]
     tracked = track(frames, info, targets=1)
     table = tracked.centroids.set_index("frame")
     assert table["Xf"].isna()[list(hurt)].all()

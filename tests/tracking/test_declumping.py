@@ -115,5 +115,5 @@ def test_a_target_seen_alone_stays_what_it_was_and_is_not_measured_while_a_thing
     path[12:20, 1] = path[12:20, 0] + (4.0, 3.0)
     table = track(*recorded(path, radius=8.0), targets=1).centroids
     off = np.linalg.norm(table[["Xf", "Yf"]].to_numpy() - path[:, 0], axis=1)
-    assert np.isnan(off[12:17]).all()
+    assert np.isnan(off[12:20]).all()
     assert off[[*range(12), *range(20, 24)]].max() < 0.05

@@ -57,10 +57,10 @@ def test_an_empty_record_has_rows_of_the_right_shape():
     assert record.others().values.shape == (MEASURED, 0)
 
 
-def test_what_was_of_two_is_no_measurement_of_one_from_then_on():
+def test_what_was_of_two_is_no_measurement_of_one():
     record = filled([0, 1, 7], [0, 1, 7])
-    record.unmeasured(1, 2)
-    record.unmeasured(7, 4)
+    record.unmeasured(1, np.arange(2, 6))
+    record.unmeasured(7, np.array([4, 5]))
     rows, others = record.rows(), record.others()
     assert np.isnan(rows.values[0, :, 1]).tolist() == [False, False, True, True, True, True]
     assert (rows.flag[2:, 1] == MERGED | PREDICTED).all()

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.joint_fit import SHAPE
 from vidtrack.tracking.measurement.two_discs import TWO_DISCS, Pair, elongation
+from vidtrack.tracking.record import Record
 from vidtrack.tracking.state import PIXELS, XX, XY, YY, TargetState, X
 
 
@@ -58,6 +59,8 @@ class Clumps:
         self._next = np.zeros(places, np.int64)
         self._vain = np.zeros(places, np.int64)
         self._found = np.zeros(places, np.int64)
+        self._disc = np.full(places, np.nan)  # pixels of a target that something touches
+        self._until = np.zeros(places, np.int64)
         self.partner = np.full(places, -1)
 
     def due(self, values: Array, state: TargetState, number: int, lines: int) -> Ints:
@@ -68,7 +71,8 @@ class Clumps:
         long = elongation(*values[[XX, YY, XY]]) > TWO_DISCS.elongated
         large = values[PIXELS] * lines >= TWO_DISCS.fewest
         with np.errstate(invalid="ignore"):
-            return np.flatnonzero((state.missing == 0) & long & large & (self._next <= number))
+            free = np.isnan(self._disc) & (self._next <= number)
+            return np.flatnonzero((state.missing == 0) & long & large & free)
 
     def looked(self, i: int, number: int, pair: Pair | None) -> bool:
         """A place was looked at; whether it is two."""
@@ -81,6 +85,29 @@ class Clumps:
         self._vain[i], self._next[i] = 0, number + 1
         return bool(self._found[i] >= DECLUMPING.confirmed)
 
+    def taken_back(self, i: int, record: Record, track: int, pixels: float) -> bool:
+        """Take back what was recorded of two as one; whether one of them was seen alone before.
+
+        pixels  of one disc
+        """
+        samples, values = record.of_track(track)
+        first = first_of_both(values, pixels)
+        record.unmeasured(track, samples[first:])
+        if first > 0:
+            self._disc[i], self._until[i], self._found[i] = pixels, record.samples - 1, 0
+        return first > 0
+
+    def unmeasured(self, record: Record, track: Ints, every: int = DECLUMPING.every) -> None:
+        """Take back what was recorded of a target and what touches it, each so many samples; track: of each place."""
+        number = record.samples - 1
+        for i in np.flatnonzero(number - self._until >= np.where(np.isnan(self._disc), np.inf, every)).tolist():
+            samples, values = record.of_track(int(track[i]))
+            several = more_than_one(values, self._disc[i])
+            record.unmeasured(int(track[i]), samples[several & (samples > self._until[i])])
+            self._until[i] = number
+            if not several[-DECLUMPING.alone :].any():
+                self._disc[i] = np.nan
+
     def joined(self, i: int, j: int) -> None:
         """These two places are the halves of one blob."""
         self.forget(np.array([i, j]))
@@ -90,7 +117,7 @@ class Clumps:
         """Whatever is in these places is another thing now."""
         former = self.partner[who]
         self.partner[former[former >= 0]] = -1
-        self.partner[who] = -1
+        self.partner[who], self._disc[who] = -1, np.nan
         self._next[who] = self._vain[who] = self._found[who] = 0
 
 
@@ -108,12 +135,16 @@ def first_of_both(values: Array, pixels: float) -> int:
 
     pixels  of one disc
     """
-    single = values[PIXELS] < DECLUMPING.larger * pixels
-    long = elongation(*values[[XX, YY, XY]])
-    single &= ~(long > DECLUMPING.rounder * TWO_DISCS.elongated)
+    single = ~more_than_one(values, pixels)
     alone: list[int] = []
     for k in np.flatnonzero(np.isfinite(values[X]))[::-1].tolist():
         alone = [*alone, k] if single[k] else []
         if len(alone) == DECLUMPING.alone:
             return alone[0] + 1
     return 0
+
+
+def more_than_one(values: Array, pixels: float) -> Bools:
+    """Samples (k,) that show more than a disc of so many pixels, of values (MEASURED, k)."""
+    long = elongation(*values[[XX, YY, XY]]) > DECLUMPING.rounder * TWO_DISCS.elongated
+    return np.asarray(long | (values[PIXELS] >= DECLUMPING.larger * pixels))

@@ -96,16 +96,16 @@ class Record:
         self.samples += len(times)
         self._count += 1
 
-    def unmeasured(self, track: int, since: int) -> None:
-        """What was measured of a track from a sample on was not of one target."""
+    def unmeasured(self, track: int, samples: Ints) -> None:
+        """What was measured of a track in these samples was not of one target."""
         if track < self.n:
             rows = self.rows()
-            some = np.isfinite(rows.values[0, since:, track])
-            rows.values[:, since:, track][:, some] = np.nan
-            rows.flag[since:, track][some] = MERGED | PREDICTED
+            some = samples[np.isfinite(rows.values[0, samples, track])]
+            rows.values[:, some, track] = np.nan
+            rows.flag[some, track] = MERGED | PREDICTED
         else:
             others = self.others()
-            own = (others.track == track) & (others.sample >= since)
+            own = (others.track == track) & np.isin(others.sample, samples)
             others.values[:, own], others.flag[own] = np.nan, MERGED | PREDICTED
 
     def of_track(self, track: int) -> tuple[Ints, Array]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.crops import Crop, keep_piece
-from vidtrack.tracking.declumping import Clumps, first_of_both, looks_of
+from vidtrack.tracking.declumping import Clumps, looks_of
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
@@ -106,6 +106,8 @@ class Tracker:
         """Go through the samples that still wait."""
         while self._waiting:
             del self._waiting[: self._step(self._waiting[: PACE.samples_at_once])]
+        if self.newcomers is not None:
+            self.clumps.unmeasured(self.record, self.newcomers.track, every=1)
 
     def rows(self) -> Rows:
         """Everything measured of the targets so far."""
@@ -191,18 +193,17 @@ class Tracker:
         assert self.newcomers is not None
         n, number = self.record.n, self.record.samples - 1
         self.clumps.forget(np.flatnonzero((self.clumps.partner >= 0) & (self.state.missing < 0)))
+        self.clumps.unmeasured(self.record, self.newcomers.track)
         for i in self.clumps.due(block.values[:, j], self.state, number, sample.lines).tolist():
             now = Searched(self.state, block.values[:, j], block.flag[j])
             pair = self.search.separation.pair(now, sample, i, self.scene)
             if not self.clumps.looked(i, number, pair) or pair is None:
                 continue
             track, looks = int(self.newcomers.track[i]), looks_of(pair)
-            samples, values = self.record.of_track(track)
-            first = first_of_both(values, float(looks.pixels.max()))
-            self.record.unmeasured(track, int(samples[first]))
+            alone = self.clumps.taken_back(i, self.record, track, float(looks.pixels.max()))
             unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
             free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
-            if first > 0 or not free.size:  # what was seen alone stays what it was: a spark may touch it
+            if alone or not free.size:  # what was seen alone stays what it was: a spark may touch it
                 continue
             other = int(free[0])
             if other >= n:
