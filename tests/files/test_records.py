@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
-from vidtrack.files.records import _written, plain, read_json, read_png, write_json, write_png
+from vidtrack.files.records import plain, read_json, read_png, write_json, write_png
 
 PROVENANCE = {"vidtrack": "0", "settings": {"Cx": 256.0}, "inputs": {"a.csv": "00"}}
 
@@ -108,35 +108,6 @@ def test_plain_values_are_json_and_plain_again(record):
     once = plain(record)
     assert plain(once) == once
     assert json.loads(json.dumps(once, allow_nan=False)) == once
-
-
-def nested(leaves):
-    return st.recursive(
-        leaves,
-        lambda inner: (
-            st.lists(inner) | st.lists(inner).map(tuple) | st.dictionaries(st.text() | st.integers(0, 3), inner)
-        ),
-        max_leaves=30,
-    )
-
-
-@given(
-    nested(
-        st.none()
-        | st.booleans()
-        | st.integers()
-        | st.floats()
-        | st.text()
-        | st.floats().map(np.float64)
-        | st.integers(0, 9).map(np.int16)
-        | st.booleans().map(np.bool_)
-        | st.lists(st.floats(width=32)).map(lambda values: np.array(values, np.float32))
-        | st.just(complex(1, 2))
-    )
-)
-@settings(max_examples=150, deadline=None)
-def test_the_text_of_a_record_is_that_of_the_library(value):
-    assert _written(value, "\n") == json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def test_a_key_is_text_and_a_thing_without_a_form_of_its_own_its_name(tmp_path):

@@ -10,7 +10,6 @@ import pytest
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.tables import (
-    _digits,
     read_parquet,
     read_picks,
     read_points,
@@ -33,52 +32,6 @@ def test_points_without_a_tolerance_have_none(tmp_path):
     table = read_points(written(tmp_path, "tag,x,y,z\n1,0,0,5\n"))
     assert list(table.columns[:5]) == ["tag", "x", "y", "z", "sigma"]
     assert math.isnan(table["sigma"][0])
-
-
-@pytest.mark.parametrize(
-    "columns",
-    [
-        {},
-        {"x": [], "name": np.array([], object)},
-        {"only": ["", None]},
-        {"x": [1.0, np.nan, -0.0, 1e-7, 1e17, np.inf, 0.1 + 0.2], "n": np.arange(7), "good": np.arange(7) > 3},
-        {"a,b": ['x"y', "p\nq", "r\rs", " \u00e9", None, np.nan, ""], "f": np.arange(7, dtype=np.float32) / 3},
-        {"x,": [1.0, 2.0], "y": [1, 2]},
-        {"small": np.arange(3, dtype=np.uint8), "name": np.array(["a", None, np.nan], object)},
-        {"mixed": [1, "x", None], "whole": pd.array([1, None, 3], "Int64"), "kind": pd.Categorical(list("aba"))},
-    ],
-)
-def test_a_csv_file_is_what_pandas_writes(tmp_path, columns):
-    table = pd.DataFrame(columns)
-    write_csv(tmp_path / "t.csv", table)
-    assert (tmp_path / "t.csv").read_bytes() == table.to_csv(index=False, lineterminator="\n").encode()
-
-
-def test_numbers_are_written_as_python_writes_them():
-    rng = np.random.default_rng(3)
-    values = np.concatenate(
-        [
-            rng.uniform(-1, 1, 3000) * 10.0 ** rng.integers(-25, 25, 3000),
-            np.round(rng.normal(0, 100, 1000), 3),
-            rng.integers(0, 1 << 62, 2000).view(np.float64),
-            [
-                0.0,
-                -0.0,
-                np.inf,
-                -np.inf,
-                1e-3,
-                np.nextafter(1e-3, 0),
-                1e15,
-                np.nextafter(1e15, 0),
-                2.0**53,
-                0.5,
-                5e-324,
-            ],
-        ]
-    )
-    values = values[~np.isnan(values)]
-    assert _digits(values) == [repr(value) for value in values.tolist()]
-    assert _digits(np.array([np.nan])) == [""]
 
 
 def test_picks_are_those_of_the_camera(tmp_path):

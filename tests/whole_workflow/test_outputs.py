@@ -79,6 +79,12 @@ def test_camera_json_projects_the_points_where_they_were_seen(processed):
     assert math.sqrt(np.mean(errors)) == pytest.approx(record["rms_px"], rel=1e-3)
 
 
+def test_a_ball_that_is_plainly_to_be_seen_is_measured_in_every_sample(processed):
+    for camera in ("cam1", "cam2"):
+        table = pd.read_parquet(processed / f"results/runs/pluck/centroids/{camera}.parquet")
+        assert table["Xf"].notna().all(), camera
+
+
 def test_time_is_seconds_since_midnight_of_the_time_code(processed):
     table = pd.read_parquet(processed / "results/runs/pluck/centroids/cam1.parquet")
     first = table.iloc[0]

@@ -88,6 +88,15 @@ def test_a_single_thing_is_not_two(thing):
     assert found(thing()) is None
 
 
+@pytest.mark.parametrize("ratio", [0.8, 1.2])
+def test_a_ball_in_pixels_that_are_not_square_is_one_though_its_noise_is_said_to_be_less_than_it_is(ratio):
+    rng = np.random.default_rng(5)
+    for seed in range(12):
+        x, y = MIDDLE + rng.uniform(-0.5, 0.5, 2)
+        grey = window(disc((SIZE, SIZE), x, y, 4.2, ratio=ratio), noise=3.0, seed=seed)
+        assert two_discs(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, 2.0) is None
+
+
 def test_what_is_hidden_and_what_the_window_cuts_is_not_looked_at():
     share, _ = union(1.3, 8.0)
     grey = window(share)

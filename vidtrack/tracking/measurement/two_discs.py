@@ -6,8 +6,9 @@ The union of two alike discs of radius r, d apart, has the second moments lambda
 
 so that the blob's elongation (lambda - mu) / (lambda + mu) gives d / r, and its area r. From there both discs are
 fitted together (`joint_fit`). An ellipse with the blob's own area and second moments is what a single thing seen
-askew, or drawn out by motion, would show: where the two discs leave far less than that, and little at all, they are
-two. Half a disc, a streak and a rectangle are described by neither.
+askew, or drawn out by motion, would show, and one disc fitted alike is what a ball shows whose picture has pixels that
+are not square: where the two discs leave far less than either, and little at all, they are two. Half a disc, a streak
+and a rectangle are described by none of these.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.measurement.disc_fit import Float32
-from vidtrack.tracking.measurement.fit_apart import without_background
-from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, Shapes, fit_together
+from vidtrack.tracking.measurement.fit_apart import Piece, without_background
+from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, Joint, Shapes, fit_together
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class TwoDiscs:
     fewest      pixels of a blob: below, the grid hides how the two models differ
     prior       sd of log half axes, of the light (share) and of log blur of discs that were never seen alone
     left        rms that the two discs leave, at most: of the noise, and misfit of their light where that is more
-    of_ellipse  of what the ellipse leaves, which the discs leave at most
+    of_one      of what the ellipse leaves, or one disc, which the two leave at most
+    apart       of their radius, that the middles are apart at least
     round       |log| of the ratio of a disc's axes, at most; alike: of the radii of both
     light       |log| of the ratio of their lights, at most
     """
@@ -45,7 +47,8 @@ class TwoDiscs:
     prior: tuple[float, float, float] = (0.3, 0.3, 0.6)
     left: float = 1.5
     misfit: float = 0.04
-    of_ellipse: float = 0.5
+    of_one: float = 0.5
+    apart: float = 0.4
     round: float = 0.2
     alike: float = 0.7
     light: float = 0.7
@@ -89,6 +92,16 @@ def two_discs(
     long = float(elongation(np.array(xx), np.array(yy), np.array(xy)))
     if long < TWO_DISCS.elongated:
         return None
+    border = np.sqrt(4 * np.array([xx, yy])) / (1, lines)
+    at_x, at_y = column.mean(keepdims=True), row.mean(keepdims=True)
+    piece = without_background(grey, hidden, at_x, at_y, border[:, None] + 1, noise)
+    light, own_noise = float(np.median(piece.over[blob])), max(noise, piece.noise)
+    if light <= 0:
+        return None
+    little = max(TWO_DISCS.left * own_noise, TWO_DISCS.misfit * light)
+    one = _fitted(piece, hidden, at_x, at_y, np.log(border)[:, None], light, own_noise)
+    if one.left < little:
+        return None
     apart, area = _union(long)
     radius = float(np.sqrt(row.size * lines / area))
     angle = 0.5 * np.arctan2(2 * xy, xx - yy)
@@ -99,13 +112,13 @@ def two_discs(
     over, light, own_noise = piece.over, float(np.median(piece.over[blob])), max(noise, piece.noise)
     if light <= 0:
         return None
-    value = np.concatenate([axes, np.full((1, 2), np.log(light)), np.full((1, 2), -0.4)])
-    log_axis, log_light, log_blur = TWO_DISCS.prior
-    known = Shapes(value, np.repeat([[log_axis], [log_axis], [log_light], [log_blur]], 2, axis=1))
-    fit = fit_together(over, ~hidden, piece.clipped, at_x, at_y, known, own_noise)
+    fit = _fitted(piece, hidden, at_x, at_y, axes, light, own_noise)
     if not np.isfinite(fit.shape).all() or not fit.left < max(
         TWO_DISCS.left * own_noise, TWO_DISCS.misfit * float(np.exp(fit.shape[2]).min())
     ):
+        return None
+    between = np.hypot(*np.diff(fit.x), *(np.diff(fit.y) * lines))
+    if between < TWO_DISCS.apart * float(np.exp(fit.shape[0].mean())):
         return None
     squashed = np.abs(fit.shape[0] - fit.shape[1] - np.log(lines))
     sizes, lights = (abs(float(np.diff(values)[0])) for values in (fit.shape[:2].mean(axis=0), fit.shape[2]))
@@ -116,9 +129,20 @@ def two_discs(
     ellipse = _ellipse(grey.shape, float(column.mean()), float(row.mean()), second, float(np.exp(fit.shape[3]).mean()))
     scale = float((over[near] * ellipse[near]).sum() / max(float((ellipse[near] ** 2).sum()), 1e-9))
     of_ellipse = float(np.sqrt(np.square(over[near] - scale * ellipse[near]).mean()))
-    if not fit.left < TWO_DISCS.of_ellipse * of_ellipse:
+    if not fit.left < TWO_DISCS.of_one * min(of_ellipse, one.left):
         return None
     return Pair(fit.x, fit.y, fit.shape, piece.background, fit.good)
+
+
+def _fitted(
+    piece: Piece, hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, light: float, noise: float
+) -> Joint:
+    """As many discs as there are places x, y (m,), with the logarithms of half axes (2, m), fitted together."""
+    n = x.size
+    value = np.concatenate([axes, np.full((1, n), np.log(light)), np.full((1, n), -0.4)])
+    log_axis, log_light, log_blur = TWO_DISCS.prior
+    known = Shapes(value, np.repeat([[log_axis], [log_axis], [log_light], [log_blur]], n, axis=1))
+    return fit_together(piece.over, ~hidden, piece.clipped, x, y, known, noise)
 
 
 def _blob(grey: Float32, hidden: NDArray[np.bool_], x: float, y: float, contrast: float) -> Bools | None:
