@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import os
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -18,9 +17,7 @@ from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.records import plain
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-    from pandas import DataFrame, Series
+    from pandas import DataFrame
 
 Path = str | os.PathLike[str]
 
@@ -153,44 +150,8 @@ def read_units(path: Path) -> dict[str, str]:
 
 def write_csv(path: Path, table: DataFrame) -> None:
     """Write a table as CSV; NaN is an empty cell."""
-    columns = [_cells(table[name]) for name in table]
-    head = [str(name) for name in table]
-    if len(head) < 2 or None in columns or _SPECIAL.search("".join(head)):
-        text = table.to_csv(index=False, lineterminator="\n")
-    else:  # what pandas writes, in a third of its time
-        lines = map(",".join, zip(*columns, strict=True))
-        text = "\n".join([",".join(head), *lines, ""])
     with replacing(path) as file:
-        file.write(text.encode())
-
-
-_SPECIAL = re.compile('[,"\r\n]')
-"""Letters for which a cell is quoted."""
-
-
-def _cells(column: Series) -> list[str] | None:
-    """The text of a column's cells; None where they are neither numbers nor text that needs no quotes."""
-    values = column.to_numpy()
-    if values.dtype.kind in "biu":
-        return [*map(str, values.tolist())]
-    if values.dtype == "float64":
-        return _digits(values)
-    missing = column.isna().to_numpy().tolist()
-    cells = ["" if gone else cell for cell, gone in zip(values.tolist(), missing, strict=True)]
-    return cells if all(type(cell) is str for cell in cells) and not _SPECIAL.search("".join(cells)) else None
-
-
-def _digits(values: NDArray[np.float64]) -> list[str]:
-    """Numbers (n,) as `repr` writes them, NaN as nothing; Arrow writes fractions of a usual size the same."""
-    import numpy as np
-    import pyarrow as pa
-
-    size = np.abs(values)
-    plain_ones = (size >= 1e-3) & (size < 1e9) & (size != np.rint(size))
-    cells: list[str] = pa.array(values).cast(pa.string()).to_pylist()
-    for row in np.flatnonzero(~plain_ones).tolist():
-        cells[row] = "" if np.isnan(values[row]) else repr(float(values[row]))
-    return cells
+        file.write(table.to_csv(index=False, lineterminator="\n").encode())
 
 
 def read_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> DataFrame:

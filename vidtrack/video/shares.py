@@ -182,13 +182,14 @@ def as_by_one_thread(
     depends on the computer.
     opened  opens the recording for decoding in one thread; None: it is
     """
-    clean, given = Report("", 0, ""), 0
+    clean, given, damaged = Report("", 0, ""), 0, False
     for item in video.levels(ahead=ahead):
-        if opened and (item[1].corrupt or video.reported() != clean):
+        damaged = item[1].corrupt or video.reported() != clean
+        if damaged and opened:
             break
         yield item
         given += 1
-    if opened and (video.reported() != clean or item[1].corrupt):
+    if opened and (damaged or video.reported() != clean):
         video.rest()  # what decoders log is one list for all
         yield from gone_on_with(opened, given)
 
