@@ -117,3 +117,15 @@ def test_a_target_seen_alone_stays_what_it_was_and_is_not_measured_while_a_thing
     off = np.linalg.norm(table[["Xf", "Yf"]].to_numpy() - path[:, 0], axis=1)
     assert np.isnan(off[12:20]).all()
     assert off[[*range(12), *range(20, 24)]].max() < 0.05
+
+
+@pytest.mark.parametrize("others", [(0.6,), (0.3, 0.3 + np.pi / 3)])  # rad, where they touch it
+def test_a_target_found_again_after_long_is_not_the_blob_that_hid_it(others):
+    """Two, by their shape; three side by side are as round as one, and as large as what was there all the time."""
+    path = np.concatenate([overlapping(24), np.full((24, len(others) - 1, 2), -100.0)], axis=1)
+    path[:12, 1] = -100.0
+    for k, angle in enumerate(others, start=1):
+        path[12:, k] = path[12:, 0] + 4.0 * np.array([np.cos(angle), np.sin(angle)])
+    table = track(*recorded(path, radius=4.0), targets=1).centroids
+    assert table["Xf"].notna().tolist() == [True] * 12 + [False] * 12
+    assert table["flag"][12:].str.contains("merged|lost").all()

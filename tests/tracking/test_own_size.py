@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.tracking.own_size import OwnSize
-from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, VALUES, WIDTH
+from vidtrack.tracking.state import CONTRAST, HEIGHT, MEASURED, PIXELS, SD_X, SD_Y, VALUES, WIDTH, XX, YY, Found
 
 WHO = np.array([0])
 
@@ -91,3 +91,36 @@ def test_a_part_that_a_straight_edge_leaves_is_of_another_shape(slope):
         reading = disc(6.0, beside * np.hypot(1, slope), slope)
         own.follow(reading, clear, WHO)
     assert own.doubted(reading, WHO)[SD_X, 0, 0] > 0.3
+
+
+def found(pixels, contrast=150.0, width=10.0, height=10.0, xx=6.0, yy=6.0):
+    values = np.zeros((MEASURED, 1))
+    values[[PIXELS, CONTRAST, XX, YY], 0] = pixels, contrast, xx, yy
+    return Found(WHO, values, np.array([[width], [height]]), np.array([contrast]), np.zeros(1, np.int64))
+
+
+def test_after_long_what_is_found_may_be_nearer_or_in_another_light_but_not_several():
+    own, missing = OwnSize(1), np.array([9])
+    own.follow(readings(80.0, 150.0, 10.0, 10.0), np.ones((1, 1), bool), WHO)
+    assert not own.several(found(160.0, width=20.0), missing)  # as long as its size is known, `odd` judges
+    own.outdate(WHO)
+    assert not own.unlike(readings(160.0, 150.0, 20.0, 10.0), WHO).any()
+    assert own.several(found(160.0, width=20.0), missing)
+    assert not own.several(found(160.0, width=14.0, height=14.0), missing)
+    assert not own.several(found(160.0, contrast=60.0, width=20.0), missing)
+    assert not own.several(found(40.0, width=5.0), missing)
+    own.cover(WHO, np.array([170.0]))
+    own.cover(WHO, np.array([np.nan]))  # not seen in it now
+    assert own.several(found(160.0, width=14.0, height=14.0), missing)
+    assert not own.several(found(100.0, width=11.0, height=11.0), missing)
+    own.forget(WHO)
+    assert not own.several(found(160.0, width=20.0), missing)
+
+
+def test_of_a_target_too_small_to_have_a_shape_what_is_found_is_round_and_grew_no_faster_than_it_can_come():
+    own = OwnSize(1)
+    own.follow(readings(20.0, 150.0, 5.0, 5.0), np.ones((1, 1), bool), WHO)
+    own.outdate(WHO)
+    assert own.several(found(48.0, xx=3.0, yy=3.0), np.array([9]))
+    assert not own.several(found(48.0, xx=3.0, yy=3.0), np.array([40]))
+    assert own.several(found(48.0, xx=6.0, yy=3.0), np.array([40]))

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.two_discs import elongation
 from vidtrack.tracking.measurement.window import WINDOW
-from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, WIDTH
+from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, WIDTH, XX, XY, YY, Found
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,9 @@ class OwnSizes:
     light        of that: |log| of the ratio of contrasts from which it is a change of light
     doubtful_px  of its rim, the error of a pixel count: three of it are no chance
     shift        of the radius, by which a part that is missing or added moves the middle, for each share of the area
-    remembered   samples without a measurement after which a size is no longer known
+    remembered   samples without a measurement after which a size is no longer known, but that it is one
+    still        |log| of the ratio of pixel counts up to which a blob is the one that covered a target before
+    round        elongation of a blob of fewer pixels than a shape is known of, up to which it may be one
     shape        |log| of the ratio of width to height, and of the share of the box that is filled, by which a shape may
                  differ: this, and shape_px over the diameter, for boxes are counted in whole pixels
     shape_from   px, smallest diameter of which a shape is known
@@ -40,6 +43,8 @@ class OwnSizes:
     doubtful_px: float = 0.45
     shift: float = 0.6
     remembered: int = 8
+    still: float = 0.2
+    round: float = 0.3
     shape: float = 0.06
     shape_px: float = 1.3
     shape_from: float = 6.0
@@ -57,10 +62,42 @@ class OwnSize:
 
     def __init__(self, places: int) -> None:
         self._usual = np.full((len(_USUAL), places), np.nan)
+        self._former = self._usual.copy()  # of those that were lost for long
+        self._covering = np.full(places, np.nan)  # pixels of what they were last seen to be a part of
 
     def forget(self, who: Ints) -> None:
         """Whatever is in these places is another thing now."""
-        self._usual[:, who] = np.nan
+        self._usual[:, who] = self._former[:, who] = self._covering[who] = np.nan
+
+    def cover(self, who: Ints, pixels: Array) -> None:
+        """These (m,) are sought within blobs of so many pixels, which are more than themselves; NaN: in none."""
+        seen = np.isfinite(pixels)
+        self._covering[who[seen]] = pixels[seen]
+
+    def outdate(self, who: Ints) -> None:
+        """These were lost for so long that they may be of another size by now."""
+        who = who[np.isfinite(self._usual[_COUNT, who])]
+        self._former[:, who], self._usual[:, who] = self._usual[:, who], np.nan
+
+    def several(self, found: Found, missing: Ints) -> Bools:
+        """Which targets (m,) that a search found after so many samples (m,) are several, or more than themselves.
+
+        They are larger than before they were lost, and neither the light nor their distance explains it: of what only
+        comes nearer the shape stays, and where that is too small to be seen, it is round and took its time. And what
+        was known to be more than the target, three balls side by side, is as large as it was.
+        """
+        former, now = self._former[:, found.who], [found.values[PIXELS], found.values[CONTRAST], *found.size]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            area, light, wide, high = np.log(np.maximum(now, 1e-3) / former)
+            limit = OWN_SIZES.odd + WINDOW.grain / former[_COUNT]
+            larger = (area > limit) & (np.abs(light) <= OWN_SIZES.light * area)
+            diameter = np.sqrt(former[_WIDTH] * former[_HEIGHT])
+            slack = OWN_SIZES.shape + OWN_SIZES.shape_px / diameter
+            same = (np.abs(wide - high) < slack) & (np.abs(area - wide - high) < slack)
+            nearer = area < limit + OWN_SIZES.nearer * missing
+            nearer &= elongation(*found.values[[XX, YY, XY]]) < OWN_SIZES.round
+            still = np.abs(np.log(found.values[PIXELS] / self._covering[found.who])) < OWN_SIZES.still
+        return np.asarray(larger & (still | ~np.where(diameter >= OWN_SIZES.shape_from, same, nearer)))
 
     def _off(self, pixels: Array, contrast: Array, who: Ints | slice) -> tuple[Array, Bools]:
         """Log of the ratio to the usual count, targets on the last axis, and where the light explains it."""

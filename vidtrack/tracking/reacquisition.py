@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.assignment import one_to_one
@@ -30,19 +29,8 @@ from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene, Separation
-from vidtrack.tracking.state import (
-    EDGE,
-    LOST,
-    MERGED,
-    PREDICTED,
-    RECOVERED,
-    SATURATED,
-    SMALL,
-    Found,
-    Searched,
-    X,
-    Y,
-)
+from vidtrack.tracking.state import EDGE, LOST, MERGED, PREDICTED, RECOVERED, SATURATED, Found, Searched, X, Y
+from vidtrack.tracking.unmeasured import covering, reasons, two_in_one
 
 
 @dataclass(frozen=True)
@@ -59,7 +47,6 @@ class Search:
     above_edges        of a target's half contrast: a level above all that two soft edges which nearly touch add up to
     several            of a target's pixels: a blob of more is several targets
     parting_px         between targets within which they are still sought together
-    larger             of a target's pixels: what it lies in is more than itself
     """
 
     boxes_at_most: int = 4
@@ -71,7 +58,6 @@ class Search:
     above_edges: float = 1.5
     several: float = 1.4
     parting_px: float = 4.0
-    larger: float = 1.5
 
 
 SEARCH = Search()
@@ -118,7 +104,8 @@ class Reacquisition:
         now, chosen = self._seek_near(now, sample, who, predicted, grown, near)
         left = np.flatnonzero(chosen < 0)
         if left.size:
-            why = self._reasons(now, sample, who[left], predicted[left], near)
+            why = reasons(now, sample, who[left], predicted[left], near, scene)
+            self.own_size.cover(who[left], covering(now, sample.lines, who[left], predicted[left], near))
             now = now.missed(who[left], why | PREDICTED)
             now, chosen[left] = self.separation.beside_static(now, sample, who[left], predicted[left], scene)
             left = np.flatnonzero(chosen < 0)
@@ -154,7 +141,7 @@ class Reacquisition:
         claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
         cost = self._cost(now, sample, who, near) + off
         chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
-        return self._found(now, sample, who, near, chosen), chosen
+        return self._found(now, sample, who, near, chosen)
 
     def _seek_turned(self, now: Searched, sample: Sample, who: Ints, levels: Array) -> tuple[Searched, Ints]:
         """Seek targets that may have bounced: as far from where they were last as they can have gone by now."""
@@ -223,21 +210,24 @@ class Reacquisition:
         if (chosen < 0).any() or not distinct(cost, chosen):
             return None
         velocity = self.occlusions.velocity(who, sample.time)
-        now = self._found(now, sample, who, near, chosen)
+        now, chosen = self._found(now, sample, who, near, chosen)
+        if (chosen < 0).any():
+            return None
         self.occlusions.end(who)
         return replace(now, state=now.state.going(who, velocity, 3))
 
     def _still_occluded(self, now: Searched, sample: Sample, who: Ints, predicted: Array, near: Blobs) -> None:
         """Targets that cannot be distinguished yet; where nothing shows that they are there, some day they are not."""
         pixels = now.state.appearance.pixels[who]
-        covering = within(near, predicted, sample.lines, slack=0.0)
+        over = within(near, predicted, sample.lines, slack=0.0)
         large = near.pixels > SEARCH.several * pixels.max()
-        if not (covering & large).any():
+        self.own_size.cover(who, covering(now, sample.lines, who, predicted, near))
+        if not (over & large).any():
             longest = self.scene.detection.max_occlusion if who.size > 1 else int(SEARCH.confirmed_within)
             self.occlusions.wait(who, longest)
             return
         self.occlusions.waited[who] = 0
-        one = np.flatnonzero((covering & large & ~near.edge).all(axis=0))
+        one = np.flatnonzero((over & large & ~near.edge).all(axis=0))
         if who.size > 1 and one.size == 1:  # the blob of all of them: its middle is theirs
             weight = pixels / pixels.sum()
             self.occlusions.shift(who, np.array([near.Xf[one[0]], near.Yf[one[0]]]) - weight @ predicted)
@@ -261,15 +251,15 @@ class Reacquisition:
             x, y = blobs.left + (blobs.width - 1) / 2, blobs.top + (blobs.height - 1) / 2 * sample.lines
             bad = bad | scene.static.touched([sample], x[None], y[None], blobs.width, blobs.height)[0]
         cost[:, bad] = np.inf
-        self.own_size.forget(who[now.state.missing[who] > OWN_SIZES.remembered])
+        self.own_size.outdate(who[now.state.missing[who] > OWN_SIZES.remembered])
         odd = self.own_size.odd(blobs.pixels[:, None].astype(float), contrast_of(blobs)[:, None], who).T
         return np.where(odd, np.inf, cost)
 
-    def _found(self, now: Searched, sample: Sample, who: Ints, blobs: Blobs, chosen: Ints) -> Searched:
-        """With the blobs that were assigned to targets (-1: none)."""
+    def _found(self, now: Searched, sample: Sample, who: Ints, blobs: Blobs, chosen: Ints) -> tuple[Searched, Ints]:
+        """With the blobs that were assigned to targets (-1: none), and which of them are: what is several is none."""
         got, b = who[chosen >= 0], chosen[chosen >= 0]
         if not got.size:
-            return now
+            return now, chosen
         first = ~np.isfinite(now.state.appearance.pixels[got])
         again = (now.state.missing[got] > 1) & ~first & ~self._fitted_before[got]
         contrast = contrast_of(blobs)[b]
@@ -278,29 +268,17 @@ class Reacquisition:
         shape = (blobs.xx[b], blobs.yy[b], blobs.xy[b])
         values = np.stack([*(column[b] for column in columns), contrast, background, *shape])
         flag = again * RECOVERED + blobs.saturated[b] * SATURATED
-        self._pending[got[got < self._n]] = np.nan
         size = np.stack([blobs.width[b], blobs.height[b]]).astype(float)
-        return now.found(Found(got, values, size, top - background, flag))
-
-    def _reasons(self, now: Searched, sample: Sample, who: Ints, predicted: Array, near: Blobs) -> NDArray[np.int64]:
-        """Why targets were not measured: merged, cut by the picture's edge, too small; or simply lost."""
-        scene, appearance = self.scene, now.state.appearance
-        over = within(near, predicted, sample.lines)
-        large = near.pixels > SEARCH.larger * np.nan_to_num(appearance.pixels[who, None], nan=np.inf)
-        why = np.where((over & near.edge).any(axis=1), EDGE, 0)
-        shared = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1
-        why = np.where((over & (large | shared) & ~near.edge).any(axis=1), MERGED, why)
-        others = np.flatnonzero(np.isfinite(now.values[X]))
-        if others.size:
-            apart = np.abs(predicted[:, None] - now.values[[X, Y]][:, others].T)
-            close = apart < now.state.sizes(sample.lines, others)
-            why = np.where((why == 0) & np.all(close, axis=-1).any(axis=1), MERGED, why)
-        if scene.static is not None:
-            hidden = scene.static.touched([sample], *predicted.T[:, None], *appearance.size[:, who])[0]
-            why = np.where(hidden & (why == 0), MERGED, why)
-        tiny = over & (near.pixels < scene.detection.min_pixels)
-        why = np.where((why == 0) & tiny.any(axis=1), SMALL, why)
-        return np.where(why > 0, why, LOST)
+        found = Found(got, values, size, top - background, flag)
+        several = self.own_size.several(found, now.state.missing[got])
+        several |= two_in_one(now, sample, found, self.separation, self.scene) & ~first
+        if several.any():
+            chosen = chosen.copy()
+            chosen[np.flatnonzero(chosen >= 0)[several]] = -1
+            one = ~several
+            found = Found(got[one], values[:, one], size[:, one], (top - background)[one], flag[one])
+        self._pending[found.who[found.who < self._n]] = np.nan
+        return (now.found(found) if found.who.size else now), chosen
 
     def _within_reach(self, now: Searched, who: Ints, predicted: Array, blobs: Blobs) -> Bools:
         """Which blobs (n, m) targets may have come to since they were lost; anywhere after
@@ -330,8 +308,7 @@ class Reacquisition:
         reach = (np.hypot(*state.box[who].T) * np.clip(waited, 1, SEARCH.confirmed_within))[:, None]
         off = np.hypot(blobs.Xf - before[:, :1], blobs.Yf - before[:, 1:2])
         sure = np.isfinite(waited)[:, None] & (off < reach)
-        chosen = one_to_one(np.where(sure, cost + off / reach, np.inf))
-        now = self._found(now, sample, who, blobs, chosen)
+        now, chosen = self._found(now, sample, who, blobs, one_to_one(np.where(sure, cost + off / reach, np.inf)))
         now = _going_on(now, who[chosen >= 0], before[chosen >= 0], sample.time)
         rest = np.flatnonzero(chosen < 0)
         cost[:, chosen[chosen >= 0]] = np.inf
