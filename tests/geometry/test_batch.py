@@ -41,13 +41,14 @@ def test_a_part_solved_again_replaces_that_part_only():
         assert (value[..., [1, 2]] == 1).all()
 
 
-def test_the_worst_error_is_the_longest_among_the_cameras_used_and_none_without_a_fix():
+def test_the_worst_error_is_the_largest_over_its_limit_among_the_cameras_used_and_none_without_a_fix():
     solved = Solution(2, 3)
     solved.point[:] = 0.0
     solved.point[:, 2] = np.nan
     solved.error[:] = np.array([[3.0, 4.0], [6.0, 8.0]])[:, :, None]
     used = np.array([[True, True, True], [True, False, True]])
-    np.testing.assert_array_equal(solved.worst(used), [10, 5, 0])
+    limit = np.array([[1.0, 5.0, 1.0], [2.0, 1.0, 1.0]])
+    np.testing.assert_array_equal(solved.worst(used, limit), [5, 1, 0])
 
 
 def test_some_of_a_task_are_those_points():

@@ -91,6 +91,17 @@ def test_a_lost_camera_is_not_left_out_again():
     assert (located.n_cameras == 2).all()
 
 
+def test_a_camera_that_says_how_roughly_it_sees_contradicts_no_other():
+    cameras, p, b, _ = scene(4, 200)
+    b[3] += [7.0, 0.0]
+    sd = np.broadcast_to(np.array([0.1, 0.1, 0.1, 4.0])[:, None, None], b.shape)
+    strict = locate_points(cameras, b, sd=sd, reject=2.0)
+    assert strict.disagree.any()  # what it says is worth so little that nothing shows who errs
+    located = locate_points(cameras, b, sd=sd, reject=np.array([2.0, 2.0, 2.0, 24.0])[:, None])
+    assert not located.disagree.any()
+    assert np.abs((located.point - p) / located.sigma).max() < 5
+
+
 def test_odds_of_ninety_to_one_decide_between_two_cameras_that_may_err():
     """Twice the log of the odds is the difference of the two sums of weighted squares: 9."""
     cameras, _, b, _ = scene(4, 1, seed=5)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vidtrack.geometry.triangulate import Located
-from vidtrack.location.accepted import rows_kept, without_chance, without_far
+from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 
 
 def located(n_cameras, disagree=(), miss=0.1):
@@ -51,3 +51,12 @@ def test_short_targets_have_rows_from_their_first_fix_to_their_last_and_others_a
     point[:2, [1, 4]] = 0.0
     kept = rows_kept(point, np.array([True, False, True]))
     assert kept.tolist() == [[False, True, True, True, True, False], [True] * 6, [False] * 6]
+
+
+def test_a_measurement_may_lie_as_far_off_as_its_own_sd_or_the_usual_one_allows():
+    sd = np.array([0.1, 0.1, 0.1, 4.0]).reshape(4, 1, 1, 1) * np.ones(2)
+    b = np.zeros((4, 1, 1, 2))
+    np.testing.assert_allclose(limits_of(sd, b, 3.0, 6.0).ravel(), [3, 3, 3, 24])
+    np.testing.assert_allclose(limits_of(10 * sd, b, 3.0, 6.0).ravel(), [6, 6, 6, 240])
+    b[:] = np.nan
+    np.testing.assert_allclose(limits_of(np.full(b.shape, np.nan), b, 3.0, 6.0), 3.0)

@@ -54,9 +54,11 @@ class Solution:
         vars(part).update({name: value[..., where] for name, value in vars(self).items()})
         return part
 
-    def worst(self, used: Mask) -> Array:
-        """The largest reprojection error, px (n,), among the cameras used; 0 where there is no fix."""
-        x, y = self.error[:, 0], self.error[:, 1]
+    def worst(self, used: Mask, limit: Array) -> Array:
+        """The largest reprojection error (n,) over its limit (n_cameras, n), px, among the cameras used; 0 where there
+        is no fix.
+        """
+        x, y = self.error[:, 0] / limit, self.error[:, 1] / limit
         length2: Array = np.where(used & np.isfinite(self.point[0]), x * x + y * y, 0).max(0)
         return np.sqrt(length2)
 

@@ -13,8 +13,9 @@ from vidtrack.geometry.batch import Task
 from vidtrack.geometry.sights import Mask
 
 
-def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask, Mask]:
-    """The cameras (n_cameras, n) that agree within `reject` px, and where (n,) it cannot be decided which ones do.
+def agreeing(task: Task, used: Mask, reject: Array, noise: float) -> tuple[Mask, Mask]:
+    """The cameras (n_cameras, n) that agree within `reject` (n_cameras, n) px, and where (n,) it cannot be decided
+    which ones do.
 
     Leaves out, of each point, the camera without which the others agree best, until all agree. Where those that
     agree are no more than those that do not, or two explanations are about equally good, nothing is left out and
@@ -25,10 +26,10 @@ def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask,
     open_ = np.arange(used.shape[1])
     task = task._replace(known=None, steps=min(task.steps, 1))
     while open_.size:
-        chi2, worst = _without_each(task.at(open_), keep[:, open_])
+        chi2, worst = _without_each(task.at(open_), keep[:, open_], reject[:, open_])
         first = np.argmin(chi2, 0)
         column = np.arange(open_.size)
-        best, settled = chi2[first, column], worst[first, column] <= reject
+        best, settled = chi2[first, column], worst[first, column] <= 1
         chi2[first, column] = np.inf
         with np.errstate(invalid="ignore"):
             # ASSUME: 9 in chi2 (odds of 90 to 1) decides between two cameras that may err
@@ -41,8 +42,10 @@ def agreeing(task: Task, used: Mask, reject: float, noise: float) -> tuple[Mask,
     return keep, undecided
 
 
-def _without_each(task: Task, used: Mask) -> tuple[Array, Array]:
-    """Weighted sum of squares and largest error, px, of the rest, for each camera left out; inf where no fix."""
+def _without_each(task: Task, used: Mask, limit: Array) -> tuple[Array, Array]:
+    """Weighted sum of squares and largest error over its limit (n_cameras, n), px, of the rest, for each camera left
+    out; inf where no fix.
+    """
     chi2 = np.full(used.shape, np.inf)
     worst = np.full(used.shape, np.inf)
     for camera in range(used.shape[0]):
@@ -52,5 +55,5 @@ def _without_each(task: Task, used: Mask) -> tuple[Array, Array]:
         solved = task.at(some).solve(rest[:, some])
         found = np.isfinite(solved.point[0])
         chi2[camera, some[found]] = solved.chi2[found]
-        worst[camera, some[found]] = solved.worst(rest[:, some])[found]
+        worst[camera, some[found]] = solved.worst(rest[:, some], limit[:, some])[found]
     return chi2, worst

@@ -50,7 +50,7 @@ def locate_points(
     joint: ArrayLike | None = None,
     slips: ArrayLike | None = None,
     refine: bool = True,
-    reject: float | None = None,
+    reject: ArrayLike | None = None,
     most_unsure: float = MOST_UNSURE,
 ) -> Located:
     """Locate points that several cameras see at the same moments, with the covariance of each.
@@ -66,8 +66,8 @@ def locate_points(
     slips          (n_cameras, ..., 2)  px by which each camera's centroid would move with one standard error of that
                    camera's clock; adds to the covariance
     refine         minimise the weighted reprojection error instead of the thesis's algebraic one
-    reject         px; where any camera's reprojection error is larger, the camera without which the others agree
-                   best is left out. None: nothing is left out
+    reject         px, a number or (n_cameras, ...) for each measurement; where any camera's reprojection error is
+                   larger, the camera without which the others agree best is left out. None: nothing is left out
     most_unsure    the largest sigma of a fix, as a share of its distance to the nearest camera
     Returns Located. NaN where fewer than two cameras saw the target, their lines are so nearly parallel that sigma
     (without sd: that of 1 px of noise) is beyond most_unsure,
@@ -94,8 +94,9 @@ def locate_points(
     left_out = np.zeros(used.shape, bool)
     disagree = np.zeros(used.shape[1], bool)
     if reject is not None:
-        suspect = np.flatnonzero(solved.worst(used) > reject)
-        keep, disagree[suspect] = agreeing(task.at(suspect), used[:, suspect], reject, noise)
+        limit = np.broadcast_to(np.asarray(reject, float), b.shape[:-1]).reshape(used.shape)
+        suspect = np.flatnonzero(solved.worst(used, limit) > 1)
+        keep, disagree[suspect] = agreeing(task.at(suspect), used[:, suspect], limit[:, suspect], noise)
         left_out[:, suspect] = used[:, suspect] & ~keep
         again = np.flatnonzero(left_out.any(0))
         solved.put(again, task.at(again).solve(used[:, again] & ~left_out[:, again]))

@@ -11,6 +11,18 @@ BY_CHANCE = 0.3
 """Share of a target's samples on which cameras disagree above which two that agree now and then do so by chance."""
 
 
+def limits_of(sd: Array, b: Array, least_px: float, beyond: float) -> Array:
+    """How far (n_cameras, m, M), px, each measurement may lie from the located point.
+
+    sd, b    (n_cameras, m, M, 2) px, NaN in b where nothing was measured
+    beyond   so many of its own sd, or of the usual one, or `least_px`, whichever is most: a camera that says itself how
+             roughly it sees a target does not contradict the others
+    """
+    known = sd[np.isfinite(b)]
+    least = max(least_px, beyond * float(np.median(known))) if known.size else least_px
+    return np.asarray(np.fmax(beyond * sd.max(axis=-1), least))
+
+
 def without_chance(located: Located) -> Located:
     """Positions of two cameras dropped where a target's cameras disagree so often that agreement says nothing."""
     found = np.isfinite(located.point[..., 0])

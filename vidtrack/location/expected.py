@@ -17,6 +17,7 @@ import numpy as np
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
+from vidtrack.location.accepted import limits_of
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class Bridging:
 
 
 BRIDGING = Bridging()
+LEAST_PX, BEYOND = 1.0, 6.0
+"""Px of a reprojection error, and sd, above which a camera is left out."""
 
 
 class Expected(NamedTuple):
@@ -64,7 +67,8 @@ def expected(
     b, wide = b[:, :, moments], _with_bias(sd[:, :, moments], bias_px)
     others = b.copy()
     others[camera] = np.nan
-    located = locate_points(cameras, others, sd=wide, reject=_limit(wide, others), most_unsure=np.inf)
+    limits = limits_of(wide, others, LEAST_PX, BEYOND)
+    located = locate_points(cameras, others, sd=wide, reject=limits, most_unsure=np.inf)
     point, S = located.point.copy(), located.covariance.copy()
     p = bridged.p[:, moments]
     left = np.isnan(point[..., 0]) & np.isfinite(p[..., 0])
@@ -79,7 +83,7 @@ def expected(
 def located_by_all(cameras: Sequence[Camera], b: Array, sd: Array, bias_px: float) -> Array:
     """Where targets are (m, M, 3) by all cameras; b, sd, bias_px as of `expected`."""
     wide = _with_bias(sd, bias_px)
-    return locate_points(cameras, b, sd=wide, reject=_limit(wide, b), most_unsure=np.inf).point
+    return locate_points(cameras, b, sd=wide, reject=limits_of(wide, b, LEAST_PX, BEYOND), most_unsure=np.inf).point
 
 
 def _with_bias(sd: Array, bias_px: float) -> Array:
@@ -90,12 +94,6 @@ def in_picture(camera: Camera, where: Expected) -> InPicture:
     """What a camera should see of the places."""
     at, J = _linearised(camera, where.p)
     return InPicture(at, J @ where.S @ np.swapaxes(J, -1, -2))
-
-
-def _limit(sd: Array, b: Array) -> float:
-    """Px of a reprojection error above which a camera is left out."""
-    own = sd[np.isfinite(b)]
-    return max(1.0, 6 * float(np.median(own))) if own.size else 1.0
 
 
 def bridged_gaps(p: Array) -> Expected:

@@ -15,7 +15,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
-from vidtrack.location.accepted import rows_kept, without_chance, without_far
+from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
@@ -56,7 +56,7 @@ SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors show it."""
 
 TOLERANCE_PX, TOLERANCE_SD = 3.0, 6.0
-"""How far a sample may lie from the located point where the config does not say: px, or sd of noisy centroids."""
+"""How far a sample may lie from the located point where the config does not say: px, or its sd, or what is usual."""
 
 MISFITS = {"nothing-matched", "track-unmatched", "match-contradicted", "sight-lines-miss", "cameras-disagree"}
 """Findings that may have their reason in a camera whose pictures are not those of its calibration."""
@@ -157,7 +157,7 @@ def locate(
     lag = 3 if any(s.between for s in seen) else 1
     noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag, relative=relative)
     sd *= noise.each[:, :, None, None]
-    reject = tolerance_px or max(TOLERANCE_PX, TOLERANCE_SD * _usual(sd[np.isfinite(b)]))
+    reject = tolerance_px or limits_of(sd, b, TOLERANCE_PX, TOLERANCE_SD)
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
     rig, slips = [v.camera for v in views], timed.slips(b, at)
     joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
@@ -272,10 +272,6 @@ def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) ->
     if any(view.name not in readouts for view in views):
         return None
     return np.stack([readouts[view.name].share(own) for view, own in zip(views, b, strict=True)])
-
-
-def _usual(sd: Array) -> float:
-    return float(np.median(sd)) if sd.size else 0.0
 
 
 def _views(
