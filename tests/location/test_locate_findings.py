@@ -121,3 +121,15 @@ def test_samples_that_miss_suddenly_are_counted():
     assert found(samples__sudden_misses=2) == []
     assert [f.level for f in found(samples__sudden_misses=5)] == ["note"]
     assert [f.level for f in found(samples__sudden_misses=20)] == ["doubtful"]
+
+
+def test_a_camera_that_seldom_measures_what_lies_inside_its_picture_is_a_doubt():
+    """A target out of its picture, or that only crosses a corner of it, is none."""
+    own = {"inside": 480, "tracked": 120, "sought": 300}
+    (one,) = found(
+        samples__in_view={"cam2": {"t1": own, "t2": own | {"tracked": 300}}, "cam1": {"t1": own | {"tracked": 470}}}
+    )
+    assert (one.level, one.code) == ("doubtful", "camera-seldom-measured")
+    assert "cam2: t1 was measured in 120 of the 480 samples" in one.text
+    assert "300 more by the second search" in one.text
+    assert found(samples__in_view={"cam2": {"t1": {"inside": 29, "tracked": 0, "sought": 0}}}) == []

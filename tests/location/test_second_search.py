@@ -102,6 +102,9 @@ def test_two_balls_that_touch_in_one_view_are_measured_where_the_other_cameras_s
     before, _ = found(n_cameras, 1.4, sought=False)
     after, error = found(n_cameras, 1.4)
     assert after.record["samples"]["sought_again"]["cam1"] >= 16  # of 20
+    own = after.record["samples"]["in_view"]["cam1"].values()  # what was sought is not what the track shows
+    assert sum(target["sought"] for target in own) == after.record["samples"]["sought_again"]["cam1"]
+    assert all(target["tracked"] + target["sought"] <= target["inside"] for target in own)
     assert after.trajectories["n_cameras"].sum() >= before.trajectories["n_cameras"].sum() + 16
     assert np.isfinite(error[..., 0]).sum() >= np.isfinite(before.trajectories["x"]).sum() + 16 * (n_cameras == 2)
     sought = after.trajectories["flag"].str.contains(SOUGHT)

@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.location.test_views import CAMERA, view
 from vidtrack.geometry.camera import project
-from vidtrack.location.unseen import LIMITS, unseen
+from vidtrack.location.unseen import LIMITS, shares_seen, unseen
 from vidtrack.location.views import brought
 
 T = 10
@@ -52,3 +52,16 @@ def test_a_camera_that_took_no_picture_at_a_moment_shows_nothing_of_it():
     at = np.sort(np.concatenate([times, [0.6]]))
     point = np.tile(PLACE[:, :1], (1, at.size, 1))
     assert found(off=100.0, times=times, at=at, point=point) == [k for k in range(at.size) if at[k] != 0.6]
+
+
+def test_of_the_samples_inside_a_picture_it_is_counted_which_a_camera_measured_and_which_were_sought_again():
+    point = PLACE.copy()
+    point[0, 9] = [500.0, 0.0, 0.0]  # out of the picture
+    b = np.broadcast_to(THERE, (1, 1, T, 2)).copy()
+    b[..., 2:, :] = np.nan
+    again = b.copy()
+    again[0, 0, 4:6] = THERE[0, 4:6]
+    own = view(T=T, b=b[0])
+    assert shares_seen([own], [own.t], own.t, point, b, again, ["t1"]) == {
+        own.name: {"t1": {"inside": 9, "tracked": 2, "sought": 2}}
+    }

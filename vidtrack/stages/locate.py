@@ -41,7 +41,7 @@ from vidtrack.location.second_search import searched_again
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
-from vidtrack.location.unseen import unseen
+from vidtrack.location.unseen import shares_seen, unseen
 from vidtrack.location.views import Labels, View, brought, by_target, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
@@ -144,7 +144,7 @@ def locate(
     seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
     match = matched(views, seen, names, limit, reach, findings, list((bodies or {}).values()))
     b, sd = by_target(seen, match.trajectory, len(match.labels))
-    followed = views, match
+    followed, tracked = (views, match), b
     again: dict[str, int] = {}
     if kept and match.labels:
         pieces = {n: _columns(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
@@ -161,15 +161,7 @@ def locate(
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
     rig, slips = [v.camera for v in views], timed.slips(b, at)
     joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
-    points_of = partial(
-        locate_points,
-        rig,
-        b,
-        sd=sd,
-        uncertainties=uncertainties,
-        joint=joint,
-        slips=slips,
-    )
+    points_of = partial(locate_points, rig, b, sd=sd, uncertainties=uncertainties, joint=joint, slips=slips)
     located = without_chance(points_of(reject=reject))
     whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
     misses = sight_misses(rig, uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
@@ -187,8 +179,8 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
-    record["samples"]["sought_again"] = again
-    record["samples"]["sudden_misses"] = int(sudden.sum())
+    record["samples"] |= {"sought_again": again, "sudden_misses": int(sudden.sum())}
+    record["samples"]["in_view"] = shares_seen(views, times, at, located.point, tracked, b, match.labels)
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
