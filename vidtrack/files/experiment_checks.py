@@ -12,6 +12,7 @@ from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
 from vidtrack.files.experiment import Experiment, board_of, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
+from vidtrack.files.same_recordings import check_same_recordings
 from vidtrack.naming import did_you_mean, some_of, tags_meant
 from vidtrack.settings.config import Settings
 
@@ -25,6 +26,7 @@ def checked_experiment(settings: Settings) -> Experiment:
     problems += _check_tables(settings, experiment)
     problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
+    problems += check_same_recordings(settings, experiment)
     problems += _check_self(settings, experiment)
     problems += _check_wand(settings, experiment)
     if problems:
