@@ -27,7 +27,6 @@ from vidtrack.tracking.assessment import (
     line,
     missing_targets,
     more_than_asked,
-    order_of_fields,
     repeated_pictures,
     scattering,
 )
@@ -42,6 +41,7 @@ from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_
 from vidtrack.tracking.measurement.sd_scaling import others_with_grown_sd, with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
+from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
     begun_anywhere,
@@ -219,7 +219,7 @@ def track(
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, clip.detection),
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
-        *order_of_fields(rows, moment.field),
+        *order_findings(rows, moment.field),
         *uneven,
         *repeated_pictures(repeats.flags, rows),
         *damaged_pictures(damage.indices),

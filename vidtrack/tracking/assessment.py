@@ -8,11 +8,9 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
 from vidtrack.findings import Finding, Level
-from vidtrack.timing.fields import order_from_motion
 from vidtrack.timing.frame import ReadAccount
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import bright_mask
@@ -21,7 +19,7 @@ from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import EDGE, LOST, MERGED, POSITION, REPEATED, SMALL, Rows, present
+from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
 from vidtrack.tracking.track_cuts import CutTracks
 
 
@@ -246,23 +244,6 @@ def damaged_pictures(indices: Collection[int]) -> list[Finding]:
         "their data end. Nothing is measured there."
     )
     return [Finding("doubtful", "damage-seen", text, "Copy the recording again from the camera or tape.")]
-
-
-def order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
-    """A finding where the tracks themselves contradict the order of fields that was used; field (samples,) words."""
-    if set(field) != {"top", "bottom"}:
-        return []
-    where = rows.values[POSITION].transpose(1, 2, 0)
-    order = str(field[0])
-    top, bottom = (where[field == name] for name in ("top", "bottom"))
-    motion = order_from_motion(top, bottom)
-    if motion.order in ("unknown", order):
-        return []
-    text = (
-        f"fields: {order} first was used, but the tracks show {motion.order} first "
-        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f})."
-    )
-    return [Finding("bad", "field-order", text, f"Set detect.fields to {motion.order}.")]
 
 
 def line(finding: Finding) -> str:
