@@ -22,6 +22,9 @@ EVIDENCE = 9.0
 EXPLAINS = 0.5
 """Share of the misses that a cause must explain to be named as the reason."""
 
+EXPLAINS_SOME = 0.1
+"""Share from which it is named as a part of it, or as the nearest that one camera alone can do."""
+
 READOUT_SDS, READOUT_S = 6.0, 0.001
 """Standard errors, and s, that a read-out must differ from the one assumed to be reported."""
 
@@ -180,6 +183,8 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
     )
     if _explains(cause):
         text += f"; it would be explained by {_in_words(cause)}"
+    elif cause["evidence"] > EVIDENCE and cause["share"] > EXPLAINS_SOME:
+        text += f"; {cause['share']:.0%} of it would be explained by {_in_words(cause)}"
     return [Finding("bad" if over > OVER_SIGMA[1] else "doubtful", "sight-lines-miss", text, _cure(record))]
 
 
@@ -232,8 +237,10 @@ def _cure(record: Record) -> str:
             return "Switch autofocus, zoom and stabilisation off; calibrate with the lens as it was in the run."
         return "Compare its picture with that of the calibration clips; calibrate it again as it stood in the run."
     return (
-        "Neither one late clock nor one turned camera explains it: check that one name means one target in all "
-        "cameras, and that no track jumps to a reflection or a neighbour."
+        "Neither one late clock nor one turned camera or zoomed lens explains all of it. What does, the likeliest "
+        "first: a camera that moved, or a lens that was zoomed or focused, between the clips of its calibration or "
+        "before the run (compare their pictures); one name that means two targets; a track that jumps to a reflection "
+        "or a neighbour."
     )
 
 
