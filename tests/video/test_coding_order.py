@@ -43,6 +43,7 @@ def test_packets_without_pictures_are_forgotten():
     for k in range(WAITING + 1):
         order.sent(Thing(pts=k, is_keyframe=k == 0))
     assert order.of(Thing(pts=0)) is None
+    assert order.waiting() == list(range(WAITING // 2, WAITING + 1))
     assert order.of(Thing(pts=WAITING)) == Coded(WAITING, 0, False, False)
     assert order.of(Thing(pts=WAITING)) is None
     assert order.of(Thing(pts=None)) is None

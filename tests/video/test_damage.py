@@ -156,6 +156,23 @@ def test_behind_frames_of_an_avi_whose_headers_are_spoilt_every_frame_keeps_its_
     assert account.problems == ("2 pictures are missing (before frame 10)",)
 
 
+@pytest.mark.parametrize("which", [1, 6, 7])
+def test_no_picture_behind_lost_ones_of_an_avi_with_b_pictures_is_shown_at_the_time_of_another(tmp_path, which):
+    """Bytes are missing at a header: its index was made up, times began too late, and P came with the P behind it."""
+    options = {"g": "9", "bf": "2", "b_strategy": "0", "b": "2M"}
+    path = make_clip(tmp_path / "a.avi", "mpeg4", "yuv420p", n=30, options=options, picture=moving_ball(160, 120))
+    whole, *_ = read(path)
+    with av.open(str(path)) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    data = path.read_bytes()
+    path.write_bytes(data[: places[which] - 20] + data[places[which] + 30 :])
+    hurt, flagged, account = read(path)
+    wrong = {time for time, luma in hurt.items() if time not in whole or not np.array_equal(luma, whole[time])}
+    assert wrong <= set(flagged)
+    assert len(flagged) < 20
+    assert 1 <= account.lost <= 3
+
+
 def test_a_black_recording_is_called_out(tmp_path):
     black = np.full((120, 160), 16, np.uint8)
     path = make_clip(tmp_path / "black.mp4", "libx264", "yuv420p", n=70, picture=lambda i: black)

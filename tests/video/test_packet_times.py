@@ -27,7 +27,7 @@ def chunks(sizes=SIZES, begin=1000):
         packets.append(Thing(pos=at, size=size, pts=k, dts=k, is_keyframe=True))
         entries.append(Thing(pos=at - HEADER, timestamp=k, size=size))
         at += size + size % 2 + HEADER
-    return packets, Thing(index_entries=entries)
+    return packets, Thing(index_entries=entries, frames=len(entries))
 
 
 def avi(stream):
@@ -122,6 +122,57 @@ def test_a_chunk_whose_next_byte_is_spoilt_may_be_spoilt_itself_and_a_later_one_
     told = [(packet.pts, *wrong) for packet, *wrong in with_next(((p, correct(p)) for p in left), "avi")]
     expected = SPOILT if spoilt == 8 else ""
     assert told == [(k, expected if k == 2 else "", "") for k in (0, 1, 2, 4, 5, 6, 7)]
+
+
+def avi_file(packets, path, *, lost=None, cut=(0, 0), index=True):
+    """An AVI of these packets: without a chunk, without bytes; with the index of the whole one. And what is read."""
+    data, entries = bytearray(HEADER), bytearray()
+    for packet in packets:
+        entries += b"00dc" + bytes(4) + (packet.pos - HEADER).to_bytes(4, "little") + packet.size.to_bytes(4, "little")
+        data[packet.pos - HEADER : packet.pos] = b"00dc" + packet.size.to_bytes(4, "little")
+        data += bytes(packet.size + packet.size % 2)
+    data = data[: cut[0]] + data[cut[1] :]
+    path.write_bytes(data + (b"idx1" + len(entries).to_bytes(4, "little") + entries if index else b""))
+    left = recounted([packet for k, packet in enumerate(packets) if k != lost])
+    for packet in left:
+        packet.pos -= cut[1] - cut[0] if packet.pos > cut[1] else 0
+    made_up = [Thing(pos=p.pos - HEADER, timestamp=p.pts, size=p.size) for p in left[:5]]
+    stream = Thing(index_entries=made_up, frames=len(packets))
+    return stamps(retimer(Thing(format=Thing(name="avi"), name=str(path)), stream), left)
+
+
+def test_behind_bytes_that_are_missing_the_file_s_own_index_says_which_frame_it_is(tmp_path):
+    """libavformat makes up an index of what it read: all behind the hole came a frame too early, without a word."""
+    packets, _ = chunks(range(120, 132), begin=2 * HEADER)
+    cut = packets[3].pos - 30, packets[3].pos + 40
+    found, told = avi_file(packets, tmp_path / "a.avi", lost=3, cut=cut)
+    assert found == [0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11]
+    assert any(told[2:4])
+    assert not any(told[4:])
+
+
+def test_of_chunks_of_one_size_that_one_is_taken_whose_followers_fit(tmp_path):
+    """Four of eight chunks are missing, and the first behind them lies nearer to another one of its size."""
+    packets, _ = chunks([120, 100, 120, 110, 120, 130, 140, 150], begin=2 * HEADER)
+    data = bytearray(packets[-1].pos + packets[-1].size)
+    entries = [Thing(pos=p.pos - HEADER, timestamp=k, size=p.size) for k, p in enumerate(packets)]
+    left = recounted([packet for k, packet in enumerate(packets) if k in (0, 4, 5, 6, 7)])
+    for packet in left:
+        packet.pos -= 250 if packet.pos > packets[0].pos else 0
+        data[packet.pos - HEADER : packet.pos] = b"00dc" + packet.size.to_bytes(4, "little")
+    (tmp_path / "a.avi").write_bytes(data)
+    stream = Thing(index_entries=entries, frames=8)
+    found, _ = stamps(retimer(Thing(format=Thing(name="avi"), name=str(tmp_path / "a.avi")), stream), left)
+    assert found == [0, 4, 5, 6, 7]
+
+
+def test_behind_bytes_that_are_missing_in_a_file_without_an_index_nothing_is_sure(tmp_path):
+    packets, _ = chunks([120] * 12, begin=2 * HEADER)
+    cut = packets[3].pos - 30, packets[3].pos + 40
+    _, told = avi_file(packets, tmp_path / "a.avi", lost=3, cut=cut, index=False)
+    assert all(told[3:])
+    packets, _ = chunks([120] * 12, begin=2 * HEADER)
+    assert avi_file(packets, tmp_path / "whole.avi", index=False) == (list(range(12)), [""] * 12)
 
 
 def test_pictures_are_shown_when_the_packets_that_bring_them_out_are_decoded():

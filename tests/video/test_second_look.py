@@ -9,7 +9,7 @@ from tests.files.clips import make_clip
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.video.bitstream import Bitstream, unit_places
 from vidtrack.video.reader import open_video
-from vidtrack.video.second_look import Limits, SecondLook, _last_of_superframe, _without_stuffing
+from vidtrack.video.second_look import Limits, SecondLook, _alone_in_mpeg4, _last_of_superframe, _without_stuffing
 
 N = 30
 KINDS = {
@@ -19,6 +19,7 @@ KINDS = {
     "hevc.mp4": ("libx265", {"x265-params": "log-level=none:keyint=10:min-keyint=10:bframes=2:pools=1:scenecut=0"}),
     "vp9.webm": ("libvpx-vp9", {"crf": "20", "b": "0", "g": "10", "cpu-used": "8"}),
     "av1.mkv": ("libsvtav1", {"crf": "25", "preset": "10", "g": "10"}),
+    "mpeg4.avi": ("mpeg4", {"b": "2M", "bf": "2", "g": "10"}),
 }
 
 
@@ -57,7 +58,7 @@ def test_no_picture_of_a_healthy_recording_is_found(clips, name):
     assert SecondLook(str(clips(name)), 0, 100_000).damaged(every) == set()
 
 
-@pytest.mark.parametrize("name", ["h264.mp4", "hevc.mp4", "vp9.webm", "av1.mkv"])
+@pytest.mark.parametrize("name", ["h264.mp4", "hevc.mp4", "vp9.webm", "av1.mkv", "mpeg4.avi"])
 def test_a_key_frame_that_ends_before_its_data_is_found_with_what_is_built_on_it(clips, name):
     sent = packets(clips(name))
     keys = [i for i, (_, _, key) in enumerate(sent) if key]
@@ -87,6 +88,14 @@ def test_wrong_pictures_that_no_decoder_reports_are_flagged(clips):
             assert not damage.indices & {index for index, corrupt, _ in frames if corrupt}
         wrong_before += len(own)
     assert wrong_before > 10
+
+
+def test_of_mpeg_4_key_frames_that_lie_alone_in_their_packets_are_looked_at():
+    """With Xvid's packed packets healthy pictures were found: a time stamp is not that of the last picture in it."""
+    key, b = b"\0\0\1\xb0\x01" + b"\0\0\1\xb6\x10" + bytes(range(9, 99)), b"\0\0\1\xb6\x90" + bytes(range(9, 99))
+    assert _alone_in_mpeg4(key + bytes(500), any_type=False) == [(5, len(key))]
+    assert _alone_in_mpeg4(b, any_type=True) == [(0, len(b))]
+    assert [_alone_in_mpeg4(data, any_type=False) for data in (b, key + b, key[:9], b"", bytes(9))] == [[]] * 5
 
 
 def test_no_more_is_decoded_for_healthy_pictures_than_is_allowed(clips, monkeypatch):

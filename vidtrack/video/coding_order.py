@@ -41,6 +41,10 @@ class CodingOrder:
             for pts in list(self._waiting)[: WAITING // 2]:
                 self._waiting.pop(pts, None)
 
+    def waiting(self) -> list[int]:
+        """Time stamps of the packets whose pictures have not come."""
+        return list(self._waiting)
+
     def of(self, picture: Any) -> Coded | None:
         """What is known of a decoded picture's packet; of each it is given once."""
         coded = self._waiting.pop(picture.pts, None)

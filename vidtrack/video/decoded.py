@@ -13,7 +13,6 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain, islice
-from operator import attrgetter
 from typing import Any
 
 import av
@@ -34,7 +33,7 @@ from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embe
 from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import Forward, Shown, coded_order, coded_stamps, retimer, with_next
+from vidtrack.video.packet_times import PACKED, Forward, Stamps, coded_stamps, retimer, scale_of, with_next
 from vidtrack.video.picture_end import PictureEnds, WholePictures, ends_are_checked
 from vidtrack.video.read_ahead import read_ahead
 from vidtrack.video.recording import Video
@@ -53,9 +52,6 @@ from vidtrack.video.stated import flagged_order, rate_is_invented, stated_durati
 
 _STREAMED = ("mpeg", "mpegts")
 """Containers in which few packets have a time stamp of their own."""
-
-_PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
-"""Codecs whose B pictures old programs packed into the packet of another one."""
 
 PEEK = 6
 """Pictures that are looked at to see whether time stamps are those of the order of coding."""
@@ -109,22 +105,22 @@ class DecodedVideo(Video):
                 self._log.noted(others)
             self._codes: dict[int | None, str | None] = {}
             self._drained = self._ended = False  # by the decoder, and by who is given the pictures
-            self._shown: Callable[[Any], int | None] = attrgetter("pts")
+            self._shown: Callable[[Any], int | None]
             self.mine: Callable[[int], bool] | None = None
             self.sent, self.tables = -1, Tables()
             self._pictures = self._decoded()
             self._source: Generator[Any] = self._pictures
             self._given: Generator[Any] = self._source
-            self._stamps: list[int] | None = []  # of the packets that were sent before the first picture came
+            self._stamps: list[Stamps] | None = []  # of the packets that were sent before the first picture came
             self.first: list[tuple[Any, bool]] | None = list(
-                islice(self._pictures, PEEK if codec.name in _PACKED else 1)
+                islice(self._pictures, PEEK if codec.name in PACKED else 1)
             )
             if not self.first:
                 raise VidtrackError(f"{path}: {why_no_picture(self._log.reason(self._damage))}")
             first = self.first[0][0]
-            if coded_stamps(self._container, codec) or coded_order([picture for picture, _ in self.first]):
-                self._shown = Shown(first)
-            self._zero = min([*(self._stamps or ()), first.pts or 0])
+            pictures = [picture for picture, _ in self.first]
+            damaged = bool(self._damage.said)
+            self._shown, self._zero = scale_of(self._container, codec, pictures, self._stamps or (), damaged=damaged)
             self._stamps = None
             self._size = first.width, first.height
             self._turn = self._orientation(first)
@@ -240,6 +236,7 @@ class DecodedVideo(Video):
         """
         codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
         decode, tape, jpeg = codec.decode, codec.name == "dvvideo", codec.name in SHARED
+        by_decoding, late = coded_stamps(self._container, codec), set[int]()  # brought out by packets behind lost ones
         logged, _ = get_last_error()
         for packet, misplaced, broken in with_next(self._packets(), self._container.format.name):
             if packet.size:
@@ -248,10 +245,12 @@ class DecodedVideo(Video):
                     continue
                 if jpeg:
                     self.tables.saw(packet)
+                if by_decoding and misplaced:
+                    late.update(self._order.waiting())
                 damage.sent(packet)
                 self._order.sent(packet)
-                if self._stamps is not None and packet.pts is not None and not packet.is_discard:
-                    self._stamps.append(packet.pts)
+                if self._stamps is not None and not packet.is_discard:
+                    self._stamps.append((packet.pts, packet.dts))
                 if packet.is_corrupt:
                     damage.complained("a packet that the container marks as corrupt", alone=True)
                 if wrong := misplaced or broken or (fault(packet) if fault else ""):
@@ -271,8 +270,7 @@ class DecodedVideo(Video):
                 said = last[2] if last and logged != before else str(refused)
                 damage.complained(said, refused=refused is not None)
             for picture in pictures:
-                corrupt = damage.may_be_damaged(picture)
-                yield picture, corrupt
+                yield picture, damage.may_be_damaged(picture) or picture.pts in late
         self._drained = True
 
     def _packets(self) -> Iterator[tuple[Any, str]]:

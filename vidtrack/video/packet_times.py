@@ -13,21 +13,27 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any
 
 from av.logging import get_last_error
 
+from vidtrack.video.avi_index import HEADER, are_chunks, index_at_end
+
 _CHUNK = re.compile(rb"[0-9A-Za-z]{3}[0-9A-Za-z ]")
 """How a chunk of an AVI begins."""
-
-HEADER = 8
-"""Bytes before a chunk of an AVI, at which its index points."""
 
 LOOKED_AT = 8
 """Chunks behind one that seems cut that are looked for at their places."""
 
 FARTHEST = 300
 """Frames ahead in which a chunk that lies elsewhere than the index says is looked for by its size."""
+
+COMPLETE = 0.9
+"""Share of the pictures that the header states, at least, that an index of the file has."""
+
+AS_WELL = 4
+"""Chunks behind it whose sizes are compared as well."""
 
 
 LOST = "pictures before it are missing"
@@ -102,15 +108,23 @@ class _ByIndex:
         self._places, self._numbers, self._sizes = array("q"), array("q"), array("q")
         self._ended: int | None = None
         self._shift, self._at = 0, -1
-        self._before: int | None = None  # the place of the packet before
+        self._made_up = False  # the index, by libavformat, of what it has read
+        self._first: int | None = None
+        self._before: int | None = None  # places of the first packet, and of the one before
 
     def __call__(self, packet: Any) -> str:
-        apart, self._ended = self._ended not in (None, packet.pos), packet.pos + packet.size + packet.size % 2 + HEADER
+        ended, self._ended = self._ended, packet.pos + packet.size + packet.size % 2 + HEADER
+        apart = ended not in (None, packet.pos)
         self._spoilt = False
+        if self._first is None:
+            self._first = packet.pos
         cut, behind = self._is_cut(self._ended - HEADER), self._hole
         self._hole |= bool(cut)
         if apart:  # something lies between two pictures: sound, or one whose header is spoilt
             self._load()
+            if ended and self._made_up and not are_chunks(self._file, ended - HEADER, packet.pos - HEADER):
+                behind = self._hole = True
+                self._places = array("q")
         if behind and (not self._places or self._places[-1] <= packet.pos):
             return "behind a hole in a file without an index"  # but libavformat's own, of what it has read
         before, self._before = self._before, packet.pos
@@ -163,6 +177,11 @@ class _ByIndex:
             self._places.append(entry.pos + HEADER)
             self._numbers.append(entry.timestamp)
             self._sizes.append(entry.size)
+        chunks = index_at_end(self._file, self._first) if self._first is not None else None
+        if chunks is not None and len(chunks.places) > len(self._places):
+            self._places, self._sizes = array("q", chunks.places.tolist()), array("q", chunks.sizes.tolist())
+            self._numbers = array("q", range(len(self._places)))
+        self._made_up = chunks is None and len(self._places) < max(1, COMPLETE * self._stream.frames)
 
     def _found(self, packet: Any) -> int | None:
         at = bisect_left(self._places, packet.pos + self._shift)
@@ -172,9 +191,18 @@ class _ByIndex:
         alike = [k for k in ahead if self._sizes[k] == packet.size]
         if not alike:
             return None
-        k = min(alike, key=lambda k: abs(self._places[k] - packet.pos))
+        k = min(alike, key=lambda k: (-self._followed(packet.pos, k), abs(self._places[k] - packet.pos)))
         self._shift = self._places[k] - packet.pos
         return k
+
+    def _followed(self, place: int, k: int) -> int:
+        """How many chunks are behind the one at `place` as they are behind number k of the index."""
+        behind = range(k + 1, min(k + 1 + AS_WELL, len(self._places)))
+        return sum(self._size_at(self._places[j] - self._places[k] + place) == self._sizes[j] for j in behind)
+
+    def _size_at(self, place: int) -> int:
+        self._file.seek(place - 4)
+        return int.from_bytes(self._file.read(4), "little")
 
 
 class Shown:
@@ -190,6 +218,31 @@ class Shown:
     def __call__(self, picture: Any) -> int | None:
         """The stamp; None for those that come when no packet is left."""
         return None if picture.dts is None else picture.dts + self._shift
+
+
+PACKED = ("mpeg4", "msmpeg4v1", "msmpeg4v2", "msmpeg4v3")
+"""Codecs whose B pictures old programs packed into the packet of another one."""
+
+ONE_BEHIND = (*PACKED, "mpeg1video", "mpeg2video")
+"""Codecs whose decoders hold one picture, where there are B pictures."""
+
+Stamps = tuple[int | None, int | None]
+"""Of a packet: when its picture is shown, and when it is decoded."""
+
+
+def scale_of(
+    container: Any, codec: Any, pictures: Sequence[Any], sent: Sequence[Stamps], *, damaged: bool
+) -> tuple[Callable[[Any], int | None], int]:
+    """When a picture is shown, as a function of it, and the stamp of the recording's beginning.
+
+    pictures  the first that the decoder gives
+    sent      stamps of the packets that it was given until then; damaged: whether some may be missing among them
+    """
+    first, coded = pictures[0], coded_stamps(container, codec)
+    if coded and damaged and codec.name in ONE_BEHIND and sent:
+        return attrgetter("dts"), (sent[0][1] or 0) + bool(codec.has_b_frames)  # other stamps are made up over holes
+    zero = min([*(pts for pts, _ in sent if pts is not None), first.pts or 0])
+    return Shown(first) if coded or coded_order(pictures) else attrgetter("pts"), zero
 
 
 SLIPS = 12

@@ -22,7 +22,7 @@ from vidtrack.video.bitstream import Bitstream, unit_places
 from vidtrack.video.container import open_container
 from vidtrack.video.luma import bits_of
 
-TESTED = ("h264", "hevc", "vp9", "av1", "libdav1d")
+TESTED = ("h264", "hevc", "vp9", "av1", "libdav1d", "mpeg4")
 """Codecs whose units are read serially to their last bytes."""
 
 
@@ -145,7 +145,7 @@ class SecondLook:
         if left <= 0 or not any(self._unread(group, i, end) for end in self._ends(group[i])):
             return False
         for j in reversed(range(len(control))):
-            if ends := self._ends(control[j]):
+            if ends := self._ends(control[j], beside=True):
                 others = self._others(control[: j + 1], ends[-1], LIMITS.tries)
                 if others is None or others < LIMITS.tries - LIMITS.other:
                     return False
@@ -166,8 +166,8 @@ class SecondLook:
         others = self._others(group[: i + 1], place, LIMITS.other)
         return others is not None and others <= LIMITS.other
 
-    def _ends(self, one: _Coded) -> list[tuple[int, int]]:
-        """Where units of a packet that hold pictures begin and end."""
+    def _ends(self, one: _Coded, *, beside: bool = False) -> list[tuple[int, int]]:
+        """Where units of a packet that hold pictures begin and end; beside: of one that others are compared with."""
         if one.packet is None:
             return []
         data = bytes(one.packet)
@@ -177,6 +177,8 @@ class SecondLook:
                 kind = data[begin] & 31 if self._name == "h264" else data[begin] >> 1 & 63
                 if (1 <= kind <= 5) if self._name == "h264" else kind < 32:
                     places.append((begin, begin + len(_without_stuffing(data[begin:end]))))
+        elif self._name == "mpeg4":
+            places = _alone_in_mpeg4(data, any_type=beside)
         elif self._name == "vp9":
             places = [_last_of_superframe(data)]
         else:
@@ -238,6 +240,22 @@ def _without_stuffing(unit: bytes) -> bytes:
     while unit.endswith((b"\0", b"\0\0\3")):
         unit = unit[: -3 if unit.endswith(b"\0\0\3") else -1]
     return unit
+
+
+def _alone_in_mpeg4(data: bytes, *, any_type: bool) -> list[tuple[int, int]]:
+    """Where the picture of an MPEG-4 packet lies, if it is one alone, and built on no other.
+
+    Where B pictures are held back or packed with others, a packet's time stamp is not that of its picture.
+    any_type  whether it may be built on others
+    """
+    begin = data.find(_VOP)
+    if begin < 0 or data.count(_VOP) > 1 or len(data) < begin + 5 or (data[begin + 4] >> 6 and not any_type):
+        return []
+    return [(begin, len(data.rstrip(b"\0")))]
+
+
+_VOP = b"\0\0\1\xb6"
+"""Before each picture of MPEG-4 part 2 (ISO/IEC 14496-2, 6.2.1); the two bits behind it are 0 in key frames."""
 
 
 def _last_of_superframe(data: bytes) -> tuple[int, int]:
