@@ -15,7 +15,7 @@ A camera that looks through interfaces (`geometry.refraction`) sees a world poin
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,7 +96,7 @@ class Camera:
         """The same camera with some parameters replaced."""
         return replace(self, **changes)  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def lens(self) -> dict[str, float]:
         """The coefficients of the lens terms that are not 0, skew left out."""
         return {name: value for name in TERMS if (value := float(getattr(self, name)))}
@@ -221,30 +221,28 @@ def _radially_distorted(kappa1: float, u: Array) -> Array:
 
 
 def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
+    """Newton steps from d (..., 2), which end where the next one, as their fall foretells it, lies below rounding."""
     scale = max(float(np.nanmax(np.abs(u), initial=0.0)), 1e-300)
     limit = fold_radius(camera)
+    before = np.zeros(u.shape[:-1])
     for _ in range(50):
-        with np.errstate(invalid="ignore", divide="ignore"):
-            r = np.hypot(d[..., 0], d[..., 1])[..., None]
-            d = np.where(r > limit, d * (0.999 * limit / r), d)
-        with np.errstate(invalid="ignore", over="ignore"):  # what lies in the plane of the lens is infinitely far out
+        if np.isfinite(limit):
+            with np.errstate(invalid="ignore", divide="ignore"):
+                r = np.hypot(d[..., 0], d[..., 1])[..., None]
+                d = np.where(r > limit, d * (0.999 * limit / r), d)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # in the plane of the lens lies infinity
             error = straightened(camera, d) - u
             J = straightened_jacobian(camera, d)
             det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = (
-                np.stack(
-                    [
-                        J[..., 1, 1] * error[..., 0] - J[..., 0, 1] * error[..., 1],
-                        J[..., 0, 0] * error[..., 1] - J[..., 1, 0] * error[..., 0],
-                    ],
-                    -1,
-                )
-                / det[..., None]
-            )
-        d = d - step
-        if not np.nanmax(np.abs(step), initial=0.0) > 1e-14 * scale:
+            step = np.empty(error.shape)
+            step[..., 0] = (J[..., 1, 1] * error[..., 0] - J[..., 0, 1] * error[..., 1]) / det
+            step[..., 1] = (J[..., 0, 0] * error[..., 1] - J[..., 1, 0] * error[..., 0]) / det
+            d = d - step
+            now = np.abs(step).max(-1)
+            left = np.minimum(now, now * (now / before) ** 2)  # each step is a constant times the square of the last
+        if not np.nanmax(left, initial=0.0) > 1e-14 * scale:
             break
+        before = now
     with np.errstate(invalid="ignore"):
         good = (np.abs(straightened(camera, d) - u) <= 1e-9 * scale).all(-1) & (det > 0)
     return np.where(good[..., None], d, np.nan)
