@@ -125,15 +125,20 @@ def test_a_job_that_is_ended_is_killed_by_the_server(served):
     wait_for(lambda: not os.path.exists(f"/proc/{job.pid}"))
 
 
-def test_without_a_server_and_for_jobs_that_decode_the_shell_is_called(served):
+def test_without_a_server_and_for_other_commands_the_shell_is_called(served):
     assert isinstance(begin(served, **{SERVER: "/nowhere/jobs\n1\n"}), subprocess.Popen)
     done = start("exit 3", env=dict(os.environ), shell=True)
     assert done.wait() == 3
-    for rule in LARGE:
-        text = command(["{}"] * 3, [rule, "--help"])
-        large = start(text, env=os.environ | {SERVER: served.variable}, shell=True, stdout=subprocess.DEVNULL)
-        assert isinstance(large, subprocess.Popen)
-        large.wait()
+
+
+@pytest.mark.parametrize("rule", LARGE)
+def test_a_job_that_decodes_ends_with_its_process(served, rule):
+    text = command(["{}"] * 3, [rule, "--help"])
+    channels = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    large = start(text, env=os.environ | {SERVER: served.variable}, shell=True, **channels)
+    assert isinstance(large, ServedJob)
+    assert large.wait() == 0
+    wait_for(lambda: not os.path.exists(f"/proc/{large.pid}"))
 
 
 def test_a_job_whose_server_is_killed_is_tried_once_more_by_the_shell(served, tmp_path):

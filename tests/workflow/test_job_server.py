@@ -7,6 +7,7 @@ import struct
 import pytest
 
 from vidtrack.workflow.job_server import Server, Worker
+from vidtrack.workflow.small_jobs import LARGE, packed
 from vidtrack.workflow.worker import MOST, USED, Request
 
 
@@ -48,7 +49,7 @@ def test_a_worker_that_has_done_its_share_is_given_no_more(server, monkeypatch):
     worker = server.workers[ours] = Worker(os.getpid(), ours)
     body = b"x"
     channels = list(os.pipe())
-    monkeypatch.setattr(server, "_forked", lambda _: Worker(1, socket.socketpair()[0]))
+    monkeypatch.setattr(server, "_forked", lambda *_: Worker(1, socket.socketpair()[0]))
     for _ in range(MOST):
         assert server._given(Request(body, channels)) is worker
         assert struct.unpack("!I", socket.recv_fds(theirs, 4, 2)[0]) == (1,)
@@ -56,3 +57,15 @@ def test_a_worker_that_has_done_its_share_is_given_no_more(server, monkeypatch):
         theirs.sendall(USED.pack(0, 1, 1))
         server._collect(worker)
     assert server._given(Request(body, channels)) is not worker
+
+
+@pytest.mark.parametrize(("rule", "share"), [*((rule, 1) for rule in LARGE), ("locate", MOST)])
+def test_a_job_that_decodes_has_a_worker_for_itself_alone(server, monkeypatch, rule, share):
+    ours, theirs = socket.socketpair()
+    idle = server.workers[ours] = Worker(os.getpid(), ours)
+    monkeypatch.setattr(server, "_forked", lambda _, share: Worker(1, socket.socketpair()[0], share))
+    body = packed(["18", "/", "{}", "2", rule, "--help", "COLOUR=blue"])
+    given = server._given(Request(body, list(os.pipe())))
+    assert given.left == share
+    assert (given is idle) == (share > 1)
+    theirs.close()

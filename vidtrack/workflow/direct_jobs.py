@@ -1,9 +1,9 @@
-"""Small jobs that Snakemake asks the server for by itself: neither a shell nor a Python is started for each.
+"""Jobs that Snakemake asks the server for by itself: neither a shell nor a Python is started for each.
 
 Snakemake starts a rule's shell command by `subprocess.Popen`. The one here reads it first. Where it is just one
-small job, as our rules write it, the server (see job_server.py) gets the words that the shell would have made of it.
-Whatever else it is goes to the shell: jobs that decode recordings, a command that is too long for a command line, and
-every job once the server is gone.
+job, as our rules write it, the server (see job_server.py) gets the words that the shell would have made of it.
+Whatever else it is goes to the shell: a command that is too long for a command line, and every job once the server
+is gone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from vidtrack.workflow.small_jobs import LARGE, SERVER, answered, ask, exit_code
+from vidtrack.workflow.small_jobs import SERVER, answered, ask, exit_code
 
 _WORD = r"""(?:[\w@%+=:,./-]|'[^']*'|"'")+"""
 """A word as `shlex.quote` writes it: nothing in it means anything to a shell."""
@@ -81,7 +81,7 @@ def start(args: str, *, env: Mapping[str, str], **more: Any) -> ServedJob | subp
     """In place of `subprocess.Popen` of a shell command: the job, asked of the server where it does such ones."""
     again = {"args": args, "env": env, **more}
     command = command_of(args)
-    if command is None or command.arguments[0] in LARGE:
+    if command is None:
         return subprocess.Popen(**again)
     server = socket.socket(socket.AF_UNIX)
     try:

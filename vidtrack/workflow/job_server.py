@@ -1,9 +1,11 @@
 """A process that has loaded the libraries once and forks workers for small jobs: their start costs no imports.
 
-    python -m vidtrack.workflow.job_server SOCKET
+    python -m vidtrack.workflow.job_server SOCKET NUMBER
 
-Each worker (see worker.py) does one job after another. What jobs import beyond the libraries is loaded here too, for
-the workers that come after.
+The socket listens already, as the file with this number that the process has of its parent.
+
+Each worker (see worker.py) does one job after another; one that decodes recordings has a worker for itself alone. What
+jobs import beyond the libraries is loaded here too, for the workers that come after.
 
 It serves one call of Snakemake: when its standard input is closed, it ends its workers, removes its socket and the
 folder of that, and ends, so that a Snakemake that was killed leaves no small job at work and no file. A worker whose
@@ -25,7 +27,8 @@ from contextlib import suppress
 from typing import Any
 
 from vidtrack.workflow import entry
-from vidtrack.workflow.worker import MOST, USED, Request, passed_on, received, work
+from vidtrack.workflow.small_jobs import LARGE
+from vidtrack.workflow.worker import MOST, USED, Request, passed_on, received, rule_of, work
 
 LIBRARIES = (
     "numpy",
@@ -50,10 +53,10 @@ class Worker:
     left     how many jobs it will still take
     """
 
-    def __init__(self, process: int, channel: socket.socket) -> None:
+    def __init__(self, process: int, channel: socket.socket, share: int = MOST) -> None:
         self.process, self.channel = process, channel
         self.caller: socket.socket | None = None
-        self.idle, self.left = True, MOST
+        self.idle, self.left = True, share
 
 
 class Server:
@@ -100,29 +103,30 @@ class Server:
             caller.sendall(struct.pack("!i", worker.process))
 
     def _given(self, request: Request) -> Worker:
-        """The worker that has the job now: the one that was idle last, whose memory is warm."""
+        """The worker that has the job now: the one that was idle last, whose memory is warm, or a new one."""
+        alone = rule_of(request.body) in LARGE
         for worker in [*reversed(self.workers.values())]:
-            if worker.idle and worker.left:
+            if worker.idle and worker.left and not alone:
                 worker.idle = False
                 with suppress(OSError):  # where it was killed meanwhile
                     passed_on(request, worker.channel)
                     return worker
-        worker = self._forked(request)
+        worker = self._forked(request, 1 if alone else MOST)
         worker.idle = False
         with suppress(OSError):
             passed_on(request, worker.channel)
         return worker
 
-    def _forked(self, request: Request) -> Worker:
-        """A new worker. request: what it must not hold open beyond its job, so it gets that as any other."""
+    def _forked(self, request: Request, share: int) -> Worker:
+        """A new worker for so many jobs. request: it must not hold that beyond its job, so it gets it as any other."""
         ours, theirs = socket.socketpair()
         server, process = os.getpid(), os.fork()
         if not process:
             request.close()
             callers = [worker.caller for worker in self.workers.values() if worker.caller is not None]
-            work(server, theirs, self._taught, [self.listener, self._learnt, ours, *self.workers, *callers])
+            work(server, theirs, self._taught, [self.listener, self._learnt, ours, *self.workers, *callers], share)
         theirs.close()
-        worker = self.workers[ours] = Worker(process, ours)
+        worker = self.workers[ours] = Worker(process, ours, share)
         self.ready.register(ours, selectors.EVENT_READ)
         return worker
 
@@ -175,13 +179,12 @@ def load(names: Iterable[str]) -> None:
     gc.freeze()
 
 
-def main(place: str) -> int:
-    """Listen at `place`, load the libraries, serve."""
+def main(place: str, listening: int) -> int:
+    """Load the libraries and serve those who call at `place`, where the file with this number listens."""
     for number in (signal.SIGINT, signal.SIGTERM):  # they end jobs, and Snakemake; the server ends after both
         signal.signal(number, signal.SIG_IGN)
-    with socket.socket(socket.AF_UNIX) as listener:
-        listener.bind(place)
-        listener.listen(64)
+    with socket.socket(fileno=listening) as listener:
+        listener.set_inheritable(False)
         load([*LIBRARIES, entry.__name__])
         try:
             Server(listener).serve()
@@ -202,4 +205,4 @@ def _remove(place: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main(sys.argv[1], int(sys.argv[2])))

@@ -19,7 +19,7 @@ SERVER = "VIDTRACK_JOB_SERVER"
 """The variable of the environment that names the server's socket, its Snakemake and the Python that both run in."""
 
 LARGE = ("track", "calibration_points", "clocks", "waterline", "render")
-"""Rules that decode recordings: a process of their own, so that the memory measured of it is theirs."""
+"""Rules that decode recordings: each job has a process of its own, so that the memory measured of it is its own."""
 
 
 PATIENCE_S = 10.0
@@ -35,11 +35,15 @@ class JobServer:
 
         self._folder = tempfile.mkdtemp(prefix="vidtrack-")
         place = os.path.join(self._folder, "jobs")
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "vidtrack.workflow.job_server", place],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-        )
+        with socket.socket(socket.AF_UNIX) as listener:  # jobs that come before the server is ready wait for it
+            listener.bind(place)
+            listener.listen(64)
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "vidtrack.workflow.job_server", place, str(listener.fileno())],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                pass_fds=[listener.fileno()],
+            )
         os.environ[SERVER] = f"{place}\n{os.getpid()}\n{_this_python()}"
 
     def end(self) -> None:
@@ -68,7 +72,7 @@ def server_folder() -> str:
 def run_by_server(arguments: Sequence[str]) -> int | None:
     """The exit code of a job that the server ran; None where no server runs it, and it is still to be done."""
     place, snakemake, python, *_ = [*os.environ.get(SERVER, "").split("\n"), "", ""]
-    if not place or python != _this_python() or not arguments or arguments[0] in LARGE:
+    if not place or python != _this_python() or not arguments:
         return None
     with socket.socket(socket.AF_UNIX) as server:
         try:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+import resource
 import signal
 import socket
 import struct
@@ -84,13 +85,23 @@ def asked_in(body: bytes) -> Asked:
     return Asked(int(umask), folder, order, words[: int(many)], environment)
 
 
-def work(parent: int, server: socket.socket, learnt: socket.socket, others: Iterable[socket.socket]) -> None:
+def rule_of(body: bytes) -> str:
+    """The rule that a request asks for; "" where it is not as callers write it."""
+    with suppress(ValueError):
+        return "".join(asked_in(body).arguments[:1])
+    return ""
+
+
+def work(
+    parent: int, server: socket.socket, learnt: socket.socket, others: Iterable[socket.socket], share: int = MOST
+) -> None:
     """Become a worker; never returns.
 
     parent   the server's process
     server   where jobs come from, and where it is said how each ended
     learnt   whom to say, at the end, which modules jobs have imported
     others   what belongs to the server alone
+    share    how many jobs it does
     """
     known = set(sys.modules)
     try:
@@ -98,12 +109,12 @@ def work(parent: int, server: socket.socket, learnt: socket.socket, others: Iter
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         for other in others:
             other.close()
-        for _ in range(MOST):
+        for _ in range(share):
             request = received(server)
-            begun = time.process_time()
+            begun = _processor_s()
             _forget_the_most()
             code = _done(asked_in(request.body), request.channels)
-            server.sendall(USED.pack(code, round(1000 * (time.process_time() - begun)), _most_memory()))
+            server.sendall(USED.pack(code, round(1000 * (_processor_s() - begun)), _most_memory()))
             if code:
                 break
     except (OSError, ValueError):  # the server needs it no longer
@@ -156,10 +167,19 @@ def _forget_the_most() -> None:
         file.write("5")
 
 
+def _processor_s() -> float:
+    """Processor time of this process and of those that it has waited for, s."""
+    waited = os.times()
+    return time.process_time() + waited.children_user + waited.children_system
+
+
 def _most_memory() -> int:
-    """KB that this process held at most, since the mark was put back; 0 where the kernel does not say."""
+    """KB that this process held at most, since the mark was put back, and the largest of those that it waited for.
+
+    0 where the kernel does not say.
+    """
     with suppress(OSError, ValueError), open("/proc/self/status", encoding="ascii", errors="replace") as file:
         for line in file:
             if line.startswith("VmHWM:"):
-                return int(line.split()[1])
+                return int(line.split()[1]) + resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     return 0
