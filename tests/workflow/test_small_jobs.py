@@ -47,7 +47,14 @@ exec({job!r}, pretended.__dict__)
 sys.modules["vidtrack.jobs.pretended"] = pretended
 """
 
-SERVED = PRETENDED + "from vidtrack.workflow import job_server\njob_server.LIBRARIES = ()\njob_server.main(sys.argv[1], int(sys.argv[2]))"
+SERVED = (
+    PRETENDED
+    + """
+from vidtrack.workflow import job_server
+job_server.LIBRARIES = ()
+job_server.main(sys.argv[1], int(sys.argv[2]))
+"""
+)
 
 CALLED = (
     PRETENDED
