@@ -221,7 +221,7 @@ def _radially_distorted(kappa1: float, u: Array) -> Array:
 
 
 def _newton_distorted(camera: Camera, u: Array, d: Array) -> Array:
-    """Newton steps from d (..., 2), which end where the next one, as their fall foretells it, lies below rounding."""
+    """Newton steps from d (..., 2), until the next one, by how the steps shrink, lies below rounding."""
     scale = max(float(np.nanmax(np.abs(u), initial=0.0)), 1e-300)
     limit = fold_radius(camera)
     before = np.zeros(u.shape[:-1])
