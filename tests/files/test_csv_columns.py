@@ -72,6 +72,11 @@ def test_other_columns_may_be_ignored():
         ("tag,x (in),y,z\n", "in", None),
         ("tag,x (in),y,z\n", "", None),
         ("tag,x,y,z\n", "in", None),
+        ("# units: mm\ntag,x,y,z\n", "in", "column 'x', 'y', 'z' is in mm"),
+        ("Survey of May - all dimensions in metres\ntag,x (in),y,z\n", "in", "column 'y', 'z' is in m,"),
+        ("coordinates (in)\ntag,x,y,z\n", "in", None),
+        ("# units: mm\n# units: in\ntag,x,y,z\n", "in", None),  # which of them holds is not said
+        ("# measured in May, sigma in mm\ntag,x,y,z\n", "in", None),
     ],
 )
 def test_a_unit_other_than_the_experiment_s_is_refused(text, units, says):

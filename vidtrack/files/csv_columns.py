@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -103,6 +104,14 @@ def reference_record(time: str, value: str) -> Columns:
     return Columns((time,), (value,), blanks=(value,), times=(time,), units={time: "s", value: IF_A_LENGTH})
 
 
+_STATED = re.compile(
+    r"\b(?:units?|dimensions?|coordinates?|lengths?|distances?)\b(?: of length| used)?\s*(?:are|is)?"
+    r"\s*(?:in\b|[:=(\[])?\s*([A-Za-zµμ]+)\b",
+    re.IGNORECASE,
+)
+"""What a title says of units: `units: mm`, `all dimensions in mm`, `coordinates (mm)`."""
+
+
 class Header(NamedTuple):
     """The row that names the columns, and what it says of them."""
 
@@ -146,6 +155,8 @@ def find_header(path: Path, split: CsvText, columns: Columns, others: str) -> He
     if rest and (below := _units_row(rest[0], at)):
         units |= {name: unit for name, unit in below.items() if not units[name]}
         rest = rest[1:]
+    if stated := _unit_above([row for row in rows if row.line < header.line]):
+        units |= {name: stated for name, unit in units.items() if not unit and columns.units.get(name) == "world"}
     return Header(header, at, units, rest)
 
 
@@ -188,6 +199,13 @@ def _header_problems(
 def _some(names: Sequence[str]) -> str:
     shown = ", ".join(short(name) for name in names[:MOST_UNKNOWN])
     return shown if len(names) <= MOST_UNKNOWN else f"{shown} and {len(names) - MOST_UNKNOWN} more"
+
+
+def _unit_above(rows: Sequence[Row]) -> str:
+    """The unit of length that titles above the header state, as in `# units: mm`; "" for none or several."""
+    text = "\n".join(" ".join(row.cells) for row in rows)
+    units = {split_unit(f"x ({word})")[1] for word in _STATED.findall(text)} & LENGTHS
+    return units.pop() if len(units) == 1 else ""
 
 
 def _units_row(row: Row, at: Mapping[str, int]) -> dict[str, str] | None:
