@@ -43,3 +43,14 @@ def test_lost_points_are_left_out_and_too_few_refused():
     assert np.isfinite(warm.without(np.arange(64) == 10).f)
     with pytest.raises(ValueError, match="5 points for 11"):
         warm.without(np.arange(64) >= 8)
+
+
+def test_a_step_that_puts_a_point_behind_the_camera_reaches_no_solver(monkeypatch, capfd):
+    """LAPACK would print of illegal values, and raise."""
+    camera, b = _fit()
+    warm = CameraRefit(camera, P, b, FREE, np.full(64, 0.02), 0.1, {})
+    warm.r = np.full_like(warm.r, np.nan)
+    monkeypatch.setattr(CameraRefit, "_step", None)
+    found = warm.without(np.arange(64) == 3)
+    assert np.abs(project(found, P) - project(camera, P)).max() < 0.5
+    assert capfd.readouterr() == ("", "")

@@ -62,6 +62,8 @@ class CameraRefit:
         A, r = np.where(keep[:, None, None], self.A, 0), np.where(keep[:, None], self.r, 0)
         camera, length = self.camera, np.inf
         for _ in range(10):
+            if not (np.isfinite(A).all() and np.isfinite(r).all()):  # a point has come behind the camera
+                break
             step, length = self._step(camera, A.reshape(-1, len(self.free)), r.ravel())
             try:
                 camera = stepped(camera, self.pivot, dict(zip(self.free, step.tolist(), strict=True)))

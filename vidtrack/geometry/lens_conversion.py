@@ -137,6 +137,9 @@ def _adjusted(placed: Camera, model: str, b: Array, x: Array) -> Camera:
             break
         J = at.by_parameter[..., columns].reshape(-1, len(free))
         scale = np.linalg.norm(J, axis=0)
+        scale[scale == 0] = 1.0
+        if not (np.isfinite(J).all() and np.isfinite(scale).all()):
+            break
         step = np.linalg.lstsq(J / scale, (b - at.projected).reshape(-1), rcond=1e-9)[0] / scale
         try:
             trial = stepped(camera, origin, dict(zip(free, step.tolist(), strict=True)))
@@ -231,6 +234,9 @@ def _polished(lens: BrownLens, names: list[str], u: Array, b: Array) -> BrownLen
         ]
         J = np.stack([m.reshape(-1) / (2 * h) for m, h in zip(moved, steps, strict=True)], -1)
         scale = np.linalg.norm(J, axis=0)
+        scale[scale == 0] = 1.0
+        if not (np.isfinite(J).all() and np.isfinite(scale).all()):
+            break
         step = np.linalg.lstsq(J / scale, left.reshape(-1), rcond=1e-9)[0] / scale
         trial = lens
         for name, by in zip(names, step.tolist(), strict=True):
