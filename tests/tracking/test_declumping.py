@@ -129,3 +129,11 @@ def test_a_target_found_again_after_long_is_not_the_blob_that_hid_it(others):
     table = track(*recorded(path, radius=4.0), targets=1).centroids
     assert table["Xf"].notna().tolist() == [True] * 12 + [False] * 12
     assert table["flag"][12:].str.contains("merged|lost").all()
+
+
+def test_three_side_by_side_from_the_beginning_are_not_measured_as_one():
+    """As round as one ball; nothing but the outline shows that they are three."""
+    path = overlapping(16)[:, [0, 0, 0]] + 6.0 * np.array([[0, 0], [0.83, 0.56], [-0.1, 1.0]])
+    table = track(*recorded(path, radius=4.0), targets=1).centroids
+    assert table["Xf"].isna().all()
+    assert table["flag"].str.contains("merged").all()

@@ -128,7 +128,7 @@ def together_backwards(tracker: Tracker, samples: Sequence[Sample]) -> Back | No
     state, n = tracker.state, tracker.record.n
     known = np.isfinite(state.positions[..., 0]).sum(axis=0) >= BACKWARDS.known
     now = (state.missing >= 0) & np.isfinite(state.positions[-1, :, 0])  # those fitted together are sought on
-    who = np.flatnonzero(now & known & np.isfinite(state.appearance.pixels))
+    who = np.flatnonzero(now & known & np.isfinite(state.appearance.pixels) & ~tracker.clumps.shared)
     if not who.size:
         return None
     recent = state.positions[-3:, who]

@@ -15,6 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.joint_fit import SHAPE
+from vidtrack.tracking.measurement.three_discs import reaching
 from vidtrack.tracking.measurement.two_discs import TWO_DISCS, Pair, elongation
 from vidtrack.tracking.record import Record
 from vidtrack.tracking.state import PIXELS, XX, XY, YY, TargetState, X
@@ -56,12 +57,18 @@ class Clumps:
     """Which of so many places may hold two, and when each is looked at."""
 
     def __init__(self, places: int) -> None:
-        self._next = np.zeros(places, np.int64)
-        self._vain = np.zeros(places, np.int64)
+        self._next = np.zeros((2, places), np.int64)  # of what is long, and of what only reaches far
+        self._vain = np.zeros((2, places), np.int64)
+        self._round = np.zeros(places, np.intp)
         self._found = np.zeros(places, np.int64)
         self._disc = np.full(places, np.nan)  # pixels of a target that something touches
         self._until = np.zeros(places, np.int64)
         self.partner = np.full(places, -1)
+
+    @property
+    def shared(self) -> Bools:
+        """Places (n,) whose blobs are more than the target."""
+        return np.asarray(np.isfinite(self._disc))
 
     def due(self, values: Array, state: TargetState, number: int, lines: int) -> Ints:
         """Places whose blobs are to be looked at in the sample of this number.
@@ -69,31 +76,37 @@ class Clumps:
         values  (MEASURED, places) what was measured in it
         """
         long = elongation(*values[[XX, YY, XY]]) > TWO_DISCS.elongated
+        far = reaching(values[PIXELS] * lines, *values[[XX, YY]])
         large = values[PIXELS] * lines >= TWO_DISCS.fewest
         with np.errstate(invalid="ignore"):
-            free = np.isnan(self._disc) & (self._next <= number)
-            return np.flatnonzero((state.missing == 0) & long & large & free)
+            due = (np.stack([long, far & ~long]) | (self._found > 0)) & (self._next <= number)
+            self._round = np.where(long, 0, 1)
+            return np.flatnonzero((state.missing == 0) & due.any(axis=0) & large & np.isnan(self._disc))
 
-    def looked(self, i: int, number: int, pair: Pair | None) -> bool:
-        """A place was looked at; whether it is two."""
-        if pair is None:
-            self._vain[i], self._found[i] = self._vain[i] + 1, 0
-            wait = min(DECLUMPING.every * 2 ** min(int(self._vain[i]) // 3, 8), DECLUMPING.longest)
-            self._next[i] = number + wait
+    def looked(self, i: int, number: int, found: Pair | float | None) -> bool:
+        """A place was looked at; whether it is two, or three."""
+        kind = self._round[i]
+        if found is None:
+            self._vain[kind, i], self._found[i] = self._vain[kind, i] + 1, 0
+            times = int(self._vain[kind, i]) // (1 if kind else 3)
+            wait = min(DECLUMPING.every * 2 ** min(times, 8), DECLUMPING.longest)
+            self._next[kind, i] = number + wait
             return False
         self._found[i] += 1
-        self._vain[i], self._next[i] = 0, number + 1
+        self._vain[:, i], self._next[:, i] = 0, number + 1
         return bool(self._found[i] >= DECLUMPING.confirmed)
 
-    def taken_back(self, i: int, record: Record, track: int, pixels: float) -> bool:
-        """Take back what was recorded of two as one; whether one of them was seen alone before.
+    def taken_back(self, i: int, record: Record, track: int, found: Pair | float) -> bool:
+        """Take back what was recorded of two or three as one; whether one of them was seen alone before.
 
-        pixels  of one disc
+        found  what it shows: two, or three discs of so many pixels, which are not followed apart: nothing is measured
+               until one is seen alone
         """
+        pixels = found if isinstance(found, float) else float(looks_of(found).pixels.max())
         samples, values = record.of_track(track)
         first = first_of_both(values, pixels)
         record.unmeasured(track, samples[first:])
-        if first > 0:
+        if first > 0 or isinstance(found, float):
             self._disc[i], self._until[i], self._found[i] = pixels, record.samples - 1, 0
         return first > 0
 
@@ -118,7 +131,7 @@ class Clumps:
         former = self.partner[who]
         self.partner[former[former >= 0]] = -1
         self.partner[who], self._disc[who] = -1, np.nan
-        self._next[who] = self._vain[who] = self._found[who] = 0
+        self._next[:, who] = self._vain[:, who] = self._found[who] = 0
 
 
 def looks_of(pair: Pair) -> Looks:

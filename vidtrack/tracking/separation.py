@@ -18,6 +18,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
+from vidtrack.tracking.measurement.three_discs import three_discs
 from vidtrack.tracking.measurement.two_discs import Pair, two_discs
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, POSITION, SATURATED, Found, Searched, X
@@ -107,6 +108,23 @@ class Separation:
 
     def pair(self, now: Searched, sample: Sample, i: int, scene: Scene) -> Pair | None:
         """The two discs that place i shows, in px of the frame buffer; None: it is not plainly two."""
+        if (looked_at := self._blob(now, sample, i, scene)) is None:
+            return None
+        corner, window = looked_at
+        found = two_discs(*window, scene.detection.noise, sample.lines)
+        if found is None:
+            return None
+        return found._replace(x=found.x + corner[0], y=(found.y + corner[1]) * sample.lines + sample.parity)
+
+    def three(self, now: Searched, sample: Sample, i: int, scene: Scene) -> float | None:
+        """Pixels of one of the three discs that place i shows; None: it is not plainly three."""
+        looked_at = self._blob(now, sample, i, scene)
+        return None if looked_at is None else three_discs(*looked_at[1], scene.detection.noise, sample.lines)
+
+    def _blob(
+        self, now: Searched, sample: Sample, i: int, scene: Scene
+    ) -> tuple[tuple[int, int], tuple[NDArray[np.float32], NDArray[np.bool_], float, float, float]] | None:
+        """The window about what place i shows: its left top corner; grey levels, what is hidden, x, y and contrast."""
         looks = now.state.appearance.of(slice(i, i + 1))
         half = looks.size[:, 0] / 2
         x, y = now.values[POSITION, i]
@@ -117,10 +135,7 @@ class Separation:
         left, top, grey = _cut(sample, scene.detection, column, row, room)
         hidden = self._hidden(now, sample, np.array([i]), (left, top), grey.shape, scene.static)
         at = float(column[0]) - left, float(row[0]) - top
-        found = two_discs(grey, hidden, *at, float(looks.contrast[0]), scene.detection.noise, sample.lines)
-        if found is None:
-            return None
-        return found._replace(x=found.x + left, y=(found.y + top) * sample.lines + sample.parity)
+        return (left, top), (grey, hidden, *at, float(looks.contrast[0]))
 
     def shapes(self, who: Ints) -> Array:
         """What is known of targets (SHAPE, m) from a fit; NaN: nothing."""

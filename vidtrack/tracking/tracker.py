@@ -197,19 +197,19 @@ class Tracker:
         for i in self.clumps.due(block.values[:, j], self.state, number, sample.lines).tolist():
             now = Searched(self.state, block.values[:, j], block.flag[j])
             pair = self.search.separation.pair(now, sample, i, self.scene)
-            if not self.clumps.looked(i, number, pair) or pair is None:
+            seen = pair or self.search.separation.three(now, sample, i, self.scene)
+            if not self.clumps.looked(i, number, seen) or seen is None:
                 continue
-            track, looks = int(self.newcomers.track[i]), looks_of(pair)
-            alone = self.clumps.taken_back(i, self.record, track, float(looks.pixels.max()))
+            alone = self.clumps.taken_back(i, self.record, int(self.newcomers.track[i]), seen)
             unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
             free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
-            if alone or not free.size:  # what was seen alone stays what it was: a spark may touch it
+            if pair is None or alone or not free.size:  # what was seen alone stays what it was: a spark may touch it
                 continue
             other = int(free[0])
             if other >= n:
                 self.newcomers.taken(other)
             both = np.array([i, other])
-            self.state = self.state.split(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks).T)
+            self.state = self.state.split(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks_of(pair)).T)
             self.search.forget(both)
             self.search.separation.known(both, pair.shape)
             self.search.occlusions.end(both)

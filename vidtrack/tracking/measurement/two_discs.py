@@ -83,7 +83,7 @@ def two_discs(
     grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
     contrast  grey levels, of the blob over its background; lines: of the frame buffer to a row of the window
     """
-    blob = _blob(grey, hidden, x, y, contrast)
+    blob = blob_at(grey, hidden, x, y, contrast)
     if blob is None or np.count_nonzero(blob) * lines < TWO_DISCS.fewest:
         return None
     row, column = np.nonzero(blob)
@@ -99,7 +99,7 @@ def two_discs(
     if light <= 0:
         return None
     little = max(TWO_DISCS.left * own_noise, TWO_DISCS.misfit * light)
-    one = _fitted(piece, hidden, at_x, at_y, np.log(border)[:, None], light, own_noise)
+    one = discs_fitted(piece, hidden, at_x, at_y, np.log(border)[:, None], light, own_noise)
     if one.left < little:
         return None
     apart, area = _union(long)
@@ -112,7 +112,7 @@ def two_discs(
     over, light, own_noise = piece.over, float(np.median(piece.over[blob])), max(noise, piece.noise)
     if light <= 0:
         return None
-    fit = _fitted(piece, hidden, at_x, at_y, axes, light, own_noise)
+    fit = discs_fitted(piece, hidden, at_x, at_y, axes, light, own_noise)
     if not np.isfinite(fit.shape).all() or not fit.left < max(
         TWO_DISCS.left * own_noise, TWO_DISCS.misfit * float(np.exp(fit.shape[2]).min())
     ):
@@ -134,7 +134,7 @@ def two_discs(
     return Pair(fit.x, fit.y, fit.shape, piece.background, fit.good)
 
 
-def _fitted(
+def discs_fitted(
     piece: Piece, hidden: NDArray[np.bool_], x: Array, y: Array, axes: Array, light: float, noise: float
 ) -> Joint:
     """As many discs as there are places x, y (m,), with the logarithms of half axes (2, m), fitted together."""
@@ -145,7 +145,7 @@ def _fitted(
     return fit_together(piece.over, ~hidden, piece.clipped, x, y, known, noise)
 
 
-def _blob(grey: Float32, hidden: NDArray[np.bool_], x: float, y: float, contrast: float) -> Bools | None:
+def blob_at(grey: Float32, hidden: NDArray[np.bool_], x: float, y: float, contrast: float) -> Bools | None:
     """The pixels (height, width) of the blob at x, y that are more than half-way up; None where there is none, or where
     it reaches the window's edge.
     """

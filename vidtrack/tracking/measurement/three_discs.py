@@ -1,0 +1,105 @@
+"""A blob that three discs explain and one does not: three balls side by side, or in a row, none of them seen alone.
+
+Three alike discs about a middle are as round as one by their second moments; what differs is how far the moments reach,
+2 pi (xx + yy) / area, which is 1 for a disc and 1.03 to 1.16 for three, and that the outline has three lobes: these
+lie along the angle of sum (u + iv)^3, a third of it. From there the discs are fitted together, as in `two_discs`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Bools
+from vidtrack.tracking.measurement.disc_fit import Float32
+from vidtrack.tracking.measurement.fit_apart import without_background
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS, blob_at, discs_fitted, elongation
+
+
+@dataclass(frozen=True)
+class ThreeDiscs:
+    """When a blob may be three discs, and where the fit of them begins.
+
+    reach       of its second moments, 2 pi (xx + yy) / area, from which it is looked at; rough: below so many pixels
+                the grid alone makes more, and it is looked at from `rough_reach`
+    lobes       |sum z^3| / sum |z|^3 of its pixels, from which it has three: discs of 3.6 px and more have 0.18 at
+                most, three of them 0.22 and more where their middles are a radius apart
+    spacings    of the radius, between neighbours, with the area of all three over that of one
+    """
+
+    reach: float = 1.012
+    rough: int = 150
+    rough_reach: float = 1.03
+    lobes: float = 0.18
+    spacings: tuple[tuple[float, float], ...] = ((1.0, 2.05), (1.5, 2.59), (1.9, 2.96))
+
+
+THREE_DISCS = ThreeDiscs()
+
+
+def reaching(pixels: Array, xx: Array, yy: Array) -> Bools:
+    """Which blobs reach farther than a disc of so many pixels, by their second moments, px^2."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = 2 * np.pi * (xx + yy) / pixels
+    return np.asarray(reach > np.where(pixels < THREE_DISCS.rough, THREE_DISCS.rough_reach, THREE_DISCS.reach))
+
+
+def three_discs(
+    grey: Float32, hidden: NDArray[np.bool_], x: float, y: float, contrast: float, noise: float, lines: int = 1
+) -> float | None:
+    """Pixels of one of the three discs that a blob at x, y (px of the window) is; None where it is not plainly three.
+
+    grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
+    contrast  grey levels, of the blob over its background; lines: of the frame buffer to a row of the window
+    """
+    blob = blob_at(grey, hidden, x, y, contrast)
+    if blob is None or np.count_nonzero(blob) * lines < TWO_DISCS.fewest:
+        return None
+    row, column = np.nonzero(blob)
+    middle = np.array([column.mean(), row.mean()])
+    z = (column - middle[0]) + 1j * (row - middle[1]) * lines
+    starts = list(_starts(z, row.size * lines))
+    if not starts:
+        return None
+    border = 2 * np.array([z.real.std(), z.imag.std() / lines])
+    piece = without_background(grey, hidden, middle[:1], middle[1:], border[:, None] + 1, noise)
+    light, own_noise = float(np.median(piece.over[blob])), max(noise, piece.noise)
+    if light <= 0:
+        return None
+    one = discs_fitted(piece, hidden, middle[:1], middle[1:], np.log(border)[:, None], light, own_noise)
+    if one.left < max(TWO_DISCS.left * own_noise, TWO_DISCS.misfit * light):
+        return None
+    for way, radius in starts:
+        at = middle[:, None] + np.stack([way.real, way.imag / lines])
+        axes = np.log(np.array([[radius], [radius / lines]])) * np.ones(3)
+        piece = without_background(grey, hidden, at[0], at[1], np.exp(axes) + 1, noise)
+        fit = discs_fitted(piece, hidden, at[0], at[1], axes, light, max(noise, piece.noise))
+        if not np.isfinite(fit.shape).all():
+            continue
+        little = max(TWO_DISCS.left * max(noise, piece.noise), TWO_DISCS.misfit * float(np.exp(fit.shape[2]).min()))
+        squashed = np.abs(fit.shape[0] - fit.shape[1] - np.log(lines)).max()
+        spread = [float(np.ptp(own)) for own in (fit.shape[:2].mean(axis=0), fit.shape[2])]
+        apart = np.abs(np.subtract.outer(own := fit.x + 1j * fit.y * lines, own)[np.triu_indices(3, 1)])
+        alike = squashed < TWO_DISCS.round and spread[0] < TWO_DISCS.alike and spread[1] < TWO_DISCS.light
+        plain = fit.left < min(little, TWO_DISCS.of_one * one.left)
+        if alike and plain and apart.min() > TWO_DISCS.apart * float(np.exp(fit.shape[0].mean())):
+            return float(np.pi * np.exp(fit.shape[:2].sum(axis=0)).max())
+    return None
+
+
+def _starts(z: NDArray[np.complex128], area: float) -> Iterator[tuple[NDArray[np.complex128], float]]:
+    """Where three discs may lie about their middle (3,), px, and their radius; a blob of pixels z (n,), px."""
+    square = (z**2).mean()
+    long = float(elongation(*(np.array(v) for v in ((z.real**2).mean(), (z.imag**2).mean(), (z.real * z.imag).mean()))))
+    three = abs((z**3).sum()) > THREE_DISCS.lobes * (np.abs(z) ** 3).sum()
+    lobes = np.exp(1j * (np.angle((z**3).sum()) / 3 + 2 * np.pi * np.arange(3) / 3))
+    along = np.exp(0.5j * np.angle(square)) * np.array([-1.0, 0.0, 1.0])
+    for spacing, ratio in THREE_DISCS.spacings:
+        radius = float(np.sqrt(area / np.pi / ratio))
+        if three:
+            yield lobes * radius * spacing / np.sqrt(3), radius
+        if long > 2 * TWO_DISCS.elongated:
+            yield along * radius * spacing, radius
