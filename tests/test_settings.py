@@ -104,6 +104,10 @@ def test_a_place_that_allows_several_forms_is_told_of_once():
         {"cameras": {"c": {"sensor": [8.8, 0]}}},
         {"cameras": {"c": {"Cx": float("nan")}}},
         {"calibration": {"sigma": -1}},
+        {"cameras": {"c": {"clock": {"rate_ppm": -1e6}}}},  # time would stand still
+        {"cameras": {"c": {"readout_ms": 20000}}},  # us
+        {"runs": {"r": {"targets": ["t1", "t2", "t1"]}}},
+        {"runs": {"r": {"targets": True}}},
         {"calibration": {"fix": ["kapa1"]}},
         {"calibration": {"prior": {"Cx": [256, 0]}}},
         {"calibration": {"clips": {"r": {"tags": "1,,2"}}}},

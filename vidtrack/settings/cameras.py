@@ -15,7 +15,7 @@ class Clock(Section):
     """What is added to a camera's time."""
 
     offset_s: float = Field(0.0, description="s, added to the camera's time")
-    rate_ppm: float = Field(0.0, description="parts per million by which the camera's time runs slow")
+    rate_ppm: float = Field(0.0, ge=-2e5, le=2e5, description="parts per million by which the camera's time runs slow")
 
 
 LENS = (
@@ -79,7 +79,7 @@ class Camera(Section):
     camera_file: CameraFile | None = Field(
         None, description="of a camera that another program calibrated: what its file does not say"
     )
-    readout_ms: float | Literal["motion"] | None = Field(
+    readout_ms: Annotated[float, Field(ge=-1000, le=1000)] | Literal["motion"] | None = Field(
         None,
         description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below "
         "0 where it begins at the bottom; 0 for a global shutter; motion: found from targets that all cameras see; "

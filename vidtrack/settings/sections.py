@@ -42,7 +42,15 @@ def _tag_list(value: Any) -> Any:
 
 
 def names(value: Any) -> Any:
-    return tuple(in_one_form(str(v)) for v in value) if isinstance(value, (list, tuple)) else value
+    """A list of names, each once; a number is passed on, and true is none."""
+    if isinstance(value, bool):
+        raise ValueError(f"{str(value).lower()} is neither a number nor names")
+    if not isinstance(value, (list, tuple)):
+        return value
+    out = tuple(in_one_form(str(v)) for v in value)
+    if twice := [name for name in dict.fromkeys(out) if out.count(name) > 1]:
+        raise ValueError(f"{' and '.join(twice)} stands there twice")
+    return out
 
 
 def paths(value: Any) -> Any:
