@@ -117,6 +117,17 @@ def test_after_long_what_is_found_may_be_nearer_or_in_another_light_but_not_seve
     assert not own.several(found(160.0, width=20.0), missing)
 
 
+def test_a_half_that_a_rope_left_says_nothing_of_the_size_of_the_whole():
+    own, missing, whole = OwnSize(1), np.array([9]), found(154.0, width=14.0, height=14.0)
+    own.follow(readings(85.0, 150.0, 14.0, 8.0), np.ones((1, 1), bool), WHO)
+    own.outdate(WHO)
+    assert not own.several(whole, missing)
+    own.forget(WHO)
+    own.follow(readings(40.0, 150.0, 10.0, 5.0), np.ones((1, 1), bool), WHO)
+    own.outdate(WHO, 2)  # a disc in a field
+    assert own.several(found(80.0, width=20.0, height=5.0), missing)
+
+
 def test_of_a_target_too_small_to_have_a_shape_what_is_found_is_round_and_grew_no_faster_than_it_can_come():
     own = OwnSize(1)
     own.follow(readings(20.0, 150.0, 5.0, 5.0), np.ones((1, 1), bool), WHO)

@@ -30,7 +30,8 @@ class OwnSizes:
     shift        of the radius, by which a part that is missing or added moves the middle, for each share of the area
     remembered   samples without a measurement after which a size is no longer known, but that it is one
     still        |log| of the ratio of pixel counts up to which a blob is the one that covered a target before
-    round        elongation of a blob of fewer pixels than a shape is known of, up to which it may be one
+    round        elongation of a blob of fewer pixels than a shape is known of, up to which it may be one; |log| of the
+                 ratio of width to height from which a size is that of a part
     shape        |log| of the ratio of width to height, and of the share of the box that is filled, by which a shape may
                  differ: this, and shape_px over the diameter, for boxes are counted in whole pixels
     shape_from   px, smallest diameter of which a shape is known
@@ -74,10 +75,17 @@ class OwnSize:
         seen = np.isfinite(pixels)
         self._covering[who[seen]] = pixels[seen]
 
-    def outdate(self, who: Ints) -> None:
-        """These were lost for so long that they may be of another size by now."""
+    def outdate(self, who: Ints, lines: int = 1) -> None:
+        """These were lost for so long that they may be of another size by now.
+
+        What was long was a part, of a ball behind a rope, and says nothing of the size of the whole.
+        lines  of the frame buffer to a row of the sample
+        """
         who = who[np.isfinite(self._usual[_COUNT, who])]
-        self._former[:, who], self._usual[:, who] = self._usual[:, who], np.nan
+        usual = self._usual[:, who]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            long = np.abs(np.log(usual[_WIDTH] / usual[_HEIGHT] / lines)) > OWN_SIZES.round
+        self._former[:, who], self._usual[:, who] = np.where(long, np.nan, usual), np.nan
 
     def several(self, found: Found, missing: Ints) -> Bools:
         """Which targets (m,) that a search found after so many samples (m,) are several, or more than themselves.

@@ -251,7 +251,7 @@ class Reacquisition:
             x, y = blobs.left + (blobs.width - 1) / 2, blobs.top + (blobs.height - 1) / 2 * sample.lines
             bad = bad | scene.static.touched([sample], x[None], y[None], blobs.width, blobs.height)[0]
         cost[:, bad] = np.inf
-        self.own_size.outdate(who[now.state.missing[who] > OWN_SIZES.remembered])
+        self.own_size.outdate(who[now.state.missing[who] > OWN_SIZES.remembered], sample.lines)
         odd = self.own_size.odd(blobs.pixels[:, None].astype(float), contrast_of(blobs)[:, None], who).T
         return np.where(odd, np.inf, cost)
 
