@@ -1,4 +1,5 @@
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,12 +18,16 @@ from vidtrack.timing.timebase import time_base
 from vidtrack.timing.timecode import Timecode
 from vidtrack.workflow.job import Job
 
-BEACH = shore(frames=60)
+
+@cache
+def beach():
+    return shore(frames=60)
 
 
-def follow(transects=None, beach=BEACH, corrupt=(), **options):
-    frames, info = video(beach, corrupt)
-    return waterline(frames, info, beach.camera, transects or {"middle": ENDS}, **options)
+def follow(transects=None, filmed=None, corrupt=(), **options):
+    filmed = filmed or beach()
+    frames, info = video(filmed, corrupt)
+    return waterline(frames, info, filmed.camera, transects or {"middle": ENDS}, **options)
 
 
 def test_run_up_in_world_units():
@@ -30,16 +35,16 @@ def test_run_up_in_world_units():
     table = done.runup
     assert list(table) == list(COLUMNS)
     assert len(table) == 60
-    error = table["x"] - BEACH.edge
+    error = table["x"] - beach().edge
     assert np.sqrt((error**2).mean()) < 0.06  # m: about a px
-    assert table["z"].to_numpy() == pytest.approx(BEACH.edge * 0.1, abs=0.02)
+    assert table["z"].to_numpy() == pytest.approx(beach().edge * 0.1, abs=0.02)
     assert table["sigma_z"].to_numpy() == pytest.approx(table["sigma_s"].to_numpy() * 0.1 / np.hypot(1, 0.1))
     stack = done.timestacks["middle"]
     assert stack.grey.shape == (60, len(stack.s))
     assert stack.grey.dtype == np.uint8
     told = done.record["transects"]["middle"]
-    assert told["highest_z"] == pytest.approx(BEACH.edge.max() * 0.1, abs=0.02)
-    assert told["mean_z"] == pytest.approx(BEACH.edge.mean() * 0.1, abs=0.01)
+    assert told["highest_z"] == pytest.approx(beach().edge.max() * 0.1, abs=0.02)
+    assert told["mean_z"] == pytest.approx(beach().edge.mean() * 0.1, abs=0.01)
 
 
 def test_several_transects_are_followed_at_once():
@@ -55,9 +60,9 @@ def test_what_the_calibration_leaves_open_adds_to_the_uncertainty():
 
 
 def test_times_follow_the_recording_and_its_clock():
-    frames, info = video(BEACH)
+    frames, info = video(beach())
     info = type(info)(320, 240, Fraction(15), time=time_base(Fraction(15), Timecode(15 * 36000, Fraction(15))))
-    done = waterline(frames, info, BEACH.camera, {"middle": ENDS}, clock={"offset_s": 0.5, "rate_ppm": 0.0})
+    done = waterline(frames, info, beach().camera, {"middle": ENDS}, clock={"offset_s": 0.5, "rate_ppm": 0.0})
     assert done.runup["time_s"].tolist()[:2] == pytest.approx([36000.5, 36000.5 + 1 / 15])
     assert done.runup["timecode"][1] == "10:00:00:01"
 
@@ -84,13 +89,13 @@ def test_water_that_passes_the_end_of_a_transect_is_a_finding_with_its_share():
     found = follow({"short": {"from": [0.5, 0, 0.05], "to": [5.0, 0, 0.5]}}).findings
     (end,) = [f for f in found if f.code == "waterline-end"]
     assert end.level == "doubtful"
-    beyond = (BEACH.edge > 5.0).mean()
+    beyond = (beach().edge > 5.0).mean()
     assert float(end.text.split()[-5]) == pytest.approx(100 * beyond, abs=3)
 
 
 def test_four_frames_are_too_few():
     with pytest.raises(VidtrackError, match="4 good frames"):
-        follow(beach=BEACH._replace(pictures=BEACH.pictures[:4]))
+        follow(filmed=beach()._replace(pictures=beach().pictures[:4]))
 
 
 def test_the_job_reads_the_video_and_writes_run_up_and_timestacks(tmp_path):
@@ -101,9 +106,9 @@ def test_the_job_reads_the_video_and_writes_run_up_and_timestacks(tmp_path):
         n=60,
         size=(320, 240),
         rate=Fraction(15),
-        picture=lambda i: BEACH.pictures[i],
+        picture=lambda i: beach().pictures[i],
     )
-    write_camera(tmp_path / "camera.json", BEACH.camera, None, {"model": "tsai", "units": "m"})
+    write_camera(tmp_path / "camera.json", beach().camera, None, {"model": "tsai", "units": "m"})
     (tmp_path / "profile.csv").write_text("x,y,z\n0,0,0\n5,0,0.5\n12,0,1.2\n")
     settings = {"units": "m", "run": "storm", "camera": "cam1", "start_timecode": "10:00:00:00", "clock": "auto"}
     settings["transects"] = {"middle": {**ENDS, "step": None, "profile": "profile.csv"}}
@@ -112,7 +117,7 @@ def test_the_job_reads_the_video_and_writes_run_up_and_timestacks(tmp_path):
     outputs["record"] = str(tmp_path / "w.json")
     job.run(Job(settings, inputs, outputs))
     table = read_parquet(outputs["waterline"])
-    assert np.sqrt(((table["x"] - BEACH.edge) ** 2).mean()) < 0.06
+    assert np.sqrt(((table["x"] - beach().edge) ** 2).mean()) < 0.06
     assert table["time_s"].iloc[0] == 36000
     assert read_units(outputs["waterline"])["sigma_s"] == "m"
     assert read_timestacks(outputs["timestack"])["middle"]["grey"].shape[0] == 60
