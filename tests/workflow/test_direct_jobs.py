@@ -6,7 +6,9 @@ import shlex
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +16,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.workflow.test_small_jobs import SERVER, Served, wait_for
-from vidtrack.workflow.direct_jobs import ServedJob, command_of, for_shell_commands, measured_by, start
+from vidtrack.workflow.direct_jobs import (
+    WAITING,
+    Places,
+    ServedJob,
+    command_of,
+    for_shell_commands,
+    measured_by,
+    start,
+    with_places,
+)
 from vidtrack.workflow.small_jobs import LARGE
 
 PYTHON = """#!{python}
@@ -73,10 +84,11 @@ def served(tmp_path, monkeypatch):
     server.process.wait(timeout=30)
 
 
-def begin(served, order="{}", **variables):
+def begin(served, order="{}", places=None, **variables):
     environment = os.environ | {SERVER: served.variable, "COLOUR": "blue"} | variables
     text = command([order, "{}", "{}"], ["pretended", "--output", "table", "table.txt"])
-    return start(text, env=environment, shell=True, executable="/bin/bash", stderr=subprocess.DEVNULL)
+    options = {"shell": True, "executable": "/bin/bash", "stderr": subprocess.DEVNULL}
+    return start(text, env=environment, places=places or Places(), **options)
 
 
 def test_the_server_does_the_job_with_the_environment_of_the_command(served, capfd):
@@ -153,12 +165,57 @@ def test_a_job_whose_server_is_killed_is_tried_once_more_by_the_shell(served, tm
     assert (served.folder / "asked-again").read_text() == '{"wait": true}\n{}\n{}\n'
 
 
+@pytest.mark.parametrize("ending", ["by itself", "killed", "server killed", "without a server", "not begun"])
+def test_a_job_that_finds_no_place_begins_when_one_before_it_ends_however_that_does(served, monkeypatch, ending):
+    places, begun = Places(1), []
+    if ending == "not begun":
+        monkeypatch.setattr("vidtrack.workflow.direct_jobs.ShellJob.__init__", lambda *_, **__: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            begin(served, places=places, **{SERVER: "/nowhere/jobs\n1\n"})
+        first = None
+    elif ending == "without a server":
+        first = begin(served, "no JSON", places, **{SERVER: "/nowhere/jobs\n1\n"})
+    else:
+        first = begin(served, '{"wait": true}' if "killed" in ending else "{}", places, PATH="/nowhere")
+    second = threading.Thread(target=lambda: begun.append(begin(served, places=places, PATH="/nowhere")))
+    second.start()
+    if first is not None:
+        second.join(0.05)
+        assert not begun
+        if "killed" in ending:
+            served.job()
+            (first if ending == "killed" else served.process).kill()
+        first.wait()
+    second.join(30)
+    (job,) = begun
+    job.wait()
+
+
+@pytest.mark.parametrize("decoded", [False, True])
+def test_snakemake_starts_more_jobs_than_there_are_cores_only_where_none_decodes(decoded):
+    rules = ["locate", "kinematics", *(["track"] if decoded else [])]
+    jobs = [SimpleNamespace(rule=SimpleNamespace(name=name)) for name in rules]
+    dag = SimpleNamespace(needrun_jobs=lambda: jobs)
+    scheduler = SimpleNamespace(
+        workflow=SimpleNamespace(dag=dag), resources={"_cores": 2}, global_resources={"_cores": 2}
+    )
+    places = with_places(scheduler, 2)
+    assert scheduler.resources == scheduler.global_resources == {"_cores": 2 if decoded else 2 + WAITING}
+    taken = threading.Thread(target=lambda: [places.take() for _ in range(3)], daemon=True)
+    taken.start()
+    taken.join(0.1)
+    assert taken.is_alive() is not decoded
+    places.leave()
+    taken.join(30)
+    assert not taken.is_alive()
+
+
 def test_only_the_modules_that_start_and_measure_commands_can_be_given_others():
     module, benchmark = SimpleNamespace(sp=subprocess), SimpleNamespace(benchmarked=measured_by)
-    for_shell_commands(module, benchmark)
+    for_shell_commands(module, benchmark, Places())
     assert benchmark.benchmarked is not measured_by
-    assert module.sp.Popen is start
+    assert module.sp.Popen.func is start
     assert module.sp.CalledProcessError is subprocess.CalledProcessError
-    assert subprocess.Popen is not start
+    assert not isinstance(subprocess.Popen, partial)
     with pytest.raises(AttributeError):
-        for_shell_commands(SimpleNamespace(), benchmark)
+        for_shell_commands(SimpleNamespace(), benchmark, Places())

@@ -304,3 +304,17 @@ def test_a_server_keeps_a_folder_that_holds_more_than_its_socket(served):
     served.process.stdin.close()
     assert served.process.wait(timeout=30) == 0
     assert [path.name for path in served.folder.iterdir()] == ["mine.txt"]
+
+
+def test_what_a_server_left_that_was_killed_with_its_snakemake_is_removed(tmp_path):
+    for name in ("vidtrack-killed", "vidtrack-at-work", "vidtrack-other", "other"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "vidtrack-other" / "file").write_text("of a person")
+    for name in ("vidtrack-killed", "other"):
+        with socket.socket(socket.AF_UNIX) as killed:
+            killed.bind(str(tmp_path / name / "jobs"))
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(tmp_path / "vidtrack-at-work" / "jobs"))
+        listener.listen()
+        small_jobs.remove_left(str(tmp_path))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "vidtrack-at-work", "vidtrack-other"]

@@ -18,9 +18,21 @@ if TYPE_CHECKING:
 SERVER = "VIDTRACK_JOB_SERVER"
 """The variable of the environment that names the server's socket, its Snakemake and the Python that both run in."""
 
-LARGE = ("track", "calibration_points", "clocks", "waterline", "render")
+LARGE = (
+    "track",
+    "track_wand",
+    "calibration_points",
+    "board_corners",
+    "clocks",
+    "waterline",
+    "overlay_film",
+    "render",
+)
 """Rules that decode recordings: each job has a process of its own, so that the memory measured of it is its own."""
 
+
+PREFIX = "vidtrack-"
+"""How the folder of a server's socket is called, among those of other programs."""
 
 PATIENCE_S = 10.0
 """How long the server may take to end: while it loads libraries it hears nothing."""
@@ -33,11 +45,13 @@ class JobServer:
         import subprocess
         import tempfile
 
-        self._folder = tempfile.mkdtemp(prefix="vidtrack-")
+        remove_left(tempfile.gettempdir())
+        self._folder = tempfile.mkdtemp(prefix=PREFIX)
         place = os.path.join(self._folder, "jobs")
         with socket.socket(socket.AF_UNIX) as listener:  # jobs that come before the server is ready wait for it
-            listener.bind(place)
+            listener.bind(f"{place}.new")
             listener.listen(64)
+            os.rename(f"{place}.new", place)  # where it is found, someone listens
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "vidtrack.workflow.job_server", place, str(listener.fileno())],
                 stdin=subprocess.PIPE,
@@ -62,6 +76,24 @@ class JobServer:
             self._process.kill()
             self._process.wait()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def remove_left(room: str) -> None:
+    """Remove the folders of servers that were killed together with their Snakemake: nothing listens there any more."""
+    import shutil
+
+    for name in os.listdir(room):
+        place = os.path.join(room, name, "jobs")
+        if not name.startswith(PREFIX) or not os.path.exists(place):
+            continue
+        with socket.socket(socket.AF_UNIX) as server:
+            server.settimeout(1)
+            try:
+                server.connect(place)
+            except ConnectionRefusedError:
+                shutil.rmtree(os.path.dirname(place), ignore_errors=True)
+            except OSError:  # of another person, or gone meanwhile
+                pass
 
 
 def server_folder() -> str:

@@ -2,7 +2,7 @@
 
 The server (see job_server.py) forks it and gives it jobs; a process of its own for each job took twice the processor
 time, of which the job's work was half. What a job has of its caller is put in place anew each time: environment,
-folder, umask, channels, signals. After a job that failed, and after some dozens, the process ends.
+folder, umask, channels, signals. After a job that failed, and after some hundred, the process ends.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import NamedTuple
 from vidtrack.parent import die_with
 from vidtrack.workflow import entry
 
-MOST = 40
+MOST = 200
 """Jobs of a process, so that what a library does not give back cannot add up."""
 
 USED = struct.Struct("!3i")

@@ -303,6 +303,7 @@ rule back_project:
         f"{LOGS}/back_project.log",
     benchmark:
         f"{BENCHMARKS}/back_project.tsv"
+    priority: 1
     resources:
         mem_mb=400,
         runtime=20,
@@ -331,6 +332,7 @@ rule overlay:
         f"{LOGS}/overlay/{{camera}}.log",
     benchmark:
         f"{BENCHMARKS}/overlay/{{camera}}.tsv"
+    priority: 1
     resources:
         mem_mb=400,
         runtime=10,

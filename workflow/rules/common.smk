@@ -39,6 +39,7 @@ from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.left_out import from_environment, without
 from vidtrack.workflow.lock import free_of_killed, is_locked, why_locked
 from vidtrack.workflow.order_book import OrderBook
+from vidtrack.workflow.small_jobs import JobServer
 from vidtrack.workflow.standstill import checksum_of_plan, is_finished, note_finished
 
 set_environment(HOUSE)
@@ -130,9 +131,23 @@ def unless_finished(paths):
                 return ancient(f"{HOUSE}/workflow/Snakefile")
             if not workflow.dryrun:
                 atexit.register(note_what_needs_nothing)
+                start_server()
         return results(paths)(w)
 
     return found
+
+
+def start_server():
+    """Whether small jobs are forked by a process that loads the libraries, from now on, while Snakemake plans."""
+    global job_server
+    here = workflow.local_exec and not workflow.deployment_settings.deployment_method
+    if job_server is None and here and workflow.is_main_process and not workflow.touch:
+        job_server = JobServer()
+        atexit.register(job_server.end)
+    return job_server is not None
+
+
+job_server = None
 
 
 def note_what_needs_nothing():

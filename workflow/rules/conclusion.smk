@@ -15,10 +15,9 @@ from vidtrack.workflow.bookkeeping import (
     without_garbage,
 )
 from vidtrack.workflow.conclusion import failures, same_call, write_without
-from vidtrack.workflow.direct_jobs import for_shell_commands
+from vidtrack.workflow.direct_jobs import for_shell_commands, with_places
 from vidtrack.workflow.left_out import also_left_out, to_environment
 from vidtrack.workflow.lock import note_holder
-from vidtrack.workflow.small_jobs import JobServer
 
 # Of each job that is wanted; what is made on request alone is not.
 ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs if job not in OFFERED]
@@ -28,11 +27,10 @@ if workflow.is_main_process:
 
 def serve_small_jobs():
     """On this computer, small jobs are forked by a process that has loaded the libraries."""
-    here = workflow.local_exec and not workflow.deployment_settings.deployment_method
-    if here and workflow.is_main_process and not workflow.touch:
-        atexit.register(JobServer().end)
+    if start_server():
         starts = ("snakemake.shell", "snakemake.benchmark")
-        for_shell_commands(*map(importlib.import_module, starts))
+        places = with_places(workflow.scheduler, workflow.cores)
+        for_shell_commands(*map(importlib.import_module, starts), places)
 
 
 def keep_books_cheaply():

@@ -242,6 +242,7 @@ rule report_calibration:
         f"{LOGS}/report_calibration.log",
     benchmark:
         f"{BENCHMARKS}/report_calibration.tsv"
+    priority: 1
     resources:
         mem_mb=800,
         runtime=10,
