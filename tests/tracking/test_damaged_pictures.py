@@ -198,16 +198,27 @@ def test_sudden_changes_and_what_precedes_damage_get_a_second_look():
     frames = [Frame(i, Fraction(i, 30), p, i == 5, None) for i, p in enumerate(levels)]
     damage = DamagedPictures(8, look_again)
     assert list(damage.over(frames)) == frames
-    (one,) = asked
-    assert {4, 12} <= set(one)
+    sudden, faint = asked
+    assert {4, 12} <= set(sudden)
+    assert 0 in faint
     assert damage.indices == {12, 13}
 
 
-@pytest.mark.parametrize("balls", [0, 3, 8])
-def test_no_second_look_is_taken_where_nothing_changes_suddenly(balls):
-    def refused(indices):
-        raise AssertionError(indices)
-
-    levels = np.clip(np.rint(scene(balls=balls)), 0, 255).astype(np.uint8)
+def asked_of(pictures):
+    """The frames that get a second look, look by look."""
+    asked = []
+    levels = np.clip(np.rint(pictures), 0, 255).astype(np.uint8)
     frames = [Frame(i, Fraction(i, 30), p, False, None) for i, p in enumerate(levels)]
-    assert list(DamagedPictures(8, refused).over(frames)) == frames
+    assert list(DamagedPictures(8, lambda indices: asked.append(sorted(indices)) or set()).over(frames)) == frames
+    return asked
+
+
+@pytest.mark.parametrize("balls", [0, 3, 8])
+def test_where_nothing_changes_suddenly_the_first_picture_alone_gets_a_second_look(balls):
+    """Damage in it shows in no change."""
+    assert asked_of(scene(balls=balls)) == [[0]]
+
+
+def test_a_few_blocks_far_from_what_moves_get_a_look_of_their_own_beside_many_that_move():
+    lasting = garbage(scene(balls=3), list(range(12, N)), blocks=4)
+    assert [12 in one for one in asked_of(lasting)] == [True]

@@ -129,6 +129,7 @@ class DamagedPictures:
     def __init__(self, bits: int, look_again: LookAgain | None = None) -> None:
         self.indices: set[int] = set()
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
+        self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._look_again = look_again
         self._shift = bits - 8
         self._last: Luma | None = None
@@ -136,6 +137,8 @@ class DamagedPictures:
         self._seen: list[tuple[int, Coded | None]] = []  # frames looked at since the earliest change kept
         self._usual: Array | None = None
         self._crowd, self._many = 0.0, np.inf  # blocks that usually change, and that did in the latest picture
+        self._apart = 0.0  # of them, far from those of the picture before
+        self._out: Bools | None = None  # blocks that changed in the latest picture
         self._changes: list[_Change] = []
         self._group: deque[tuple[int, Coded]] = deque(maxlen=LIMITS.group)  # good frames since the latest key frame
         self._spreads = False  # damage that was found, to the next key frame
@@ -152,9 +155,10 @@ class DamagedPictures:
                 good = None
             self._note(frame)
             yield frame
-        if self._look_again and self._doubtful:
-            most = sorted(self._doubtful, key=lambda i: -self._doubtful[i])[: LIMITS.doubts]
-            self.indices |= self._look_again(most)
+        for doubtful in (self._doubtful, self._faint):  # each has an allowance of its own
+            if self._look_again and doubtful:
+                most = sorted(doubtful, key=lambda i: -doubtful[i])[: LIMITS.doubts]
+                self.indices |= self._look_again(most)
 
     def as_record(self) -> dict[str, list[int]]:
         """What is to be recorded of it: nothing where no picture is damaged."""
@@ -166,7 +170,8 @@ class DamagedPictures:
         whole, self._whole = self._whole, frame.luma
         self._seen.append((frame.index, frame.coded))
         if last is None or whole is None or last.shape != few.shape:
-            self._usual, self._changes, self._seen = None, [], [(frame.index, frame.coded)]
+            self._usual, self._out, self._changes, self._seen = None, None, [], [(frame.index, frame.coded)]
+            self._faint[frame.index] = 1.0  # before it there is none to compare with
             return
         change = _by_block(few, last)
         if self._usual is None:
@@ -177,9 +182,13 @@ class DamagedPictures:
         many = int(np.count_nonzero(out))
         unusual = many >= LIMITS.blocks + LIMITS.crowd * self._crowd
         expected = LIMITS.few + LIMITS.more * max(self._crowd, self._many)
-        self._many = many
+        apart = 0 if self._out is None else int(np.count_nonzero(out & ~_around(self._out)))
+        self._many, self._out = many, out
         if many >= expected:
             self._doubtful[frame.index] = many / expected
+        elif (most := apart / (LIMITS.few + LIMITS.more * self._apart)) >= 1:
+            self._faint[frame.index] = most
+        self._apart += LIMITS.memory * (min(apart, 2 * self._apart + LIMITS.few) - self._apart)
         self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
         if unusual:
             self._returned(_Now(frame, whole, few, last, out, change))
@@ -280,6 +289,11 @@ def _by_block(a: Luma, b: Luma) -> Array:
     two = (four & 0xFF00FF) + (four >> 8 & 0xFF00FF)
     two = two[0::4] + two[1::4] + two[2::4] + two[3::4]
     return np.asarray(np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16))
+
+
+def _around(blocks: Bools) -> Bools:
+    """Those blocks, and the ones beside them."""
+    return np.asarray(cv2.dilate(blocks.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:
