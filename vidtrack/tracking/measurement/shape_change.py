@@ -288,7 +288,7 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
 
     light  (2, k, n) pixels and mass, NaN where not measured; usual (k, n): where the shape is the usual one
     Both must have changed: where two touch, the pixels are shared out as it comes, and a lamp that flickers changes the
-    mass alone.
+    mass alone. In what sense does not matter: a disc that is fitted to the half of one may be larger than the whole.
     """
     shift = np.zeros(usual.shape)
     odd = np.isfinite(light).all(axis=0) & (light > 0).all(axis=0) & ~usual
@@ -300,7 +300,6 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
         middle, grain = _trend(near, about, at)
         change = np.log(light[:, at, i]) - middle
         beyond = np.abs(change[1]) > SHAPES.beyond * np.maximum(grain[1], SHAPES.grain)
-        beyond &= np.sign(change[0]) == np.sign(change[1])
         share = -np.expm1(-np.abs(change).min(axis=0))
         radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
         shift[at, i] = np.where(beyond, SHAPES.cut * share * radius, 0.0)
