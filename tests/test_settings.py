@@ -106,6 +106,7 @@ def test_a_place_that_allows_several_forms_is_told_of_once():
         {"calibration": {"sigma": -1}},
         {"cameras": {"c": {"clock": {"rate_ppm": -1e6}}}},  # time would stand still
         {"cameras": {"c": {"readout_ms": 20000}}},  # us
+        {"cameras": {"c": {"readout_ms": 0.016}}},  # s
         {"runs": {"r": {"targets": ["t1", "t2", "t1"]}}},
         {"runs": {"r": {"targets": True}}},
         {"calibration": {"fix": ["kapa1"]}},

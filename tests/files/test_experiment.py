@@ -45,6 +45,11 @@ def test_runs_whose_names_differ_in_capitals_alone_are_told(folder):
     assert problems() == ["runs: PLUCK and pluck differ in capitals alone. Rename one of them."]
 
 
+def test_cameras_whose_names_differ_in_capitals_alone_are_told(folder):
+    (line,) = [line for line in problems(cameras={"cam1": {}, "cam2": {}, "CAM1": {}}) if "capitals" in line]
+    assert line == "config.yaml: cameras: cam1 and CAM1 differ in capitals alone. Rename one of them."
+
+
 def test_a_table_under_another_name_is_told_and_not_passed_over(folder):
     spoil(folder, "calibration/row1/picks.csv")
     spoil(folder, "calibration/row1/Picks.csv", "camera,tag,Xf,Yf\n")

@@ -98,6 +98,7 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
         raise VidtrackError(
             f"config.yaml: experiment: no such folder as {folder!r}. Correct the name or make the folder."
         )
+    problems += alike_but_for_case(list(settings.cameras), "config.yaml: cameras")
     clips = {}
     for name in _folders(within(folder, "calibration"), problems):
         here = within(folder, "calibration", name)

@@ -46,8 +46,7 @@ DISAGREE = (0.02, 0.2)
 
 IN_VIEW = 0.5
 """Share of the samples in which a target lies inside a camera's picture, below which the camera hardly has a part in
-its positions: nothing checks those that two cameras alone give. Of 73 in 16 unspoiled
-experiments none was below 1."""
+its positions: nothing checks those that two cameras alone give. Of 73 in 16 unspoiled experiments none was below 1."""
 
 IN_VIEW_FROM = 30
 """Samples inside a camera's picture, at least: what only crosses its corner is no loss."""

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from vidtrack.settings.imported import CameraFile, Tracks
 from vidtrack.settings.lens import KnownLens
 from vidtrack.settings.sections import RATE, STREAM, Crop, Positive, Section, Stream, fixed, one_or_more
+
+LEAST_READOUT_MS = 0.1
+"""No shutter rolls faster: such a figure is in seconds."""
+
+
+def _in_ms(value: float) -> float:
+    if 0 < abs(value) < LEAST_READOUT_MS:
+        raise ValueError(f"{value:g} ms is faster than any shutter; in seconds it would be {1000 * value:g} ms")
+    return value
+
+
+Readout = Annotated[float, Field(ge=-1000, le=1000), AfterValidator(_in_ms)]
 
 
 class Clock(Section):
@@ -79,7 +91,7 @@ class Camera(Section):
     camera_file: CameraFile | None = Field(
         None, description="of a camera that another program calibrated: what its file does not say"
     )
-    readout_ms: Annotated[float, Field(ge=-1000, le=1000)] | Literal["motion"] | None = Field(
+    readout_ms: Readout | Literal["motion"] | None = Field(
         None,
         description="ms from the exposure of the picture's first row to that of its last, of a rolling shutter; below "
         "0 where it begins at the bottom; 0 for a global shutter; motion: found from targets that all cameras see; "

@@ -7,7 +7,7 @@ is gone.
 
 Where no recording is to be decoded, Snakemake counts a few cores more than there are (see `with_places`): the jobs
 that it starts beyond those wait here for one that ends, and begin at once. Else a core would have nothing to do
-until Snakemake has noted what the last job made and has chosen another one: a quarter of the time of a season's jobs.
+until Snakemake has noted what the last job made and has chosen another one.
 """
 
 from __future__ import annotations
