@@ -147,11 +147,17 @@ def main() -> None:
     kinds = options.kind or [k for triple in zip(spoiled[::2], spoiled[1::2], strict=False) for k in ("none", *triple)]
     todo = [(kinds[i % len(kinds)], options.seed * 100_000 + i, options.keep) for i in range(options.count)]
     with ProcessPoolExecutor(options.processes) as pool:
-        trials = []
-        for done in as_completed([pool.submit(trial, *one) for one in todo]):
+        trials, broken = [], []
+        asked = {pool.submit(trial, *one): one for one in todo}
+        for done in as_completed(asked):
+            if (error := done.exception()) is not None:  # of the benchmark itself: an hour of others must not be lost
+                broken.append("--kind {} of seed {}".format(*asked[done]) + f": {error!r}")
+                continue
             trials.append(t := done.result())
             print(f"{len(trials)}/{len(todo)} {t.kind} {t.seed}: {t.verdict}", file=sys.stderr)
     report(trials)
+    if broken:
+        sys.exit("\n".join(["could not be tried:", *broken]))
 
 
 def report(trials: list[Trial]) -> None:

@@ -82,6 +82,18 @@ def test_each_doubt_has_its_level_and_its_figures(place, value, level, text):
     assert finding.cure
 
 
+def test_a_lens_that_is_surely_zoomed_a_little_is_named_though_little_speaks_for_it():
+    """A zoom of 0.75 %, known to 17 sd, moved positions by 10 sigma under a verdict of good."""
+    zoomed = {"kind": "all zoomed", "cameras": ["cam1", "cam2"], "amount": 0.0075, "sd": 0.00044, "share": 0.92}
+    zoomed |= {"evidence": 4.2, "moves_over_sigma": 10.04, "units": "share of f"}
+    (finding,) = found(sight_lines__over_sigma=2.1, sight_lines__cause=zoomed)
+    assert finding.level == "doubtful"
+    assert "off by some 10 sigma; it would be explained by all lenses at another zoom" in finding.text
+    for doubt in ({"sd": 0.002}, {"share": 0.7}):
+        assert found(sight_lines__over_sigma=2.1, sight_lines__cause=zoomed | doubt) == []
+    assert found(sight_lines__over_sigma=1.4, sight_lines__cause=zoomed) == []
+
+
 def test_a_cause_that_explains_little_is_not_named():
     cause = TURNED | {"share": 0.05, "moves_over_sigma": 4.0}
     (finding,) = found(sight_lines__over_sigma=5.0, sight_lines__cause=cause)

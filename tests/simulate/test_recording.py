@@ -7,7 +7,7 @@ import pytest
 
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.picture import Picture, empty_scene
-from vidtrack.simulate.recording import Actor, Clock, Shutter, exposures, frames, true_times
+from vidtrack.simulate.recording import Actor, Clock, Shutter, drawn_ball, exposures, frames, true_times
 from vidtrack.simulate.rig import thesis_rig
 
 RATE = Fraction(30000, 1001)
@@ -69,6 +69,16 @@ def test_an_open_shutter_smears_a_ball_about_the_same_place_and_keeps_its_light(
     # 3 in of smear: perspective moves its middle by 0.03 px
     assert centre_of_light(smeared) == pytest.approx(centre_of_light(sharp), abs=0.04)
     assert smeared.max() < 0.9 * sharp.max()
+
+
+def test_a_ball_far_outside_the_picture_is_stretched_by_the_lens_and_does_no_harm():
+    """Its outline needs more vertices than its distance leads to expect."""
+    camera = CAMERA.with_(kappa1=-9e-5, f=14.0)
+    depth, across = camera.T[2], camera.R[0]
+    far = ball(at=tuple(2.4 * depth * across), radius=3.0)
+    (piece,) = drawn_ball(camera, far, np.zeros(1), PLAIN, Shutter(open_s=0))
+    assert piece.share.sum() > 0
+    assert not (0 <= piece.left < camera.image_size[0])
 
 
 def test_a_shaded_ball_gives_less_light_by_a_third_of_its_limbs_loss():

@@ -17,7 +17,7 @@ from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, camera_from_world, project
 from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
 from vidtrack.simulate.plan import NotNegative, Plan
-from vidtrack.simulate.render import outlines, shading, softened, vertices_needed
+from vidtrack.simulate.render import fine_enough, outlines, shading, softened, vertices_needed
 
 
 class Clock(Plan):
@@ -160,7 +160,9 @@ def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shu
     pieces = []
     for begin in range(0, len(times), block):
         polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, n_vertices)
-        polygons = polygons.reshape(len(polygons), -1, n_vertices, 2)
+        while not fine_enough(polygons):  # far outside the picture a lens stretches them
+            polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, 2 * polygons.shape[-2])
+        polygons = polygons.reshape(len(polygons), -1, *polygons.shape[-2:])
         patches = softened(polygons, picture.blur_px, np.tile(weights / m, m))
         pieces += [
             Piece(patches.coverage[k], int(patches.left[k]), int(patches.top[k]), actor.level)

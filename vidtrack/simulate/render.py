@@ -30,6 +30,9 @@ from vidtrack.geometry.refraction import chosen, crossed, paths
 FINE = 4
 """How many times finer than the sensor's the pixels are on which blur is worked out."""
 
+MOST_VERTICES = 4096
+"""Of an outline; one that needs more is not drawn."""
+
 
 class Patches(NamedTuple):
     """Square pieces of a picture, one a ball: the share of each pixel that the ball fills."""
@@ -100,6 +103,12 @@ def vertices_needed(camera: Camera, centres: ArrayLike, radius: ArrayLike) -> in
         size = np.where(near > 0, np.max(radius) / near * stretch, 0.0)
     px = float(np.nanmax(size, initial=0.0)) * camera.f * max(camera.Sx / camera.dx, 1 / camera.dy)
     return max(64, 16 * int(np.ceil(1.2 * FINE * 2 * np.pi * px / 16)))
+
+
+def fine_enough(polygons: Array) -> bool:
+    """Whether every edge of outlines (..., n_vertices, 2), px, is under 1 / FINE px, or they have MOST_VERTICES."""
+    longest = np.nanmax(np.abs(np.diff(polygons, axis=-2)), initial=0.0)
+    return bool(longest * FINE <= 1 or polygons.shape[-2] >= MOST_VERTICES)
 
 
 def coverage(polygons: ArrayLike, weights: ArrayLike | None = None, *, align: int = 1) -> Patches:
