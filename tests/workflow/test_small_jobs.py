@@ -318,3 +318,18 @@ def test_what_a_server_left_that_was_killed_with_its_snakemake_is_removed(tmp_pa
         listener.listen()
         small_jobs.remove_left(str(tmp_path))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "vidtrack-at-work", "vidtrack-other"]
+
+
+def test_what_someone_keeps_under_such_a_name_is_never_removed(tmp_path):
+    """A connection to what is no socket is refused too."""
+    (tmp_path / "vidtrack-mine/jobs").mkdir(parents=True)
+    (tmp_path / "vidtrack-mine/jobs/film.mov").write_text("dear")
+    (tmp_path / "vidtrack-file").mkdir()
+    (tmp_path / "vidtrack-file/jobs").write_text("dear")
+    with socket.socket(socket.AF_UNIX) as dead:
+        (tmp_path / "vidtrack-dead").mkdir()
+        (tmp_path / "vidtrack-dead/notes").write_text("dear")
+        dead.bind(str(tmp_path / "vidtrack-dead/jobs"))
+    small_jobs.remove_left(str(tmp_path))
+    kept = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file())
+    assert kept == ["vidtrack-dead/notes", "vidtrack-file/jobs", "vidtrack-mine/jobs/film.mov"]

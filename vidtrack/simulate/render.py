@@ -31,7 +31,7 @@ FINE = 4
 """How many times finer than the sensor's the pixels are on which blur is worked out."""
 
 MOST_VERTICES = 4096
-"""Of an outline; one that needs more is not drawn."""
+"""Of an outline; one that needs more is refused by `coverage`."""
 
 
 class Patches(NamedTuple):

@@ -97,7 +97,7 @@ def exchanged(where: Array, sd: Array) -> Bools:
     k = np.flatnonzero(out)
     order[k], order[k + 1] = k + 1, k
     rough, smooth = (np.nansum(np.square(np.diff(own, 2, axis=0))) for own in (where, where[order]))
-    return out if smooth < PICTURE_ORDER.smooth**2 * rough else out & False
+    return out if smooth < PICTURE_ORDER.smooth**2 * rough else np.zeros_like(out)
 
 
 def _squares(a: Array, b: Array, c: Array, d: Array) -> Array:

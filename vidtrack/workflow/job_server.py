@@ -27,7 +27,7 @@ from contextlib import suppress
 from typing import Any
 
 from vidtrack.workflow import entry
-from vidtrack.workflow.small_jobs import LARGE
+from vidtrack.workflow.small_jobs import LARGE, remove_socket
 from vidtrack.workflow.worker import MOST, USED, Request, passed_on, received, rule_of, work
 
 LIBRARIES = (
@@ -189,19 +189,8 @@ def main(place: str, listening: int) -> int:
         try:
             Server(listener).serve()
         finally:
-            _remove(place)
+            remove_socket(place)
     return 0
-
-
-def _remove(place: str) -> None:
-    """The socket, what jobs noted beside it, and its folder where that holds nothing else."""
-    folder = os.path.dirname(os.path.abspath(place))
-    with suppress(OSError):
-        os.unlink(place)
-        for name in os.listdir(folder):
-            if name.startswith("said-"):
-                os.unlink(os.path.join(folder, name))
-        os.rmdir(folder)
 
 
 if __name__ == "__main__":

@@ -79,21 +79,41 @@ class JobServer:
 
 
 def remove_left(room: str) -> None:
-    """Remove the folders of servers that were killed together with their Snakemake: nothing listens there any more."""
-    import shutil
+    """Remove the folders of servers that were killed together with their Snakemake: nothing listens there any more.
+
+    A folder of someone's that is called alike is left alone, whatever it holds.
+    """
+    import stat
 
     for name in os.listdir(room):
         place = os.path.join(room, name, "jobs")
-        if not name.startswith(PREFIX) or not os.path.exists(place):
+        try:
+            socket_there = name.startswith(PREFIX) and stat.S_ISSOCK(os.lstat(place).st_mode)
+        except OSError:
+            continue
+        if not socket_there:
             continue
         with socket.socket(socket.AF_UNIX) as server:
             server.settimeout(1)
             try:
                 server.connect(place)
             except ConnectionRefusedError:
-                shutil.rmtree(os.path.dirname(place), ignore_errors=True)
+                remove_socket(place)
             except OSError:  # of another person, or gone meanwhile
                 pass
+
+
+def remove_socket(place: str) -> None:
+    """Remove a server's socket, what jobs noted beside it, and its folder where that holds nothing else."""
+    folder = os.path.dirname(os.path.abspath(place))
+    try:
+        os.unlink(place)
+        for name in os.listdir(folder):
+            if name.startswith("said-"):
+                os.unlink(os.path.join(folder, name))
+        os.rmdir(folder)
+    except OSError:
+        pass
 
 
 def server_folder() -> str:
