@@ -16,7 +16,7 @@ LEAST_READOUT_MS = 0.1
 
 def _in_ms(value: float) -> float:
     if 0 < abs(value) < LEAST_READOUT_MS:
-        raise ValueError(f"{value:g} ms is faster than any shutter; in seconds it would be {1000 * value:g} ms")
+        raise ValueError(f"no shutter rolls that fast: give ms ({1000 * value:g} where this is in s)")
     return value
 
 

@@ -1,4 +1,4 @@
-"""A process that has loaded the libraries once and forks workers for small jobs: their start costs no imports.
+"""A process that has loaded the libraries once and forks workers for jobs: their start costs no imports.
 
     python -m vidtrack.workflow.job_server SOCKET NUMBER
 
@@ -8,7 +8,7 @@ Each worker (see worker.py) does one job after another; one that decodes recordi
 jobs import beyond the libraries is loaded here too, for the workers that come after.
 
 It serves one call of Snakemake: when its standard input is closed, it ends its workers, removes its socket and the
-folder of that, and ends, so that a Snakemake that was killed leaves no small job at work and no file. A worker whose
+folder of that, and ends, so that a Snakemake that was killed leaves no job at work and no file. A worker whose
 caller is gone is killed. Nothing but imports is done before a fork: no thread runs and no file is open then.
 """
 
