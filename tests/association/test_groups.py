@@ -94,6 +94,27 @@ def test_what_is_remembered_of_partners_is_what_a_fresh_look_finds(rows):
         assert all(out.value(g, h) == pytest.approx(value) for h, value in fresh.items())
 
 
+@given(
+    st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3), st.floats(-50, 200)), min_size=1, max_size=16),
+    st.lists(st.sampled_from(["", "", "float", "buoy"]), min_size=8, max_size=8),
+    st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=4),
+)
+def test_what_a_union_is_worth_is_what_its_parts_are_and_a_name_counts_once(rows, names, asked):
+    spans = [(0, 10), (12, 30), (29, 60), (70, 90)]
+    nodes = nodes_of([tracklets(*spans), tracklets(*spans)], [names[:4], names[4:]])
+    out = Groups(nodes, 2)
+    out.add(0, 1, pairs(*{(a, b): (a, b, v) for a, b, v in rows}.values()))
+    for a, b in asked:
+        for g in out.members:  # what is known of each before it grows
+            assert all(out.value(g, h) < np.inf for h in out.members if h != g)
+        g, h = out.root[a], out.root[b]
+        if g != h and out.value(g, h) > -np.inf:
+            out.join(g, h)
+    for g in out.members:
+        for h in out.members:
+            assert g == h or out.value(g, h) == pytest.approx(out._summed(g, h)[0])
+
+
 @given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3), st.floats(-50, 200)), min_size=1, max_size=16))
 def test_a_group_never_holds_two_tracklets_of_a_camera_at_one_moment(rows):
     spans = [(0, 30), (20, 60), (40, 90), (0, 90)]

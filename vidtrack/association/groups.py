@@ -217,6 +217,7 @@ class Groups:
         """Join two groups, likelier by `lead` nats than if `rival` took one; returns the one that holds both."""
         if len(self.members[g]) < len(self.members[h]):
             g, h = h, g
+        both = self._of_both(g, h)
         for node in self.members[h]:
             if node not in self.tie or lead < self.tie[node].lead:
                 self.tie[node] = Tie(lead, self._nearest(g, node), rival)
@@ -234,7 +235,34 @@ class Groups:
         self._forget(g)
         self._forget(h)
         self._hand_over(g, h)
+        self._remember(g, both)
         return g
+
+    def _of_both(self, g: int, h: int) -> dict[int, Worth]:
+        """What joining the union of two groups with others is worth: the sum of what its parts are, where known."""
+        if self.names[g] and self.names[h]:  # a name counts once
+            return {}
+        out = {}
+        for one, other in ((g, h), (h, g)):
+            known, (first, last) = self._known[other], self.span[other]
+            for k, worth in self._known[one].items():
+                if k == other:
+                    continue
+                theirs = known.get(k)
+                if theirs is not None:
+                    if one == g:
+                        out[k] = Worth(worth.sights + theirs.sights, 0.0, worth.n + theirs.n)
+                    continue
+                a, b = self.span[k]
+                if (a > last or first > b) and not (self.names[other] and self.names[k]):  # that part says nothing
+                    out[k] = worth
+        return out
+
+    def _remember(self, g: int, worths: Mapping[int, Worth]) -> None:
+        foes = self._foes[g]
+        known = self._known[g] = {k: worth for k, worth in worths.items() if k not in foes}
+        for k, worth in known.items():
+            self._known[k][g] = worth
 
     def _hand_over(self, g: int, h: int) -> None:
         """What fits or contradicts h does so with g, which holds it by now."""
