@@ -31,6 +31,14 @@ def test_one_recording_under_the_names_of_two_cameras_is_refused(films):
     assert said.startswith("runs/pluck: the recordings of cam1 and cam2 are the same, byte by byte")
 
 
+def test_links_to_one_file_are_the_same_without_being_read(films, monkeypatch):
+    monkeypatch.setattr("filecmp.cmp", lambda *_, **__: pytest.fail("was read"))
+    Path(CAM2).unlink()
+    Path(CAM2).hardlink_to(CAM1)
+    (said,) = problems()
+    assert said.startswith("runs/pluck: the recordings of cam1 and cam2 are the same, byte by byte")
+
+
 def test_what_differs_in_its_middle_alone_is_another(films):
     shutil.copy(CAM1, CAM2)
     with open(CAM2, "r+b") as own:

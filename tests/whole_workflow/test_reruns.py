@@ -16,6 +16,7 @@ import pytest
 
 from tests.whole_workflow.conftest import CONFIG, REPO, configure, planned, snakemake
 from vidtrack.workflow.direct_jobs import command_of
+from vidtrack.workflow.fingerprint import REMEMBERED, Checksums
 
 CALIBRATED_ANEW = {
     "calibrate": 1,
@@ -68,6 +69,11 @@ def test_that_nothing_is_to_be_done_is_noted_in_the_folder_that_is_named(laborat
     monkeypatch.chdir(away)
     assert snakemake(os.path.relpath(laboratory)).returncode == 0
     assert note.exists()
+    # of files that were only touched since, the checksums are computed once, not in each call
+    os.utime(laboratory / "runs/pluck/cam1.mov")
+    assert snakemake(os.path.relpath(laboratory)).returncode == 0
+    monkeypatch.chdir(laboratory)
+    assert Checksums(REMEMBERED).knows("runs/pluck/cam1.mov")
     assert list(away.iterdir()) == []
 
 

@@ -78,14 +78,21 @@ def _films(settings: Settings, experiment: Experiment, name: str) -> Mapping[str
 
 
 def _contents(paths: Sequence[str]) -> dict[str, str]:
-    """Of each file the path of the first one that holds the same bytes."""
-    sizes = {path: os.path.getsize(path) for path in paths}
-    count = Counter(sizes.values())
+    """Of each file the path of the first one that holds the same bytes; links to one file are not read to see it."""
+    states = {path: os.stat(path) for path in paths}
+    firsts: dict[tuple[int, int], str] = {}
+    linked = {path: firsts.setdefault((state.st_dev, state.st_ino), path) for path, state in states.items()}
+    count = Counter(states[path].st_size for path in firsts.values())
     kinds: dict[tuple[int, bytes], list[str]] = {}
     out = {}
-    for path, size in sizes.items():
+    for path, first in linked.items():
         out[path] = path
-        if size < LEAST_BYTES or count[size] < 2:
+        if (size := states[path].st_size) < LEAST_BYTES:
+            continue
+        if first != path:
+            out[path] = out[first]
+            continue
+        if count[size] < 2:
             continue
         alike = kinds.setdefault((size, _ends(path, size)), [])
         same = next((other for other in alike if filecmp.cmp(path, other, shallow=False)), None)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import math
 import os
@@ -17,7 +19,7 @@ from vidtrack.files.csv_columns import PICKS, POINTS, TARGETS, TRUTH, Columns
 from vidtrack.files.records import plain
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 Path = str | os.PathLike[str]
 
@@ -37,6 +39,9 @@ UNITS = {
 
 CHECKSUM = b"checksum"
 """The key, among what a schema says, of the checksum of all the rest of it."""
+
+THREADS_FROM = 100_000
+"""Rows of a table from which on threads read its columns: below, they cost as much again as what they do."""
 
 LARGE = 16 << 20
 """Bytes of a table from which on what writing it took is given back: Arrow would keep as much again for later."""
@@ -83,7 +88,8 @@ def read_parquet(path: Path) -> DataFrame:
     import pyarrow.parquet as pq
 
     with _whole(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
-        arrow = file.read()
+        threads = file.metadata.num_rows >= THREADS_FROM
+        arrow = file.read(use_threads=threads)
         written = arrow.schema.metadata or {}
         signature = written.get(b"columns")
         # a page's head, which says how many values it holds, has no checksum
@@ -91,7 +97,7 @@ def read_parquet(path: Path) -> DataFrame:
             b"rows", str(arrow.num_rows).encode()
         ):
             raise ValueError("its rows are not those that were written")
-        table: DataFrame = arrow.to_pandas()
+        table: DataFrame = arrow.to_pandas(use_threads=threads)
         renamed = list(table.columns) != arrow.schema.names
         if renamed or (signature is not None and signature.decode() != _signature(arrow.schema)):
             raise ValueError("its columns are not those that were written")
@@ -149,9 +155,21 @@ def read_units(path: Path) -> dict[str, str]:
 
 
 def write_csv(path: Path, table: DataFrame) -> None:
-    """Write a table as CSV; NaN is an empty cell."""
+    """Write a table as CSV, as `to_csv` of pandas would in twice the time; NaN is an empty cell."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(table.columns)
+    rows.writerows(zip(*(_cells(table.iloc[:, k]) for k in range(table.shape[1])), strict=True))
     with replacing(path) as file:
-        file.write(table.to_csv(index=False, lineterminator="\n").encode())
+        file.write(text.getvalue().encode())
+
+
+def _cells(column: Series) -> list[Any]:
+    """The values of a column as Python has them; None where one is missing."""
+    cells = column.to_numpy().tolist()
+    for row in column.isna().to_numpy().nonzero()[0].tolist():
+        cells[row] = None
+    return cells
 
 
 def read_csv(path: Path, columns: Columns, *, others: str = "forbid", units: str = "") -> DataFrame:

@@ -128,6 +128,8 @@ def unless_finished(paths):
         before_planning()
         if may_be_finished():
             if is_finished(CACHE, plan(), ACCOUNTS, BOOK.settled):
+                if not workflow.dryrun:
+                    atexit.register(BOOK.save)
                 return ancient(f"{HOUSE}/workflow/Snakefile")
             if not workflow.dryrun:
                 atexit.register(note_what_needs_nothing)
