@@ -24,10 +24,14 @@ def test_the_nearest_known_name_is_found_and_a_far_one_is_not():
         (["A1-A3"], ["A1", "A2", "A3"], "A1 A2 A3"),
         (["#1", "#2-#3"], ["#1", "#2", "#3"], "#1 #2 #3"),
         (["1-2"], [], "1 2"),
+        (["13–16"], NUMBERED, "13 14 15 16"),
+        (["3 to 5", "7..9"], NUMBERED, "3 4 5 7 8 9"),
+        (["3 4 9"], NUMBERED, "3 4 9"),
+        (["3 4 left"], NUMBERED, None),
     ],
 )
 def test_a_tag_of_the_points_stands_as_it_is_and_all_else_is_a_range(parts, known, meant):
-    assert tags_meant(parts, known) == (meant.split(), [])
+    assert tags_meant(parts, known) == (meant.split() if meant else parts, [])
 
 
 @pytest.mark.parametrize(

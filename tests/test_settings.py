@@ -91,6 +91,41 @@ def test_all_problems_are_told_at_once_each_with_its_place():
     assert "'left'" in lines[1]
 
 
+@pytest.mark.parametrize(("word", "unit"), [('"', "in"), ("in.", "in"), ("Feet", "ft"), ("metre", "m"), ("in ", "in")])
+def test_a_unit_is_recognised_by_the_words_that_people_write(word, unit):
+    assert refusals(units=word)[0].endswith(f"did you mean {unit!r}?")
+
+
+def test_a_unit_that_is_not_offered_is_not_taken_for_a_millionfold_one():
+    assert "did you mean" not in refusals(units="µm")[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"calibration": {"sigma": "0,01"}}, "Decimals begin with a point: 0.01."),
+        ({"calibration": {"sigma": "1 1/32"}}, "Write it as a decimal: 1.03125."),
+        ({"calibration": {"sigma": "1 mm"}}, "Write a number alone"),
+        (
+            {"cameras": {"c": {"sensor": [6, 4, 4, 8]}}},
+            "4 entries where 2 are wanted: [6, 4, 4, 8]. Decimals begin with a",
+        ),
+        ({"cameras": {"c": {"sensor": "6.4 x 4.8"}}}, "takes a list, not '6.4 x 4.8'. Write [6.4, 4.8]."),
+        ({"runs": {"r": {"targets": "bow, stern"}}}, "takes a list, not 'bow, stern'. Write [bow, stern]."),
+    ],
+)
+def test_a_value_of_another_form_is_answered_with_what_to_write(change, says):
+    (line,) = refusals(**change)
+    assert says in line
+    assert "tuple" not in line and "parse" not in line
+
+
+def test_where_one_form_fits_the_others_are_not_named():
+    assert refusals(runs={"r": {"targets": 0}}) == [
+        "config.yaml: runs.r.targets: input should be greater than or equal to 1, not 0."
+    ]
+
+
 def test_a_place_that_allows_several_forms_is_told_of_once():
     assert len(refusals(detect={"threshold": "outo"})) == 1
     assert len(refusals(cameras={"cam1": {"clock": {"ofset_s": 1}}})) == 1

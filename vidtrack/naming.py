@@ -36,22 +36,24 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
-_RANGE = re.compile(r"(\D*)(\d{1,9})\s*-\s*(?:\1)?(\d{1,9})")
+_RANGE = re.compile(r"(\D*)(\d{1,9})\s*(?:[-\u2010-\u2015\u2212]|\.\.+|to\b)\s*(?:\1)?(\d{1,9})")
 
 
 def tags_meant(parts: Sequence[str], known: Collection[str]) -> tuple[list[str], list[str]]:
     """The tags that a list such as 1-4, 9, left means, and what is wrong with it, a sentence each.
 
     known   the tags in points.csv. A part that is one of them is that tag as it stands, 1-4 too where it is one;
-            otherwise 1-4 means 1, 2, 3, 4 (or 01, 02, ... where points.csv has these), and A1-A4 means A1, A2, A3, A4
+            otherwise 1-4 means 1, 2, 3, 4 (or 01, 02, ... where points.csv has these), and A1-A4 means A1, A2, A3, A4;
+            a longer dash, 1 to 4 and 1..4 mean the same, and `1 2 4` these three where all are known
     """
     known = frozenset(known)
     tags: list[str] = []
     problems: list[str] = []
     for part in parts:
         ends = None if part in known else _RANGE.fullmatch(part)
+        words = part.split()
         if ends is None:
-            tags.append(part)
+            tags += words if part not in known and words and known.issuperset(words) else [part]
         elif int(ends[2]) > int(ends[3]):
             problems.append(
                 f"{part} is no tag in points.csv, and as a range it counts backwards. Correct the tag, "

@@ -31,3 +31,17 @@ def test_cameras_that_share_a_moment_pass_in_whatever_order_they_began():
     views = [view(), view(name="cam2")]
     check_overlap(views, [views[0].t, views[1].t + 0.3], "run")
     check_overlap(views, [views[0].t + 0.3, views[1].t], "run")
+
+
+@pytest.mark.parametrize(("later", "offset"), [(7200.2, "-7200"), (-3600.1, "3600"), (19800.1, "-19800")])
+def test_clocks_that_are_whole_hours_apart_are_of_two_zones(later, offset):
+    views = [view(), view(name="cam2")]
+    with pytest.raises(VidtrackError, match=rf"another time zone.* cameras.cam2.clock.offset_s: {offset}\."):
+        check_overlap(views, [views[0].t, views[1].t + later], "run")
+
+
+def test_a_camera_without_time_code_among_others_is_named():
+    coded, bare = view(), view(name="cam2")
+    bare = bare._replace(timecode=np.full(bare.t.size, "", object))
+    with pytest.raises(VidtrackError, match="cam2 has no time code and counts from its first picture"):
+        check_overlap([coded, bare], [coded.t + 36000, bare.t], "run")

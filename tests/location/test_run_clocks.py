@@ -48,6 +48,21 @@ def located(path, clock, heard=None, clocks="auto", *, seconds=8.0, seed=0, late
     return record["clocks"]["cameras"]["cam2"], record["warnings"]
 
 
+@pytest.mark.parametrize(("begun", "code"), [(0.0, ""), (START + 7200, "12:00:00:00")])
+def test_a_camera_that_shares_no_moment_with_the_coded_ones_is_placed_by_the_motion(begun, code):
+    rng = np.random.default_rng(1)
+    t = START + np.arange(240) / RATE
+    tables, cameras = {}, {}
+    for camera, late, shown in zip(thesis_rig(2), (0.0, 0.4127), (t, begun + t - START), strict=True):
+        b = project(camera, pluck(t + late - START)) + rng.normal(0, 0.05, (t.size, 2))
+        own = {"time_s": shown, "timecode": code if late else "10:00:00:00", "target": "t1", "flag": ""}
+        tables[camera.name] = pd.DataFrame(own | {"Xf": b[:, 0], "Yf": b[:, 1]})
+        cameras[camera.name] = (camera, None)
+    run = locate(tables, cameras, targets=1, clocks={"cam2": "motion"})
+    assert run.record["clocks"]["cameras"]["cam2"]["offset_s"] == pytest.approx(START + 0.4127 - begun, abs=0.02 / RATE)
+    assert run.trajectories["x"].notna().mean() > 0.9
+
+
 def test_sound_says_which_period_of_a_steady_swing_it_is():
     clock = Clock(1.613)
     alone, warnings = located(steady, Clock(0.813))

@@ -76,6 +76,16 @@ def test_a_sensor_that_counts_backwards_correlates_negatively():
     assert found.correlation < -0.999
 
 
+def test_a_steady_motion_is_not_turned_round_by_an_error_of_two_thousandths():
+    rng = np.random.default_rng(9)
+    tr, t = np.arange(-0.5, 2.5, 1 / 30), np.arange(0, 2, 1 / 30)
+    y = 8 * np.sin(3.2 * t) + 0.08 * np.exp(-t / 0.3)
+    found = find_lag(tr, 8 * np.sin(3.2 * tr) + rng.normal(0, 0.01, len(tr)), t, y)
+    assert found.correlation > 0.999
+    assert found.lag_s == pytest.approx(0, abs=0.01)
+    assert any(abs(abs(other) - np.pi / 3.2) < 0.05 for other in found.others)
+
+
 def test_gaps_in_both_records_do_no_harm():
     rng = np.random.default_rng(6)
     tr, r, t, y = records(forced, rng)

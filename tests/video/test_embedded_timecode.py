@@ -132,6 +132,17 @@ def test_code_counted_at_half_the_rate_of_the_video_is_read_by_its_own_base(tmp_
     assert time.labels(times)[:5].tolist() == [f"10:00:00:{n}" for n in (12, 12, 13, 13, 14)]
 
 
+@pytest.mark.parametrize("name", [b"VideoHandler   ", b"\x0eGoPro TCD     ", b"TimeCodeHandler"])
+def test_the_name_of_the_handler_of_a_time_code_is_no_rate(tmp_path, name):
+    path = make_clip(tmp_path / "a.mp4", "mjpeg", "yuvj420p", n=3, rate=Fraction(30), timecode="10:00:00:12")
+    data = path.read_bytes()
+    assert data.count(b"TimeCodeHandler") == 1
+    path.write_bytes(data.replace(b"TimeCodeHandler", name))
+    with open_video(str(path)) as video:
+        assert video.info.code_bases == {"tmcd": 30}
+        assert video.info.time.seconds(0.0) == pytest.approx(36000.4, abs=1e-6)
+
+
 def test_an_mxf_says_how_its_code_counts(tmp_path):
     path = make_clip(tmp_path / "a.mxf", "mpeg2video", "yuv422p", n=3, rate=Fraction(25), timecode="10:00:00:12")
     with open_video(str(path)) as video:

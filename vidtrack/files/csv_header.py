@@ -5,15 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from vidtrack.lengths import WORDS
+
 UNITS = {
-    "m": ("m", "metre", "metres", "meter", "meters"),
-    "cm": ("cm", "centimetre", "centimetres", "centimeter", "centimeters"),
-    "mm": ("mm", "millimetre", "millimetres", "millimeter", "millimeters"),
-    "um": ("um", "µm", "μm", "micron", "microns"),
-    "km": ("km",),
-    "in": ("in", "inch", "inches", '"', "in."),
-    "ft": ("ft", "foot", "feet", "'", "ft."),
-    "yd": ("yd", "yard", "yards"),
+    **WORDS,
     "px": ("px", "pix", "pixel", "pixels"),
     "s": ("s", "sec", "secs", "second", "seconds"),
     "ms": ("ms", "msec", "millisecond", "milliseconds"),
@@ -24,7 +19,7 @@ UNITS = {
 }
 """Units as headers write them. Those of length can be compared with the config's `units`."""
 
-LENGTHS = frozenset({"m", "cm", "mm", "um", "km", "in", "ft", "yd"})
+LENGTHS = frozenset(WORDS)
 TIMES = frozenset({"s", "ms", "us", "min", "h"})
 
 _BY_WORD = {word: unit for unit, words in UNITS.items() for word in words}

@@ -11,6 +11,9 @@ from vidtrack.errors import VidtrackError
 from vidtrack.location.views import View
 from vidtrack.timing.resample import COINCIDE, common_times, interval
 
+HALF_AN_HOUR, LARGEST_ZONE_H = 1800.0, 14.0
+"""s; h between two clocks that are right in their zones."""
+
 
 def check_overlap(views: Sequence[View], times: Sequence[Array], where: str) -> None:
     """Raises VidtrackError where no two cameras (corrected times (T,) s each) were recording at one moment."""
@@ -21,10 +24,38 @@ def check_overlap(views: Sequence[View], times: Sequence[Array], where: str) -> 
         f"{v.name} {t[0]:.3f} to {t[-1]:.3f} s" if t.size else f"{v.name} nothing"
         for v, t in zip(views, times, strict=True)
     )
-    raise VidtrackError(
-        f"{where}: no two cameras saw a target at one moment ({when}). "
-        "Check the time codes, or give cameras.<name>.clock.offset_s."
+    cause = _hours_apart(views, times) or (
+        "Give cameras.<name>.clock.offset_s where a clock is off; a recording of another run may lie here."
     )
+    raise VidtrackError(f"{where}: no two cameras saw a target at one moment ({when}). {_bare(views) or cause}")
+
+
+def _bare(views: Sequence[View]) -> str:
+    """What to do where some cameras have a time code and others have none; "" elsewhere."""
+    without = [v.name for v in views if v.t.size and not (v.timecode != "").any()]
+    if not without or len(without) == len(views):
+        return ""
+    return (
+        f"{without[0]} has no time code and counts from its first picture, the others have one. Where its motion does "
+        f"not show by how much it differs, give cameras.{without[0]}.clock.offset_s."
+    )
+
+
+def _hours_apart(views: Sequence[View], times: Sequence[Array]) -> str:
+    """The whole or half hours that would bring one camera to the time of the first one; "" where none do."""
+    first, others = (views[0], times[0]), list(zip(views[1:], times[1:], strict=True))
+    for view, t in others if first[1].size else []:
+        if not t.size:
+            continue
+        hours = round(float(t[0] - first[1][0]) / HALF_AN_HOUR) / 2
+        begin, end = t[[0, -1]] - 3600 * hours
+        if 0 < abs(hours) <= LARGEST_ZONE_H and begin <= first[1][-1] and first[1][0] <= end:
+            later = "later" if hours > 0 else "earlier"
+            return (
+                f"{view.name} is {abs(hours):g} h {later} than {first[0].name}: a clock in another time zone, or summer "
+                f"time in one alone. Set cameras.{view.name}.clock.offset_s: {-3600 * hours:g}."
+            )
+    return ""
 
 
 def recorded_twice(times: Sequence[Array]) -> tuple[Array, Ints]:

@@ -112,9 +112,7 @@ def run_clocks(
     motion, before = None, np.nan
     if moving:
         search = _Search(views, names, limit, tolerance_px, moving)
-        coded = any((view.timecode != "").any() for view in views)
-        if not coded:
-            _roughly(views, moving, apart, start, length, findings)
+        _roughly(views, moving, apart, start, length, findings)
         alone = search.found(_begun(search, start, apart), [REACH_S] * len(views))
         motion, before = _settled(search, alone, apart, start, length, step), alone.error_before_px
         for i in moving:
@@ -150,7 +148,12 @@ def _roughly(
     length: float,
     findings: list[Finding],
 ) -> None:
-    """Clocks to begin with, of cameras without time code that were started by hand, into `start`."""
+    """Clocks to begin with, into `start`: of cameras started by hand, and of those whose code shares no moment.
+
+    Where no camera has a code, each counts from its own first picture; one that has none among others that have, or is
+    set hours off, is first brought to the beginning of the reference.
+    """
+    coded = any((view.timecode != "").any() for view in views)
     reference = next(i for i in range(len(views)) if i not in moving)
     own = views[reference]
     for i in moving:
@@ -158,14 +161,17 @@ def _roughly(
         if apart[i].timing.is_known or start[i] != Clock() or not (own.t.size and other.t.size):
             continue
         shifted = start[reference].corrected(own.t)
-        rough = rough_offset(own.camera, shifted, own.b, other.camera, other.t, other.b, length)
-        if rough.offset_s:
-            start[i] = Clock(rough.offset_s)
+        if coded and other.t[0] <= shifted[-1] and shifted[0] <= other.t[-1]:
+            continue
+        begin = float(shifted[0] - other.t[0]) if coded else 0.0
+        rough = rough_offset(own.camera, shifted, own.b, other.camera, other.t + begin, other.b, length)
+        if begin + rough.offset_s:
+            start[i] = Clock(begin + rough.offset_s)
         if rough.twins:
-            twins = ", ".join(f"{s:.3g}" for s in sorted(rough.twins, key=abs)[:4])
+            twins = ", ".join(f"{begin + s:.6g}" for s in sorted(rough.twins, key=abs)[:4])
             text = (
-                f"cameras.{other.name}.clock: no camera has a time code, and besides {rough.offset_s:.3g} s offsets of "
-                f"{twins} s fit the motion about as well"
+                f"cameras.{other.name}.clock: no time code relates it to the others, and besides "
+                f"{begin + rough.offset_s:.6g} s offsets of {twins} s fit the motion about as well"
             )
             findings.append(Finding("doubtful", "clock-ambiguous", text, "Give offset_s to within a period."))
 

@@ -25,6 +25,10 @@ LEAST_OVERLAP = 0.5
 """Share of the shorter record that a lag must leave in common to be considered."""
 AS_GOOD = 2.0
 """Lags whose unexplained variance is within this factor of the least are equally likely; the shortest is taken."""
+TURNED, TOO_LITTLE = 10.0, 1e-4
+"""Half a period later a steady motion fits turned round as well, and errors of a share of the motion decide. Records
+run opposite only where that leaves so many times less unexplained than any lag at which they run alike, and where these
+leave more than this share of the variance (1 % of the amplitude)."""
 FEWEST = 8
 """Common samples below which no lag is estimated."""
 
@@ -91,6 +95,9 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     if not found:
         return Lag(np.nan, np.nan, np.nan, np.nan, np.nan, (), 0)
     closest = min(found, key=lambda f: f.unexplained)
+    alike = min((f for f in found if f.gain > 0), key=lambda f: f.unexplained, default=closest)
+    if closest.gain < 0 and alike.unexplained <= max(TURNED * closest.unexplained, TOO_LITTLE):
+        closest = alike
     equal = closest.unexplained * max(AS_GOOD, 1 + 10 / np.sqrt(closest.good.sum()))  # few samples distinguish little
     # Of equals, one that needs no change of sign, then the shortest.
     good = sorted((f for f in found if f.unexplained <= equal), key=lambda f: (f.gain < 0, abs(f.lag)))

@@ -9,12 +9,16 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from vidtrack.lengths import METRES, WORDS
 from vidtrack.naming import did_you_mean
 
 _BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|Clock$|WandAxes$|\[key\]|nullable)")
 """What pydantic adds to a place to say which of several allowed forms it tried."""
 _PLAIN = ("float", "int", "str")
 """The same of a plain value, at the end of the place: elsewhere it is a name that a person gave, as of a body."""
+
+_FORM = re.compile(r"_type$|_parsing$|^literal_error$")
+"""Errors of a value that has not the form which pydantic tried there."""
 
 
 def mistakes(where: str, problems: Sequence[Mapping[str, Any]], kind: type[BaseModel]) -> list[str]:
@@ -25,12 +29,17 @@ def mistakes(where: str, problems: Sequence[Mapping[str, Any]], kind: type[BaseM
     kind      of what stands in the file
     """
     found: dict[str, list[str]] = {}
+    forms: dict[str, list[bool]] = {}
     for problem in problems:
         path = [str(part) for part in problem["loc"] if not _BRANCHES.match(str(part))]
         path = path[:-1] if path and path[-1] in _PLAIN else path
         if problem["type"] == "literal_error" and isinstance(problem["input"], Mapping):
             continue  # the other form of this place has reported what is wrong inside
         found.setdefault(".".join(path), []).append(_message(path, problem, kind))
+        forms.setdefault(".".join(path), []).append(bool(_FORM.search(problem["type"])))
+    for place, other in forms.items():
+        if not all(other):  # one form fits, and its value is wrong: the others are not meant
+            found[place] = [text for text, form in zip(found[place], other, strict=True) if not form]
     return [
         f"{where}: {place + ': ' if place else ''}{' Or: '.join(dict.fromkeys(texts))}"
         for place, texts in found.items()
@@ -50,11 +59,53 @@ def _message(path: list[str], problem: Mapping[str, Any], model: type[BaseModel]
     if kind in ("dict_type", "model_type", "model_attributes_type"):
         return f"takes `key: value` lines, not {value}."
     if kind == "literal_error":
-        near = did_you_mean(str(problem["input"]), re.findall(r"'([^']*)'", context["expected"]))
+        near = _near(str(problem["input"]), re.findall(r"'([^']*)'", context["expected"]))
         return f"{value} is not {context['expected']}" + (f"; did you mean {near!r}?" if near else ".")
+    if kind in ("tuple_type", "list_type"):
+        return f"takes a list, not {value}. {_as_list(problem['input'])}"
+    if kind in ("too_long", "too_short"):
+        wanted = context.get("max_length", context.get("min_length"))
+        return f"{context['actual_length']} entries where {wanted} are wanted: {value}. Decimals begin with a point."
+    if kind in ("float_parsing", "int_parsing"):
+        return f"takes a {'whole ' * (kind == 'int_parsing')}number, not {value}. {_as_number(problem['input'])}"
     message = str(context["error"]) if kind == "value_error" else str(problem["msg"])
     tail = "" if kind == "value_error" and isinstance(problem["input"], Mapping) else f", not {value}"
     return f"{message[0].lower()}{message[1:]}{tail}."
+
+
+def _near(word: str, allowed: Sequence[str]) -> str | None:
+    """The allowed word that is meant, a unit of length by any of its words; None where it is none of these units."""
+    if set(allowed) == set(METRES):
+        units = [unit for unit, words in WORDS.items() if word.strip().casefold() in words]
+        if units:
+            return units[0] if units[0] in allowed else None
+    return did_you_mean(word, allowed)
+
+
+_NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
+
+
+def _as_number(given: str) -> str:
+    """What to write for a text in the place of a number; only what it must mean."""
+    text = given.strip()
+    if re.fullmatch(r"[-+]?\d+,\d+", text):
+        return f"Decimals begin with a point: {text.replace(',', '.')}."
+    if parts := re.fullmatch(r"(?:(\d+)[ +-]+)?(\d+)/([1-9]\d*)", text):
+        return f"Write it as a decimal: {int(parts[1] or 0) + int(parts[2]) / int(parts[3]):.6g}."
+    if parts := re.fullmatch(rf"({_NUMBER})\s*([^\W\d_]+|[\"'%°])\.?", text):
+        return "Write a number alone, in the unit that the documentation of this key states."
+    return "Write a number."
+
+
+def _as_list(given: object) -> str:
+    """What to write for a single value in the place of a list."""
+    if isinstance(given, str):
+        numbers = re.fullmatch(rf"\s*({_NUMBER})\s*[x×*;, ]\s*({_NUMBER})\s*", given)
+        parts = numbers.groups() if numbers else [part.strip() for part in re.split("[,;]", given)]
+        return (
+            f"Write [{', '.join(part.replace(',', '.') for part in parts)}]." if len(parts) > 1 else "Write [..., ...]."
+        )
+    return "Write [..., ...]."
 
 
 @cache

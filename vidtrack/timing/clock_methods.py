@@ -25,11 +25,12 @@ def methods_of(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
 
 
 def clocks_to_use(clocks: Mapping[str, Any], codes: Mapping[str, Timecode | None], together: bool) -> dict[str, Any]:
-    """Each camera's clock as the config says it; where it says nothing, by the motion if no time code relates them.
+    """Each camera's clock as the config says it; where it says nothing, by the motion if no time code relates it.
 
     clocks    camera: a word of METHODS, offset and rate, or None where the config says nothing
     codes     camera: time code of its recording's first frame; None where it has none
     together  whether another program recorded all cameras at the same moments
     """
-    unrelated = len(codes) > 1 and all(code is None for code in codes.values()) and not together
-    return {name: own if own is not None else "motion" if unrelated else {} for name, own in clocks.items()}
+    bare = {name for name, code in codes.items() if code is None} if len(codes) > 1 and not together else set()
+    sought = set(clocks) if len(bare) == len(codes) and bare else bare
+    return {name: own if own is not None else "motion" if name in sought else {} for name, own in clocks.items()}

@@ -12,8 +12,8 @@ _TAG_OF = {"mov,mp4,m4a,3gp,3g2,mj2": "tmcd", "mxf": "mxf", "matroska,webm": "ma
 _LABEL = re.compile(rb"\d\d:\d\d:\d\d[:;.]\d\d")
 
 _TMCD = re.compile(
-    rb"tmcd\0{6}..\0{4}.{4}(?P<scale>.{4})(?P<duration>.{4})", re.DOTALL
-)  # a sample description: the medium's own name is followed by other things
+    rb"stsd\0{4}.{4}.{4}tmcd\0{6}..\0{4}.{4}(?P<scale>.{4})(?P<duration>.{4})", re.DOTALL
+)  # in its table of sample descriptions: in an MP4 the handler is called tmcd too, and its name follows twelve zeros
 _TIMECODE_COMPONENT = bytes.fromhex("060e2b34025301010d01010101011400")
 _MXF_HEADER = 1 << 20
 
