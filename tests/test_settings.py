@@ -117,7 +117,8 @@ def test_a_unit_that_is_not_offered_is_not_taken_for_a_millionfold_one():
 def test_a_value_of_another_form_is_answered_with_what_to_write(change, says):
     (line,) = refusals(**change)
     assert says in line
-    assert "tuple" not in line and "parse" not in line
+    assert "tuple" not in line
+    assert "parse" not in line
 
 
 def test_where_one_form_fits_the_others_are_not_named():

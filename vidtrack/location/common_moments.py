@@ -52,8 +52,8 @@ def _hours_apart(views: Sequence[View], times: Sequence[Array]) -> str:
         if 0 < abs(hours) <= LARGEST_ZONE_H and begin <= first[1][-1] and first[1][0] <= end:
             later = "later" if hours > 0 else "earlier"
             return (
-                f"{view.name} is {abs(hours):g} h {later} than {first[0].name}: a clock in another time zone, or summer "
-                f"time in one alone. Set cameras.{view.name}.clock.offset_s: {-3600 * hours:g}."
+                f"{view.name} is {abs(hours):g} h {later} than {first[0].name}: a clock in another time zone, or "
+                f"summer time in one alone. Set cameras.{view.name}.clock.offset_s: {-3600 * hours:g}."
             )
     return ""
 

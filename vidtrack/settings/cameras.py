@@ -101,5 +101,5 @@ class Camera(Section):
         None,
         description="{offset_s, rate_ppm}, or how they are estimated; motion: from targets that all cameras see; "
         "sound: from the sound tracks, by one clap; flash: from a lamp that is switched; auto: all three, weighed; "
-        "default: the time code, or motion where no camera of the run has one",
+        "default: the time code, or motion where the recording has none",
     )
