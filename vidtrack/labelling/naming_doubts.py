@@ -59,8 +59,8 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
     if not complete(best, case.picks) and len(agree) >= 4 and _mirrored(case):
         raise VidtrackError(
             f"calibration/points.csv: the balls that camera {case.camera} sees fit only its mirror image: the axes are "
-            "left-handed. Swap two columns, or change the sign of one. Where only this camera says so, its pictures are "
-            "mirrored (it looks into a mirror, or a setting flips them): turn them back in its clips and runs."
+            "left-handed. Swap two columns, or change the sign of one. Where this camera alone says so, its pictures "
+            "are mirrored (by a mirror or a setting): turn them back in its clips and runs."
         )
     share = LEAST_SHARE if close else 0.85
     if best.share_found(case.picks) < share or 3 * (~agree).sum() > len(agree):
