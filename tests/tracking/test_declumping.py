@@ -14,10 +14,12 @@ PAIR = Pair(
 )
 
 
-def state(missing):
+def state(missing, pixels=200.0):
     n = len(missing)
     nothing = np.full((8, n, 2), np.nan)
-    return TargetState(Appearance(np.ones((8, n))), np.array(missing), np.arange(8.0), nothing, np.full((n, 2), 50.0))
+    looks = np.ones((8, n))
+    looks[0] = pixels  # as they are on average
+    return TargetState(Appearance(looks), np.array(missing), np.arange(8.0), nothing, np.full((n, 2), 50.0))
 
 
 def values(pixels, xx, yy):
@@ -46,6 +48,28 @@ def test_two_looks_in_a_row_must_find_two_and_what_is_in_vain_is_looked_at_ever_
         clumps.looked(0, 0, None)
     assert not clumps.due(own, state([0]), DECLUMPING.longest - 1, 1).size
     assert clumps.due(own, state([0]), DECLUMPING.longest, 1).size
+
+
+def test_what_one_disc_explains_is_looked_at_again_when_it_is_longer_or_reaches_farther_than_then():
+    clumps = Clumps(2)
+    long, far = [20.0, 10.0], [16.3, 16.3]  # xx, yy
+    as_then = values([200.0, 200.0], [long[0], far[0]], [long[1], far[1]])
+    assert clumps.due(as_then, state([0, 0]), 0, 1).tolist() == [0, 1]
+    for i in range(2):
+        assert not clumps.looked(i, 0, None, one=True)
+    later = DECLUMPING.longest + 1
+    assert not clumps.due(as_then, state([0, 0]), later, 1).size
+    assert clumps.due(values([200.0] * 2, [22.0, 16.3], [9.0, 16.3]), state([0, 0]), later, 1).tolist() == [0]
+    assert clumps.due(values([200.0] * 2, [20.0, 16.7], [10.0, 16.7]), state([0, 0]), later, 1).tolist() == [1]
+    assert clumps.due(as_then, state([0, 0]), DECLUMPING.as_one, 1).tolist() == [0, 1]
+    clumps.forget(np.array([1]))
+    assert clumps.due(as_then, state([0, 0]), later, 1).tolist() == [1]
+
+
+def test_how_far_a_blob_reaches_is_by_its_mean_number_of_pixels():
+    single = values([190.0], [16.0], [16.0])  # 5 % fewer by the grid
+    assert not Clumps(1).due(single, state([0]), 0, 1).size
+    assert Clumps(1).due(single, state([0], pixels=190.0), 0, 1).size
 
 
 def test_halves_know_each_other_until_one_is_another_thing():

@@ -14,9 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.clump import FEWEST, elongation
 from vidtrack.tracking.measurement.joint_fit import SHAPE
-from vidtrack.tracking.measurement.three_discs import reaching
-from vidtrack.tracking.measurement.two_discs import TWO_DISCS, Pair, elongation
+from vidtrack.tracking.measurement.three_discs import reach, reaching
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS, Pair
 from vidtrack.tracking.record import Record
 from vidtrack.tracking.state import PIXELS, XX, XY, YY, TargetState, X
 
@@ -26,6 +27,8 @@ class Declumping:
     """When a blob is looked at, and how far back it was two.
 
     every      samples from one look to the next; longest: after many in vain
+    as_one     samples without a look after one that showed one disc, as long as it is not longer, and does not reach
+               farther, by `more` than it did then
     confirmed  looks in a row that must find two discs
     larger     of a disc's pixels, from which on a sample before shows more than one; rounder: share of the elongation
                that a blob is looked at from, below which it may be one
@@ -34,6 +37,8 @@ class Declumping:
 
     every: int = 8
     longest: int = 128
+    as_one: int = 2048
+    more: tuple[float, float] = (0.03, 0.015)
     confirmed: int = 2
     larger: float = 1.1
     rounder: float = 0.5
@@ -60,6 +65,9 @@ class Clumps:
         self._next = np.zeros((2, places), np.int64)  # of what is long, and of what only reaches far
         self._vain = np.zeros((2, places), np.int64)
         self._round = np.zeros(places, np.intp)
+        self._one = np.full((2, places), -np.inf)  # elongation and reach up to which a target is known to be one
+        self._until_then = np.zeros((2, places), np.int64)
+        self._shape = np.zeros((2, places))
         self._found = np.zeros(places, np.int64)
         self._disc = np.full(places, np.nan)  # pixels of a target that something touches
         self._until = np.zeros(places, np.int64)
@@ -75,17 +83,22 @@ class Clumps:
 
         values  (MEASURED, places) what was measured in it
         """
-        long = elongation(*values[[XX, YY, XY]]) > TWO_DISCS.elongated
-        far = reaching(values[PIXELS] * lines, *values[[XX, YY]])
-        large = values[PIXELS] * lines >= TWO_DISCS.fewest
+        pixels = state.appearance.pixels * lines  # of many samples: a single count hangs on the grid
+        self._shape = np.stack([elongation(*values[[XX, YY, XY]]), reach(pixels, *values[[XX, YY]])])
+        large = values[PIXELS] * lines >= FEWEST
         with np.errstate(invalid="ignore"):
-            due = (np.stack([long, far & ~long]) | (self._found > 0)) & (self._next <= number)
+            long, far = self._shape[0] > TWO_DISCS.elongated, reaching(pixels, *values[[XX, YY]])
+            odd = np.stack([long, far & ~long]) & ((self._shape > self._one) | (self._until_then <= number))
+            due = (odd | (self._found > 0)) & (self._next <= number)
             self._round = np.where(long, 0, 1)
             return np.flatnonzero((state.missing == 0) & due.any(axis=0) & large & np.isnan(self._disc))
 
-    def looked(self, i: int, number: int, found: Pair | float | None) -> bool:
-        """A place was looked at; whether it is two, or three."""
+    def looked(self, i: int, number: int, found: Pair | float | None, *, one: bool = False) -> bool:
+        """A place was looked at; whether it is two, or three. one: nothing speaks against one disc."""
         kind = self._round[i]
+        if one:
+            self._one[kind, i] = self._shape[kind, i] + DECLUMPING.more[kind]
+            self._until_then[kind, i] = number + DECLUMPING.as_one
         if found is None:
             self._vain[kind, i], self._found[i] = self._vain[kind, i] + 1, 0
             times = int(self._vain[kind, i]) // (1 if kind else 3)
@@ -132,6 +145,7 @@ class Clumps:
         self.partner[former[former >= 0]] = -1
         self.partner[who], self._disc[who] = -1, np.nan
         self._next[:, who] = self._vain[:, who] = self._found[who] = 0
+        self._one[:, who] = -np.inf
 
 
 def looks_of(pair: Pair) -> Looks:

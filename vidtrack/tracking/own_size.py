@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.measurement.two_discs import elongation
+from vidtrack.tracking.measurement.clump import elongation
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.state import CONTRAST, HEIGHT, PIXELS, SD_X, SD_Y, WIDTH, XX, XY, YY, Found
 

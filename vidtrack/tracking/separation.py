@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.measurement.clump import Clump, clump_at
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
 from vidtrack.tracking.measurement.three_discs import three_discs
@@ -106,25 +107,28 @@ class Separation:
         self.fitted[who] = True
         return _with(now, sample, who, fit, left, top, piece, looks.pixels)
 
+    def several(self, now: Searched, sample: Sample, i: int, scene: Scene) -> tuple[Pair | float | None, bool]:
+        """What place i shows where it is plainly two discs, or three: as `pair`, or pixels of one of the three; and
+        whether nothing in its shape speaks against one.
+        """
+        if (looked_at := self._clump(now, sample, i, scene)) is None:
+            return None, False
+        found = self._pair(*looked_at, sample) or three_discs(looked_at[1])
+        return found, found is None and not looked_at[1].against_one
+
     def pair(self, now: Searched, sample: Sample, i: int, scene: Scene) -> Pair | None:
         """The two discs that place i shows, in px of the frame buffer; None: it is not plainly two."""
-        if (looked_at := self._blob(now, sample, i, scene)) is None:
-            return None
-        corner, window = looked_at
-        found = two_discs(*window, scene.detection.noise, sample.lines)
+        looked_at = self._clump(now, sample, i, scene)
+        return None if looked_at is None else self._pair(*looked_at, sample)
+
+    def _pair(self, corner: tuple[int, int], clump: Clump, sample: Sample) -> Pair | None:
+        found = two_discs(clump)
         if found is None:
             return None
         return found._replace(x=found.x + corner[0], y=(found.y + corner[1]) * sample.lines + sample.parity)
 
-    def three(self, now: Searched, sample: Sample, i: int, scene: Scene) -> float | None:
-        """Pixels of one of the three discs that place i shows; None: it is not plainly three."""
-        looked_at = self._blob(now, sample, i, scene)
-        return None if looked_at is None else three_discs(*looked_at[1], scene.detection.noise, sample.lines)
-
-    def _blob(
-        self, now: Searched, sample: Sample, i: int, scene: Scene
-    ) -> tuple[tuple[int, int], tuple[NDArray[np.float32], NDArray[np.bool_], float, float, float]] | None:
-        """The window about what place i shows: its left top corner; grey levels, what is hidden, x, y and contrast."""
+    def _clump(self, now: Searched, sample: Sample, i: int, scene: Scene) -> tuple[tuple[int, int], Clump] | None:
+        """The blob that place i shows, and the left top corner of its window."""
         looks = now.state.appearance.of(slice(i, i + 1))
         half = looks.size[:, 0] / 2
         x, y = now.values[POSITION, i]
@@ -135,7 +139,8 @@ class Separation:
         left, top, grey = _cut(sample, scene.detection, column, row, room)
         hidden = self._hidden(now, sample, np.array([i]), (left, top), grey.shape, scene.static)
         at = float(column[0]) - left, float(row[0]) - top
-        return (left, top), (grey, hidden, *at, float(looks.contrast[0]))
+        clump = clump_at(grey, hidden, *at, float(looks.contrast[0]), scene.detection.noise, sample.lines)
+        return None if clump is None else ((left, top), clump)
 
     def shapes(self, who: Ints) -> Array:
         """What is known of targets (SHAPE, m) from a fit; NaN: nothing."""

@@ -196,22 +196,22 @@ class Tracker:
         self.clumps.unmeasured(self.record, self.newcomers.track)
         for i in self.clumps.due(block.values[:, j], self.state, number, sample.lines).tolist():
             now = Searched(self.state, block.values[:, j], block.flag[j])
-            pair = self.search.separation.pair(now, sample, i, self.scene)
-            seen = pair or self.search.separation.three(now, sample, i, self.scene)
-            if not self.clumps.looked(i, number, seen) or seen is None:
+            seen, one = self.search.separation.several(now, sample, i, self.scene)
+            if not self.clumps.looked(i, number, seen, one=one) or seen is None:
                 continue
             alone = self.clumps.taken_back(i, self.record, int(self.newcomers.track[i]), seen)
             unseen = np.flatnonzero((self.state.missing[:n] < 0) & (self.starts.first[:n] == NEVER))
             free = unseen if i < n and unseen.size else n + np.flatnonzero(self.state.missing[n:] < 0)
-            if pair is None or alone or not free.size:  # what was seen alone stays what it was: a spark may touch it
+            # what was seen alone stays what it was: a spark may touch it
+            if isinstance(seen, float) or alone or not free.size:
                 continue
             other = int(free[0])
             if other >= n:
                 self.newcomers.taken(other)
             both = np.array([i, other])
-            self.state = self.state.split(i, other, np.stack([pair.x, pair.y], axis=1), np.stack(looks_of(pair)).T)
+            self.state = self.state.split(i, other, np.stack([seen.x, seen.y], axis=1), np.stack(looks_of(seen)).T)
             self.search.forget(both)
-            self.search.separation.known(both, pair.shape)
+            self.search.separation.known(both, seen.shape)
             self.search.occlusions.end(both)
             self.search.occlusions.begin(both, self.state.times, self.state.positions)
             self.clumps.joined(i, other)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import within
-from vidtrack.tracking.measurement.two_discs import TWO_DISCS, elongation
+from vidtrack.tracking.measurement.clump import FEWEST, elongation
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene, Separation
 from vidtrack.tracking.state import EDGE, LOST, MERGED, PIXELS, POSITION, SMALL, XX, XY, YY, Found, Searched, X, Y
@@ -39,7 +40,7 @@ def two_in_one(now: Searched, sample: Sample, found: Found, separation: Separati
     """
     out = np.zeros(found.who.size, bool)
     long = elongation(*found.values[[XX, YY, XY]]) > TWO_DISCS.elongated
-    large = found.values[PIXELS] * sample.lines >= TWO_DISCS.fewest
+    large = found.values[PIXELS] * sample.lines >= FEWEST
     others = np.setdiff1d(np.flatnonzero(np.isfinite(now.values[X])), found.who)
     if others.size:
         off = np.abs(found.values[POSITION][:, :, None] - now.values[POSITION, None, others])

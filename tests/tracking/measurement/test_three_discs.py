@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vidtrack.tracking.measurement.clump import clump_at
 from vidtrack.tracking.measurement.three_discs import reaching, three_discs
 
 SHAPE = (90, 90)
@@ -18,7 +19,8 @@ def window(at, radius=8.0, lines=1, seed=0):
 
 
 def found(grey, lines=1):
-    return three_discs(grey, np.zeros(grey.shape, bool), 45.0, 45.0 / lines, 150.0, 2.0, lines)
+    clump = clump_at(grey, np.zeros(grey.shape, bool), 45.0, 45.0 / lines, 150.0, 2.0, lines)
+    return clump and three_discs(clump)
 
 
 def round_about(spacing, radius=8.0, n=3, turned=0.3):

@@ -5,7 +5,8 @@ import pytest
 from scipy.special import ndtr
 
 from tests.discs import disc
-from vidtrack.tracking.measurement.two_discs import TWO_DISCS, elongation, two_discs
+from vidtrack.tracking.measurement.clump import clump_at, elongation
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS, two_discs
 
 SIZE, NOISE, LIGHT = 70, 2.0, 150.0
 MIDDLE = 35.3
@@ -24,9 +25,14 @@ def union(apart, radius):
     return 1 - (1 - a) * (1 - b), at
 
 
+def two(*window, **lines):
+    clump = clump_at(*window, **lines)
+    return clump and two_discs(clump)
+
+
 def found(share):
     grey = window(share)
-    return two_discs(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, NOISE)
+    return two(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, NOISE)
 
 
 def along():
@@ -94,21 +100,21 @@ def test_a_ball_in_pixels_that_are_not_square_is_one_though_its_noise_is_said_to
     for seed in range(12):
         x, y = MIDDLE + rng.uniform(-0.5, 0.5, 2)
         grey = window(disc((SIZE, SIZE), x, y, 4.2, ratio=ratio), noise=3.0, seed=seed)
-        assert two_discs(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, 2.0) is None
+        assert two(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, 2.0) is None
 
 
 def test_what_is_hidden_and_what_the_window_cuts_is_not_looked_at():
     share, _ = union(1.3, 8.0)
     grey = window(share)
-    assert two_discs(grey, np.ones(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, NOISE) is None
+    assert two(grey, np.ones(grey.shape, bool), MIDDLE, MIDDLE, LIGHT, NOISE) is None
     cut = grey[:, 30:]
-    assert two_discs(cut, np.zeros(cut.shape, bool), 8, MIDDLE, LIGHT, NOISE) is None
+    assert two(cut, np.zeros(cut.shape, bool), 8, MIDDLE, LIGHT, NOISE) is None
 
 
 def test_in_a_field_discs_are_half_as_high():
     share, at = union(1.4, 10.0)
     grey = window(share[::2])
-    pair = two_discs(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE / 2, LIGHT, NOISE, lines=2)
+    pair = two(grey, np.zeros(grey.shape, bool), MIDDLE, MIDDLE / 2, LIGHT, NOISE, lines=2)
     off = np.linalg.norm(np.stack([pair.x, 2 * pair.y], 1)[:, None] - at, axis=-1)
     assert off.min(axis=1).max() < 0.2
 

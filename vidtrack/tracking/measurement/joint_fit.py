@@ -112,13 +112,23 @@ def shapes_again(fitted: Array) -> Shapes:
     return Shapes(fitted, np.repeat([[log_axis], [log_axis], [light], [blur]], fitted.shape[1], axis=1))
 
 
-def fit_together(data: Float32, free: Bools, clipped: Bools, x: Array, y: Array, known: Shapes, noise: float) -> Joint:
+def fit_together(
+    data: Float32,
+    free: Bools,
+    clipped: Bools,
+    x: Array,
+    y: Array,
+    known: Shapes,
+    noise: float,
+    enough: float = 0.0,
+) -> Joint:
     """Fit m discs in one window.
 
     data     (height, width) grey levels above the background
     free     pixels that show the discs or their surroundings; clipped: those at full scale, which only say that the
              light is not below
     x, y     (m,) px, column and row, where they are expected; noise: grey levels, of a pixel
+    enough   rms, grey levels: where less is left, the fit ends before its place has settled
     """
     m = x.size
     begin = np.concatenate([[x, y], known.value])
@@ -134,9 +144,10 @@ def fit_together(data: Float32, free: Bools, clipped: Bools, x: Array, y: Array,
     orders = [tuple(range(m))]
     if m > 1 and light.max() > JOINT_FIT.alike * light.min():
         orders = list(permutations(range(m)))[:6]
-    fits = [_descend(data, weight, clipped, rows, columns, begin, prior_sd, noise, order) for order in orders]
-    best, cost, normal, shares = min(fits, key=lambda fit: fit[1])
     spare = max(float(weight.sum()) - 6 * m, 1.0)
+    little = enough**2 * spare
+    fits = [_descend(data, weight, clipped, rows, columns, begin, prior_sd, noise, order, little) for order in orders]
+    best, cost, normal, shares = min(fits, key=lambda fit: fit[1])
     scatter = np.sqrt(cost / spare)
     variance = np.diagonal(np.linalg.inv(normal + 1e-9 * np.eye(6 * m)))
     linear = max(noise, scatter) ** 2 * np.maximum(variance.reshape(6, m)[:2], 0)
@@ -190,8 +201,11 @@ def _descend(
     prior_sd: Array,
     noise: float,
     order: tuple[int, ...],
+    little: float,
 ) -> tuple[Array, float, Array, Array]:
-    """Best unknowns (6, m), their squares, the normal matrix (6 m, 6 m) and the shares of the discs."""
+    """Best unknowns (6, m), their squares, the normal matrix (6 m, 6 m) and the shares of the discs; ends where the
+    squares are below `little`.
+    """
     m = begin.shape[1]
     pull = (noise / prior_sd) ** 2
     trial = best = begin
@@ -216,7 +230,7 @@ def _descend(
         scale = np.maximum(np.diagonal(normal), 1e-6)
         step = np.linalg.solve(normal + np.diag(damping * scale), gradient).reshape(6, m)
         step = np.clip(step, -longest, longest)
-        if with_prior == total and np.abs(step[:2]).max() < JOINT_FIT.settled_px:
+        if with_prior == total and (cost < little or np.abs(step[:2]).max() < JOINT_FIT.settled_px):
             break
         trial = best + step
         trial[5] = np.clip(trial[5], np.log(DISC_FIT.least_px), 1.5)

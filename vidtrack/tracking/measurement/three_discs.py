@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.measurement.disc_fit import Float32
-from vidtrack.tracking.measurement.fit_apart import without_background
-from vidtrack.tracking.measurement.two_discs import TWO_DISCS, blob_at, discs_fitted, elongation
+from vidtrack.tracking.measurement.clump import Clump, allowed, elongation
+from vidtrack.tracking.measurement.two_discs import TWO_DISCS
 
 
 @dataclass(frozen=True)
@@ -40,51 +39,40 @@ class ThreeDiscs:
 THREE_DISCS = ThreeDiscs()
 
 
+def reach(pixels: Array, xx: Array, yy: Array) -> Array:
+    """How far blobs of so many pixels reach by their second moments, px^2: 1 for a disc."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(2 * np.pi * (xx + yy) / pixels)
+
+
 def reaching(pixels: Array, xx: Array, yy: Array) -> Bools:
     """Which blobs reach farther than a disc of so many pixels, by their second moments, px^2."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reach = 2 * np.pi * (xx + yy) / pixels
-    return np.asarray(reach > np.where(pixels < THREE_DISCS.rough, THREE_DISCS.rough_reach, THREE_DISCS.reach))
+    least = np.where(pixels < THREE_DISCS.rough, THREE_DISCS.rough_reach, THREE_DISCS.reach)
+    return np.asarray(reach(pixels, xx, yy) > least)
 
 
-def three_discs(
-    grey: Float32, hidden: NDArray[np.bool_], x: float, y: float, contrast: float, noise: float, lines: int = 1
-) -> float | None:
-    """Pixels of one of the three discs that a blob at x, y (px of the window) is; None where it is not plainly three.
-
-    grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
-    contrast  grey levels, of the blob over its background; lines: of the frame buffer to a row of the window
-    """
-    blob = blob_at(grey, hidden, x, y, contrast)
-    if blob is None or np.count_nonzero(blob) * lines < TWO_DISCS.fewest:
-        return None
-    row, column = np.nonzero(blob)
-    middle = np.array([column.mean(), row.mean()])
-    z = (column - middle[0]) + 1j * (row - middle[1]) * lines
-    starts = list(_starts(z, row.size * lines))
-    if not starts:
-        return None
-    border = 2 * np.array([z.real.std(), z.imag.std() / lines])
-    piece = without_background(grey, hidden, middle[:1], middle[1:], border[:, None] + 1, noise)
-    light, own_noise = float(np.median(piece.over[blob])), max(noise, piece.noise)
-    if light <= 0:
-        return None
-    one = discs_fitted(piece, hidden, middle[:1], middle[1:], np.log(border)[:, None], light, own_noise)
-    if one.left < max(TWO_DISCS.left * own_noise, TWO_DISCS.misfit * light):
+def three_discs(clump: Clump) -> float | None:
+    """Pixels of one of the three discs that a blob is; None where it is not plainly three."""
+    lines = clump.lines
+    off = clump.pixels - clump.middle
+    starts = list(_starts(off[:, 0] + 1j * off[:, 1] * lines, len(off) * lines))
+    if not starts or not clump.one_leaves:
         return None
     for way, radius in starts:
-        at = middle[:, None] + np.stack([way.real, way.imag / lines])
+        at = clump.middle[:, None] + np.stack([way.real, way.imag / lines])
         axes = np.log(np.array([[radius], [radius / lines]])) * np.ones(3)
-        piece = without_background(grey, hidden, at[0], at[1], np.exp(axes) + 1, noise)
-        fit = discs_fitted(piece, hidden, at[0], at[1], axes, light, max(noise, piece.noise))
+        piece = clump.about(at[0], at[1], np.exp(axes))
+        if clump.light(piece) <= 0:
+            continue
+        fit = clump.fitted(piece, at[0], at[1], axes)
         if not np.isfinite(fit.shape).all():
             continue
-        little = max(TWO_DISCS.left * max(noise, piece.noise), TWO_DISCS.misfit * float(np.exp(fit.shape[2]).min()))
+        little = allowed(max(clump.noise, piece.noise), float(np.exp(fit.shape[2]).min()))
         squashed = np.abs(fit.shape[0] - fit.shape[1] - np.log(lines)).max()
         spread = [float(np.ptp(own)) for own in (fit.shape[:2].mean(axis=0), fit.shape[2])]
         apart = np.abs(np.subtract.outer(own := fit.x + 1j * fit.y * lines, own)[np.triu_indices(3, 1)])
         alike = squashed < TWO_DISCS.round and spread[0] < TWO_DISCS.alike and spread[1] < TWO_DISCS.light
-        plain = fit.left < min(little, TWO_DISCS.of_one * one.left)
+        plain = fit.left < min(little, TWO_DISCS.of_one * clump.one_leaves)
         if alike and plain and apart.min() > TWO_DISCS.apart * float(np.exp(fit.shape[0].mean())):
             return float(np.pi * np.exp(fit.shape[:2].sum(axis=0)).max())
     return None
