@@ -53,3 +53,4 @@ def test_what_reaches_farther_than_a_disc_is_looked_at():
     assert reaching(*np.array([[pixels], [16.0], [16.0]])).tolist() == [False]
     assert reaching(*np.array([[pixels], [16.3], [16.3]])).tolist() == [True]
     assert reaching(*np.array([[50.0], [4.05], [4.05]])).tolist() == [False]  # the grid makes that
+    assert reaching(*np.array([[80.0, 100.0], [7.0, 8.7], [7.0, 8.7]])).tolist() == [False, True]  # lobes need pixels

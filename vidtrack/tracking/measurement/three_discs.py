@@ -24,6 +24,7 @@ class ThreeDiscs:
 
     reach       of its second moments, 2 pi (xx + yy) / area, from which it is looked at; rough: below so many pixels
                 the grid alone makes more, and it is looked at from `rough_reach`
+    fewest      pixels of a blob in which three discs show their lobes: those of 3.6 px radius, a radius apart, have 90
     lobes       |sum z^3| / sum |z|^3 of its pixels, from which it has three: discs of 3.6 px and more have 0.18 at
                 most, three of them 0.22 and more where their middles are a radius apart
     spacings    of the radius, between neighbours, with the area of all three over that of one
@@ -31,6 +32,7 @@ class ThreeDiscs:
 
     reach: float = 1.012
     rough: int = 150
+    fewest: int = 90
     rough_reach: float = 1.03
     lobes: float = 0.18
     spacings: tuple[tuple[float, float], ...] = ((1.0, 2.05), (1.5, 2.59), (1.9, 2.96))
@@ -48,7 +50,7 @@ def reach(pixels: Array, xx: Array, yy: Array) -> Array:
 def reaching(pixels: Array, xx: Array, yy: Array) -> Bools:
     """Which blobs reach farther than a disc of so many pixels, by their second moments, px^2."""
     least = np.where(pixels < THREE_DISCS.rough, THREE_DISCS.rough_reach, THREE_DISCS.reach)
-    return np.asarray(reach(pixels, xx, yy) > least)
+    return np.asarray((reach(pixels, xx, yy) > least) & (pixels >= THREE_DISCS.fewest))
 
 
 def three_discs(clump: Clump) -> float | None:
