@@ -83,7 +83,7 @@ class Clumps:
 
         values  (MEASURED, places) what was measured in it
         """
-        pixels = state.appearance.pixels * lines  # of many samples: a single count hangs on the grid
+        pixels = state.appearance.pixels * lines  # of many samples: the grid changes a single count
         self._shape = np.stack([elongation(*values[[XX, YY, XY]]), reach(pixels, *values[[XX, YY]])])
         large = values[PIXELS] * lines >= FEWEST
         with np.errstate(invalid="ignore"):
@@ -94,7 +94,7 @@ class Clumps:
             return np.flatnonzero((state.missing == 0) & due.any(axis=0) & large & np.isnan(self._disc))
 
     def looked(self, i: int, number: int, found: Pair | float | None, *, one: bool = False) -> bool:
-        """A place was looked at; whether it is two, or three. one: nothing speaks against one disc."""
+        """A place was looked at; whether it is two, or three. one: it may well be one disc."""
         kind = self._round[i]
         if one:
             self._one[kind, i] = self._shape[kind, i] + DECLUMPING.more[kind]

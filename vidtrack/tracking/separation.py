@@ -109,7 +109,7 @@ class Separation:
 
     def several(self, now: Searched, sample: Sample, i: int, scene: Scene) -> tuple[Pair | float | None, bool]:
         """What place i shows where it is plainly two discs, or three: as `pair`, or pixels of one of the three; and
-        whether nothing in its shape speaks against one.
+        whether its shape is that of one.
         """
         if (looked_at := self._clump(now, sample, i, scene)) is None:
             return None, False
