@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vidtrack.location.followed import Rows, rows_of, view_of
+from vidtrack.location.followed import ROWS, Rows, rows_of, view_of
 from vidtrack.simulate.rig import thesis_rig
 
 CAMERA = thesis_rig(1)[0]
@@ -86,3 +86,24 @@ def test_rows_without_a_time_are_none_and_a_deviation_that_is_not_above_0_is_not
     never = view_of("cam1", rows_of(columns | {"sd_x": np.zeros(4), "sd_y": np.zeros(4)}), None, thesis_rig(2)[0], None)
     assert not never.has_sd
     assert (never.sd > 0).all()
+
+
+def test_no_other_columns_are_read_than_those_that_are_named():
+    asked = set()
+
+    class Named(dict):
+        def __contains__(self, name):
+            asked.add(name)
+            return super().__contains__(name)
+
+        def __getitem__(self, name):
+            asked.add(name)
+            return super().__getitem__(name)
+
+        def get(self, name, otherwise=None):
+            asked.add(name)
+            return super().get(name, otherwise)
+
+    table = Named({name: np.arange(3.0) for name in ROWS})
+    rows_of(table)
+    assert asked == set(ROWS)

@@ -6,7 +6,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from vidtrack.geometry.camera import project
-from vidtrack.location.second_search import SOUGHT, kept_of
+from vidtrack.location.second_search import SOUGHT, kept_of, searched_again
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.locate import locate
 from vidtrack.tracking.windows import COLUMNS
@@ -164,3 +164,13 @@ def test_pieces_are_of_the_sample_of_their_time_also_past_midnight(later, least,
 
 def test_a_table_without_pieces_is_read():
     assert kept_of({word: np.zeros(0) for word in COLUMNS}).grey == []
+
+
+def test_where_no_camera_kept_a_piece_nothing_is_computed():
+    class View:
+        name = "cam1"
+
+    table = pd.DataFrame({name: [] for name in COLUMNS})
+    pieces = {"cam1": {name: table[name].to_numpy() for name in table}}
+    match = object()
+    assert searched_again([View], [np.arange(3.0)], np.arange(3.0), match, pieces, {})[1:] == (match, {"cam1": 0})

@@ -31,6 +31,10 @@ class Rows(NamedTuple):
     bound: Bools  # (N,) whether its tracklet begins in a start box of its target's name
 
 
+ROWS = ("time_s", "target", "Xf", "Yf", "sd_x", "sd_y", "flag", "timecode", "tracklet", "bound")
+"""The columns that `rows_of` reads."""
+
+
 def rows_of(columns: Mapping[str, NDArray[Any]]) -> Rows:
     """The rows of a table of centroids or of tracklets, by its columns; without those that have no time."""
     timed = np.isfinite(np.asarray(columns["time_s"], float))

@@ -337,7 +337,7 @@ def searched_again(
     pieces = {name: kept_of(own) for name, own in kept.items()}
     looks = {name: looks_of(*(own[word] for word in LOOKS)) for name, own in tracklets.items()}
     counts = [0] * len(views)
-    for _ in range(SEEKING.rounds):
+    for _ in range(SEEKING.rounds if any(own.time.size for own in pieces.values()) else 0):
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
         found = second_search(views, times, at, match, b, sd, pieces, looks)

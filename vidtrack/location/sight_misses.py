@@ -161,7 +161,7 @@ def _system(
     sd: Array,
 ) -> _System:
     weight = np.where(on[..., None], 1 / np.nan_to_num(sd[:, target, moment], nan=1.0), 0.0)
-    P = np.stack([derivatives(camera, p, camera.position).by_point for camera in cameras])
+    P = np.stack([derivatives(camera, p, camera.position, ()).by_point for camera in cameras])
     P = _rows(np.nan_to_num(P) * weight[..., None])
     e = _rows(np.nan_to_num(located.error[:, target, moment]) * weight)
     G = np.asarray(np.linalg.pinv(P), float)
@@ -264,7 +264,7 @@ def _hypotheses(cameras: Sequence[Camera], p: Array, velocity: Array) -> Iterato
     """Each cause and, by camera, what px (n, 2, k) follow from it."""
     zooms = {}
     for i, camera in enumerate(cameras):
-        by = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter)
+        by = np.nan_to_num(derivatives(camera, p, camera.position, ()).by_parameter)
         zooms[i] = by[..., columns(camera, ["f"])] * camera.f
         yield "turned", {i: by[..., :3]}
         yield "late", {i: np.nan_to_num(velocity[i])[..., None]}
@@ -312,7 +312,7 @@ def _readout_step(
     columns, prior = [], []
     for i, camera in enumerate(cameras):
         v = velocity[i][..., None]
-        turn = np.nan_to_num(derivatives(camera, p, camera.position).by_parameter[..., :3])
+        turn = np.nan_to_num(derivatives(camera, p, camera.position, ()).by_parameter[..., :3])
         columns.append(_through(system, i, np.concatenate([turn, v, v * share[i][:, None, None]], -1)))
         prior += [1 / LIKELY_TURN**2] * 3 + [1 / LIKELY_LATE_S**2, 1 / LIKELY_READOUT_S**2]
     X = np.concatenate(columns, -1).reshape(e.size, -1)

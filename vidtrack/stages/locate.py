@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -20,7 +20,7 @@ from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.common_moments import check_overlap, recorded_twice
-from vidtrack.location.followed import rows_of, view_of
+from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.locate_findings import findings_of
 from vidtrack.location.locate_record import (
@@ -37,7 +37,7 @@ from vidtrack.location.run_clocks import run_clocks
 from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
 from vidtrack.location.run_sights import RunSights
 from vidtrack.location.sample_flags import sample_flags
-from vidtrack.location.second_search import searched_again
+from vidtrack.location.second_search import LOOKS, searched_again
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
@@ -148,7 +148,7 @@ def locate(
     again: dict[str, int] = {}
     if kept and match.labels:
         pieces = {n: _columns(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
-        rows = {name: _columns(own) for name, own in (tracklets or {}).items()}
+        rows = {name: _columns(own, LOOKS) for name, own in (tracklets or {}).items()}
         views, match, again = searched_again(views, times, at, match, pieces, rows)
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
@@ -285,16 +285,16 @@ def _views(
     return [
         view_of(
             name,
-            rows_of(_columns(table)),
-            rows_of(_columns(tracklets[name])) if name in tracklets else None,
+            rows_of(_columns(table, ROWS)),
+            rows_of(_columns(tracklets[name], ROWS)) if name in tracklets else None,
             *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
         )
         for name, table in centroids.items()
     ]
 
 
-def _columns(table: pd.DataFrame) -> dict[str, NDArray[Any]]:
-    return {str(name): table[name].to_numpy() for name in table}
+def _columns(table: pd.DataFrame, wanted: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
+    return {str(name): table[name].to_numpy() for name in table if wanted is None or name in wanted}
 
 
 def _given_clocks(
