@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import threading
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -219,3 +221,12 @@ def test_only_the_modules_that_start_and_measure_commands_can_be_given_others():
     assert not isinstance(subprocess.Popen, partial)
     with pytest.raises(AttributeError):
         for_shell_commands(SimpleNamespace(), benchmark, Places())
+
+
+def test_the_long_page_of_the_calibration_and_what_it_waits_for_are_not_left_for_the_end():
+    """Of equal priority they come after all runs, and one core has nothing to do meanwhile."""
+    rules = "".join(
+        path.read_text() for path in sorted(Path(__file__).parents[2].joinpath("workflow/rules").glob("*.smk"))
+    )
+    first = re.findall(r"^rule (\w+):\n(?:(?!rule ).*\n)*?    priority: 1\n", rules, re.MULTILINE)
+    assert set(first) == {"back_project", "overlay", "report_calibration"}

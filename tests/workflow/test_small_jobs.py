@@ -320,6 +320,20 @@ def test_what_a_server_left_that_was_killed_with_its_snakemake_is_removed(tmp_pa
     assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "vidtrack-at-work", "vidtrack-other"]
 
 
+def test_a_folder_in_which_no_server_began_is_removed_once_it_is_old(tmp_path):
+    for name in ("empty___", "new_____", "fresh___", "used____", "of-other"):
+        (tmp_path / f"vidtrack-{name}").mkdir(mode=0o700)
+    (tmp_path / "vidtrack-thesis__").mkdir(mode=0o755)
+    (tmp_path / "vidtrack-used____" / "notes").write_text("dear")
+    with socket.socket(socket.AF_UNIX) as dead:
+        dead.bind(str(tmp_path / "vidtrack-new_____" / "jobs.new"))
+    for folder in tmp_path.iterdir():
+        os.utime(folder, (0, time.time() if "fresh" in folder.name else time.time() - 2 * small_jobs.BEGINNING_S))
+    small_jobs.remove_left(str(tmp_path))
+    left = ["vidtrack-fresh___", "vidtrack-of-other", "vidtrack-thesis__", "vidtrack-used____"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == left
+
+
 def test_what_someone_keeps_under_such_a_name_is_never_removed(tmp_path):
     """A connection to what is no socket is refused too."""
     (tmp_path / "vidtrack-mine/jobs").mkdir(parents=True)

@@ -34,6 +34,9 @@ LARGE = (
 PREFIX = "vidtrack-"
 """How the folder of a server's socket is called, among those of other programs."""
 
+BEGINNING_S = 60.0
+"""How old an empty folder must be before no server is about to begin in it."""
+
 PATIENCE_S = 10.0
 """How long the server may take to end: while it loads libraries it hears nothing."""
 
@@ -86,21 +89,46 @@ def remove_left(room: str) -> None:
     import stat
 
     for name in os.listdir(room):
-        place = os.path.join(room, name, "jobs")
+        if not name.startswith(PREFIX):
+            continue
+        folder = os.path.join(room, name)
+        place = os.path.join(folder, "jobs")
         try:
-            socket_there = name.startswith(PREFIX) and stat.S_ISSOCK(os.lstat(place).st_mode)
-        except OSError:
-            continue
-        if not socket_there:
-            continue
-        with socket.socket(socket.AF_UNIX) as server:
-            server.settimeout(1)
-            try:
-                server.connect(place)
-            except ConnectionRefusedError:
+            if not os.path.lexists(place):
+                _remove_begun(folder)
+            elif stat.S_ISSOCK(os.lstat(place).st_mode) and _is_dead(place):
                 remove_socket(place)
-            except OSError:  # of another person, or gone meanwhile
-                pass
+        except OSError:  # of another person, or gone meanwhile
+            continue
+
+
+def _is_dead(place: str) -> bool:
+    """Whether nothing listens at a socket any more; OSError where that cannot be seen."""
+    with socket.socket(socket.AF_UNIX) as server:
+        server.settimeout(1)
+        try:
+            server.connect(place)
+        except ConnectionRefusedError:
+            return True
+    return False
+
+
+def _remove_begun(folder: str) -> None:
+    """Remove a folder in which no server began: its Snakemake was killed before, and some time ago."""
+    import re
+    import stat
+    import time
+
+    made = os.lstat(folder)
+    ours = stat.S_ISDIR(made.st_mode) and stat.S_IMODE(made.st_mode) == 0o700 and made.st_uid == os.getuid()
+    if not ours or not re.fullmatch(f"{PREFIX}[a-z0-9_]{{8}}", os.path.basename(folder)):  # as tempfile draws it
+        return
+    if time.time() - made.st_mtime < BEGINNING_S:
+        return
+    new = os.path.join(folder, "jobs.new")
+    if os.listdir(folder) == ["jobs.new"] and stat.S_ISSOCK(os.lstat(new).st_mode) and _is_dead(new):
+        os.unlink(new)
+    os.rmdir(folder)
 
 
 def remove_socket(place: str) -> None:
