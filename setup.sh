@@ -88,6 +88,7 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; tw
     checks=$(mktemp)
     { mypy && lint-imports && snakefmt --check Snakefile workflow; } >"$checks" 2>&1 &
     local checking=$!
+    [ $# -gt 0 ] || rewrite_asserts "$cores"
     $pytest "$@" || failed=1
     wait "$checking" || failed=1
     cat "$checks"
@@ -96,6 +97,16 @@ run_tests() { # a file of tests stays on one worker, with what it has set up; tw
     # decisions that hang on the last bit show under another processor's linear algebra, without fused multiplication
     [ "$(uname -m)" != x86_64 ] || OPENBLAS_CORETYPE=Prescott \
         NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR" $pytest -p tests.quick tests/geometry tests/calibration tests/labelling tests/location
+}
+
+rewrite_asserts() { # pytest writes the asserts of a file anew and keeps the result: else each worker does so for all files
+    local part pids=()
+    for ((part = 0; part < $1; part++)); do
+        find tests -name 'test_*.py' | sort | awk -v n="$1" -v part="$part" 'NR % n == part' \
+            | xargs env -u PYTHONDONTWRITEBYTECODE python -m pytest -p no:xdist -p no:cacheprovider --collect-only -qq >/dev/null 2>&1 &
+        pids+=($!)
+    done
+    wait "${pids[@]}" || true # what cannot be read is reported by the run itself
 }
 
 run_quick_tests() { # one process a core, each with files of its own; types are left to the whole
