@@ -61,3 +61,12 @@ def test_a_time_code_that_yaml_takes_for_a_number_is_to_be_put_in_quotes(tmp_pat
         "end": "00:59:00:00",
         "box": [10, 15.0],
     }
+
+
+@pytest.mark.parametrize("name", ["yes", "off", "2026-05-01", "1.10", "~"])
+def test_a_name_that_yaml_takes_for_something_else_is_to_be_put_in_quotes(tmp_path, name):
+    line = refusal(tmp_path, f"units: in\ncameras: {{}}\nruns:\n  {name}: {{}}\n")
+    assert line.startswith("config.yaml, line 4, column 3")
+    assert f"put it in quotes: '{name}'" in line
+    (tmp_path / "config.yaml").write_text(f"runs: {{'{name}': 1, 12: 2}}\n")
+    assert list(read_config(str(tmp_path / "config.yaml"))["runs"]) == [name, 12]

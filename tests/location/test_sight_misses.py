@@ -141,3 +141,10 @@ def test_a_turn_by_more_than_a_camera_can_turn_unseen_is_no_cause_where_a_clock_
     assert _likeliest([turned, late]) == late
     assert _likeliest([turned._replace(amount=1.3), late]).kind == "turned"
     assert _likeliest([turned]).kind == "turned"
+
+
+def test_a_zoom_by_a_third_that_leaves_a_pixel_is_a_turned_camera():
+    zoomed = Cause("all zoomed", (0, 1), 0.3153, 0.0085, 0.95, 900.0, 18.0)
+    turned = Cause("turned", (0,), 1.2, 0.4, 0.9, 850.0, 16.0)
+    assert _likeliest([zoomed, turned]).kind == "turned"
+    assert _likeliest([zoomed._replace(amount=0.04), turned]).kind == "all zoomed"

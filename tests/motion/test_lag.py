@@ -86,6 +86,13 @@ def test_a_steady_motion_is_not_turned_round_by_an_error_of_two_thousandths():
     assert any(abs(abs(other) - np.pi / 3.2) < 0.05 for other in found.others)
 
 
+def test_the_lag_itself_is_no_other_lag():
+    rng = np.random.default_rng(11)
+    tr, r, t, y = records(pluck, rng)
+    found = find_lag(tr, np.round(r), t, y)
+    assert all(abs(other - found.lag_s) > 0.01 for other in found.others)
+
+
 def test_gaps_in_both_records_do_no_harm():
     rng = np.random.default_rng(6)
     tr, r, t, y = records(forced, rng)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.motion.lag import find_lag
-from vidtrack.motion.reference_record import clock_rate, without_marks
+from vidtrack.motion.reference_record import clock_rate, scale, without_marks
 
 T = np.arange(0, 20, 1 / 30)
 TR = np.arange(-1, 21, 1 / 200)
@@ -52,3 +52,17 @@ def test_clocks_of_two_rates_are_named_by_how_much(rate, level):
         off = float(re.search(r"differ by (-?\d+)", found.text)[1])
         assert off == pytest.approx(-1e6 * rate, abs=max(10, 0.002e6 * abs(rate)))
         assert ("29.97" in found.text) == (abs(rate) == 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("gain", "sd", "level"),
+    [(1.002, 1e-4, None), (0.98, 5e-4, "note"), (0.62, 0.02, "doubtful"), (-0.8, 0.01, "doubtful"), (0.8, 0.1, None)],
+)
+def test_a_reference_that_moves_by_another_amount_is_said_as_far_as_it_is_known(gain, sd, level):
+    found = scale({"gain": gain, "gain_sd": sd})
+    assert (found and found.level) == level
+
+
+def test_another_unit_or_quantity_is_said_elsewhere():
+    assert scale({"gain": 25.4, "gain_sd": 0.01}) is None
+    assert scale({"gain": float("nan"), "gain_sd": float("nan")}) is None

@@ -48,10 +48,17 @@ def test_nothing_behind_the_end_is_read():
 
 
 def test_where_nothing_lies_between_that_is_said():
-    with pytest.raises(VidtrackError, match=r"^detect.start: no frame of the recording lies between 100 and None"):
+    with pytest.raises(VidtrackError, match=r"^detect.start: no .* between 100 and its end: it has frames 0 to 99\."):
         indices(PLAIN, 100, None)
-    with pytest.raises(VidtrackError, match="lies between 5 and 4"):
+    with pytest.raises(VidtrackError, match=r"it has frames 0 \(00:00:00;00\) to 99 \(00:00:03;09\)"):
+        indices(CODED, "09:00:00;00", "09:00:01;00")
+
+
+def test_an_end_before_the_start_and_a_number_below_0_are_no_stretch():
+    with pytest.raises(VidtrackError, match=r"detect.end: 4 lies before start, 5"):
         indices(PLAIN, 5, 4)
+    with pytest.raises(VidtrackError, match=r"detect.start: -5 is no frame: frames are counted from 0"):
+        indices(PLAIN, -5, None)
 
 
 def test_a_time_code_is_refused_where_the_recording_has_none_or_it_is_no_time_code():

@@ -42,6 +42,13 @@ def test_residuals_beyond_noise_and_survey_are_graded(misfit, level):
     assert "calibration.model: auto" in finding.cure
 
 
+@pytest.mark.parametrize("fit", [Fit(64, 64, 9.0), Fit(64, 64, math.nan), Fit(64, 30, 1.0)])
+def test_who_has_set_auto_already_is_not_told_to_set_it(fit):
+    record = {"rms_px": 9.0}
+    assert "auto" in camera_findings("cam1", record, fit, {})[0].cure
+    assert "auto" not in camera_findings("cam1", record | {"settings": {"model": "auto"}}, fit, {})[0].cure
+
+
 @pytest.mark.parametrize("freedom", [3, 13, 40, 120])
 def test_chance_exceeds_its_limit_once_in_ten_thousand_times(freedom):
     """Against scipy's chi-squared; the cube is good to a fifth of the probability."""

@@ -125,5 +125,8 @@ def test_a_reference_of_another_motion_and_a_truth_far_off_are_findings():
     assert comparison_findings({"after": {"correlation": 0.999}, "truth": {"normalised_variance": {"x": 1.2}}}) == []
     assert codes(comparison_findings({"after": {"correlation": 0.7}})) == [("doubtful", "reference-differs")]
     assert codes(comparison_findings({"after": {"correlation": -0.9}})) == [("bad", "reference-differs")]
+    (turned,) = comparison_findings({"after": {"correlation": -0.99}})
+    assert turned.text.startswith("the reference counts against the video")
+    assert "Change the sign" in turned.cure
     (finding,) = comparison_findings({"truth": {"normalised_variance": {"x": 49.0, "y": None}}})
     assert (finding.level, finding.text) == ("doubtful", "positions are off truth.csv by 7 sigma rms along x")

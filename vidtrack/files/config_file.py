@@ -79,6 +79,12 @@ class _StrictLoader(yaml.SafeLoader):
             if key_node.tag == "tag:yaml.org,2002:merge":
                 continue
             key = self.construct_object(key_node, deep=True)
+            plain = type(key) is str or (type(key) is int and str(key) == key_node.value)
+            if isinstance(key_node, yaml.ScalarNode) and not plain:
+                raise yaml.MarkedYAMLError(
+                    problem=f"{key_node.value} means {key!r} in YAML; put it in quotes: '{key_node.value}'",
+                    problem_mark=key_node.start_mark,
+                )
             if isinstance(key, (str, int, float)) and key in seen:
                 raise yaml.MarkedYAMLError(
                     problem=f"{key!r} appears twice (also line {seen[key]})", problem_mark=key_node.start_mark

@@ -91,9 +91,10 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
                 "left, Yf from the top, 0 in the middle of the first pixel, in px of the recording."
             )
     if answers and all(3 * (~agreeing(labels, picks)).sum() > len(picks.point) for labels in answers):
+        clips = " Or have two clips each other's tags (calibration.clips.<clip>.tags)?" if len(case.views) > 1 else ""
         raise VidtrackError(
             f"{case.where[0]}: most picks of camera {case.camera} lie where no ball of their tags can be. Is this clip "
-            "of this camera, or are two cameras' recordings exchanged? Else correct the picks."
+            f"of this camera, or are two cameras' recordings exchanged?{clips} Else correct the picks."
         )
 
 

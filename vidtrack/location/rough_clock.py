@@ -28,11 +28,13 @@ TWIN = 1.5
 
 
 class Rough(NamedTuple):
-    """offset_s to be added to camera b's time; twins: other offsets that do about as well; px: the mean distance."""
+    """offset_s to be added to camera b's time; twins: other offsets that do about as well; px: the mean distance, and
+    without any offset."""
 
     offset_s: float
     twins: tuple[float, ...]
     px: float
+    px_without: float = float("nan")
 
 
 def rough_offset(a: Camera, t_a: Array, b_a: Array, b: Camera, t_b: Array, b_b: Array, reach_s: float) -> Rough:
@@ -57,7 +59,7 @@ def rough_offset(a: Camera, t_a: Array, b_a: Array, b: Camera, t_b: Array, b_b: 
         best = best if np.isnan(px[none]) else none
     far = (np.abs(offsets - offsets[best]) > 1.0) & (px <= TWIN * px[best])
     inner = np.r_[False, (px[1:-1] <= px[:-2]) & (px[1:-1] <= px[2:]), False]
-    return Rough(float(offsets[best]), tuple(offsets[far & inner].tolist()), float(px[best]))
+    return Rough(float(offsets[best]), tuple(offsets[far & inner].tolist()), float(px[best]), float(px[none]))
 
 
 def _fullest(tracks: Array) -> Array:

@@ -46,6 +46,9 @@ LIKELY_LATE_S, LIKELY_READOUT_S = 0.5, 0.05
 LARGEST_TURN = 15.0
 """deg; a camera that turned by more does not show the targets where they were: the turn stands for something else."""
 
+LARGEST_ZOOM = 0.2
+"""Of its focal length; where a few px are missed, a lens that was zoomed by more stands for something else."""
+
 LIKELY = {"turned": LIKELY_TURN, "late": np.inf, "zoomed": LIKELY_ZOOM, "all zoomed": LIKELY_ZOOM}
 
 AS_GOOD = 0.95
@@ -337,7 +340,8 @@ def _whitened(system: _System, camera: int, px: Array) -> Array:
 
 def _likeliest(causes: Sequence[Cause]) -> Cause:
     """The best cause, with every camera of which the same explains as much."""
-    causes = [c for c in causes if c.kind != "turned" or c.amount < LARGEST_TURN] or list(causes)
+    largest = {"turned": LARGEST_TURN, "zoomed": LARGEST_ZOOM, "all zoomed": LARGEST_ZOOM}
+    causes = [c for c in causes if abs(c.amount) < largest.get(c.kind, np.inf)] or list(causes)
     best = causes[0]
     if best.kind == "all zoomed":
         return best

@@ -109,8 +109,10 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     )
     lag, sd = best.lag, float(np.sqrt(variance))
     correlation = float(np.sign(best.gain) * np.sqrt(max(1 - best.unexplained, 0.0)))
-    others = tuple(sorted({round(f.lag, 4) for f in good[1:]} - {round(lag, 4)}, key=abs))
-    return Lag(lag, sd, lag - 1.96 * sd, lag + 1.96 * sd, correlation, others, int(best.good.sum()))
+    others = {round(f.lag, 4) for f in good[1:] if abs(f.lag - lag) > _interval(times) / 2}  # else it is the same one
+    return Lag(
+        lag, sd, lag - 1.96 * sd, lag + 1.96 * sd, correlation, tuple(sorted(others, key=abs)), int(best.good.sum())
+    )
 
 
 def _moves(values: ArrayLike) -> bool:

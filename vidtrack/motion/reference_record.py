@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,7 @@ class RecordSettings:
     matters   s, the least change of the lag over the records
     ordinary  share by which good clocks differ: a note, no doubt
     alike     correlation below which two records do not show one motion
+    scale     share by which a reference moves by another amount than the video: a note, a doubt
     """
 
     far: float = 20.0
@@ -33,9 +35,13 @@ class RecordSettings:
     matters: float = 0.001
     ordinary: float = 2e-4
     alike: float = 0.9
+    scale: tuple[float, float] = (0.01, 0.05)
 
 
 RECORD = RecordSettings()
+
+ONE_UNIT = 2.0
+"""Of two records of one length neither is so many times as long, unless they are in different units."""
 
 
 def without_marks(r: Array) -> tuple[Array, list[str]]:
@@ -111,3 +117,20 @@ def lag_warnings(lag: Lag, located: int) -> list[str]:
     if lag.correlation < 0:
         warnings.append("the reference counts in the opposite direction (gain below zero)")
     return warnings
+
+
+def scale(agreed: Mapping[str, float]) -> Finding | None:
+    """A finding where the reference moves by another amount than the video, though in one unit; None where it does not.
+
+    agreed   gain and gain_sd of the reference against the video after the lag is removed (`lag.Agreement`)
+    """
+    gain, sd = abs(agreed["gain"]), agreed["gain_sd"]
+    off = abs(gain - 1)
+    if not (off > RECORD.scale[0] and off > RECORD.surely * sd and 1 / ONE_UNIT < gain < ONE_UNIT):
+        return None
+    text = f"the reference moves {gain:.4g} +- {sd:.1g} times as far as the video, after the lag is removed"
+    cure = (
+        "Check the reference (limits reached, drop-outs, a filter, its own calibration), and the survey: that all axes "
+        "are too long by one share no picture shows, but a reference does."
+    )
+    return Finding("doubtful" if off > RECORD.scale[1] else "note", "reference-scale", text, cure)

@@ -20,7 +20,7 @@ from vidtrack.motion.reference_clock import (
     too_sparse,
     with_rounding,
 )
-from vidtrack.motion.reference_record import RECORD, clock_rate, lag_warnings, without_marks
+from vidtrack.motion.reference_record import ONE_UNIT, RECORD, clock_rate, lag_warnings, scale, without_marks
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.motion.truth import by_place, error_sizes, exchanged
 from vidtrack.timing.resample import resample
@@ -49,8 +49,6 @@ MEANING = {
     "limits": "Bland and Altman: mean difference +- 1.96 standard deviations",
     "before, after": "before and after the lag is removed; the plain keys are those after",
 }
-ONE_UNIT = 2.0
-"""Of two records of one length neither is so many times as long, unless they are in different units."""
 LEAST_STRAIGHT = 0.98
 """Share of the motion's variance along its principal direction below which it is no straight line."""
 
@@ -175,6 +173,8 @@ def _against_reference(
             f"the reference moves {gain:.4g} times as far as the video: are points.csv, reference.csv and `units` in "
             "one unit of length?"
         )
+    elif scaled := scale(agreed_after):
+        findings.append(scaled)
     record = {
         "target": str(rows["target"].iloc[0]),
         "lag_s": lag.lag_s,

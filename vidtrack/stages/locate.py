@@ -19,6 +19,7 @@ from vidtrack.location.accepted import limits_of, rows_kept, without_chance, wit
 from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
+from vidtrack.location.clock_far_off import clock_far_off
 from vidtrack.location.common_moments import check_overlap, recorded_twice
 from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
@@ -189,7 +190,12 @@ def locate(
     record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
     findings += findings_of(record, units)
     if any(finding.code in MISFITS for finding in findings):
-        findings[:0] = wrong_pictures(views, seen, reach, bool(match.labels))
+        findings = [*wrong_pictures(views, seen, reach, bool(match.labels)), *findings]
+        if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
+            findings = [
+                far,
+                *(f._replace(text=f.text.split("; ")[0], cure=far.cure) if f.code in MISFITS else f for f in findings),
+            ]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)

@@ -19,22 +19,49 @@ def between(
 
     where  the place of the two settings in the config, for messages
     Raises VidtrackError, before a frame is read, for a time code that is none or that the recording cannot be held to,
-    and, when the frames have come to their end, where none of them lay between.
+    for a number below 0 and an end before the start, and, when the frames have come to their end, where none of them
+    lay between.
     """
     first, last = (_instant(f"{where}.{word}", value, info) for word, value in (("start", start), ("end", end)))
     if first is None and last is None:
         return iter(frames)
-    return _some(_chosen(frames, first, last, 0.5 / float(info.rate)), start, end, where)
+    if isinstance(first, int) == isinstance(last, int) and first is not None and last is not None and last < first:
+        raise VidtrackError(f"{where}.end: {end!r} lies before start, {start!r}. Exchange them, or correct one.")
+    return _some(iter(frames), (first, last, 0.5 / float(info.rate)), (start, end), info, where)
 
 
-def _some(frames: Iterator[Frame], start: Instant | None, end: Instant | None, where: str) -> Iterator[Frame]:
-    one = next(frames, None)
+def _some(
+    frames: Iterator[Frame],
+    limits: tuple[int | float | None, int | float | None, float],
+    asked: tuple[Instant | None, Instant | None],
+    info: VideoInfo,
+    where: str,
+) -> Iterator[Frame]:
+    read: list[Frame] = []
+
+    def noted() -> Iterator[Frame]:
+        for frame in frames:
+            read[:] = [read[0] if read else frame._replace(luma=frame.luma[:0]), frame._replace(luma=frame.luma[:0])]
+            yield frame
+
+    chosen = _chosen(noted(), *limits)
+    one = next(chosen, None)
     if one is None:
+        for _ in noted():
+            pass
+        start, end = ("its first frame" if asked[0] is None else asked[0]), "its end" if asked[1] is None else asked[1]
+        has = f"it has frames {_named(read[0], info)} to {_named(read[-1], info)}" if read else "it has none"
         raise VidtrackError(
-            f"{where}.start: no frame of the recording lies between {start!r} and {end!r}. Choose a start within it."
+            f"{where}.start: no frame of the recording lies between {start} and {end}: {has}. Choose a start within it."
         )
     yield one
-    yield from frames
+    yield from chosen
+
+
+def _named(frame: Frame, info: VideoInfo) -> str:
+    """Its number, and its label where the recording has a time code."""
+    label = str(info.time.labels(float(frame.time))) if info.time.anchors else ""
+    return f"{frame.index} ({label})" if label else f"{frame.index}"
 
 
 def _chosen(
@@ -51,6 +78,8 @@ def _chosen(
 
 def _instant(where: str, value: Instant | None, info: VideoInfo) -> int | float | None:
     """A frame number as it is; a time code as seconds after the first frame."""
+    if isinstance(value, int) and value < 0:
+        raise VidtrackError(f"{where}: {value} is no frame: frames are counted from 0. Give a number or a time code.")
     if value is None or isinstance(value, int):
         return value
     if not info.time.anchors:

@@ -64,6 +64,11 @@ class Fit(NamedTuple):
     freedom: int = 100
 
 
+def _richer(record: Mapping[str, Any]) -> str:
+    """The beginning of a cure: a richer lens first, where the models were not all tried already."""
+    return "C" if (record.get("settings") or {}).get("model") == "auto" else "Try calibration.model: auto; c"
+
+
 def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: Mapping[str, Any]) -> list[Finding]:
     """One camera's calibration. record: camera.json; labelling: labelling.json."""
     out: list[Finding] = []
@@ -73,19 +78,24 @@ def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: M
             f"{name}: the calibration points miss their projections by {fit.misfit:.2g} times what centroid noise and "
             f"survey tolerance explain ({record['rms_px']:.2g} px rms)"
         )
-        cure = "Try calibration.model: auto; check the sigma in points.csv and the points with the largest residuals."
+        cure = (
+            f"{_richer(record)}heck the sigma in points.csv (in the unit of the coordinates) and the points with the "
+            "largest residuals."
+        )
         out.append(Finding(level, "residuals-unexplained", text, cure))
     elif fit.misfit != fit.misfit and (level := graded(record.get("rms_px"), LIMITS.rms_px)):
         text = f"{name}: the calibration points miss their projections by {record['rms_px']:.2g} px rms"
-        cure = "Try calibration.model: auto, check the survey, and give its tolerance as calibration.sigma."
+        cure = f"{_richer(record)}heck the survey, and give its tolerance as calibration.sigma."
         out.append(Finding(level, "residuals-large", text, cure))
     lost = fit.found - fit.used
     if fit.found and (level := graded(lost / fit.found, LIMITS.left_out)):
         text = f"{name}: {lost} of the {fit.found} calibration points found do not fit and were left out"
-        cure = (
-            "Look at the list of points not used. If they lie at the edge of the picture, try calibration.model: auto; "
-            "if they are neighbours, check their tags."
+        edge = (
+            "If they lie at the edge of the picture, try calibration.model: auto; if"
+            if _richer(record) != "C"
+            else "If"
         )
+        cure = f"Look at the list of points not used. {edge} they are neighbours, check their tags."
         out.append(Finding(level, "points-left-out", text, cure))
     listed, seen = labelling.get("points"), labelling.get("found")
     if listed and seen is not None and (level := graded(1 - seen / listed, LIMITS.not_found)):

@@ -172,6 +172,11 @@ def comparison_findings(comparison: Record) -> list[Finding]:
     if correlation is not None and (level := graded(1 - correlation, LIMITS.correlation)):
         text = f"reference and video correlate to {correlation:.2f} only after the lag is removed"
         cure = "Check runs.<run>.reference: column, axis and target, and whether the reference is of this run."
+        if correlation < LIMITS.correlation[0] - 1:
+            text = (
+                f"the reference counts against the video: they correlate to {correlation:.3f} after the lag is removed"
+            )
+            cure = "Change the sign of the reference's column, or see why the sensor counts the other way."
         out.append(
             Finding("doubtful" if level == "bad" and correlation > 0 else level, "reference-differs", text, cure)
         )

@@ -1,0 +1,81 @@
+"""A clock that is off by so much that the targets were elsewhere meanwhile.
+
+What is linear in a delay explains no more than a part of its misses then. Every offset is tried instead: where one
+alone brings a camera's tracks to the epipolar lines of all the others, its clock is what is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.location.rough_clock import rough_offset
+from vidtrack.location.views import View
+from vidtrack.timing.resample import interval
+
+
+@dataclass(frozen=True)
+class FarOff:
+    """When a clock is what is wrong.
+
+    longest_s  how far off it is sought, and share of the recording
+    share      of it
+    better     times nearer to the epipolar lines with the clock put right: a turned camera leaves most of its misses
+    steps      sampling intervals, at least: smaller delays are found by the misses themselves
+    """
+
+    longest_s: float = 5.0
+    share: float = 0.5
+    better: float = 4.0
+    steps: float = 3.0
+
+
+FAR_OFF = FarOff()
+
+
+def clock_far_off(views: Sequence[View], times: Sequence[Array], sought: Sequence[bool]) -> Finding | None:
+    """The camera whose clock alone explains why the lines of sight miss; None where none does.
+
+    times   (T,) s of each camera's samples, corrected
+    sought  whether a camera's clock was estimated: then it is not what is wrong
+    """
+    n = len(views)
+    if n < 2 or any(t.size < 2 for t in times):
+        return None
+    step = max(interval(t) for t in times)
+    reach = min(FAR_OFF.longest_s, FAR_OFF.share * min(float(np.ptp(t)) for t in times))
+    if reach < FAR_OFF.steps * step:
+        return None
+    late, px = np.zeros((n, n)), np.zeros((n, n, 2))
+    for i, j in combinations(range(n), 2):
+        a, b = views[i], views[j]
+        rough = rough_offset(a.camera, times[i], a.b, b.camera, times[j], b.b, reach)
+        late[i, j] = np.nan if rough.twins else rough.offset_s
+        late[j, i] = -late[i, j]
+        px[i, j] = px[j, i] = rough.px, rough.px_without
+    for k in reversed(range(n)):
+        others = [i for i in range(n) if i != k]
+        offset, near, before = float(np.median(late[others, k])), px[others, k, 0], px[others, k, 1]
+        alike = np.abs(late[others, k] - offset) <= 1.5 * step
+        if sought[k] or not alike.all() or not abs(offset) >= FAR_OFF.steps * step:
+            continue
+        if (FAR_OFF.better * near < before).all() and all(late[i, j] == 0 for i, j in combinations(others, 2)):
+            return _finding(views[k].name, [views[i].name for i in others], offset, near.max(), before.max())
+    return None
+
+
+def _finding(name: str, others: Sequence[str], offset_s: float, near_px: float, before_px: float) -> Finding:
+    text = (
+        f"{name}: its clock is off against {' and '.join(others)} by about {abs(offset_s):.3g} s: with that its tracks "
+        f"lie {near_px:.2g} px from the others' epipolar lines, without it {before_px:.2g} px"
+    )
+    cure = (
+        f"Set cameras.{name}.clock: auto, or give its offset_s, about {offset_s:+.3g}. A recording that was trimmed "
+        "keeps the time code of its old beginning."
+    )
+    return Finding("bad", "clock-far-off", text, cure)
