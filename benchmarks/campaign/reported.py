@@ -115,6 +115,38 @@ def _burnt_in(pictures: Pictures, rng: Rng) -> Pictures:
     return out
 
 
+def _frozen_with_noise(pictures: Pictures, rng: Rng) -> Pictures:
+    """A converter repeats a picture for a third of a second, and its own noise hides that from bit-wise comparison."""
+    return [
+        np.clip(pictures[20] + rng.normal(0, 2, p.shape), 0, 255).astype(np.uint8) if 20 < k < 30 else p
+        for k, p in enumerate(pictures)
+    ]
+
+
+def _knocked_slightly(pictures: Pictures, rng: Rng) -> Pictures:
+    """The camera was touched between its calibration and the run: by a pixel, before a plain wall."""
+    return [_warped(p, shift=(1.0, 0.5)) for p in pictures]
+
+
+def _lens_corrected(pictures: Pictures, rng: Rng) -> Pictures:
+    """The camera's own correction of its lens was switched on after the calibration: 3 % at the picture's edge."""
+    y, x = np.mgrid[0:288, 0:384].astype(np.float32)
+    dx, dy = x - 191.5, y - 143.5
+    grown = 1 + 0.03 * (dx**2 + dy**2) / 192.0**2
+    at = (191.5 + dx * grown).astype(np.float32), (143.5 + dy * grown).astype(np.float32)
+    return [cv2.remap(p, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE) for p in pictures]
+
+
+def _another_code(camera: int, code: str | None, skipped: int = 0) -> Callable[[Path, Rng], None]:
+    """A recording with another time code or none, or trimmed at its beginning while the code stayed."""
+
+    def after(folder: Path, rng: Rng) -> None:
+        tape = {} if code else {"timecode": "none"}
+        refilmed(run_videos(folder)[camera], lambda pictures: pictures[skipped:], code or "10:00:00:00", **tape)
+
+    return after
+
+
 def _hard_coded(scene: Scene, rng: Rng) -> None:
     scene["recording"]["tape"] = {"codec": "mjpeg", "container": "mov", "options": {"qscale": 28}}
 
@@ -243,5 +275,11 @@ REPORTED: dict[str, Circumstance] = {
     "boxes-of-another-camera": Circumstance(
         r"box|start|measured|located|match", _boxed, _names_of_cameras("runs/test/targets.csv"), harmless=True
     ),
+    "frozen-with-noise": Circumstance(SIGHTS + "|repeat|froz", after=_film(_frozen_with_noise), harmless=True),
+    "knocked-slightly": Circumstance(SIGHTS + "|turned", after=_film(_knocked_slightly), harmless=True),
+    "lens-corrected": Circumstance(SIGHTS + "|lens|turned", after=_film(_lens_corrected), harmless=True),
+    "code-missing-in-one": Circumstance(TIME, after=_another_code(0, None), harmless=True),
+    "code-two-hours-off": Circumstance(r"time zone|apart", after=_another_code(-1, "12:00:00:00")),
+    "trimmed-with-old-code": Circumstance(r"clock", after=_another_code(-1, "10:00:00:00", 15)),
     "light-uneven": Circumstance(r"bright|located", _with(gradient=(60.0, 40.0)), harmless=True),
 }

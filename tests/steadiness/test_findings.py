@@ -47,6 +47,15 @@ def test_a_movement_since_the_calibration_says_px_and_units():
     assert "follow" in found.cure
 
 
+def test_a_picture_that_grew_is_another_zoom_not_a_camera_that_stood_elsewhere():
+    grown = Turn(np.array([0.0, 0.001, 0.0, -0.1]), np.eye(4) * 1e-6, np.ones(20, bool))
+    found = only(since=grown, start=Moved(13.0, 0.06, 9000.0))
+    assert "its picture is 10 ± 0.1 % smaller: another zoom or focus" in found.text
+    assert "autofocus" in found.cure
+    kept = Turn(np.array([0.0, 0.001, 0.0, 0.003]), np.eye(4) * 1e-6, np.ones(20, bool))
+    assert "zoom" not in only(since=kept, start=Moved(13.0, 0.06, 9000.0)).text
+
+
 def test_a_movement_along_the_run_says_when():
     along = Episode(6.0, 6.5, Moved(37.0, 0.1, 9e6), Moved(0.1, 0.1, 1.0), sudden=True)
     found = only(along=along)

@@ -15,6 +15,14 @@ HARMLESS_PX = 0.5
 
 CURE = "Set calibration.follow: true to correct positions by it, or calibrate the camera as it stood."
 
+LEAST_ZOOM, ZOOM_SDS = 0.002, 5.0
+"""Share by which a picture must have grown, and standard deviations, to be called zoomed: warmth does the rest."""
+
+ZOOM_CURE = (
+    "Switch autofocus, zoom and stabilisation off, and calibrate with the lens as it was in the run; "
+    "calibration.follow: true corrects a small change."
+)
+
 
 class CameraCase(NamedTuple):
     """All that is known of one camera in a run.
@@ -108,7 +116,13 @@ def _between(case: CameraCase) -> list[Finding]:
     if case.start is None or not case.start.certain:
         return []
     text = f"{name} moved between its calibration and the run: its background is displaced by {case.size(case.start)}"
-    return [_finding(case, "camera-moved-between", text, case.start)]
+    zoom, sd = float(own.since.theta[3]), float(np.sqrt(own.since.covariance[3, 3]))
+    found = _finding(case, "camera-moved-between", text, case.start)
+    if not abs(zoom) > max(LEAST_ZOOM, ZOOM_SDS * sd):
+        return [found]
+    size = f"{100 * abs(zoom):.3g} ± {100 * sd:.1g} % {'larger' if zoom > 0 else 'smaller'}"
+    text = f"{text}; its picture is {size}: another zoom or focus, or a stabiliser that crops"
+    return [_finding(case, "camera-moved-between", text, case.start, ZOOM_CURE)]
 
 
 def _along(case: CameraCase) -> list[Finding]:
@@ -127,7 +141,7 @@ def _along(case: CameraCase) -> list[Finding]:
     return [_finding(case, "camera-moved-along-run", text, along.most)]
 
 
-def _finding(case: CameraCase, code: str, text: str, moved: Moved) -> Finding:
+def _finding(case: CameraCase, code: str, text: str, moved: Moved, cure: str = CURE) -> Finding:
     if case.follow:
         return Finding("note", code, f"{text}; positions are corrected by it", "")
-    return Finding("bad" if moved.px > HARMLESS_PX else "doubtful", code, text, CURE)
+    return Finding("bad" if moved.px > HARMLESS_PX else "doubtful", code, text, cure)
