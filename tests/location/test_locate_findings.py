@@ -34,7 +34,7 @@ def found(**changes):
     record = copy.deepcopy(WELL)
     for place, value in changes.items():
         section, key = place.split("__")
-        record[section][key] = value
+        record.setdefault(section, {})[key] = value
     return findings_of(record, "in")
 
 
@@ -106,6 +106,14 @@ def test_a_late_clock_is_cured_by_seeking_it():
     (finding,) = found(sight_lines__cause=late)
     assert "a clock of cam2 that is off by 16.7 ± 0.1 ms" in finding.text
     assert finding.cure.startswith("Set cameras.cam2.clock: auto")
+
+
+def test_a_clock_that_the_motion_was_asked_for_is_not_to_be_sought():
+    late = TURNED | {"kind": "late", "amount": -0.0167, "sd": 0.0001, "units": "s"}
+    sought = {name: {"source": "motion"} for name in late["cameras"]}
+    (finding,) = found(sight_lines__cause=late, clocks__cameras=sought)
+    assert "clock: auto" not in finding.cure
+    assert "rate" in finding.cure
 
 
 def test_samples_on_which_the_cameras_disagree_are_counted():

@@ -51,6 +51,8 @@ def test_gaps_are_told_with_their_usual_reason():
     (finding,) = missing_targets(rows((10, 12, LOST), (15, 30, MERGED)), ["a"], None, DETECTION)
     assert "57%" in finding.text
     assert "touches something else" in finding.text
+    (repeated,) = missing_targets(rows((10, 30, REPEATED)), ["a"], None, DETECTION)
+    assert "in most of the others the picture repeats the one before" in repeated.text
     (finding,) = missing_targets(rows((10, 30, EDGE)), ["a"], None, DETECTION)
     assert "edge of the picture" in finding.text
 

@@ -55,3 +55,13 @@ def test_pictures_out_of_order_are_bad_and_a_few_are_not_named():
         values[POSITION] = moved(course(), pairs).transpose(2, 0, 1)
         rows = Rows(values, np.zeros((T.size, 2, 2)), np.zeros((T.size, 2), np.int64), np.zeros(T.size))
         assert [one.code for one in order_findings(rows, np.full(T.size, "", object))] == codes
+
+
+def test_fields_that_were_taken_at_one_time_are_whole_frames():
+    where = np.repeat(course(), 2, axis=0)
+    values = np.zeros((MEASURED, len(where), 2))
+    values[[SD_X, SD_Y]], values[POSITION] = SD, where.transpose(2, 0, 1)
+    rows = Rows(values, np.zeros((*where.shape[:2], 2)), np.zeros(where.shape[:2], np.int64), np.zeros(len(where)))
+    (finding,) = order_findings(rows, np.array(["top", "bottom"] * T.size, object))
+    assert "both fields of a frame at one time" in finding.text
+    assert finding.cure == "Set detect.fields to frame."

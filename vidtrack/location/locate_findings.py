@@ -243,6 +243,13 @@ def _cure(record: Record) -> str:
     if sights and _explains(sights):
         cause = sights["cause"]
         if cause["kind"] == "late":
+            own = ((record.get("clocks") or {}).get("cameras") or {}).get(cause["cameras"][0]) or {}
+            if own.get("source", "config") != "config":
+                return (
+                    f"The motion was asked for cameras.{cause['cameras'][0]}.clock already: see whether each recording "
+                    "has the rate at which it was taken (cameras.<camera>.rate: slow motion, a conversion), or give "
+                    "offset_s and rate_ppm."
+                )
             return f"Set cameras.{cause['cameras'][0]}.clock: auto, or give its offset_s."
         if "zoomed" in cause["kind"]:
             return "Switch autofocus, zoom and stabilisation off; calibrate with the lens as it was in the run."

@@ -19,7 +19,7 @@ from vidtrack.tracking.detection.threshold import background_level
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.state import EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
+from vidtrack.tracking.state import CORRUPT, EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
 from vidtrack.tracking.track_cuts import CutTracks
 
 
@@ -40,6 +40,8 @@ class Limits:
 
 LIMITS = Limits()
 _WHY = (
+    (REPEATED, "the picture repeats the one before"),
+    (CORRUPT, "the picture is damaged"),
     (MERGED, "it touches something else that is as bright"),
     (EDGE, "it is cut by the edge of the picture"),
     (SMALL, "it has fewer pixels than detect.min_pixels"),

@@ -53,11 +53,12 @@ def _order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
     motion = order_from_motion(top, bottom)
     if motion.order in ("unknown", order):
         return []
+    whole = motion.order == "progressive"
+    shown = "both fields of a frame at one time" if whole else f"{motion.order} first"
     text = (
-        f"fields: {order} first was used, but the tracks show {motion.order} first "
-        f"(slope {motion.slope:+.2f} +- {motion.sd:.2f})."
+        f"fields: {order} first was used, but the tracks show {shown} (slope {motion.slope:+.2f} +- {motion.sd:.2f})."
     )
-    return [Finding("bad", "field-order", text, f"Set detect.fields to {motion.order}.")]
+    return [Finding("bad", "field-order", text, f"Set detect.fields to {'frame' if whole else motion.order}.")]
 
 
 def _order_of_pictures(rows: Rows) -> list[Finding]:
