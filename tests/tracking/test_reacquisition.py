@@ -191,6 +191,19 @@ def meeting(*positions, missing=2, radius_of_box=30.0):
     return search, now, predicted
 
 
+@pytest.mark.parametrize(("unsteady", "found"), [(0.0, False), (30.0, True)])
+def test_after_an_occlusion_targets_are_sought_as_far_off_as_their_courses_went_before(unsteady, found):
+    """They are expected 40 px apart and lie 13 and 14 px off; of two that may be anywhere neither is taken alone."""
+    search, now, predicted = meeting((40.0, 50.0), (80.0, 50.0))
+    search.occlusions._unsteady[:] = unsteady
+    seen = search.seek(now, sample((53.0, 50.0, RADIUS), (66.0, 50.0, RADIUS), time=2.0), np.arange(2), predicted)
+    assert np.isfinite(seen.values[0]).tolist() == [found, found]
+    search, now, predicted = meeting((40.0, 50.0), (80.0, 50.0))
+    search.occlusions._unsteady[:] = unsteady
+    seen = search.seek(now, sample((41.0, 50.0, RADIUS), time=2.0), np.arange(2), predicted)
+    assert np.isfinite(seen.values[0]).tolist() == [not found, False]
+
+
 def test_one_target_that_nothing_shows_is_waited_for_no_longer_than_a_sighting_counts():
     search, now, predicted = meeting((60.0, 50.0))
     for _ in range(int(SEARCH.confirmed_within)):

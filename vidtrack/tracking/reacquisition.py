@@ -161,11 +161,11 @@ class Reacquisition:
     def _seek_occluded(self, now: Searched, sample: Sample, who: Ints, predicted: Array) -> Searched:
         """Seek targets that hide each other, predicted (n, 2) px by their courses: all of a group, or none of it."""
         scene, appearance = self.scene, now.state.appearance
-        size = now.state.sizes(sample.lines, who)
-        for group in groups(predicted, size, SEARCH.parting_px):
+        size, astray = now.state.sizes(sample.lines, who), self.occlusions.astray(who, sample.time)
+        for group in groups(predicted, size + astray[:, None], SEARCH.parting_px):
             some, middle = who[group], predicted[group]
             # how far from its course a target may have got: as far as it is large, and more with time
-            reach = size[group].max(axis=1) / 2 + 2 + 0.5 * now.state.missing[some]
+            reach = size[group].max(axis=1) / 2 + 2 + 0.5 * now.state.missing[some] + astray[group]
             half = now.state.box[some] / 2 + reach[:, None]
             low, high = (middle - half).min(axis=0), (middle + half).max(axis=0)
             box = np.concatenate([low, high - low])[None]

@@ -72,6 +72,28 @@ def test_a_course_follows_the_bend_of_waves(hz):
         assert np.abs(ahead[:, 0] - 100 - swing[24:26]).max() < 5.5
 
 
+@pytest.mark.parametrize("hz", [0.3, 1.5])
+def test_how_far_a_course_goes_astray_is_seen_by_how_it_went_before(hz):
+    """60 px to and fro at 30 samples a second. What a parabola fits does not go astray."""
+    w, far = 2 * np.pi * hz / 30, []
+    for phase in np.arange(0, 2 * np.pi, 0.5):
+        swing = 160 + 60 * np.sin(w * np.arange(16.0) + phase)
+        occlusions = Occlusions(1)
+        occlusions.begin(np.zeros(1, int), np.arange(12.0), np.stack([swing[:12], 0 * swing[:12]], -1)[:, None])
+        off = occlusions.at(np.zeros(1, int), np.array([14.0]))[0, 0, 0] - swing[14]
+        far.append([abs(off), *(occlusions.astray(np.zeros(1, int), time)[0] for time in (14.0, 15.0, 40.0))])
+    off, soon, later, late = np.array(far).T
+    assert (off < 2.5 * soon + 0.3).all()
+    assert (soon < 1.0 if hz < 1 else soon > 3.0).all()
+    assert np.allclose(later, 16 / 9 * soon)
+    assert (late <= OCCLUSION.astray_px).all()
+    straight = np.stack([np.arange(12.0) * 3, np.arange(12.0) ** 2 / 5], axis=-1)[:, None]
+    for known in (straight, straight[-4:] + np.array([[[0.0, 0]], [[9, 0]], [[0, 9]], [[5, 5]]])):
+        occlusions = Occlusions(1)
+        occlusions.begin(np.zeros(1, int), np.arange(float(len(known))), known)
+        assert occlusions.astray(np.zeros(1, int), len(known) + 3.0) < 0.1
+
+
 def test_neither_of_two_that_touch_is_clear_unless_both_are():
     size = np.full((4, 2), 8.0)
     position = np.array([[[20.0, 20], [29, 20], [60, 60], [100, 20]]])

@@ -29,6 +29,10 @@ class Occlusion:
                        through an occlusion; both are smaller than those of a prediction for the next sample (`MOTION`),
                        because more samples are bridged
     bending            samples for which an acceleration is taken to last
+    tried, tests       samples ahead, and how many times, that a course is tried on what is known: a wave bends it by a
+                       px, a ball that is thrown about by ten, and the error grows as the square of the time
+    known              positions that a course needs to be tried
+    astray_px          at most so far from its course is a target sought
     """
 
     touching_px: float = 2.0
@@ -38,6 +42,10 @@ class Occlusion:
     course_noise_px: float = 0.1
     course_acceleration_px: float = 3.0
     bending: float = 5.0
+    tried: int = 2
+    tests: int = 3
+    known: int = 4
+    astray_px: float = 60.0
 
 
 OCCLUSION = Occlusion()
@@ -51,6 +59,7 @@ class Occlusions:
         self.waited = np.zeros(n, np.intp)
         self._course = np.zeros((3, n, 2))
         self._begun = np.zeros(n)
+        self._unsteady = np.zeros(n)
         self._history: dict[int, tuple[Array, Array]] = {}
 
     def begin(self, who: Ints, times: Array, positions: Array) -> None:
@@ -61,6 +70,7 @@ class Occlusions:
                 continue
             self._history[i] = times[known], positions[known, i]
             self._continue(i)
+            self._unsteady[i] = _unsteady(*self._history[i])
             self.met[i] = True
             self.waited[i] = 0
 
@@ -81,6 +91,11 @@ class Occlusions:
         _, v, a = self._course[:, who]
         lasting = np.minimum(time - self._begun[who], OCCLUSION.bending)
         return np.asarray(v + a * lasting[:, None])
+
+    def astray(self, who: Ints, time: float) -> Array:
+        """How far (len(who),), px, targets may be from their courses by now, as these were wrong before."""
+        gone = np.maximum(time - self._begun[who], 0) / OCCLUSION.tried
+        return np.asarray(np.minimum(self._unsteady[who] * gone**2, OCCLUSION.astray_px))
 
     def wait(self, who: Ints, most: int) -> None:
         """One more sample in which nothing shows these targets; after `most` they are no longer waited for."""
@@ -105,6 +120,19 @@ class Occlusions:
     def shift(self, who: Ints, by: Array) -> None:
         """Move the courses of targets that are seen as one blob by (2,) px."""
         self._course[0, who] += by
+
+
+def _unsteady(times: Array, positions: Array) -> float:
+    """How far off, px, courses of before were after OCCLUSION.tried samples, the most of some; 0: not known."""
+    off = [0.0]
+    end = len(times) - OCCLUSION.tried + 1
+    for last in range(end - OCCLUSION.tests, end):
+        if last >= OCCLUSION.known:
+            gone = times[last + OCCLUSION.tried - 1] - times[last - 1]
+            p, v, a = _course(times[:last] - times[last - 1], positions[:last])
+            miss = p + v * gone + a * gone * gone / 2 - positions[last + OCCLUSION.tried - 1]
+            off.append(float(np.hypot(*miss)) * (OCCLUSION.tried / gone) ** 2)
+    return max(off)
 
 
 def _course(back: Array, positions: Array) -> Array:

@@ -3,6 +3,7 @@
 Three alike discs about a middle are as round as one by their second moments; what differs is how far the moments reach,
 2 pi (xx + yy) / area, which is 1 for a disc and 1.03 to 1.16 for three, and that the outline has three lobes: these
 lie along the angle of sum (u + iv)^3, a third of it. From there the discs are fitted together, as in `two_discs`.
+A ball drawn out by its motion looks like three in a row: what a streak explains is none.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.measurement.clump import Clump, allowed, elongation
+from vidtrack.tracking.measurement.joint_fit import JOINT_FIT
+from vidtrack.tracking.measurement.streak import streak_left
 from vidtrack.tracking.measurement.two_discs import TWO_DISCS
 
 
@@ -58,7 +61,7 @@ def three_discs(clump: Clump) -> float | None:
     lines = clump.lines
     off = clump.pixels - clump.middle
     starts = list(_starts(off[:, 0] + 1j * off[:, 1] * lines, len(off) * lines))
-    if not starts or not clump.one_leaves:
+    if not starts or not clump.one_leaves or _is_streak(clump):
         return None
     for way, radius in starts:
         at = clump.middle[:, None] + np.stack([way.real, way.imag / lines])
@@ -78,6 +81,18 @@ def three_discs(clump: Clump) -> float | None:
         if alike and plain and apart.min() > TWO_DISCS.apart * float(np.exp(fit.shape[0].mean())):
             return float(np.pi * np.exp(fit.shape[:2].sum(axis=0)).max())
     return None
+
+
+def _is_streak(clump: Clump) -> bool:
+    """Whether a single disc that moved while the shutter was open explains a blob."""
+    border = np.sqrt(4 * np.array(clump.moments[:2])) / (1, clump.lines)
+    piece = clump.about(clump.middle[:1], clump.middle[1:], border[:, None])
+    row, column = np.ogrid[: clump.blob.shape[0], : clump.blob.shape[1]]
+    reaches = border + JOINT_FIT.reach_px
+    used = (np.abs(column - clump.middle[0]) < reaches[0]) & (np.abs(row - clump.middle[1]) < reaches[1])
+    used &= ~clump.hidden & ~piece.clipped
+    left = streak_left(piece.over, used, clump.blob, clump.lines)
+    return left < allowed(max(clump.noise, piece.noise), clump.light(piece))
 
 
 def _starts(z: NDArray[np.complex128], area: float) -> Iterator[tuple[NDArray[np.complex128], float]]:
