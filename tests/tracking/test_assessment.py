@@ -71,6 +71,8 @@ def test_a_target_that_comes_late_or_leaves_early_is_noted_and_not_called_lost()
 
 def test_a_target_never_measured_is_bad():
     assert codes(rows((0, 40, LOST))) == [("target-never-measured", "bad")]
+    (finding,) = missing_targets(rows((0, 40, LOST)), ["a"], None, DETECTION)
+    assert "darker than what is about them: detect.polarity: dark" in finding.cure
 
 
 def test_repeated_pictures_are_told_where_they_cost_something():

@@ -125,6 +125,9 @@ def missing_targets(
     if expected is None and (never := [name for name, some in zip(names, share, strict=True) if not some]):
         text = f"never found: {', '.join(never)}: {len(names) - len(never)} of {len(names)} targets are to be seen."
         cure = "Set targets to how many there are, give a start box in targets.csv, or a threshold."
+        if len(never) == len(names):
+            other = "bright" if detection.dark else "dark"
+            cure += f" Where targets are {other}er than what is about them: detect.polarity: {other}."
         findings.append(Finding("bad", "target-never-measured", text, cure))
     for i, name in enumerate(names):
         if expected is not None and not share[i]:
