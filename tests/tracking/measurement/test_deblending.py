@@ -9,6 +9,7 @@ from tests.tracking.measurement.test_template import DETECTION, known
 from vidtrack.tracking.measurement.background import Sums
 from vidtrack.tracking.measurement.centroid import measure
 from vidtrack.tracking.measurement.components import Windows, components
+from vidtrack.tracking.measurement.dark_neighbours import Dark
 from vidtrack.tracking.measurement.deblending import bright_neighbours, crowded, measure_beside
 from vidtrack.tracking.measurement.template import apply_template
 from vidtrack.tracking.sample import Sample
@@ -121,6 +122,7 @@ def test_where_nobody_turns_out_to_be_near_nothing_is_measured_anew():
     grey = np.pad(stack, ((0, 0), (0, 0), (0, 3))).astype(np.float32)
     sums = Sums(stack.shape[0], stack.shape[2])
     settings = {"rise": np.full(2, 100.0), "pixels": mask.sum(axis=(0, 2)), "noise": NOISE, "always_fitted": False}
+    settings["dark"] = Dark(np.zeros(0, np.intp), mask[:, :0])
     who, better = measure_beside(grey, mask, np.zeros_like(mask), np.arange(2), sums, **settings)
     assert not who.size
     assert not better.x.size

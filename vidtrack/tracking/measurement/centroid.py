@@ -23,6 +23,7 @@ from vidtrack.tracking.measurement.background import (
     sums_of,
 )
 from vidtrack.tracking.measurement.components import CUTTING, Components, Windows, above, own_pixels
+from vidtrack.tracking.measurement.dark_neighbours import dark_beside
 from vidtrack.tracking.measurement.deblending import crowded, measure_beside
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import binary, plateau_of, soft_edge, weighted
@@ -105,10 +106,13 @@ def measure(
         x, y, sd_x, sd_y = _ellipse(grey, region, plane, sums, contrast, pixels, x, y)
     if kind != "binary":
         who = crowded(low, target, None if alone else found.mask & ~target)
+        dark = dark_beside(grey, found.mask, plane, sums, noise)
+        who = np.union1d(who, dark.who)
         if (who := who[pixels[who] > 0]).size:
+            windows_of = grey, target, found.mask, who, sums
             fitted = kind == "ellipse"
             who, beside = measure_beside(
-                grey, target, found.mask, who, sums, rise=rise, pixels=pixels, noise=noise, always_fitted=fitted
+                *windows_of, rise=rise, pixels=pixels, noise=noise, always_fitted=fitted, dark=dark
             )
             plateau += plane.value
             for values, better in zip((x, y, mass, sd_x, sd_y, area, xx, yy, xy, *plane), beside, strict=True):

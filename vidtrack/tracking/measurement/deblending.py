@@ -5,7 +5,8 @@ pushes it away. So a soft-edged disc is fitted to what is left once all pixels n
 rim that remains gives the middle, and the fit's covariance says how well.
 
 What is a neighbour: all that stands out of the background by 4.5 sigma more than two px beyond the target's outline,
-and whatever lies above the target's own threshold but is not it. All windows at once, as in `centroid`.
+whatever lies above the target's own threshold but is not it, and what is dark (`dark_neighbours`). All windows at once,
+as in `centroid`.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.measurement.background import SURROUNDINGS, Plane, Sums, on_grid, plane_under
 from vidtrack.tracking.measurement.components import CUTTING
+from vidtrack.tracking.measurement.dark_neighbours import Dark, one_sided, plane_of_most
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import soft_edge, weighted
 
@@ -90,6 +92,7 @@ def measure_beside(
     pixels: Ints,
     noise: float,
     always_fitted: bool,
+    dark: Dark,
 ) -> tuple[Ints, Beside]:
     """Measure targets without what their neighbours light; returns whose they are of `who`, the rest being alone.
 
@@ -97,18 +100,28 @@ def measure_beside(
     who     windows that may be crowded; rise (n,) grey levels from the background to the threshold
     pixels  (n,) above the threshold; noise: grey levels, of a pixel
     always_fitted  whether a disc is fitted also to targets that nothing comes near
+    dark    what is dark beside them
     """
     free = (_grown(mask[:, who], _ROUND7) == 0).astype(np.float32)
     free[..., -CUTTING.separator :] = 0
     plane, scatter = _steady(grey[:, who], free, sums, noise)
+    dark = dark.of(who)
+    if (own := dark.who).size:
+        most, scatter[own], _ = plane_of_most(grey[:, who[own]], free[:, own].astype(np.uint8), sums, noise)
+        for values, better in zip(plane, most, strict=True):
+            values[..., own] = better
     low = _above(grey[:, who], plane, SURROUNDINGS.stands_out * scatter, sums)
+    low[:, own] = one_sided(low[:, own], target[:, who[own]])
     neighbours = bright_neighbours(low, target[:, who], (mask & ~target)[:, who])
-    crowd = np.flatnonzero(neighbours.any(axis=(0, 2)))
-    who, neighbours, free = who[crowd], neighbours[:, crowd], free[:, crowd]
+    not_halo = np.asarray(bright_neighbours(dark.cover, target[:, who], None).any(axis=(0, 2)))
+    cover = dark.cover * not_halo[:, None]
+    crowd = np.flatnonzero((neighbours | cover).any(axis=(0, 2)))
+    who, neighbours, free, cover = who[crowd], neighbours[:, crowd], free[:, crowd], cover[:, crowd]
     if not who.size:
         return who, Beside._make([np.empty(0)] * len(Beside._fields))
     grey, target, others = grey[:, who], target[:, who], (mask & ~target)[:, who]
-    hidden = lit(neighbours, others)
+    hidden = lit(neighbours, others) | _grown(cover, _ROUND7)
+    neighbours |= cover
     plane = plane_under(grey[SURROUNDINGS.rows], (free * (hidden == 0))[SURROUNDINGS.rows], sums)
     region = soft_edge(
         _above(grey, plane, np.maximum(SURROUNDINGS.stands_out * noise, 0.1 * rise[who]), sums), target, None
