@@ -56,18 +56,28 @@ def test_what_is_dark_beside_a_target_does_not_move_it(settings, most):
     assert np.sqrt((z**2).mean()) < 1.5
 
 
-def looked_at(stack, threshold=LEVEL + CONTRAST / 2):
+def looked_at(stack, threshold=LEVEL + CONTRAST / 2, noise=NOISE):
     zero = np.zeros(stack.shape[1], np.intp)
     mask = components(Windows(stack, zero, zero, 1.0), threshold).mask
     grey = np.pad(stack, ((0, 0), (0, 0), (0, 3))).astype(np.float32)
     sums = Sums(stack.shape[0], stack.shape[2])
-    return grey, mask, sums, dark_beside(grey, mask, background_plane(grey, mask, sums, NOISE), sums, NOISE)
+    plane = background_plane(grey, mask, sums, noise)
+    return grey, mask, sums, dark_beside(grey, mask, plane, sums, noise, np.full(mask.shape[1], CONTRAST))
 
 
 def test_nothing_is_seen_beside_targets_alone_also_in_light_that_falls_off():
     for slope in ((0.0, 0.0), (0.8, -0.5)):
         stack, _ = windows(150, 5.0, side=30, noise=NOISE, contrast=CONTRAST, level=LEVEL, slope=slope, blur=0.6)
         assert looked_at(stack)[3].who.size <= 1
+
+
+def test_what_a_coder_leaves_about_a_target_is_no_dark_thing():
+    rng = np.random.default_rng(3)
+    stack, _ = windows(150, 5.0, side=30, noise=0.3, contrast=CONTRAST, level=LEVEL)
+    for i in range(150):  # a block of 4 x 4 pixels darker by some levels, all others smooth
+        row, column = rng.integers(0, 7, 2) * 4
+        stack[row : row + 4, i, column : column + 4] -= np.asarray(0.04 * CONTRAST * rng.random(), stack.dtype)
+    assert not looked_at(stack, noise=0.3)[3].who.size
 
 
 def test_a_rope_is_seen_up_to_the_target_and_not_in_it():

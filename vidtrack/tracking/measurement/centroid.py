@@ -106,7 +106,7 @@ def measure(
         x, y, sd_x, sd_y = _ellipse(grey, region, plane, sums, contrast, pixels, x, y)
     if kind != "binary":
         who = crowded(low, target, None if alone else found.mask & ~target)
-        dark = dark_beside(grey, found.mask, plane, sums, noise)
+        dark = dark_beside(grey, found.mask, plane, sums, noise, 2 * rise)
         who = np.union1d(who, dark.who)
         if (who := who[pixels[who] > 0]).size:
             windows_of = grey, target, found.mask, who, sums

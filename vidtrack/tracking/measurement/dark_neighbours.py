@@ -30,6 +30,8 @@ class DarkNeighbours:
     """When something dark is there.
 
     stands_off  standard deviations of a mean of 3 x 3 px below the background; few: pixels of them that must be free
+    deep        share of the target's contrast below the background: what a coder leaves about a ball is 1 to 4 % of it,
+                and moves a centroid by less than such a fit
     restless    of the noise, what a plane leaves from which on the window is looked at
     together    share of the surroundings that lie closest together; their width of a normal distribution, in sd
     within      standard deviations of a mean off the plane up to which pixels count for it; rounds: of its fit; cut: of
@@ -40,6 +42,7 @@ class DarkNeighbours:
 
     stands_off: float = 5.0
     few: int = 4
+    deep: float = 0.06
     restless: float = 1.5
     together: float = 0.4
     width: float = 1.05
@@ -74,11 +77,11 @@ class Dark(NamedTuple):
         return Dark(at[own], cover)
 
 
-def dark_beside(grey: Float32, mask: Bytes, plane: Plane, sums: Sums, noise: float) -> Dark:
+def dark_beside(grey: Float32, mask: Bytes, plane: Plane, sums: Sums, noise: float, contrast: Array) -> Dark:
     """What is dark beyond all that is bright in windows (height, n, width) of grey levels.
 
     mask   1 above the threshold; plane: of each window, as `background_plane` fits it
-    noise  grey levels, of a pixel
+    noise  grey levels, of a pixel; contrast (n,): grey levels, of each target
     """
     free = _free(mask)
     least = max(noise, SURROUNDINGS.quantisation_sd)
@@ -91,7 +94,8 @@ def dark_beside(grey: Float32, mask: Bytes, plane: Plane, sums: Sums, noise: flo
     off = _off(means, plane, sums)
     lowest = cv2.erode(off.reshape(len(off), -1), _SQUARE5).reshape(off.shape)
     level = (DARK_NEIGHBOURS.stands_off * scatter).astype(np.float32)[:, None]
-    dark = (off < np.minimum(-level, DARK_NEIGHBOURS.edge * lowest)).view(np.uint8)
+    deep = (DARK_NEIGHBOURS.deep * contrast[who]).astype(np.float32)[:, None] * means.root
+    dark = (off < np.minimum(-np.maximum(level, deep), DARK_NEIGHBOURS.edge * lowest)).view(np.uint8)
     some = np.flatnonzero(dark.any(axis=(0, 2)))
     if not some.size:
         return Dark(who[some], dark[:, some])
