@@ -25,11 +25,10 @@ RATE, SHAPE, SAMPLES = Fraction(30), (110, 150), 60
 
 
 class Film(NamedTuple):
-    """Pictures, where the ball is (samples, 2) px, and how much of it is to be seen (samples,)."""
+    """Pictures, and where the ball is (samples, 2) px."""
 
     frames: list[Frame]
     place: Array
-    shown: Array
 
 
 def film(seed: int) -> Film:
@@ -48,7 +47,7 @@ def film(seed: int) -> Film:
     away = closest + (radius + 12) * ((t - half) / half) ** 2
     place = middle + away[:, None] * across + np.linspace(-25, 25, SAMPLES)[:, None] * along
     y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
-    soft, frames, shown = np.hypot(blur, 0.29), [], []
+    soft, frames = np.hypot(blur, 0.29), []
     for i in range(SAMPLES):
         off = (x - middle[0]) * across[0] + (y - middle[1]) * across[1] + (3 * np.sin(i / 9) if moving else 0)
         cover = ndtr(-off / soft) if edge else ndtr((width / 2 - np.abs(off)) / soft)
@@ -57,10 +56,9 @@ def film(seed: int) -> Film:
         layers = [(disc, level + light), (cover, level + dim)]
         for share, grey in layers if in_front else layers[::-1]:
             picture += share * (grey - picture)
-        shown.append(1 - (cover * disc).sum() / disc.sum() if in_front else 1.0)
         luma = np.clip(np.rint(picture + rng.normal(0, noise, SHAPE)), 0, 255).astype(np.uint8)
         frames.append(Frame(i, i / RATE, luma, False, None))
-    return Film(frames, place, np.array(shown))
+    return Film(frames, place)
 
 
 def main() -> None:

@@ -2,15 +2,11 @@
 
 import json
 import math
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.tables import (
@@ -94,19 +90,6 @@ def test_the_same_table_makes_the_same_bytes(tmp_path):
 def test_a_missing_value_is_an_empty_cell_in_csv(tmp_path):
     write_csv(tmp_path / "t.csv", pd.DataFrame({"x": [1.5, np.nan]}))
     assert (tmp_path / "t.csv").read_text() == 'x\n1.5\n""\n'
-
-
-@given(
-    st.lists(st.tuples(st.floats(width=64), st.one_of(st.none(), st.text(max_size=5)), st.booleans()), min_size=1),
-    st.integers(-(2**62), 2**62),
-)
-def test_csv_is_what_pandas_writes(rows, number):
-    table = pd.DataFrame(rows, columns=["x", "flag", "outside"]).astype({"flag": "str"})
-    table["n"], table["piece"], table["a,b"] = number, np.arange(len(rows)), -0.0
-    table.loc[0, "flag"] = np.nan
-    with TemporaryDirectory() as folder:
-        write_csv(path := Path(folder, "t.csv"), table)
-        assert path.read_bytes() == table.to_csv(index=False, lineterminator="\n").encode(errors="surrogatepass")
 
 
 def test_something_else_than_parquet_is_told_by_name(tmp_path):

@@ -195,6 +195,11 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
     return [Finding("bad" if bad else "doubtful", "sight-lines-miss", text, _cure(record))]
 
 
+def caused_by(cause: Finding, misfit: Finding) -> Finding:
+    """A misfit without the causes that its own numbers suggest, with the cure of one that is found otherwise."""
+    return misfit._replace(text=misfit.text.split("; ")[0], cure=cause.cure)
+
+
 def _rolling(record: Record, units: str) -> list[Finding]:
     """Cameras whose rows are seen one after the other though the config does not say so."""
     sights = record.get("sight_lines") or {}

@@ -1,4 +1,4 @@
-"""B-splines on one unbroken piece of a record: least-squares coefficients, derivatives and their variances."""
+"""B-splines on one unbroken piece of a record: least-squares coefficients, derivatives and their variances, sparse."""
 
 from __future__ import annotations
 
@@ -26,8 +26,6 @@ AT_ONCE = 4096
 """Samples of which the covariances are taken out at once."""
 
 _kept: dict[tuple[bytes, int, int], Basis] = {}
-_held = [0]
-"""Samples of all bases that are kept."""
 
 
 def basis_of(t: Array, spacing: float, degree: int) -> Basis:
@@ -37,9 +35,9 @@ def basis_of(t: Array, spacing: float, degree: int) -> Basis:
     key = (t.tobytes(), *form_of(t, spacing, degree))
     if (basis := _kept.pop(key, None)) is None:
         basis = Basis(t, spacing, degree)
-        _held[0] += len(t)
-        while _held[0] > KEPT:  # those that were wanted last longest ago
-            _held[0] -= len(_kept.pop(next(iter(_kept))).t)
+        left = KEPT - len(t) - sum(len(own.t) for own in _kept.values()) if len(_kept) >= KEPT // SHORT else 0
+        while left < 0:  # those that were wanted last longest ago
+            left += len(_kept.pop(next(iter(_kept))).t)
     _kept[key] = basis
     return basis
 
@@ -47,7 +45,6 @@ def basis_of(t: Array, spacing: float, degree: int) -> Basis:
 def forget() -> None:
     """Let go of what is kept: of no use for another record."""
     _kept.clear()
-    _held[0] = 0
 
 
 def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
@@ -56,30 +53,15 @@ def form_of(t: Array, spacing: float, degree: int) -> tuple[int, int]:
     return intervals, min(degree, len(t) - 2)
 
 
-def b_splines(t: Array, knots: Array, degree: int) -> tuple[Array, NDArray[np.intp]]:
-    """The B-splines that are not 0 at times (m,): to the bit what scipy makes of one sample after another.
+def _design(t: Array, knots: Array, degree: int) -> Any:
+    """The B-splines at times between the ends of the knots, sparse; that they are between need not be looked at."""
+    from scipy.interpolate import BSpline
 
-    Their values (degree + 1, m), and the number (m,) of the first of them. The times lie between the ends of the
-    knots, which rise but at the ends (de Boor, ch. X).
-    """
-    last = len(knots) - degree - 1
-    at = np.searchsorted(knots[degree + 1 : last], t, "right") + degree
-    near = knots.take(at + np.arange(1 - degree, degree + 1)[:, None])
-    until, since = near[degree:] - t, t - near[:degree]
-    values = np.ones((1, len(t)))
-    for j in range(1, degree + 1):
-        share = values / (near[degree : degree + j] - near[degree - j : degree])
-        values = np.zeros((j + 1, len(t)))
-        np.multiply(share, since[degree - j :], out=values[1:])
-        values[:-1] += share * until[:j]
-    return values, at - degree
+    return BSpline.design_matrix(t, knots, degree, extrapolate=True)
 
 
 class Basis:
-    """B-splines on one piece, and their derivatives, at the sample times.
-
-    Every sample lies under degree + 1 neighbouring B-splines: `values` (degree + 1, m) are theirs there.
-    """
+    """B-splines on one piece, and their derivatives, at the sample times; sparse."""
 
     def __init__(self, t: Array, spacing: float, degree: int) -> None:
         intervals, degree = form_of(t, spacing, degree)
@@ -88,18 +70,16 @@ class Basis:
         self.knots = np.concatenate([ends[0], np.linspace(t[0], t[-1], intervals + 1), ends[1]])
         self.size = intervals + degree
         self.t = t
-        self.values, self._first = b_splines(t, self.knots, degree)
-        self._columns: NDArray[np.intp] = self._first + np.arange(degree + 1)[:, None]
+        matrix = _design(t, self.knots, degree)
+        # Every sample lies under degree + 1 neighbouring B-splines: their values, and the number of the first.
+        self.values: Array = matrix.data.reshape(len(t), degree + 1)
+        self._first: NDArray[np.intp] = matrix.indices[:: degree + 1].astype(np.intp)
+        self._columns: NDArray[np.intp] = self._first[:, None] + np.arange(degree + 1)
         self._sums = _Sums(self._first, intervals, self.values)
 
     def at(self, c: Array) -> Array:
         """The spline at the samples, from its coefficients."""
-        parts = c.take(self._columns)
-        parts *= self.values
-        if len(parts) == 8:  # as numpy adds up eight neighbours
-            pairs = parts[::2] + parts[1::2]
-            parts = pairs[::2] + pairs[1::2]
-        return _in_order(parts, [*range(len(parts))])
+        return np.asarray((self.values * c[self._columns]).sum(1))
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
@@ -111,8 +91,7 @@ class Basis:
         return band
 
     def _right(self, wy: Array) -> Array:
-        parts = (self.values * wy)[::-1]  # so that what each B-spline has is added up in the order of the samples
-        return np.asarray(np.bincount(self._columns[::-1].ravel(), parts.ravel(), self.size), float)
+        return np.asarray(np.bincount(self._columns.ravel(), (self.values * wy[:, None]).ravel(), self.size), float)
 
     def coefficients(self, y: Array, weight: Array) -> Array | None:
         """Least squares; None where some B-spline has no sample to hold it."""
@@ -138,7 +117,7 @@ class Basis:
         state, variance = np.empty((2, len(rows), 3))
         shares = [self._derivative(derivative) for derivative in range(3)]
         for some in (slice(i, i + AT_ONCE) for i in range(0, len(rows), AT_ONCE)):
-            over = c[self._columns[:, some]]
+            over = c[self._columns[some]].T
             under = blocks[:, :, self._first[some]]
             for derivative, share in enumerate(shares):
                 D, order = share[:, some], _order(derivative, self.degree)
@@ -152,7 +131,7 @@ class Basis:
     def _derivative(self, order: int) -> Array:
         """What each B-spline over a sample gives to the derivative there, (degree + 1, m) (de Boor, ch. X)."""
         if not order:
-            return self.values
+            return np.ascontiguousarray(self.values.T)
         knots, k = self.knots, self.degree
         steps = np.ones((1, self.size))
         for _ in range(order):
@@ -161,9 +140,9 @@ class Basis:
             finer[:-1] = -k / width * steps[:, :-1]
             finer[1:] += k / width * steps[:, 1:]
             steps, knots, k = finer, knots[1:-1], k - 1
-        values, _ = b_splines(self.t, knots, k)
+        values = _design(self.t, knots, k).data.reshape(len(self.t), k + 1)
         D = np.zeros((self.degree + 1, len(self.t)))
-        for a, own in enumerate(values):
+        for a, own in enumerate(np.ascontiguousarray(values.T)):
             for i, step in enumerate(steps):
                 D[a + i] += own * step.take(self._first + a)
         return D
@@ -191,23 +170,23 @@ class _Sums:
 
     first      (m,) the number of the interval of each sample, rising
     intervals  how many there are
-    values     (n, m) of the n B-splines over each sample
+    values     (m, n) of the n B-splines over each sample
 
     Each sum is made in the order of the samples. Where the intervals hold about as many each, they are summed side by
     side, in a table that is filled up with zeros, which change no sum.
     """
 
     def __init__(self, first: NDArray[np.intp], intervals: int, values: Array) -> None:
-        n, m = values.shape
+        m, n = values.shape
         count = np.bincount(first, minlength=intervals)
         self._first, self._shape, self._place = first, (int(count.max()), intervals), None
-        self._values = values
+        self._values = np.ascontiguousarray(values.T)
         # one interval alone is not summed in the order of its samples by numpy's `add`; many samples each: no gain
         if m <= SHORT and intervals > 1 and self._shape[0] <= 100 and self._shape[0] * intervals <= 2 * m:
             begin = np.cumsum(count) - count
             self._place = (np.arange(m) - begin[first]) * intervals + first
             self._values = np.zeros((n, self._shape[0] * intervals))
-            self._values[:, self._place] = values
+            self._values[:, self._place] = values.T
 
     def of_pairs(self, weight: Array) -> Array:
         """Weighted sums (pairs, intervals) of products: of the first with itself, the second, ..., of the second ...

@@ -23,7 +23,7 @@ from vidtrack.location.clock_far_off import clock_far_off
 from vidtrack.location.common_moments import check_overlap, recorded_twice
 from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
-from vidtrack.location.locate_findings import findings_of
+from vidtrack.location.locate_findings import caused_by, findings_of
 from vidtrack.location.locate_record import (
     clock_record,
     match_record,
@@ -192,10 +192,7 @@ def locate(
     if any(finding.code in MISFITS for finding in findings):
         findings = [*wrong_pictures(views, seen, reach, bool(match.labels)), *findings]
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
-            findings = [
-                far,
-                *(f._replace(text=f.text.split("; ")[0], cure=far.cure) if f.code in MISFITS else f for f in findings),
-            ]
+            findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)

@@ -47,10 +47,11 @@ def _some(
     chosen = _chosen(noted(), *limits)
     one = next(chosen, None)
     if one is None:
-        for _ in noted():
-            pass
+        more = next(frames, None) is not None  # an end before the first frame: the rest is not read for a message
         start, end = ("its first frame" if asked[0] is None else asked[0]), "its end" if asked[1] is None else asked[1]
-        has = f"it has frames {_named(read[0], info)} to {_named(read[-1], info)}" if read else "it has none"
+        begins = _named(read[0], info) if read else ""
+        has = f"it begins with frame {begins}" if more else f"it has frames {begins} to {_named(read[-1], info)}"
+        has = has if read else "it has none"
         raise VidtrackError(
             f"{where}.start: no frame of the recording lies between {start} and {end}: {has}. Choose a start within it."
         )

@@ -58,8 +58,8 @@ class Clump:
 
     @property
     def against_one(self) -> bool:
-        """Whether one disc was found not to explain it."""
-        return bool(self.__dict__.get("one_leaves", 0.0))
+        """Whether one disc was fitted to it and does not explain it."""
+        return "one_leaves" in vars(self) and self.one_leaves > 0
 
     def about(self, x: Array, y: Array, axes: Array) -> Piece:
         """The window over the background about places x, y (m,) of discs with half axes (2, m)."""
