@@ -208,7 +208,7 @@ def test_an_empty_file_is_named(tmp_path):
 
 def test_a_file_that_is_no_video_is_named(tmp_path):
     (tmp_path / "notes.avi").write_text("these are not pictures\n" * 50)
-    with pytest.raises(VidtrackError, match=r"notes\.avi: not a video or image"):
+    with pytest.raises(VidtrackError, match=r"notes\.avi: not a video or image .*Copy the recording again"):
         open_video(str(tmp_path / "notes.avi"))
 
 

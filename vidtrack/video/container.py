@@ -106,7 +106,8 @@ def _why_not_opened(path: str, error: Exception) -> str:
         )
     if isinstance(error, av.error.ArgumentError):
         return "of a kind that is no recording. Give a video, or pictures."
-    return f"not a video or image that can be read ({getattr(error, 'strerror', None) or error})."
+    why = getattr(error, "strerror", None) or error
+    return f"not a video or image that can be read ({why}). Copy the recording again, or save it in another format."
 
 
 def picture_stream(container: Any, path: str, number: int | None = None) -> tuple[Any, str]:
