@@ -26,12 +26,14 @@ class PictureOrder:
     fewest   pairs, and share of the samples: fewer may be an impact
     smooth   of the second differences of the whole track, that are left when all pairs are exchanged: a target that
              shakes at a third of the sampling rate looks exchanged too, and is no smoother then
+    at_most  coordinates that the order of fields is judged by: of many targets every so-many-th one
     """
 
     plain: float = 3.0
     noises: float = 8.0
     fewest: tuple[int, float] = (3, 0.02)
     smooth: float = 0.4
+    at_most: int = 100_000
 
 
 PICTURE_ORDER = PictureOrder()
@@ -47,7 +49,8 @@ def _order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
     """A finding where the tracks themselves contradict the order of fields that was used; field (samples,) words."""
     if set(field) != {"top", "bottom"}:
         return []
-    where = rows.values[POSITION].transpose(1, 2, 0)
+    some = rows.values[POSITION]
+    where = some[:, :, :: 1 + some.size // PICTURE_ORDER.at_most].transpose(1, 2, 0)
     order = str(field[0])
     top, bottom = (where[field == name] for name in ("top", "bottom"))
     motion = order_from_motion(top, bottom)

@@ -237,8 +237,11 @@ def _middle_ones(shape: Array) -> Array:
     middle = np.full(shape.shape, np.nan)
     if shape.shape[1] >= whole:
         ends = shape.shape[1] - whole + 1
-        ordered = np.sort([shape[:, k : k + ends] for k in range(whole)], axis=0)
-        middle[:, half : half + ends] = np.where(np.isfinite(ordered[-1]), ordered[half], np.nan)
+        those = [shape[:, k : k + ends] for k in range(whole)]
+        for last in range(whole - 1, half - 1, -1):  # the largest of what is left goes to the end; NaN goes to both
+            for j in range(last):
+                those[j : j + 2] = np.minimum(*those[j : j + 2]), np.maximum(*those[j : j + 2])
+        middle[:, half : half + ends] = those[half]
     return middle
 
 
@@ -313,9 +316,9 @@ def _trend(near: Ints, about: Array, at: Ints) -> tuple[Array, Array]:
     half of the samples to the later one, no further beyond them than they reach themselves.
     """
     half = near.shape[1] // 2
-    middle = np.median(near, axis=1, keepdims=True)
-    early, late = (np.median(part, axis=-1) for part in (about[..., :half], about[..., -half:]))
-    steps = np.median(near[:, -half:], axis=1) - np.median(near[:, :half], axis=1)
+    middle = near[:, [half]]
+    early, late = np.median([about[..., :half], about[..., -half:]], axis=-1)
+    steps = near[:, -half + half // 2] - near[:, half // 2]
     slope = ((late - early) / np.maximum(steps, 1))[..., None]
     flat = about - slope * (near - middle)
     level = np.median(flat, axis=-1)
