@@ -108,6 +108,30 @@ def test_a_late_clock_is_cured_by_seeking_it():
     assert finding.cure.startswith("Set cameras.cam2.clock: auto")
 
 
+def test_a_clock_that_runs_fast_is_cured_by_seeking_it_or_by_its_rate():
+    fast = TURNED | {"kind": "fast", "amount": -4990.0, "sd": 60.0, "units": "ppm", "cameras": ["cam2", "cam1"]}
+    (finding,) = found(sight_lines__cause=fast)
+    assert "a clock of cam2 that runs fast, or of cam1 that runs slow, by 4990 ± 6e+01 ppm" in finding.text
+    assert "cameras.cam2.clock: auto, or give its rate_ppm, about -4990;" in finding.cure
+
+
+def test_a_rate_that_no_crystal_has_is_noted_where_the_motion_gives_it():
+    clocks = {"cam1": {"rate_ppm": 0.0, "source": "config"}, "cam2": {"rate_ppm": 4670.0, "source": "motion"}}
+    (finding,) = found(clocks__cameras=clocks)
+    assert (finding.level, finding.code) == ("note", "clock-rate-large")
+    assert "cam2: by the motion its clock runs slow by 4670 ppm" in finding.text
+    assert found(clocks__cameras={"cam2": {"rate_ppm": 4670.0, "source": "config"}}) == []
+    assert found(clocks__cameras={"cam2": {"rate_ppm": 90.0, "source": "motion"}}) == []
+
+
+def test_a_clock_that_jumps_is_not_cured_by_an_offset():
+    jumped = TURNED | {"kind": "jumped", "amount": 0.0333, "sd": 0.001, "units": "s", "from_s": 36001.25}
+    (finding,) = found(sight_lines__cause=jumped)
+    assert "off by 33.3 ± 1 ms from about 36001.25 s on" in finding.text
+    assert "Compare the recordings of cam1 and cam2 about 36001.25 s" in finding.cure
+    assert "offset_s" not in finding.cure
+
+
 def test_a_clock_that_the_motion_was_asked_for_is_not_to_be_sought():
     late = TURNED | {"kind": "late", "amount": -0.0167, "sd": 0.0001, "units": "s"}
     sought = {name: {"source": "motion"} for name in late["cameras"]}

@@ -20,7 +20,8 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import matched
 from vidtrack.location.motion_clock import Clocks
 from vidtrack.location.run_clocks import RunClocks
-from vidtrack.location.sight_misses import Cause, Misses
+from vidtrack.location.sight_causes import Cause
+from vidtrack.location.sight_misses import Misses
 from vidtrack.location.views import brought
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock

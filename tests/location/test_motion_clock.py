@@ -61,6 +61,14 @@ def test_fifty_parts_per_million_are_found_over_a_minute():
     assert found.sd[1].rate_ppm < 6
 
 
+@pytest.mark.parametrize(("seconds", "rate_ppm"), [(2, 5000.0), (8, -1000.0), (20, 3000.0)])
+def test_a_rate_that_no_crystal_has_is_found_where_the_motion_shows_it(seconds, rate_ppm):
+    rig, times, tracks = recorded(pluck, seconds, 30, 0.1 / 30, rate_ppm, rng=np.random.default_rng(1))
+    found = estimate_clocks(rig, times, tracks, free=[1], bias_px=0.05)
+    assert found.clocks[1].rate_ppm == pytest.approx(rate_ppm, abs=3 * found.sd[1].rate_ppm)
+    assert found.sd[1].rate_ppm < 0.25 * abs(rate_ppm)
+
+
 def test_fields_at_59_94_hz_tell_as_well():
     rig, times, tracks = recorded(pluck, 10, 60 / 1.001, 0.5 * 1.001 / 60, rng=np.random.default_rng(2))
     found = estimate_clocks(rig, times, tracks, free=[1])

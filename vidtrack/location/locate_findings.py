@@ -49,6 +49,9 @@ DISAGREE = (0.02, 0.2)
 """Share of samples on which cameras disagree: doubtful, and bad."""
 
 
+UNLIKE_CRYSTALS_PPM = 400.0
+"""ppm; four times what the clocks of cameras differ by (`timing.clock.RATE_PRIOR_PPM`)."""
+
 IN_VIEW = 0.5
 """Share of the samples in which a target lies inside a camera's picture, below which the camera hardly has a part in
 its positions: nothing checks those that two cameras alone give. Of 73 in 16 unspoiled experiments none was below 1."""
@@ -60,7 +63,7 @@ IN_VIEW_FROM = 30
 def findings_of(record: Record, units: str) -> list[Finding]:
     """What a user should look at, by the record of stage locate."""
     out = [*_correspondence(record, units), *_sight_lines(record, units), *_rolling(record, units)]
-    out += _noise(record["noise"])
+    out += [*_rates(record), *_noise(record["noise"])]
     volume = record["volume"]
     if volume and volume["share_outside"] > OUTSIDE[0]:
         far: Level = "doubtful" if volume["share_outside"] > OUTSIDE[1] else "note"
@@ -223,6 +226,23 @@ def _rolling(record: Record, units: str) -> list[Finding]:
     return out
 
 
+def _rates(record: Record) -> list[Finding]:
+    """Clocks that by the motion run faster or slower than a crystal does."""
+    out = []
+    for camera, own in ((record.get("clocks") or {}).get("cameras") or {}).items():
+        rate = own.get("rate_ppm") or 0.0
+        if own.get("source", "config") == "config" or not abs(rate) > UNLIKE_CRYSTALS_PPM:
+            continue
+        way = "slow" if rate > 0 else "fast"
+        text = (
+            f"{camera}: by the motion its clock runs {way} by {abs(rate):.4g} ppm, which no crystal does, and is "
+            "corrected by that"
+        )
+        cure = f"See whether its recording has the rate at which it was taken (cameras.{camera}.rate)."
+        out.append(Finding("note", "clock-rate-large", text, cure))
+    return out
+
+
 def _explains(sights: Record) -> bool:
     cause = sights["cause"]
     if cause["evidence"] > EVIDENCE:
@@ -240,20 +260,38 @@ def _in_words(cause: Record) -> str:
         return (
             f"{who} at another zoom or focus than in the calibration, {cause['amount']:+.2%} ± {cause['sd']:.2%} of f"
         )
-    return f"a clock of {cameras} that is off by {1e3 * abs(cause['amount']):.3g} ± {1e3 * cause['sd']:.1g} ms"
+    if cause["kind"] == "fast":
+        ways = ("slow", "fast") if cause["amount"] > 0 else ("fast", "slow")
+        others = "".join(f", or of {other} that runs {ways[1]}" for other in cause["cameras"][1:])
+        rate = f"{abs(cause['amount']):.4g} ± {cause['sd']:.1g} ppm"
+        return f"a clock of {cause['cameras'][0]} that runs {ways[0]}{others}, by {rate} since the run began"
+    off = f"a clock of {cameras} that is off by {1e3 * abs(cause['amount']):.3g} ± {1e3 * cause['sd']:.1g} ms"
+    return off if cause.get("from_s") is None else f"{off} from about {cause['from_s']:.2f} s on"
 
 
 def _cure(record: Record) -> str:
     sights = record.get("sight_lines")
     if sights and _explains(sights):
         cause = sights["cause"]
-        if cause["kind"] == "late":
+        if cause["kind"] == "jumped":
+            return (
+                f"Compare the recordings of {' and '.join(sights['px'])} about {cause['from_s']:.2f} s: pictures were "
+                "lost or a pause was left out there, and the time goes on as if it had not been. Use the run up to "
+                "there (runs.<run>.detect.end), or the recording as the camera wrote it."
+            )
+        if cause["kind"] in ("late", "fast"):
             own = ((record.get("clocks") or {}).get("cameras") or {}).get(cause["cameras"][0]) or {}
             if own.get("source", "config") != "config":
                 return (
                     f"The motion was asked for cameras.{cause['cameras'][0]}.clock already: see whether each recording "
                     "has the rate at which it was taken (cameras.<camera>.rate: slow motion, a conversion), or give "
                     "offset_s and rate_ppm."
+                )
+            if cause["kind"] == "fast":
+                rate = f"{cause['amount']:+.4g}"
+                return (
+                    f"Set cameras.{cause['cameras'][0]}.clock: auto, or give its rate_ppm, about {rate}; see whether "
+                    "each recording has the rate at which it was taken (cameras.<camera>.rate)."
                 )
             return f"Set cameras.{cause['cameras'][0]}.clock: auto, or give its offset_s."
         if "zoomed" in cause["kind"]:

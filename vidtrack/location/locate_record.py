@@ -200,10 +200,11 @@ def sight_line_record(views: Sequence[View], misses: Misses | None) -> dict[str,
             "cameras": [names[i] for i in cause.cameras],
             "amount": cause.amount,
             "sd": cause.sd,
-            "units": {"turned": "deg", "late": "s"}.get(cause.kind, "share of f"),
+            "units": {"turned": "deg", "late": "s", "fast": "ppm", "jumped": "s"}.get(cause.kind, "share of f"),
             "share": cause.share,
             "evidence": cause.evidence,
             "moves_over_sigma": cause.moved,
+            "from_s": cause.from_s,
         },
     }
 

@@ -7,7 +7,7 @@ whole trajectory nearest to the curves is the answer; targets at rest, or moving
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -26,6 +26,10 @@ CENTROID_BIAS_PX = 0.005
 
 OFFSET_PRIOR_S = 100.0
 """ASSUME: s, so wide that it decides nothing where the motion contributes anything."""
+
+ANY_RATE_PPM, SURELY = 20_000.0, 4.0
+"""A rate is first sought without regard to what crystals do, within so many ppm; where it lies by more than so many
+standard deviations beyond them (a converted recording, a counter that is no clock), it stays what the motion says."""
 
 
 class Clocks(NamedTuple):
@@ -59,7 +63,7 @@ def estimate_clocks(
     free           cameras whose clock is sought; at least one other camera has the right time
     clocks         those the cameras came with; default: none of them off
     max_offset_s   how far to search on either side; one for all cameras, or one each
-    rate           whether rates are sought too, near 0 unless the run is long enough to estimate them (RATE_PRIOR_PPM)
+    rate           whether rates are sought too, near 0 (RATE_PRIOR_PPM) unless the motion shows another beyond doubt
     bias_px        sd of the error that the calibration leaves in epipolar distances; it varies little along a
                    trajectory, and is fitted beside the clocks so as not to pass for a delay
     Raises ValueError when every camera is free or shapes do not match.
@@ -79,7 +83,7 @@ def estimate_clocks(
     known = [c for c in range(len(at)) if c not in free]
     for camera in free:
         at[camera] = _searched(problem, at, camera, float(reach[camera]), known)
-    at, covariance = _refined(problem, at, rate)
+    at, covariance = _with_rates(problem, at) if rate else _refined(problem, at, {})
     sd = tuple(Clock(*np.sqrt(np.diag(c)).tolist()) for c in covariance)
     step = min(interval(t) for t in problem.times)
     offsets = np.linspace(-3, 3, 61) * step
@@ -186,10 +190,24 @@ def _has_twin(problem: _Problem, at: Sequence[Clock], camera: int, reach: float,
     return bool(low[:left].any() or low[right + 1 :].any())
 
 
-def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock], Array]:
-    """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and covariances."""
-    which = ("offset_s", "rate_ppm") if rate else ("offset_s",)
-    names = [(camera, what) for camera in problem.free for what in which]
+def _with_rates(problem: _Problem, at: list[Clock]) -> tuple[list[Clock], Array]:
+    """Clocks and covariances, with rates of which crystals are capable or that are beyond doubt."""
+    by_motion, covariance = _refined(problem, at, dict.fromkeys(problem.free, ANY_RATE_PPM))
+    sure = [
+        camera
+        for camera in problem.free
+        if abs(by_motion[camera].rate_ppm) > SURELY * np.hypot(np.sqrt(covariance[camera, 1, 1]), RATE_PRIOR_PPM)
+    ]
+    begin = [by_motion[camera] if camera in sure else clock for camera, clock in enumerate(at)]
+    return _refined(problem, begin, {c: ANY_RATE_PPM if c in sure else RATE_PRIOR_PPM for c in problem.free})
+
+
+def _refined(problem: _Problem, at: list[Clock], rates: Mapping[int, float]) -> tuple[list[Clock], Array]:
+    """Gauss-Newton on all distances together, from clocks within a fraction of an interval: clocks and covariances.
+
+    rates   camera: the deviation, ppm, that its rate is supposed to have; without it only offsets are sought
+    """
+    names = [(camera, what) for camera in problem.free for what in ("offset_s", *["rate_ppm"] * (camera in rates))]
     step = min(interval(t) for t in problem.times)
     length = max(float(np.ptp(t)) for t in problem.times)
     # a whole interval to either side: samples that the distance itself does not rest on, so that their noise in the
@@ -207,7 +225,7 @@ def _refined(problem: _Problem, at: list[Clock], rate: bool) -> tuple[list[Clock
         if good.sum() < 3 * len(names):
             break
         nuisance = _smooth_errors(parts)[good] if problem.bias_px > 0 else np.zeros((int(good.sum()), 0))
-        move, covariance = _step(problem, names, at, J[good], nuisance, d[good])
+        move, covariance = _step(problem, names, rates, at, J[good], nuisance, d[good])
         covariance = covariance * _doubt(parts, J[good], d[good], step) + _lasting(names, J[good], length)
         limits = np.array([(0.5 if what == "offset_s" else 25.0) * unit[what] for _, what in names])
         for (camera, what), value in zip(names, np.clip(move, -limits, limits), strict=True):
@@ -224,11 +242,17 @@ def _slope(problem: _Problem, at: Sequence[Clock], camera: int, what: str, unit:
 
 
 def _step(
-    problem: _Problem, names: Sequence[tuple[int, str]], at: Sequence[Clock], J: Array, nuisance: Array, d: Array
+    problem: _Problem,
+    names: Sequence[tuple[int, str]],
+    rates: Mapping[int, float],
+    at: Sequence[Clock],
+    J: Array,
+    nuisance: Array,
+    d: Array,
 ) -> tuple[Array, Array]:
     """The Gauss-Newton step of the clocks, with priors on rates and on what the calibration leaves; its covariance."""
     A = np.concatenate([J, nuisance], -1)
-    tight = np.array([(RATE_PRIOR_PPM if what == "rate_ppm" else OFFSET_PRIOR_S) ** -2.0 for _, what in names])
+    tight = np.array([(rates[camera] if what == "rate_ppm" else OFFSET_PRIOR_S) ** -2.0 for camera, what in names])
     now = np.array([getattr(at[camera], what) for camera, what in names])
     prior = np.concatenate([tight, np.full(nuisance.shape[1], 1 / max(problem.bias_px, 1e-9) ** 2)])
     pull = np.concatenate([-tight * now * [what == "rate_ppm" for _, what in names], np.zeros(nuisance.shape[1])])
