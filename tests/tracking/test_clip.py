@@ -111,6 +111,38 @@ def test_why_the_fields_are_taken_so_is_said(about, fields, order, says):
     assert says in own.as_record()["fields"]
 
 
+def combed(n, order):
+    """A ball whose pictures are woven of fields that are half a frame apart."""
+    out = []
+    for k in range(n):
+        rng = np.random.default_rng(k)
+        top, bottom = (
+            picture(SHAPE, [(30 + 3.0 * t, 40 + t, 5.0)], level=30, contrast=150, noise=2, rng=rng)
+            for t in ((k, k + 0.5) if order == "top" else (k + 0.5, k))
+        )
+        top[1::2] = bottom[1::2]
+        out.append(Frame(k, k / RATE, top, False, None))
+    return out
+
+
+@pytest.mark.parametrize("order", ["top", "bottom"])
+def test_pictures_that_are_plainly_woven_are_not_progressive_whatever_the_flags_say(order):
+    own = clip(combed(12, order))
+    assert own.order == order
+    assert "the flags say progressive" in own.as_record()["fields"]
+    assert clip(combed(12, order), fields="frame").order == "frame"
+
+
+@pytest.mark.parametrize("still", [True, False])
+def test_noise_and_whole_pictures_do_not_contradict_the_flags(still):
+    for seed in range(3):
+        pictures = [
+            f._replace(luma=np.random.default_rng([seed, f.index]).normal(90, 12, SHAPE).astype(np.uint8))
+            for f in frames(12)
+        ]
+        assert clip(frames(12, still=still, noise=4.0)).order == clip(pictures).order == "frame"
+
+
 def test_good_levels_are_left_as_they_are():
     own = clip(frames(6))
     assert own.as_record()["stretch"] == {"gain": 1.0, "offset": 0.0}

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
-from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.timing.frame import Frame, Luma, VideoInfo
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
 from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
@@ -22,12 +23,20 @@ from vidtrack.tracking.sample import Sample
 class Opening:
     """How a clip is opened.
 
-    grainy  grey levels of noise above which a part of it may be a still grain of the scene
-    frames  that a clip is opened with
+    grainy    grey levels of noise above which a part of it may be a still grain of the scene
+    frames    that a clip is opened with
+    examined  frames of it in which the order of fields is looked for
+    combed    by how much the fields of a frame must differ, as `Order` has it, before a flag that says that they were
+              taken at once is overruled
+    moving    of the greatest change from frame to frame, from which on a column counts as moving; columns: at most
     """
 
     grainy: float = 5.0
     frames: int = 12
+    examined: int = 16
+    combed: float = 0.4
+    moving: float = 0.3
+    columns: int = 240
 
 
 OPENING = Opening()
@@ -173,9 +182,32 @@ def field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str
     if info.is_still:
         return "frame", "fields: a still"
     if info.field_order == "progressive":
-        return "frame", "fields: progressive, from the flags"
-    order, why = chosen_order(info.field_order, order_from_pictures(frame.luma[:, ::4] for frame in opening[:16]))
+        return _although_progressive([frame.luma for frame in opening[: OPENING.examined]])
+    pictures = (frame.luma[:, ::4] for frame in opening[: OPENING.examined])
+    order, why = chosen_order(info.field_order, order_from_pictures(pictures))
     return (order if order in ("top", "bottom") else "frame"), why
+
+
+def _although_progressive(pictures: Sequence[Luma]) -> tuple[str, str]:
+    """ "frame", or the field that comes first where pictures that are flagged as progressive are plainly woven.
+
+    Only columns in which something moves are compared: a progressive recording pays for no more.
+    """
+    motion = order_from_pictures(_moving_columns(pictures))
+    if motion.order in ("top", "bottom") and motion.combing > OPENING.combed:
+        return chosen_order("progressive", motion)
+    return "frame", "fields: progressive, from the flags"
+
+
+def _moving_columns(pictures: Sequence[Luma]) -> list[Luma]:
+    """The pictures, cut to columns in which something moves, at most so many that are spread over them."""
+    moves = np.zeros(pictures[0].shape[1] if pictures else 0, bool)
+    for before, now in pairwise(pictures):
+        change = cv2.absdiff(before, now)
+        moves |= cv2.reduce(change, 0, cv2.REDUCE_MAX)[0] > OPENING.moving * max(int(change.max()), 1)
+    some = np.flatnonzero(moves)
+    some = some[:: max(1, -(-some.size // OPENING.columns))]
+    return [picture[:, some] for picture in pictures] if some.size else []
 
 
 def _as_shown(fields: str, info: VideoInfo) -> tuple[str, str]:
