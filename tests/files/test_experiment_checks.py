@@ -3,6 +3,7 @@
 import pytest
 
 from tests.files.folders import problems, settings, spoil
+from vidtrack.files.experiment import awaited_runs
 from vidtrack.files.experiment_checks import checked_experiment
 
 
@@ -64,6 +65,14 @@ def test_a_unit_in_a_header_is_held_against_the_configs(folder):
     assert "x_in of runs/pluck/reference.csv is in in, but units is mm" in "".join(
         problems(units="mm", runs={"pluck": {"reference": {"value": "x_in"}}})
     )
+
+
+def test_a_run_that_is_still_to_be_made_stops_nothing_where_it_cannot_be_another_one(folder):
+    named = {"pluck": {}, "later": {"targets": 3}}
+    assert awaited_runs(settings(runs=named), checked_experiment(settings(runs=named))) == ["later"]
+    (folder / "runs" / "layter").mkdir()
+    (folder / "runs" / "layter" / "cam1.mov").write_bytes((folder / "runs/pluck/cam1.mov").read_bytes())
+    assert "runs.later: no such folder in runs/; did you mean 'layter'?" in problems(runs=named)[0]
 
 
 def test_tags_with_hyphens_are_those_of_the_points(folder):

@@ -53,3 +53,9 @@ def test_a_camera_that_failed_has_a_line_without_numbers():
     record = {"verdict": "failed", "calibration": {**GOOD, "cameras": {"cam9": GOOD}}, "runs": {}}
     (cameras,) = verdict_section(Results(verdict=record), "in").tables
     assert cameras.rows[0][:4] == ["cam9", "good", "–", "–"]
+
+
+def test_runs_that_are_not_recorded_yet_are_named():
+    verdict = {"verdict": "good", "calibration": {**GOOD, "cameras": {}}, "runs": {}, "awaited": ["later"]}
+    line = verdict_section(Results(verdict=verdict), "in").line
+    assert line == "The calibration is good. Run later: not recorded yet: there is no such folder in runs/."

@@ -37,6 +37,7 @@ def test_an_experiment_without_a_finding_is_good():
     assert record["verdict"] == "good"
     assert record["calibration"]["cameras"]["cam2"] == {"verdict": "good", "reasons": [], "notes": []}
     assert record["runs"]["pluck"]["reasons"] == []
+    assert verdict(experiment(), ASKED, ["later"]) == record | {"awaited": ["later"]}
 
 
 @pytest.mark.parametrize("name", ["locate", "clocks", "kinematics", "bodies", "comparison", "waterline", "anything"])

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vidtrack.findings import LEVELS, Finding
-from vidtrack.verdict.judgement import WORDS, added, inherited, judged, terminal_lines, worst_word
+from vidtrack.verdict.judgement import WORDS, added, inherited, judged, not_recorded, terminal_lines, worst_word
 
 findings = st.lists(st.builds(Finding, st.sampled_from(LEVELS), st.sampled_from("ab"), st.sampled_from("xyz")))
 
@@ -63,3 +63,9 @@ def test_the_terminal_shows_a_line_for_the_calibration_and_each_run_worst_first(
         "vidtrack: run a: good",
     ]
     assert terminal_lines({"calibration": None, "runs": {}}) == []
+
+
+def test_runs_that_are_not_recorded_yet_have_a_line_of_their_own():
+    record = {"calibration": None, "runs": {}, "awaited": ["a", "b"]}
+    assert terminal_lines(record) == ["vidtrack: runs a, b: not recorded yet: there are no such folders in runs/."]
+    assert not_recorded(["a"]) == "run a: not recorded yet: there is no such folder in runs/."

@@ -15,6 +15,11 @@ def test_the_verdict_is_asked_of_each_run_that_lies_in_the_folder_by_its_mode():
     assert asked["r2"]["targets"] == 1
 
 
+def test_the_verdict_knows_of_runs_that_are_still_to_be_made():
+    asked = report_orders.verdict(config(r1=PLANE, later=PLANE), experiment(r1=["cam1"]))
+    assert (list(asked["runs"]), asked["awaited"]) == (["r1"], ["later"])
+
+
 def test_a_page_without_a_title_has_one():
     assert report_orders.report(config(), experiment(r1=["cam1"])) == {
         "title": "Experiment",

@@ -34,10 +34,11 @@ def command(folder: str, no_color: bool) -> int:
     """
     from rich.console import Console
 
+    from vidtrack.files.experiment import awaited_runs
     from vidtrack.files.experiment_checks import checked_experiment
     from vidtrack.findings import worst_first
     from vidtrack.preview.survey import survey
-    from vidtrack.verdict.judgement import sentence
+    from vidtrack.verdict.judgement import not_recorded, sentence
 
     console = Console(stderr=True, no_color=no_color or None)
     with inside(folder):
@@ -58,6 +59,8 @@ def command(folder: str, no_color: bool) -> int:
     words = {"failed": "refused", "bad": "bad", "doubtful": "doubtful", "note": "note"}
     for finding in worst_first(dict.fromkeys(found.findings)):
         say(f"{words[finding.level]}: {sentence(finding.text)} {sentence(finding.cure)}".rstrip())
+    if awaited := awaited_runs(settings, experiment):
+        say(f"note: {not_recorded(awaited)}")
     refused = sum(finding.level == "failed" for finding in found.findings)
     if refused:
         say(_refusals(refused))

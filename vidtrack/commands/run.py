@@ -68,7 +68,7 @@ def _check_run(settings: Settings, name: str) -> None:
     if name not in runs:
         near = did_you_mean(name, runs)
         raise VidtrackError(
-            f"no run {name!r}; " + (f"did you mean {near!r}?" if near else f"there are {', '.join(runs)}.")
+            f"no run {name!r}; " + (f"did you mean {near!r}?" if near else f"there are {', '.join(runs) or 'none'}.")
         )
 
 

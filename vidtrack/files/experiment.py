@@ -132,6 +132,11 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     return experiment, problems
 
 
+def awaited_runs(settings: Settings, experiment: Experiment) -> list[str]:
+    """The runs that the config names and that have no folder yet: a rig is calibrated before the runs are made."""
+    return [name for name in settings.runs if name not in experiment.runs]
+
+
 def tags_of(settings: Settings, clip: str, known: Sequence[str]) -> list[str]:
     """The tags that a clip shows: those that the config names (see `naming.tags_meant`), or all in points.csv."""
     named = settings.calibration.clips[clip].tags if clip in settings.calibration.clips else None

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from vidtrack.errors import VidtrackError, first_of
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
-from vidtrack.files.experiment import Experiment, board_of, look_through, profiles, tags_of, within
+from vidtrack.files.experiment import Experiment, awaited_runs, board_of, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.files.same_recordings import check_same_recordings
 from vidtrack.naming import did_you_mean, some_of, tags_meant
@@ -48,10 +48,11 @@ def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
             near = did_you_mean(name, clips)
             hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(clips) or 'none'}."
             problems.append(f"config.yaml: calibration.clips.{name}: no such folder in calibration/; {hint}")
-    for name in settings.runs:
-        if name not in runs:
+    unsaid = [name for name in runs if name not in settings.runs]
+    for name in awaited_runs(settings, experiment):
+        if unsaid:  # it may be what one of these is meant to be
             near = did_you_mean(name, runs)
-            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(runs) or 'none'}."
+            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(runs)}."
             problems.append(f"config.yaml: runs.{name}: no such folder in runs/; {hint}")
     return problems
 

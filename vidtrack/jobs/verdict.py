@@ -9,7 +9,8 @@ from vidtrack.workflow.job import Job
 
 
 def run(job: Job) -> None:
-    """inputs: results (all JSON records, points.parquet, trajectories.parquet). settings: runs. outputs: verdict."""
-    write_json(
-        job.outputs["verdict"], verdict(read_results(job.paths("results")), job.settings["runs"]), job.provenance
-    )
+    """inputs: results (all JSON records, points.parquet, trajectories.parquet). settings: runs[, awaited]. outputs:
+    verdict.
+    """
+    record = verdict(read_results(job.paths("results")), job.settings["runs"], job.settings.get("awaited", ()))
+    write_json(job.outputs["verdict"], record, job.provenance)

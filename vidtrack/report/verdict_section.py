@@ -11,7 +11,7 @@ from vidtrack.report.numbers import measured, number, pick, share
 from vidtrack.report.page import Reason, Table, Verdict
 from vidtrack.report.run_summary import run_summary
 from vidtrack.results import CameraResults, Results, RunResults
-from vidtrack.verdict.judgement import WORDS, sentence
+from vidtrack.verdict.judgement import WORDS, capitalised, not_recorded, sentence
 
 Record = Mapping[str, Any]
 
@@ -33,7 +33,10 @@ def verdict_section(results: Results, units: str) -> Verdict:
         tables.append(_cameras_table(results, calibration["cameras"]))
     entries = _of_calibration(calibration)
     entries += [(f"run-{name}", f"Run {name}", own) for name, own in runs.items()]
-    return _verdict(record["verdict"], _line(calibration, runs), tables, entries)
+    line = _line(calibration, runs)
+    if awaited := record.get("awaited"):
+        line = f"{line} {sentence(capitalised(not_recorded(awaited)))}".lstrip()
+    return _verdict(record["verdict"], line, tables, entries)
 
 
 def run_verdict(name: str, results: Results, units: str) -> Verdict:
@@ -74,8 +77,7 @@ def _line(calibration: Record, runs: Record) -> str:
     counted = ", ".join(f"{count} {word}" for word, count in counts if count)
     if counted:
         parts.append(f"of {len(runs)} run{'s' if len(runs) > 1 else ''} {counted}")
-    text = "; ".join(parts)
-    return sentence(text[:1].upper() + text[1:])
+    return sentence(capitalised("; ".join(parts)))
 
 
 def _without(whole: Record, parts: Iterable[Record]) -> Record:

@@ -60,14 +60,15 @@ LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
 """Findings of a calibration by which nothing is known of single points."""
 
 
-def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]], awaited: Sequence[str] = ()) -> dict[str, Any]:
     """The record verdict.json.
 
-    runs   what the config asks for, by run: {mode, cameras, targets: how many or their names[, without: why cameras
-           have no part, by camera]}
+    runs     what the config asks for, by run: {mode, cameras, targets: how many or their names[, without: why cameras
+             have no part, by camera]}
+    awaited  runs that the config names and that are not recorded
     Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
-    nothing was calibrated), runs ({run: {verdict, reasons, notes}}). A reason is a finding: level, code, text, cure.
-    A run inherits the doubts about the calibration that it uses.
+    nothing was calibrated), runs ({run: {verdict, reasons, notes}}), and awaited where there are such runs. A reason is
+    a finding: level, code, text, cure. A run inherits the doubts about the calibration that it uses.
     """
     cameras = {
         name: judged([*_of_camera(name, own), *_failures(results, name)]) for name, own in results.cameras.items()
@@ -80,11 +81,12 @@ def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]]) -> dict[str
         together = judged([*whole, *(f for own in cameras.values() for f in (*own.reasons, *own.notes))])
         calibration = together.as_record() | {"cameras": {name: own.as_record() for name, own in cameras.items()}}
     words = [own.verdict for own in judgements.values()] + ([calibration["verdict"]] if calibration else [])
-    return {
+    record = {
         "verdict": worst_word(words),
         "calibration": calibration,
         "runs": {name: own.as_record() for name, own in judgements.items()},
     }
+    return record | ({"awaited": list(awaited)} if awaited else {})
 
 
 def _of_camera(name: str, own: CameraResults) -> list[Finding]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 from vidtrack.findings import LEVELS, Finding, as_records, worst_first
+from vidtrack.naming import some_of
 
 Word = Literal["good", "doubtful", "bad", "failed"]
 WORDS: tuple[Word, ...] = get_args(Word)
@@ -71,10 +72,18 @@ def terminal_lines(record: Mapping[str, Any]) -> list[str]:
     """A verdict.json as lines to be read at the end of a run of the workflow: worst first, one line each."""
     entries = [("calibration", record["calibration"])] if record.get("calibration") else []
     entries += [(f"run {name}", own) for name, own in (record.get("runs") or {}).items()]
-    return [
+    lines = [
         f"vidtrack: {name}: {own['verdict']}{_because(own['reasons'])}"
         for name, own in sorted(entries, key=lambda entry: -WORDS.index(entry[1]["verdict"]))
     ]
+    return [*lines, f"vidtrack: {not_recorded(awaited)}"] if (awaited := record.get("awaited")) else lines
+
+
+def not_recorded(awaited: Sequence[str]) -> str:
+    """What is said of runs that the config names and that are not recorded."""
+    many = len(awaited) > 1
+    folders = "are no such folders" if many else "is no such folder"
+    return f"run{'s' * many} {some_of(awaited)}: not recorded yet: there {folders} in runs/."
 
 
 def _because(reasons: list[Mapping[str, str]]) -> str:
@@ -88,3 +97,8 @@ def _because(reasons: list[Mapping[str, str]]) -> str:
 def sentence(text: str) -> str:
     """Text with a full stop at its end, where it has none."""
     return text if not text or text.endswith((".", "?", "!")) else text + "."
+
+
+def capitalised(text: str) -> str:
+    """Text that begins with a capital letter, as a sentence does."""
+    return text[:1].upper() + text[1:]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN
-from vidtrack.files.experiment import Experiment, Run
+from vidtrack.files.experiment import Experiment, Run, awaited_runs
 from vidtrack.settings.config import Settings
 from vidtrack.workflow.left_out import NOTHING, LeftOut
 from vidtrack.workflow.own_settings import Order, crop_of, own_of, recording_of, targets_of
@@ -12,7 +12,9 @@ from vidtrack.workflow.own_settings import Order, crop_of, own_of, recording_of,
 
 def verdict(settings: Settings, experiment: Experiment, left: LeftOut = NOTHING) -> Order:
     """What the config asks of each run, so that what is missing is seen to be missing."""
-    return {"runs": {name: _asked(settings, run, left) for name, run in experiment.runs.items()}}
+    runs = {name: _asked(settings, run, left) for name, run in experiment.runs.items()}
+    awaited = awaited_runs(settings, experiment)
+    return {"runs": runs} | ({"awaited": awaited} if awaited else {})
 
 
 def overlay_film(settings: Settings, experiment: Experiment, run: str, camera: str) -> Order:
