@@ -19,7 +19,8 @@ B = project(CAMERA, PLACES)
 POINTS = pd.DataFrame(PLACES, columns=list("xyz")).assign(tag=TAGS)
 SHOWN = {f"row{r + 1}": TAGS[12 * r : 12 * r + 12] for r in range(3)}
 COLUMNS = [
-    *("clip", "tag", "x", "y", "z", "sigma", "Xf", "Yf", "pixels", "frames", "sd_x", "sd_y", "found", "reason"),
+    *("clip", "tag", "x", "y", "z", "sigma", "Xf", "Yf", "pixels", "width", "frames", "sd_x", "sd_y", "found"),
+    "reason",
 ]
 
 

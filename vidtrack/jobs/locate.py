@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
@@ -110,6 +110,7 @@ def _in_space(job: Job) -> Locations:
         tracklets=followed,
         kept=kept,
         points=points or None,
+        widths=_widths(readings, scale.shift),
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
         where=where,
@@ -139,6 +140,17 @@ def _moved(job: Job) -> dict[str, DataFrame]:
 def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
     crops = job.settings.get("crop") or {}
     return pictures_of(job.settings["cameras"], job.paths("labelling"), job.paths("readings"), sizes, crops)
+
+
+def _widths(readings: Mapping[str, Mapping[str, Any]], later: Mapping[str, float]) -> dict[str, Any]:
+    """How wide the tracks of each camera look, at the times of its shifted tables."""
+    return {
+        name: {
+            track: {**looks, "time_s": [t + later.get(name, 0.0) for t in looks["time_s"]]}
+            for track, looks in (own.get("widths") or {}).items()
+        }
+        for name, own in readings.items()
+    }
 
 
 def _in_plane(job: Job) -> PlaneLocations:

@@ -14,6 +14,7 @@ from vidtrack.labelling.still import FrameLike, Still, average, sample
 from vidtrack.tracking.detection.blobs import Blobs, find_blobs
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, noise_sd
+from vidtrack.tracking.measurement.apparent_width import apparent_widths
 
 SCATTER_FRAMES = 24
 """Frames, at most, from whose centroids the scatter of a ball's position is estimated."""
@@ -45,6 +46,11 @@ class Shot(NamedTuple):
     seen: int
     damaged: int
     stretch: tuple[float, float] = (1.0, 0.0)
+
+    def widths(self) -> Array:
+        """How wide its blobs look, (n,) px; see `apparent_widths`."""
+        mean = 255.0 - self.still.mean if self.settings.get("polarity") == "dark" else self.still.mean
+        return apparent_widths(mean, self.at, self.blobs.pixels)
 
 
 def take(

@@ -63,6 +63,12 @@ class Calibration(Section):
         description="true: where a camera's background shows that it turned since its calibration, positions are "
         "corrected by it, and sigma has its uncertainty; false: it is only reported",
     )
+    same_balls: bool = Field(
+        True,
+        description="true: targets that look as large as the calibration's balls within 3 % are taken for the same "
+        "balls, and a difference of more than half a percent for lenses that were zoomed or focused since; false: "
+        "targets are other balls",
+    )
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
     prior: Prior = Field({}, description="parameter: [mean, standard deviation]")

@@ -31,7 +31,8 @@ NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})
 class Sightings(NamedTuple):
     """What the stage gives.
 
-    table    a row a clip and tag: clip, tag, x, y, z, sigma, Xf, Yf, pixels, frames, sd_x, sd_y, found, reason
+    table    a row a clip and tag: clip, tag, x, y, z, sigma, Xf, Yf, pixels, width, frames, sd_x, sd_y, found,
+             reason
     picture  (rows, columns) the balls of all clips in one picture
     means    clip: (rows, columns) its mean picture, grey levels
     record   how the names were found, clip by clip
@@ -132,7 +133,8 @@ def picks_from_before(before: pd.DataFrame, tags: Mapping[str, Sequence[str]], f
 def no_sightings() -> pd.DataFrame:
     """The table of a camera of which nothing could be labelled: no rows."""
     kinds = {"clip": str, "tag": str, "pixels": int, "frames": int, "found": bool, "reason": str}
-    names = ["clip", "tag", "x", "y", "z", "sigma", "Xf", "Yf", "pixels", "frames", "sd_x", "sd_y", "found", "reason"]
+    names = ["clip", "tag", "x", "y", "z", "sigma", "Xf", "Yf", "pixels", "width", "frames", "sd_x", "sd_y"]
+    names += ["found", "reason"]
     return pd.DataFrame({name: pd.Series(dtype=kinds.get(name, float)) for name in names})
 
 
@@ -262,6 +264,7 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     for name, column in (("Xf", shot.at[:, 0]), ("Yf", shot.at[:, 1])):
         table[name] = np.where(has, column[blob], np.nan)
     table["pixels"] = np.where(has, shot.blobs.pixels[blob], 0)
+    table["width"] = np.where(has, shot.widths()[blob], np.nan)
     table["frames"] = shot.still.frames
     for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("scatter", scatter)):
         table[name] = np.where(has, column[blob], np.nan)
@@ -269,6 +272,7 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     table.loc[apart.row, ["Xf", "Yf"]] = apart.at
     table.loc[apart.row, ["sd_x", "sd_y"]] = apart.sd
     table.loc[apart.row, "pixels"] = apart.pixels
+    table.loc[apart.row, "width"] = np.nan
     has[apart.row] = True
     table["found"] = has
     table["reason"] = ""

@@ -17,6 +17,7 @@ from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
+from vidtrack.location.ball_sizes import ball_sizes, timed_looks
 from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.clock_far_off import clock_far_off
@@ -88,6 +89,7 @@ def locate(
     kept: Mapping[str, pd.DataFrame] | None = None,
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
+    widths: Mapping[str, Any] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -111,6 +113,7 @@ def locate(
     kept           camera: pieces of its pictures, `tracking.windows.COLUMNS`, in which targets that other cameras show
                    are sought again
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
+    widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge. A fix where another
@@ -194,6 +197,9 @@ def locate(
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
+    own = {v.name: timed_looks((widths or {}).get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
+    balls = {name: _columns(table) for name, table in (points or {}).items() if shown.get(name) is None}
+    record |= {"sizes": ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels)}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
     return Locations(table, record, pd.DataFrame(association_columns(*followed)), sights)

@@ -187,7 +187,7 @@ def track(
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
-    pieces, crops = tracker.windows.kept, tracker.crops
+    pieces, crops, widths = tracker.windows.kept, tracker.crops, tracker.widths
     del tracker, earlier, stamps  # what was recorded is as large as each table
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
@@ -213,7 +213,7 @@ def track(
     seen_well = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(seen_well, columns, clip.detection.noise, grown, exposure)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
-    diagnostics |= {"begun": begun.how, "exposure": exposure}
+    diagnostics |= {"begun": begun.how, "exposure": exposure, "widths": widths.as_record(names, columns.time_s)}
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),

@@ -30,6 +30,7 @@ from vidtrack.verdict.run_rules import (
     target_findings,
     time_findings,
 )
+from vidtrack.verdict.size_rules import size_findings
 
 Record = Mapping[str, Any]
 
@@ -64,7 +65,7 @@ def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]], awaited: Se
     """The record verdict.json.
 
     runs     what the config asks for, by run: {mode, cameras, targets: how many or their names[, without: why cameras
-             have no part, by camera]}
+             have no part, by camera][, same_balls: whether targets may be balls of the calibration's size]}
     awaited  runs that the config names and that are not recorded
     Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
     nothing was calibrated), runs ({run: {verdict, reasons, notes}}), and awaited where there are such runs. A reason is
@@ -167,6 +168,7 @@ def _of_run(
         ruled += target_findings(_tracks(own.tables.get("trajectories")), asked.get("targets"))
     held_out = ((results.back or {}).get("held_out") or {}).get("mean_3d")
     ruled += time_findings(own.readings, locate) + location_findings(locate, held_out)
+    ruled += size_findings(locate, own.record("steadiness"), same_balls=asked.get("same_balls", True))
     ruled += motion_findings(own.record("kinematics")) + comparison_findings(own.record("comparison"))
     found = added(found, ruled)
     if asked["mode"] != "plane":

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.ball_widths import BallWidths
 from vidtrack.tracking.crops import Crop, keep_piece
 from vidtrack.tracking.declumping import Clumps, looks_of
 from vidtrack.tracking.detect_settings import Detection
@@ -85,7 +86,7 @@ class Tracker:
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record = Record(n)
         self.crops: list[Crop] = []
-        self.windows = Windows(n + spare)
+        self.windows, self.widths = Windows(n + spare), BallWidths(n, detection)
         self._pacer, self._lines = Pacer(), 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
@@ -160,6 +161,7 @@ class Tracker:
         self._pacer.went(taken, well=taken == k and not lost_now.size)
         block.total_pixels[:taken] = self._totals[:taken]
         del self._totals[:taken]
+        self.widths.passed(samples[:taken], self.record.samples, block.values)
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
         if self.newcomers is not None:
             self.windows.passed(samples[:taken], self.record.samples - taken)

@@ -69,6 +69,7 @@ def _asked(settings: Settings, run: Run, left: LeftOut) -> Order:
     without = left.of_run(run.name)
     return {
         **({"without": without} if without else {}),
+        **({} if settings.calibration.same_balls else {"same_balls": False}),
         "mode": own.mode,
         "cameras": list(run.videos),
         "targets": targets_of(settings, run) if own.mode != "waterline" else None,

@@ -1,0 +1,52 @@
+"""The widths of targets are collected at samples that are spread over the recording."""
+
+import numpy as np
+import pytest
+
+from tests.tracking.measurement.test_apparent_width import picture
+from vidtrack.tracking.ball_widths import LOOKS, BallWidths
+from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.state import MEASURED, PIXELS, X, Y
+
+SEEN = np.clip(picture((30.3, 22.6), 9.3), 0, 255).astype(np.uint8)
+
+
+def passed(widths, first, count, *, dark=False, **sample):
+    values = np.full((MEASURED, count, 2), np.nan)
+    values[X, :, 0], values[Y, :, 0], values[PIXELS, :, 0] = 30.3, 22.6, 68
+    luma = 255 - SEEN if dark else SEEN
+    widths.passed([Sample(luma, float(first + j), **sample) for j in range(count)], first, values)
+
+
+def test_each_target_has_the_moments_at_which_its_width_is_known():
+    widths = BallWidths(2, Detection())
+    passed(widths, 0, 3)
+    record = widths.as_record(["t1", "t2"], np.array([10.0, 10.5, 11.0]))
+    assert record["t1"]["time_s"] == [10.0, 10.5, 11.0]
+    assert record["t1"]["width"] == pytest.approx([9.3] * 3, rel=0.02)
+    assert (record["t1"]["Xf"][0], record["t1"]["Yf"][0]) == (30.3, 22.6)
+    assert record["t2"] == {"time_s": [], "Xf": [], "Yf": [], "width": []}
+
+
+def test_dark_targets_have_the_same_width():
+    bright, dark = BallWidths(2, Detection()), BallWidths(2, Detection(dark=True))
+    passed(bright, 0, 1)
+    passed(dark, 0, 1, dark=True)
+    assert dark.as_record(["t1"], np.zeros(1)) == bright.as_record(["t1"], np.zeros(1))
+
+
+def test_a_long_recording_is_looked_at_evenly_and_not_more_often():
+    widths = BallWidths(2, Detection())
+    for first in range(0, 1000, 4):
+        passed(widths, first, 4)
+    moments = widths.as_record(["t1"], np.arange(1000.0))["t1"]["time_s"]
+    assert LOOKS.samples / 2 <= len(moments) < 2 * LOOKS.samples
+    assert set(np.diff(moments)) == {8.0}
+
+
+def test_damaged_and_repeated_pictures_show_nothing():
+    widths = BallWidths(2, Detection())
+    passed(widths, 0, 2, corrupt=True)
+    passed(widths, 2, 2, repeated=True)
+    assert widths.as_record(["t1"], np.zeros(4))["t1"]["width"] == []
