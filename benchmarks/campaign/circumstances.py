@@ -23,6 +23,7 @@ from benchmarks.campaign.changes import (
     run_videos,
     table_of,
 )
+from benchmarks.campaign.instruments import INSTRUMENTS
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
 from benchmarks.campaign.reported import REPORTED
@@ -365,4 +366,5 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     **LIGHT,
     **SLIGHT,
     **REPORTED,
+    **INSTRUMENTS,
 }
