@@ -5,9 +5,11 @@ import pytest
 
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
+from vidtrack.labelling import naming_doubts
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.label import Picks, View
 from vidtrack.labelling.naming_doubts import Case, missing_because, odd_picks, settled
+from vidtrack.labelling.seeds import label_from_picks
 from vidtrack.simulate.rig import points_on_wires, thesis_rig
 
 SIZE = (512, 480)
@@ -63,6 +65,21 @@ def test_a_pick_at_the_wrong_ball_says_which_ball_that_is():
 def test_mirrored_axes_are_recognised():
     with pytest.raises(VidtrackError, match="left-handed"):
         answer(case([0, 3, 8, 11, 17, 33], points=POINTS * [1, 1, -1.0]))
+
+
+def test_mirrored_axes_are_recognised_where_another_answer_contradicts_most_picks(monkeypatch):
+    """The generic words, which send the user to the picks, were said of 3 in 5 mirrored surveys of random rigs."""
+    c = case([0, 2, 5, 8, 9, 11], points=POINTS * [-1.0, 1, 1], views=VIEWS[:1])
+    (right, *_) = label_from_picks(POINTS, VIEWS[:1], c.picks, SIZE, trusted=True)
+    wrong = right._replace(projected=[np.roll(p, -5, 0) for p in right.projected])
+
+    def only_mirrored(points, views, picks, *_, **__):
+        same = np.allclose(picks.xy, c.picks.xy)
+        return [right] if same and np.linalg.det(np.linalg.lstsq(c.points, points, rcond=None)[0]) < 0 else []
+
+    monkeypatch.setattr(naming_doubts, "label_from_picks", only_mirrored)
+    with pytest.raises(VidtrackError, match="left-handed"):
+        settled(c, [wrong])
 
 
 def test_blobs_that_are_something_else_are_told_with_their_numbers():

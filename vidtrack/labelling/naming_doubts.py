@@ -57,11 +57,7 @@ def settled(case: Case, answers: Sequence[Labels]) -> Labels:
     best, agree = answers[0], agreeing(answers[0], case.picks)
     close = best.sd < 0.8 * crowding_limit(case.views)
     if not complete(best, case.picks) and len(agree) >= 4 and _mirrored(case):
-        raise VidtrackError(
-            f"calibration/points.csv: the balls that camera {case.camera} sees fit only its mirror image: the axes are "
-            "left-handed. Swap two columns, or change the sign of one. Where this camera alone says so, its pictures "
-            "are mirrored (by a mirror or a setting): turn them back in its clips and runs."
-        )
+        raise VidtrackError(_left_handed(case))
     share = LEAST_SHARE if close else 0.85
     if best.share_found(case.picks) < share or 3 * (~agree).sum() > len(agree):
         raise VidtrackError(_nothing_fits(case, best))
@@ -91,6 +87,8 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
                 "left, Yf from the top, 0 in the middle of the first pixel, in px of the recording."
             )
     if answers and all(3 * (~agreeing(labels, picks)).sum() > len(picks.point) for labels in answers):
+        if _mirrored(case):
+            raise VidtrackError(_left_handed(case))
         clips = " Or have two clips each other's tags (calibration.clips.<clip>.tags)?" if len(case.views) > 1 else ""
         raise VidtrackError(
             f"{case.where[0]}: most picks of camera {case.camera} lie where no ball of their tags can be. Is this clip "
@@ -183,6 +181,14 @@ def _cure(case: Case) -> str:
     if on_one_line(case.points[case.picks.point]):
         return "The picks lie on one line: add a ball off it."
     return "Check the picks, the clips' tags and the threshold, or pick more balls."
+
+
+def _left_handed(case: Case) -> str:
+    return (
+        f"calibration/points.csv: the balls that camera {case.camera} sees fit only its mirror image: the axes are "
+        "left-handed. Swap two columns, or change the sign of one. Where this camera alone says so, its pictures "
+        "are mirrored (by a mirror or a setting): turn them back in its clips and runs."
+    )
 
 
 def _mirrored(case: Case) -> bool:
