@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.tracking.test_tracker import DETECTION, circle, samples_of, starts_at
+from tests.discs import picture
+from tests.tracking.test_tracker import DETECTION, SHAPE, circle, samples_of, starts_at
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import static_clutter
@@ -16,7 +17,10 @@ NOWHERE = np.full(2, np.nan)
 
 
 def followed(path, starts, *, still=(), opening=12):
-    samples = samples_of(path, still=still)
+    return followed_through(samples_of(path, still=still), starts, opening=opening)
+
+
+def followed_through(samples, starts, *, opening=12):
     backgrounds = background_of(samples[:opening], DETECTION)
     static = static_clutter(samples[:opening], backgrounds, DETECTION, np.zeros((0, 4)))
     whole = WholePicture(backgrounds, DETECTION, static)
@@ -40,6 +44,28 @@ def test_a_thing_that_comes_late_is_followed_within_a_few_samples():
     assert others.sample.min() <= 30 + INITIATION.every + 1
     assert np.nanmax(np.abs(others.values[:2].T - late[others.sample])) < 0.1
     assert np.isfinite(others.values[0]).all()
+
+
+def along_a_rope(path, speed=7.0):
+    """Samples of a ball on a path, and one that rises before a rope from sample 10 on, and its places."""
+    samples = samples_of(path)
+    place = np.stack([np.full(len(path), 62.4), 185 - speed * (np.arange(len(path)) - 10)], axis=-1)
+    for k, sample in enumerate(samples):
+        if k >= 10:
+            sample.luma[:] = np.maximum(sample.luma, picture(SHAPE, [(*place[k], 4.0)], contrast=180.0))
+        sample.luma[:, 58:61] = 140
+    return samples, place
+
+
+def test_what_comes_along_a_rope_and_is_never_seen_apart_is_followed():
+    path = circle(34)
+    samples, place = along_a_rope(path)
+    _, others, _ = followed_through(samples, path[0])
+    seen = np.isfinite(others.values[0])
+    assert set(range(17, 34)) <= set(others.sample[seen].tolist())
+    error = others.values[:2, seen].T - place[others.sample[seen]]
+    assert (np.abs(error) < 5 * others.values[[2, 3]][:, seen].T).all()
+    assert np.abs(error).max() < 0.3
 
 
 def test_without_anything_else_nothing_else_is_followed():

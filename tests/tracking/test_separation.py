@@ -7,8 +7,14 @@ import pandas as pd
 import pytest
 
 from tests.discs import picture
+from tests.tracking.test_newcomers import along_a_rope
+from tests.tracking.test_tracker import DETECTION, starts_at
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.detection.background_picture import background_of
+from vidtrack.tracking.detection.static_clutter import static_clutter
+from vidtrack.tracking.state import present
+from vidtrack.tracking.tracker import Tracker
 
 RATE = Fraction(30)
 SHAPE = (140, 200)
@@ -78,3 +84,22 @@ def test_a_ball_behind_a_still_rope_is_measured_by_what_is_to_be_seen_of_it():
     assert seen.mean() > 0.93
     assert np.nanmax(np.abs(error / sd)) < 5
     assert all("merged" in word for word in flag[~seen])
+
+
+def test_a_target_that_motion_alone_has_shown_is_measured_beside_clutter():
+    """What a trail of the opening has shown holds no background."""
+    samples, place = along_a_rope(np.full((34, 1, 2), np.nan))
+    clutter = static_clutter(samples, background_of(samples[:10], DETECTION), DETECTION, np.zeros((0, 4)))
+    starts = starts_at(place[10:11])._replace(
+        velocity=np.array([[0.0, -7.0]]),
+        acceleration=np.zeros((1, 2)),
+        pixels=np.array([48.0]),
+        contrast=np.array([175.0]),
+        size=np.full((1, 2), 8.0),
+    )
+    tracker = Tracker(starts, DETECTION, 100.0, static=clutter)
+    tracker.follow([sample._replace(time=float(k)) for k, sample in enumerate(samples[10:])])
+    tracker.finish()
+    rows = tracker.rows()
+    assert present(rows).all()
+    assert np.abs(rows.values[:2, :, 0].T - place[10:]).max() < 0.3

@@ -167,7 +167,7 @@ def track(
         begun = begun_anywhere(clip, len(names), box, searched)
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
-    static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast)
+    static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast, alone=boxes is None)
     whole = WholePicture(backgrounds, clip.detection, static)
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
     tracker.follow(samples)

@@ -49,7 +49,7 @@ DECLUMPING = Declumping()
 
 
 class Looks(NamedTuple):
-    """What two discs (2,) look like: pixels, contrast (grey levels), background, width px and height in rows."""
+    """What discs (m,) look like: pixels, contrast (grey levels), background, width px and height in rows."""
 
     pixels: Array
     contrast: Array

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.beside_clutter import beside, discs_beside
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import blobs_near, contrast_of, levels_beside
@@ -107,7 +108,8 @@ class Newcomers:
         likely = likely[np.argsort(-found.mass[likely], kind="stable")][: free.size]
         if not likely.size:
             return state
-        blobs = self._measured(Blobs._make(column[likely] for column in found), sample)
+        over = Blobs._make(column[likely] for column in found)
+        blobs = self._measured(over, sample)
         good = self._like_targets(blobs, state)
         good &= ~_inside(blobs, place[there], state.sizes(sample.lines, there))
         order = np.flatnonzero(good)[np.argsort(-blobs.mass[good], kind="stable")][: free.size]
@@ -116,8 +118,26 @@ class Newcomers:
             looks = [blobs.pixels[b], contrast[b], background, blobs.width[b], blobs.height[b]]
             at = np.array([[blobs.Xf[b], blobs.Yf[b]]])
             state = state.begun(i, at, np.array([sample.time]), looks)
-            self.track[i] = self._next
-            self._next += 1
+            self.taken(i)
+        new = free[: order.size]
+        place = np.concatenate([place[there], state.positions[-1, new]])
+        free, size = free[order.size :], state.sizes(sample.lines, np.concatenate([there, new]))
+        return self._beside_clutter(state, sample, over, free, (place, size))
+
+    def _beside_clutter(
+        self, state: TargetState, sample: Sample, over: Blobs, free: Ints, others: tuple[Array, Array]
+    ) -> TargetState:
+        """With tracks for what static clutter hides in part, of blobs over the background.
+
+        others  as `discs_beside` takes them
+        """
+        static = self.whole.static
+        if static is None or not free.size or not (which := np.flatnonzero(beside(static, sample, over))).size:
+            return state
+        discs = discs_beside(sample, over, which, static, state.appearance.of(slice(self.n)), others, self._detection)
+        for i, (at, looks) in zip(free.tolist(), discs, strict=False):
+            state = state.begun(i, at, np.array([sample.time]), looks.tolist())
+            self.taken(i)
         return state
 
     def _measured(self, found: Blobs, sample: Sample) -> Blobs:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
+from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.measurement.clump import Clump, clump_at
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
@@ -32,6 +33,7 @@ class Separating:
     at_most      targets in one fit; widest_px: half axis of one
     ring_px      about the pixels that count, for the background
     about        of half a blob's size, on each side, in which it is looked at
+    no_course    places of a track, at most, from which it is not known where it goes: it is sought in its box
     soft_px      about other targets and static clutter, which their light may reach
     """
 
@@ -39,6 +41,7 @@ class Separating:
     widest_px: float = 60.0
     ring_px: float = 6.0
     about: float = 1.15
+    no_course: int = 2
     soft_px: int = 2
 
 
@@ -80,9 +83,9 @@ class Separation:
         """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold."""
         detection, looks = scene.detection, now.state.appearance.of(who)
         self.course[who] = np.nan
-        if not 0 < who.size <= SEPARATING.at_most or not looks.known.all():
-            return None
         known = self._known(who, looks.pixels, looks.size, looks.contrast)
+        if not 0 < who.size <= SEPARATING.at_most or not np.isfinite(looks.pixels).all():
+            return None
         column, row = middle[:, 0], np.asarray(sample.row(middle[:, 1]))
         axes = np.exp(known.value[:2])
         if axes.max() > SEPARATING.widest_px:
@@ -94,7 +97,7 @@ class Separation:
             return None
         if (row - half[1]).min() < 0 or (row + half[1]).max() > rows - 1:
             return None
-        left, top, grey = _cut(sample, detection, column, row, room)
+        left, top, grey = piece_about(sample, detection, column, row, room)
         hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
         x, y = column - left, row - top
         fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise, courses=True)
@@ -136,7 +139,7 @@ class Separation:
         if not np.isfinite(half).all() or half.max() > 2 * SEPARATING.widest_px:
             return None
         column, row = np.array([x]), np.asarray(sample.row(np.array([y])))
-        left, top, grey = _cut(sample, scene.detection, column, row, room)
+        left, top, grey = piece_about(sample, scene.detection, column, row, room)
         hidden = self._hidden(now, sample, np.array([i]), (left, top), grey.shape, scene.static)
         at = float(column[0]) - left, float(row[0]) - top
         clump = clump_at(grey, hidden, *at, float(looks.contrast[0]), scene.detection.noise, sample.lines)
@@ -163,10 +166,28 @@ class Separation:
         size = now.state.appearance.size[:, who]
         hidden = scene.static.touched([sample], *predicted.T[:, None], *size)[0]
         for i in np.flatnonzero(hidden & (now.flag[who] & MERGED > 0)).tolist():
-            seen = self.measured(now, sample, who[i : i + 1], predicted[i : i + 1], scene)
+            one = who[i : i + 1]
+            seen = self.measured(now, sample, one, predicted[i : i + 1], scene)
+            if seen is None and np.isfinite(now.state.positions[:, who[i], 0]).sum() <= SEPARATING.no_course:
+                place = self._showing(now, sample, one, predicted[i], scene)
+                seen = None if place is None else self.measured(now, sample, one, place, scene)
             if seen is not None:
                 now, chosen[i] = seen, 0
         return now, chosen
+
+    def _showing(self, now: Searched, sample: Sample, one: Ints, predicted: Array, scene: Scene) -> Array | None:
+        """Place (1, 2) px of the largest thing in a target's box that nothing else lights; None: there is none."""
+        looks, x, row = now.state.appearance.of(one), predicted[:1], np.asarray(sample.row(predicted[1:]))
+        room = now.state.box[one[0]] / (2, 2 * sample.lines)
+        left, top, grey = piece_about(sample, scene.detection, x, row, room)
+        hidden = self._hidden(now, sample, one, (left, top), grey.shape, scene.static)
+        lit = ~hidden & (grey > target_levels(looks, scene.detection, scene.level)[0])
+        stats = cv2.connectedComponentsWithStats(lit.astype(np.uint8), connectivity=8)[2][1:]
+        if not len(stats):
+            return None
+        column, line, width, height, _ = stats[np.argmax(stats[:, cv2.CC_STAT_AREA])]
+        at = left + column + (width - 1) / 2, (top + line + (height - 1) / 2) * sample.lines + sample.parity
+        return np.array([at])
 
     def _known(self, who: Ints, pixels: Array, size: Array, contrast: Array) -> Shapes:
         first, own = shapes_of(pixels, size, contrast), self._shape[:, who]
@@ -191,19 +212,12 @@ class Separation:
         if others.size:
             x, y = now.values[POSITION, others]
             y = np.asarray(sample.row(y))
-            half = now.state.appearance.size[:, others] / 2 + SEPARATING.soft_px
-            row, column = np.ogrid[: shape[0], : shape[1]]
-            near = np.flatnonzero(
-                (np.abs(x - corner[0] - shape[1] / 2) < half[0] + shape[1] / 2)
-                & (np.abs(y - corner[1] - shape[0] / 2) < half[1] + shape[0] / 2)
-            )
-            for i in near.tolist():
-                off = ((column + corner[0] - x[i]) / half[0, i]) ** 2 + ((row + corner[1] - y[i]) / half[1, i]) ** 2
-                hidden[off < 1] = 1
+            half = now.state.appearance.size[:, others] / 2
+            hidden[cover_discs(corner, shape, x, y, half)] = 1
         return hidden > 0
 
 
-def _cut(
+def piece_about(
     sample: Sample, detection: Detection, column: Array, row: Array, room: Array
 ) -> tuple[int, int, NDArray[np.float32]]:
     """Left column, top row and grey levels of a piece of a sample about places (m,), with room (2,) px on each side."""
@@ -213,6 +227,23 @@ def _cut(
     left, top, right, bottom = max(0, left), max(0, top), min(columns, right), min(rows, bottom)
     grey = detection.bright(sample.luma[top:bottom, left:right]).astype(np.float32) * np.float32(detection.scale)
     return left, top, grey
+
+
+def cover_discs(
+    corner: tuple[int, int], shape: tuple[int, ...], x: Array, row: Array, half: Array
+) -> NDArray[np.bool_]:
+    """Pixels of a piece of a sample that discs at x, row (m,), half axes (2, m) px and rows, may light."""
+    hidden = np.zeros(shape, bool)
+    half = half + SEPARATING.soft_px
+    rows, columns = np.ogrid[: shape[0], : shape[1]]
+    near = np.flatnonzero(
+        (np.abs(x - corner[0] - shape[1] / 2) < half[0] + shape[1] / 2)
+        & (np.abs(row - corner[1] - shape[0] / 2) < half[1] + shape[0] / 2)
+    )
+    for i in near.tolist():
+        off = ((columns + corner[0] - x[i]) / half[0, i]) ** 2 + ((rows + corner[1] - row[i]) / half[1, i]) ** 2
+        hidden |= off < 1
+    return hidden
 
 
 def hidden_by_static(

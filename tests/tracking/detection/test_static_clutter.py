@@ -95,10 +95,11 @@ def samples(ground, parity=0, lines=1):
     return [Sample(np.clip(np.rint(ground), 0, 255).astype(np.uint8), float(k), parity, lines) for k in range(5)]
 
 
-def standing(ground, own=(), detection=DETECTION, **kind):
+def standing(ground, own=(), detection=DETECTION, alone=False, **kind):
     shown = samples(ground, **kind)
     parity = shown[0].parity
-    return static_clutter(shown, {parity: shown[0].luma}, detection, np.reshape(np.asarray(own, float), (-1, 4)))
+    boxes = np.reshape(np.asarray(own, float), (-1, 4))
+    return static_clutter(shown, {parity: shown[0].luma}, detection, boxes, alone=alone)
 
 
 def test_boxes_that_reach_a_thing_touch_it():
@@ -148,6 +149,14 @@ def test_what_lies_wholly_in_a_target_s_own_place_is_the_target():
     things = standing(ground, [38, 18, 52, 32])
     assert not things.touched(samples(ground)[:1], [[45]], [[25]], 4, 4)[0, 0]
     assert things.touched(samples(ground)[:1], [[65]], [[25]], 4, 4)[0, 0]
+
+
+def test_a_rope_through_the_place_where_a_target_was_seen_to_move_stays_clutter():
+    ground = np.full((60, 80), 40.0)
+    ground[24:27] = 200
+    here = samples(ground)[:1]
+    assert standing(ground, [38, 18, 52, 32], alone=True).touched(here, [[45]], [[25]], 4, 4)[0, 0]
+    assert not standing(ground, [38, 18, 52, 32]).touched(here, [[45]], [[25]], 4, 4)[0, 0]
 
 
 def test_the_target_of_a_start_box_is_what_lies_nearest_to_its_middle():

@@ -84,6 +84,25 @@ def test_a_disc_of_which_a_third_is_hidden_is_found_by_its_rim():
     assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.4
 
 
+@pytest.mark.parametrize("again", [False, True])
+def test_a_single_disc_of_which_a_fifth_is_seen_is_measured_as_well_as_its_sigma_says(again):
+    rng = np.random.default_rng(5)
+    z = []
+    for _ in range(20):
+        data, at = drawn(rng, (6.0, 1.0), (180.0, 0.0), -3.0)
+        hidden = np.zeros(data.shape, bool)
+        column = int(at[0, 0])
+        hidden[:, column - 3 : column + 5] = True
+        data[hidden] = 90.0
+        fit = fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=again)
+        assert fit.good
+        error, sd = errors(fit, at[:1])
+        z.append(error / sd)
+    assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.4
+    hidden[:] = True
+    assert not fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=again).good
+
+
 def test_something_that_is_no_disc_of_that_size_is_no_measurement():
     rng = np.random.default_rng(4)
     data, at = drawn(rng, (9.0, 9.0), (180.0, 180.0), 0.3)

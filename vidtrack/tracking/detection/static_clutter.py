@@ -104,12 +104,15 @@ def static_clutter(
     detection: Detection,
     own: Array,
     contrast: float = np.nan,
+    *,
+    alone: bool = False,
 ) -> StaticClutter | None:
     """Static clutter, found while the targets are elsewhere; None where there is none, or the whole scene is as bright.
 
     samples      the opening of the recording; backgrounds of it, turned bright, as `background_of` makes them
     own          (n, 4) left, top, right, bottom px: where the targets begin. What lies wholly in such a box is a
                  target at rest; where no target is seen apart in it, all of it is left to the target
+    alone        the targets have been seen apart there, by their motion: what else lies in a box is not theirs
     contrast     grey levels, of the faintest target; NaN: not known, and what is brightest in the scene counts instead
     """
     sums = {}
@@ -117,9 +120,9 @@ def static_clutter(
         first = next(sample for sample in samples if sample.parity == parity)
         boxes = own.copy()
         boxes[:, 1::2] = first.row(boxes[:, 1::2])
-        mask = _without(
-            _bright_things(background, detection, contrast), bright_mask(detection.bright(first.luma), detection), boxes
-        )
+        mask = _bright_things(background, detection, contrast)
+        seen = mask if alone else bright_mask(detection.bright(first.luma), detection)
+        mask = _without(mask, seen, boxes, alone=alone)
         if mask.any() and mask.mean() < detection.max_clutter:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
     return StaticClutter(sums) if sums else None
@@ -170,7 +173,7 @@ def _bright_things(background: NDArray[Any], detection: Detection, contrast: flo
     return (over > np.float32(least)).view(np.uint8)
 
 
-def _without(mask: Mask, first: Mask, boxes: Array) -> Mask:
+def _without(mask: Mask, first: Mask, boxes: Array, *, alone: bool) -> Mask:
     """The mask without the things that lie wholly in one of the boxes (n, 4), and without the boxes in which nothing
     does, neither in the mask nor in the first sample.
     """
@@ -181,7 +184,7 @@ def _without(mask: Mask, first: Mask, boxes: Array) -> Mask:
     kept[0] = 0
     kept[inside.any(axis=1)] = 0
     left = kept[labels]
-    for x0, y0, x1, y1 in np.rint(boxes[~apart]).astype(int).tolist():
+    for x0, y0, x1, y1 in np.rint(boxes[~apart & (not alone)]).astype(int).tolist():
         left[max(0, y0) : max(0, y1 + 1), max(0, x0) : max(0, x1 + 1)] = 0
     return np.asarray(left, np.uint8)
 
