@@ -6,7 +6,7 @@ import pytest
 
 from vidtrack.files import results_files
 from vidtrack.files.records import write_json
-from vidtrack.files.results_files import read_results
+from vidtrack.files.results_files import is_of_run, read_results
 from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 
@@ -72,3 +72,27 @@ def test_each_file_is_read_once(tmp_path, monkeypatch):
     monkeypatch.setitem(results_files.READERS, ".json", lambda p: reads.append(p) or {})
     read_results([str(path)])
     assert reads == [str(path)]
+
+
+@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids", "background"])
+def test_what_belongs_to_a_run_is_known_by_its_path(name):
+    for path in (
+        f"runs/{name}/locate.json",
+        f"runs/{name}/centroids/{name}.json",
+        f"runs/{name}/background/{name}.png",
+    ):
+        assert is_of_run(f"lab/results/{path}")
+    for path in (f"calibration/{name}/camera.json", "calibration/survey.json", ".failures/locate/a.json"):
+        assert not is_of_run(f"lab/results/{path}")
+
+
+def test_a_calibration_that_was_read_before_is_neither_read_again_nor_changed_by_a_run(tmp_path, monkeypatch):
+    paths = [str(tmp_path / "results" / path) for path in ("calibration/survey.json", "runs/a/locate.json")]
+    for path in paths:
+        write_json(path, {"path": path}, {})
+    known = read_results(paths[:1])
+    monkeypatch.setitem(results_files.READERS, ".json", lambda path: path)
+    both = read_results(paths[1:], known)
+    assert both.survey is known.survey
+    assert both.runs["a"].records == {"locate": paths[1]}
+    assert not known.runs

@@ -8,7 +8,8 @@ import pytest
 
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import write_parquet
-from vidtrack.jobs.steadiness import _as_it_is, _calibrated
+from vidtrack.jobs.steadiness import _calibrated
+from vidtrack.workflow.fingerprint import as_it_is
 
 
 def files(folder, grey):
@@ -22,7 +23,7 @@ def files(folder, grey):
 
 
 def kept(paths, clip=None):
-    return _calibrated(clip, *map(_as_it_is, paths))
+    return _calibrated(clip, *map(as_it_is, paths))
 
 
 def test_a_calibration_is_read_once_and_again_where_a_file_of_it_is_another(tmp_path):

@@ -12,7 +12,7 @@ from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.naming_doubts import MERGED, OUTSIDE
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.simulate.rig import thesis_points, thesis_rig
-from vidtrack.stages.verdict import CALIBRATING, _fit, _track, verdict
+from vidtrack.stages.verdict import CALIBRATING, _fit, _track, calibration_verdict, verdict
 
 ASKED = {"pluck": {"mode": "space", "cameras": ["cam1", "cam2"], "targets": 1}}
 
@@ -197,3 +197,14 @@ def test_a_ball_that_no_camera_can_separate_or_see_is_no_evidence_against_its_su
     record = verdict(replace(results, cameras=cameras), ASKED)
     codes = {reason["code"] for reason in record["calibration"]["reasons"]}
     assert ("points-found-by-no-camera" in codes) is says
+
+
+def test_what_is_known_of_the_calibration_is_not_looked_for_again(monkeypatch):
+    doubt = Finding("doubtful", "lens", "cam1: odd", "Look.")
+    results = Results(cameras={"cam1": CameraResults(record={"findings": as_records([doubt])})})
+    known = calibration_verdict(results)
+    asked = {"mode": "space", "cameras": ["cam1"], "targets": None}
+    whole = verdict(results, {"a": asked})
+    assert known.cameras["cam1"].verdict == "doubtful"
+    monkeypatch.setattr("vidtrack.stages.verdict._of_camera", None)
+    assert verdict(results, {"a": asked}, of_calibration=known) == whole

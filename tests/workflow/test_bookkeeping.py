@@ -3,14 +3,24 @@
 import asyncio
 import gc
 import hashlib
+import inspect
+import io
+import json
+import re
+from contextlib import suppress
+from pathlib import Path
 from types import SimpleNamespace
 
 from vidtrack.workflow.bookkeeping import (
+    with_checksums_of_a_job,
     with_kept_commands,
     with_known_checksums,
+    with_known_signatures,
     with_known_sizes,
     with_plain_params,
+    with_records_at_once,
     without_garbage,
+    without_pipes,
 )
 
 
@@ -57,6 +67,90 @@ def test_snakemake_notes_the_same_checksum_as_by_itself(tmp_path, monkeypatch):
     assert asyncio.run(Known("results/a", rule).checksum(10)) == read
     assert asyncio.run(Known("results/a", rule).checksum(1)) is None
     assert asyncio.run(Known("results/gone", rule).checksum(10)) is None
+
+
+def test_while_a_job_is_noted_each_checksum_is_asked_for_once_and_anew_for_the_next_one():
+    asked, noted_for = [], []
+
+    class File(str):
+        async def checksum(self, threshold=None, force=False, algorithm=None):
+            asked.append((str(self), threshold, algorithm))
+            return f"sha256:{self}{len(asked)}"
+
+    class Persistence:
+        async def finished(self, job):
+            noted_for.extend([await File(path).checksum(10) for _ in "outputs" for path in job])
+            if "other" in job:
+                await File("other").checksum(10, algorithm="md5")
+                raise OSError("no space")
+
+    persistence = Persistence()
+    with_checksums_of_a_job(File, persistence)
+    asyncio.run(persistence.finished(["a", "b"]))
+    assert asked == [("a", 10, None), ("b", 10, None)]
+    assert noted_for == ["sha256:a1", "sha256:b2"] * 7
+    with suppress(OSError):
+        asyncio.run(persistence.finished(["a", "other"]))
+    assert asked[2:] == [("a", 10, None), ("other", 10, None), ("other", 10, "md5")]
+    asyncio.run(File("a").checksum(10))
+    asyncio.run(File("a").checksum(10))
+    assert len(asked) == 7
+
+
+def test_a_record_is_written_by_the_fast_encoder_with_the_bytes_of_snakemake_s_own():
+    import snakemake.persistence.file as module
+
+    record = {"input": ["runs/a'b", "ü"], "log": None, "starttime": 1.5e9, "code": {"a": [1, True]}}
+    mine = SimpleNamespace(json=module.json)
+    with_records_at_once(mine)
+    theirs, ours = io.StringIO(), io.StringIO()
+    json.dump(record, theirs)
+    mine.json.dump(record, ours)
+    assert ours.getvalue() == theirs.getvalue()
+    assert mine.json.load is json.load
+    assert mine.json.JSONDecodeError is json.JSONDecodeError
+    assert json.dump is not mine.json.dump
+
+
+def test_no_input_is_sought_among_pipes_since_no_rule_has_one():
+    class Any:
+        pass
+
+    without_pipes(Any)
+    assert Any().is_pipe_or_service_input("results/a") is False
+    rules = Path(__file__).parents[2] / "workflow"
+    assert not [path for path in rules.rglob("*.smk") if re.search(r"\b(pipe|service)\(", path.read_text())]
+
+
+def test_the_parameters_of_a_function_are_looked_at_once_and_a_methods_without_itself():
+    looked = []
+
+    def parameters(function):
+        looked.append(function)
+        return inspect.signature(function).parameters
+
+    class Memory:
+        def evaluate(self, wildcards, input):
+            pass
+
+    one, other = (SimpleNamespace(get_function_params=parameters) for _ in range(2))
+    with_known_signatures(one, other)
+    for module in (one, other):
+        for function in (Memory().evaluate, Memory.evaluate, lambda w: w, Memory().evaluate):
+            assert list(module.get_function_params(function)) == list(inspect.signature(function).parameters)
+    assert len(looked) == 4  # the lambda is another one each time
+
+
+def test_snakemake_has_what_is_made_cheaper_here():
+    import snakemake.common
+    import snakemake.jobs
+    import snakemake.persistence.file
+    import snakemake.rules
+
+    assert snakemake.rules.get_function_params(lambda w, input: w).keys() == {"w", "input"}
+    assert snakemake.common.get_function_params(lambda w: w).keys() == {"w"}
+    assert callable(snakemake.jobs.Job.is_pipe_or_service_input)
+    assert callable(snakemake.persistence.file.json.dump)
 
 
 def test_params_are_written_without_looking_for_tables():

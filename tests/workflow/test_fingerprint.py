@@ -3,7 +3,7 @@ import os
 import pytest
 
 from vidtrack.workflow import fingerprint
-from vidtrack.workflow.fingerprint import Checksums, Fingerprints
+from vidtrack.workflow.fingerprint import Checksums, Fingerprints, as_it_is
 
 
 @pytest.fixture
@@ -161,3 +161,18 @@ def test_the_libraries_that_a_module_reaches_are_known(package):
     edited(package, "kernel", "def f(x)", "import scipy.optimize\n\n\ndef f(x)")
     assert Fingerprints().libraries("vidtrack.jobs.a") == ["scipy"]
     assert Fingerprints().libraries("vidtrack.jobs.b") == []
+
+
+def test_a_file_is_as_it_is_until_it_is_written_to_or_another_is_meant(tmp_path, monkeypatch):
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "a").write_text("same")
+    monkeypatch.chdir(tmp_path / "one")
+    before = as_it_is("a")
+    assert before[0] == "a"
+    assert as_it_is("a") == before
+    monkeypatch.chdir(tmp_path / "other")
+    assert as_it_is("a") != before
+    monkeypatch.chdir(tmp_path / "one")
+    (tmp_path / "one/a").write_text("other")
+    assert as_it_is("a") != before

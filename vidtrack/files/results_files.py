@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from vidtrack.files.records import read_json
@@ -47,9 +48,18 @@ WHOLE_FILES = {
 OVERLAY, FAILURES, PAGES = "overlay_", ".failures", "report"
 
 
-def read_results(paths: Iterable[str]) -> Results:
-    """What lies at these paths, in their order; ValueError for a file that has no place in `Results`."""
-    results = Results()
+def is_of_run(path: str) -> bool:
+    """Whether what lies at a path belongs to a run, and not to the calibration or to the whole experiment."""
+    parts = os.path.normpath(path).split(os.sep)
+    return parts[-3:-2] == ["runs"] or (parts[-4:-3] == ["runs"] and parts[-2] in ("centroids", "background"))
+
+
+def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
+    """What lies at these paths, in their order; ValueError for a file that has no place in `Results`.
+
+    known   the calibration, which was read before; it is left as it is
+    """
+    results = replace(known, runs=dict(known.runs)) if known else Results()
     for path in paths:
         parts = os.path.normpath(path).split(os.sep)
         kind = os.path.splitext(path)[1]

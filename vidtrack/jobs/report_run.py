@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from vidtrack.files.records import write_json
-from vidtrack.files.results_files import read_results
+from vidtrack.files.results_files import is_of_run, read_results
 from vidtrack.report.page_file import write_page
 from vidtrack.report.run_page import run_page
 from vidtrack.report.run_summary import run_summary, run_uncertainty
-from vidtrack.results import RunResults
-from vidtrack.stages.verdict import verdict
+from vidtrack.results import Results, RunResults
+from vidtrack.stages.verdict import CalibrationVerdict, calibration_verdict, verdict
+from vidtrack.workflow.fingerprint import AsItIs, as_it_is
 from vidtrack.workflow.job import Job
 
 
@@ -18,9 +21,11 @@ def run(job: Job) -> None:
     settings: run, title, units, cameras, and `asked`: what the config asks of the run, as the verdict takes it. The
     run is judged here as in verdict.json, which holds all other runs as well: their changes leave this page alone.
     """
-    order, results = job.settings, read_results(job.paths("results"))
+    order, paths = job.settings, job.paths("results")
     name = str(order["run"])
-    results.verdict = verdict(results, {name: order["asked"]})
+    calibration, judged = _calibration(tuple(as_it_is(path) for path in paths if not is_of_run(path)))
+    results = read_results([path for path in paths if is_of_run(path)], calibration)
+    results.verdict = verdict(results, {name: order["asked"]}, of_calibration=judged)
     page = run_page(
         name,
         results,
@@ -33,3 +38,10 @@ def run(job: Job) -> None:
     summary = run_summary(name, results.runs.get(name, RunResults()))
     summary |= {"uncertainty": run_uncertainty(name, results)}
     write_json(job.outputs["summary"], summary, job.provenance)
+
+
+@lru_cache(maxsize=2)
+def _calibration(files: tuple[AsItIs, ...]) -> tuple[Results, CalibrationVerdict]:
+    """The calibration and what is to be said of it: the same for all runs that a process does one after another."""
+    results = read_results([path for path, *_ in files])
+    return results, calibration_verdict(results)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from vidtrack.geometry.camera import units_per_px
 from vidtrack.geometry.picture_part import Picture, Window, picture_from_record, window
 from vidtrack.stages.steadiness import Background, Calibration, calibration_of, steadiness
 from vidtrack.timing.run_scale import code_from_record, run_scale
-from vidtrack.workflow.fingerprint import state_of
+from vidtrack.workflow.fingerprint import AsItIs, as_it_is
 from vidtrack.workflow.job import Job
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
     labelling = read_labelling(job.paths("labelling")[i])
     part = _shown(labelling, video, (job.settings.get("crop") or {}).get(name), name, where)
     files = (job.paths(name)[i] for name in ("calibrated", "sightings", "labelling"))
-    calibrated = _calibrated(job.settings.get("clip"), *map(_as_it_is, files))
+    calibrated = _calibrated(job.settings.get("clip"), *map(as_it_is, files))
     background = background._replace(window=part, calibration=calibrated)
     if i < len(job.paths("cameras")):
         camera = read_camera(job.paths("cameras")[i]).camera
@@ -61,14 +60,6 @@ def _background(job: Job, i: int, course: DataFrame, reading: dict[str, Any], wh
         points = read_parquet(job.paths("points")[i])[["x", "y", "z"]].to_numpy(float)
         return background._replace(camera=shown, per_px=float(np.median(units_per_px(shown, points))))
     return background._replace(per_px=job.settings.get("scale"))
-
-
-AsItIs = tuple[str, ...]
-"""A path, and what shows that another file is there now, or the same one written to."""
-
-
-def _as_it_is(path: str) -> AsItIs:
-    return path, os.path.abspath(path), *map(str, state_of(path))
 
 
 @lru_cache(maxsize=16)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -61,21 +61,39 @@ LENS_DOUBTS = {"lens-model-too-plain", "misfit-large"}
 """Findings of a calibration by which nothing is known of single points."""
 
 
-def verdict(results: Results, runs: Mapping[str, Mapping[str, Any]], awaited: Sequence[str] = ()) -> dict[str, Any]:
+class CalibrationVerdict(NamedTuple):
+    """Of the calibration, the same for all runs that use it: a judgement of each camera, findings of all together."""
+
+    cameras: Mapping[str, Judgement]
+    whole: Sequence[Finding]
+
+
+def calibration_verdict(results: Results) -> CalibrationVerdict:
+    """What is to be said of the calibration; nothing of a run is looked at."""
+    cameras = {
+        name: judged([*_of_camera(name, own), *_failures(results, name)]) for name, own in results.cameras.items()
+    }
+    cameras |= {name: judged(_failures(results, name)) for name in sorted(_failed_cameras(results) - set(cameras))}
+    return CalibrationVerdict(cameras, _of_whole(results))
+
+
+def verdict(
+    results: Results,
+    runs: Mapping[str, Mapping[str, Any]],
+    awaited: Sequence[str] = (),
+    of_calibration: CalibrationVerdict | None = None,
+) -> dict[str, Any]:
     """The record verdict.json.
 
     runs     what the config asks for, by run: {mode, cameras, targets: how many or their names[, without: why cameras
              have no part, by camera][, same_balls: whether targets may be balls of the calibration's size]}
     awaited  runs that the config names and that are not recorded
+    of_calibration   `calibration_verdict` of the same results, where it is known
     Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
     nothing was calibrated), runs ({run: {verdict, reasons, notes}}), and awaited where there are such runs. A reason is
     a finding: level, code, text, cure. A run inherits the doubts about the calibration that it uses.
     """
-    cameras = {
-        name: judged([*_of_camera(name, own), *_failures(results, name)]) for name, own in results.cameras.items()
-    }
-    cameras |= {name: judged(_failures(results, name)) for name in sorted(_failed_cameras(results) - set(cameras))}
-    whole = _of_whole(results)
+    cameras, whole = of_calibration or calibration_verdict(results)
     judgements = {name: judged(_of_run(name, results, asked, cameras, whole)) for name, asked in runs.items()}
     calibration = None
     if cameras or whole:

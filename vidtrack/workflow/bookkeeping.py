@@ -6,11 +6,13 @@ Nothing that it records is another value: a checksum that is known already is no
 from __future__ import annotations
 
 import gc
+import json
 import os
 import stat
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import wraps
+from types import SimpleNamespace
 from typing import Any
 
 
@@ -33,6 +35,31 @@ def with_known_checksums(file_class: Any, checksum_of: Callable[[str], str], res
         return await plain(self, threshold, force, algorithm)
 
     file_class.checksum = checksum
+
+
+def with_checksums_of_a_job(file_class: Any, persistence: Any) -> None:
+    """Let Snakemake ask for the checksums of a job's inputs once when the job has ended, not again for each output."""
+    found, finished = file_class.checksum, persistence.finished
+    known: dict[Any, Any] | None = None
+
+    @wraps(found)
+    async def checksum(self: Any, *how: Any, **more: Any) -> Any:
+        if known is None or more:
+            return await found(self, *how, **more)
+        key = str(self), how
+        if key not in known:
+            known[key] = await found(self, *how)
+        return known[key]
+
+    async def finished_with_them(job: Any) -> None:
+        nonlocal known
+        known = {}
+        try:
+            await finished(job)
+        finally:
+            known = None
+
+    file_class.checksum, persistence.finished = checksum, finished_with_them
 
 
 def with_known_sizes(scheduler: Any) -> None:
@@ -83,6 +110,37 @@ def with_kept_commands(job_class: Any) -> None:
 def with_plain_params(persistence: Any) -> None:
     """Let Snakemake write the params of jobs by `repr` alone: to find that none is a table it would import pandas."""
     persistence._serialize_param_pandas = persistence._serialize_param_builtin
+
+
+def with_records_at_once(module: Any) -> None:
+    """Let Snakemake's module of records write their JSON by the fast encoder, which its `json.dump` never uses."""
+
+    def dump(value: Any, file: Any) -> None:
+        file.write(json.dumps(value))
+
+    module.json = SimpleNamespace(**{**vars(json), "dump": dump})
+
+
+def without_pipes(job_class: Any) -> None:
+    """Let Snakemake take it that no input is a pipe or a service: else it looks among all inputs of a job for each."""
+    job_class.is_pipe_or_service_input = lambda self, path: False
+
+
+def with_known_signatures(*modules: Any) -> None:
+    """Let Snakemake look once at which parameters a function of a rule has: it does so each time that it calls one."""
+    known: dict[Any, Any] = {}
+    for module in modules:
+        module.get_function_params = _known_params(module.get_function_params, known)
+
+
+def _known_params(found: Callable[..., Any], known: dict[Any, Any]) -> Callable[..., Any]:
+    def get_function_params(function: Any) -> Any:
+        key = getattr(function, "__func__", function), hasattr(function, "__self__")
+        if key not in known:
+            known[key] = found(function)
+        return known[key]
+
+    return get_function_params
 
 
 def without_garbage() -> None:

@@ -107,6 +107,15 @@ def state_of(path: str) -> list[int]:
     return [state.st_size, state.st_mtime_ns, state.st_ctime_ns, state.st_ino]
 
 
+AsItIs = tuple[str, ...]
+"""A path, and what shows that another file is there now, or the same one written to."""
+
+
+def as_it_is(path: str) -> AsItIs:
+    """By this what was read of a file may be kept in a process that does one job after another."""
+    return path, os.path.abspath(path), *map(str, state_of(path))
+
+
 LONG = 256 << 20
 """Bytes from which on progress is shown while a file is read: a second of a hard disc, or two."""
 

@@ -6,6 +6,8 @@ import re
 import sys
 from pathlib import Path
 
+import snakemake.common
+import snakemake.rules
 from snakemake.common import __version__ as snakemake_version
 from snakemake.io import IOFile
 from snakemake.settings.types import RerunTrigger
@@ -33,7 +35,7 @@ from vidtrack.workflow import (
     wand_orders,
     waved,
 )
-from vidtrack.workflow.bookkeeping import with_plain_params
+from vidtrack.workflow.bookkeeping import with_known_signatures, with_plain_params
 from vidtrack.workflow.environment import set_environment
 from vidtrack.workflow.fingerprint import REMEMBERED
 from vidtrack.workflow.left_out import from_environment, without
@@ -43,6 +45,7 @@ from vidtrack.workflow.small_jobs import JobServer
 from vidtrack.workflow.standstill import checksum_of_plan, is_finished, note_finished
 
 set_environment(HOUSE)
+with_known_signatures(snakemake.common, snakemake.rules)
 
 
 def or_stop(function, *arguments):

@@ -3,16 +3,20 @@ import atexit
 import importlib
 import subprocess
 
+import snakemake.persistence.file
 from snakemake.jobs import Job
 
 from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
 from vidtrack.verdict.judgement import terminal_lines
 from vidtrack.workflow.bookkeeping import (
+    with_checksums_of_a_job,
     with_kept_commands,
     with_known_checksums,
     with_known_sizes,
+    with_records_at_once,
     without_garbage,
+    without_pipes,
 )
 from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.direct_jobs import for_shell_commands, with_places
@@ -36,6 +40,9 @@ def serve_small_jobs():
 def keep_books_cheaply():
     """What Snakemake notes of each job is the same, and costs less."""
     with_known_checksums(type(IOFile("")), BOOK.checksum, RESULTS)
+    with_checksums_of_a_job(type(IOFile("")), workflow.persistence)
+    with_records_at_once(snakemake.persistence.file)
+    without_pipes(Job)
     with_known_sizes(workflow.scheduler)
     with_kept_commands(Job)
     without_garbage()
