@@ -28,10 +28,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.track import CLIPS, Scene, encode, follow, repeat_packets, write_clip
+from benchmarks.track import ALL_KEYS, CLIPS, Scene, encode, follow, repeat_packets, write_clip
 
 RATE = Fraction(30000, 1001)
 LIMIT_MB = 600
+KINDS = CLIPS | ALL_KEYS
 
 
 class Taken(NamedTuple):
@@ -101,17 +102,17 @@ def cores(frames: int, rounds: int, only: list[str], n: int, folder: Path) -> No
         "| recording | elapsed, all cores over one | processor time, all over one | busiest thread | same to the bit |"
     )
     print("|---|---|---|---|---|")
-    for kind in only or CLIPS:
-        path = folder / f"{kind}_{n}_{frames}.{CLIPS[kind][1]}"
+    for kind in only or KINDS:
+        path = folder / f"{kind}_{n}_{frames}.{KINDS[kind][1]}"
         if not path.exists():
             write_clip(path, kind, n, frames)
         pairs = [(taken(path, n, many), taken(path, n, 1)) for _ in range(rounds)]
         wall, processor = (statistics.median(a[i] / b[i] for a, b in pairs) for i in (0, 1))
         busiest = statistics.median(a.busiest for a, _ in pairs)
         same = len({part.answer for pair in pairs for part in pair}) == 1
-        size = "x".join(map(str, CLIPS[kind][2]))
+        size = "x".join(map(str, KINDS[kind][2]))
         print(
-            f"| {CLIPS[kind][0]} {size} | {wall:.2f} | {processor:.2f} | {100 * busiest:.0f} %, with one "
+            f"| {KINDS[kind][0]} {size} | {wall:.2f} | {processor:.2f} | {100 * busiest:.0f} %, with one "
             f"{100 * statistics.median(b.busiest for _, b in pairs):.0f} % | {'yes' if same else 'NO'} |",
             flush=True,
         )

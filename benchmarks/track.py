@@ -45,6 +45,13 @@ CLIPS = {
     "mjpeg_1080p": ("mjpeg", "mov", (1920, 1080), "yuvj420p", {"qmin": "3", "qmax": "3"}),
     "h264_1080p": ("libx264", "mp4", (1920, 1080), "yuv420p", {"crf": "20", "preset": "veryfast"}),
 }
+ALL_KEYS = {
+    "prores": ("prores_ks", "mov", (1920, 1080), "yuv422p10le", {"profile": "1"}),
+    "dnxhd": ("dnxhd", "mov", (1920, 1080), "yuv422p", {"profile": "dnxhr_lb"}),
+    "huffyuv": ("huffyuv", "avi", (1920, 1080), "yuv422p", {}),
+    "ffv1_1080p": ("ffv1", "mkv", (1920, 1080), "gray", {}),
+}
+"""Further codecs of which each picture stands for itself: how many cores decode them is measured by long.py."""
 LIMITS = {10: 1.15, 50: 1.3, 200: 1.5}
 PEAK_MB, FIRST_FRAME_S = 400, 1.0
 LENGTHS = (450, 900, 2700)
@@ -96,7 +103,8 @@ class Scene:
 
 
 def write_clip(path: Path, kind: str, n: int, frames: int) -> None:
-    size = CLIPS[kind][2]
+    clip = (CLIPS | ALL_KEYS)[kind]
+    size = clip[2]
     scene, rng = Scene(size, n), np.random.default_rng(1)
     grains = rng.normal(0, 3, (8, *size[::-1])).astype(np.float32)
 
@@ -108,7 +116,7 @@ def write_clip(path: Path, kind: str, n: int, frames: int) -> None:
                 picture[0::2] = later[0::2]
             yield picture
 
-    encode(path, CLIPS[kind], pictures())
+    encode(path, clip, pictures())
 
 
 def write_loop(path: Path, n: int, frames: int) -> None:
