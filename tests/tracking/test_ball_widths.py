@@ -42,7 +42,7 @@ def test_a_long_recording_is_looked_at_evenly_and_not_more_often():
         passed(widths, first, 4)
     moments = widths.as_record(["t1"], np.arange(1000.0))["t1"]["time_s"]
     assert LOOKS.samples / 2 <= len(moments) < 2 * LOOKS.samples
-    assert set(np.diff(moments)) == {8.0}
+    assert set(np.diff(moments)) == {64.0}
 
 
 def test_damaged_and_repeated_pictures_show_nothing():
@@ -50,3 +50,13 @@ def test_damaged_and_repeated_pictures_show_nothing():
     passed(widths, 0, 2, corrupt=True)
     passed(widths, 2, 2, repeated=True)
     assert widths.as_record(["t1"], np.zeros(4))["t1"]["width"] == []
+
+
+def test_of_many_targets_some_are_looked_at():
+    widths = BallWidths(200, Detection())
+    values = np.full((MEASURED, 1, 200), np.nan)
+    values[X], values[Y], values[PIXELS] = 30.3, 22.6, 68
+    widths.passed([Sample(SEEN, 0.0)], 0, values)
+    record = widths.as_record([f"t{k}" for k in range(200)], np.zeros(1))
+    assert len(record) == LOOKS.targets
+    assert {"t0", "t199"} <= set(record)

@@ -17,11 +17,15 @@ from vidtrack.tracking.state import PIXELS, X, Y
 
 @dataclass(frozen=True)
 class Looks:
-    """How often targets are looked at: samples at most, and looks at all targets together, by which there are fewer."""
+    """How often targets are looked at, so that it takes a few hundredths of a second a recording.
 
-    samples: int = 80
-    in_all: int = 640
-    fewest: int = 8
+    targets   at most, evenly chosen
+    samples   at most; with several targets fewer: so many looks at all of them together
+    """
+
+    targets: int = 16
+    samples: int = 16
+    in_all: int = 192
 
 
 LOOKS = Looks()
@@ -31,18 +35,19 @@ class BallWidths:
     """Collects the widths of n targets; of twice too many samples every other one is forgotten."""
 
     def __init__(self, n: int, detection: Detection) -> None:
-        self._n, self._detection = n, detection
-        self._most = int(np.clip(LOOKS.in_all // max(n, 1), LOOKS.fewest, LOOKS.samples))
+        self._who = np.unique(np.linspace(0, n - 1, min(n, LOOKS.targets)).round().astype(np.intp))
+        self._detection = detection
+        self._most = min(LOOKS.in_all // max(self._who.size, 1), LOOKS.samples)
         self._every = 1
         self._samples: list[int] = []
-        self._rows: list[Array] = []  # Xf, Yf, width of each target
+        self._rows: list[Array] = []  # Xf, Yf, width of each of those targets
 
     def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
         """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more)."""
         for j, sample in enumerate(samples):
-            if (first + j) % self._every or sample.corrupt or sample.repeated or not self._n:
+            if (first + j) % self._every or sample.corrupt or sample.repeated or not self._who.size:
                 continue
-            x, y, pixels = values[[X, Y, PIXELS], j, : self._n]
+            x, y, pixels = values[[X, Y, PIXELS], j][:, self._who]
             at = np.stack([x, sample.row(y)], -1)
             grey = self._detection.bright(sample.luma)
             widths = apparent_widths(grey, at, pixels, lines=sample.lines, scale=self._detection.scale)
@@ -57,7 +62,7 @@ class BallWidths:
     def as_record(self, names: Sequence[str], time_s: Array) -> dict[str, Any]:
         """Of each target the moments, places and widths: time_s (s), Xf, Yf, width (px), lists of equal length."""
         out = {}
-        for i, name in enumerate(names):
+        for i, name in enumerate([names[k] for k in self._who.tolist() if k < len(names)]):
             known = [k for k, row in enumerate(self._rows) if np.isfinite(row[i]).all()]
             seen = np.array([self._rows[k][i] for k in known]).reshape(-1, 3)
             out[name] = {

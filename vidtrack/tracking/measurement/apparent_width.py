@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vidtrack.arrays import Array, Picture
+from vidtrack.arrays import Array, Bools, Picture
 
 
 @dataclass(frozen=True)
 class Rings:
     """Where a ball's light is looked for.
 
-    least_px  radius of the smallest ball that has a middle
+    least_px  radius of the smallest ball that has a middle; largest_px: of the largest
     core      of the radius: the middle, whose level is the ball's
     inner, flat  of the radius: its own middle, which may be brighter than all of it by this share; where it is by more
               the edge is so soft that it reaches the middle
@@ -29,6 +29,7 @@ class Rings:
     """
 
     least_px: float = 2.5
+    largest_px: float = 60.0
     core: float = 0.55
     inner: float = 0.3
     flat: float = 0.05
@@ -52,33 +53,37 @@ def apparent_widths(picture: Picture, at: ArrayLike, pixels: ArrayLike, *, lines
     out = np.full(len(at), np.nan)
     rows, columns = picture.shape
     with np.errstate(invalid="ignore"):
-        able = np.isfinite(at).all(1) & (radius >= RINGS.least_px * lines)
-    for i in np.flatnonzero(able).tolist():
-        reach = radius[i] + RINGS.room_px
-        wide, high = int(np.ceil(reach)), int(np.ceil(reach / lines))
-        x, y = round(at[i, 0]), round(at[i, 1])
-        if x < wide or y < high or x + wide >= columns or y + high >= rows:
-            continue
-        grey = picture[y - high : y + high + 1, x - wide : x + wide + 1] * float(scale)
-        dy = lines * (np.arange(-high, high + 1) - (at[i, 1] - y))
-        d = np.hypot(np.arange(-wide, wide + 1) - (at[i, 0] - x), dy[:, None])
-        out[i] = _width(grey, d, radius[i], lines)
+        able = np.isfinite(at).all(1) & (radius >= RINGS.least_px * lines) & (radius <= RINGS.largest_px)
+    if not able.any():
+        return out
+    reach = float(radius[able].max()) + RINGS.room_px
+    wide, high = int(np.ceil(reach)), int(np.ceil(reach / lines))
+    x, y = np.rint(np.where(able[:, None], at, 0.0)).astype(np.intp).T
+    who = np.flatnonzero(able & (x >= wide) & (y >= high) & (x + wide < columns) & (y + high < rows))
+    across, down = np.arange(-wide, wide + 1), np.arange(-high, high + 1)
+    grey = picture[(y[who, None] + down)[:, :, None], (x[who, None] + across)[:, None]] * np.float32(scale)
+    dx = across - (at[who, 0] - x[who])[:, None]
+    dy = lines * (down - (at[who, 1] - y[who])[:, None])
+    d = np.sqrt(dx[:, None] ** 2 + dy[:, :, None] ** 2)
+    out[who] = _widths(grey, d, radius[who, None, None], lines)
     return out
 
 
-def _width(grey: Array, d: Array, radius: float, lines: int) -> float:
-    """Of one ball, by grey levels and distances (rows, columns) from its centroid."""
+def _widths(grey: Array, d: Array, radius: Array, lines: int) -> Array:
+    """Of balls (n,), by grey levels and distances (n, rows, columns) from their centroids; radius (n, 1, 1) px."""
     inside = d < radius + RINGS.edge_px
-    around = grey[~inside & (d < radius + RINGS.room_px)]
-    core = grey[d < max(RINGS.core * radius, lines)]
-    if not around.size or not core.size:
-        return float("nan")
-    ground, top = float(np.median(around)), float(core.mean())
-    level = top - ground
-    if level < RINGS.level or top > RINGS.full or np.abs(around - ground).max() > RINGS.uneven * level:
-        return float("nan")
-    inner = grey[d < max(RINGS.inner * radius, lines)]
-    if inner.size and float(inner.mean()) - ground > (1 + RINGS.flat) * level:
-        return float("nan")
-    area = lines * float((grey[inside] - ground).sum()) / level
-    return 2 * float(np.sqrt(max(area, 0.0) / np.pi))
+    around = (d < radius + RINGS.room_px) & ~inside
+    ground = _mean(grey, around)
+    over = grey - ground[:, None, None]
+    level = _mean(over, d < np.maximum(RINGS.core * radius, lines))
+    inner = _mean(over, d < np.maximum(RINGS.inner * radius, lines))
+    beside = np.abs(over * around).max((1, 2), initial=0.0)
+    alone = (level >= RINGS.level) & (level + ground <= RINGS.full) & (beside <= RINGS.uneven * level)
+    area = lines * (over * inside).sum((1, 2)) / np.where(alone, level, 1.0)
+    good = alone & (inner <= (1 + RINGS.flat) * level) & (area > 0)
+    return np.asarray(np.where(good, 2 * np.sqrt(np.where(good, area, 1.0) / np.pi), np.nan), float)
+
+
+def _mean(grey: Array, where: Bools) -> Array:
+    """The mean (n,) of some pixels of each window."""
+    return np.asarray((grey * where).sum((1, 2)) / np.maximum(where.sum((1, 2)), 1))
