@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.own_size import OwnSize
+from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.state import CONTRAST, HEIGHT, MEASURED, PIXELS, SD_X, SD_Y, VALUES, WIDTH, XX, YY, Found
 
 WHO = np.array([0])
@@ -135,3 +135,13 @@ def test_of_a_target_too_small_to_have_a_shape_what_is_found_is_round_and_grew_n
     assert own.several(found(48.0, xx=3.0, yy=3.0), np.array([9]))
     assert not own.several(found(48.0, xx=3.0, yy=3.0), np.array([40]))
     assert own.several(found(48.0, xx=6.0, yy=3.0), np.array([40]))
+
+
+def test_a_size_is_sure_after_some_readings_that_are_not_those_of_a_part():
+    own, clear = OwnSize(1), np.ones((1, 1), bool)
+    for _ in range(OWN_SIZES.sure):
+        assert np.isnan(own.usual(WHO)).all()
+        own.follow(disc(8.0), clear, WHO)
+    assert own.usual(WHO)[0, 0] == pytest.approx(64 * np.pi, abs=4)
+    own.follow(disc(8.0, beside=3.0), clear, WHO)
+    assert np.isnan(own.usual(WHO)).all()

@@ -20,16 +20,16 @@ RATE = Fraction(30)
 SHAPE = (140, 200)
 
 
-def recorded(path, *, radius=5.0, noise=3.0, clutter=None):
+def recorded(path, *, radius=5.0, noise=3.0, clutter=None, level=150.0):
     rng = np.random.default_rng(0)
-    level = np.full(SHAPE, 30.0)
+    ground = np.full(SHAPE, 30.0)
     frames = []
     for i, at in enumerate(path):
-        image = picture(SHAPE, [(*p, radius) for p in at], level=level, contrast=1.0, dtype=float)
-        share = np.clip(image - level, 0, 1)  # opaque: where two overlap there is one's light
-        image = level + 160 * share
+        image = picture(SHAPE, [(*p, radius) for p in at], level=ground, contrast=1.0, dtype=float)
+        share = np.clip(image - ground, 0, 1)  # opaque: where two overlap there is one's light
+        image = ground + 160 * share
         if clutter is not None:
-            image = np.where(clutter, 150.0, image)
+            image = np.where(clutter, level, image)
         luma = np.clip(np.rint(image + rng.normal(0, noise, SHAPE)), 0, 255).astype(np.uint8)
         frames.append(Frame(i, i / RATE, luma, False, None))
     return frames, VideoInfo(SHAPE[1], SHAPE[0], RATE, field_order="progressive")
@@ -84,6 +84,17 @@ def test_a_ball_behind_a_still_rope_is_measured_by_what_is_to_be_seen_of_it():
     assert seen.mean() > 0.93
     assert np.nanmax(np.abs(error / sd)) < 5
     assert all("merged" in word for word in flag[~seen])
+
+
+def test_a_ball_that_a_dark_rope_cuts_in_two_is_measured_within_its_sd():
+    t = np.arange(40)
+    path = np.stack([60 + 1.6 * t, 70 + 6 * np.sin(t / 8)], axis=-1)[:, None]
+    rope = np.zeros(SHAPE, bool)
+    rope[:, 104:110] = True
+    error, sd, _ = results(path, radius=9.0, clutter=rope, level=5.0)
+    assert np.isfinite(error).all()
+    assert np.abs(error / sd).max() < 5
+    assert np.median(np.abs(error[25:32])) < 0.05
 
 
 def test_a_target_that_motion_alone_has_shown_is_measured_beside_clutter():

@@ -34,6 +34,7 @@ class OwnSizes:
                  ratio of width to height from which a size is that of a part
     shape        |log| of the ratio of width to height, and of the share of the box that is filled, by which a shape may
                  differ: this, and shape_px over the diameter, for boxes are counted in whole pixels
+    sure         readings of its size, less those of a part, after which it is sure; it counts twice as many at most
     shape_from   px, smallest diameter of which a shape is known
     """
 
@@ -49,6 +50,7 @@ class OwnSizes:
     shape: float = 0.06
     shape_px: float = 1.3
     shape_from: float = 6.0
+    sure: int = 12
 
 
 OWN_SIZES = OwnSizes()
@@ -63,12 +65,14 @@ class OwnSize:
 
     def __init__(self, places: int) -> None:
         self._usual = np.full((len(_USUAL), places), np.nan)
+        self._read = np.zeros(places, np.intp)  # readings of that size, less those of a part
         self._former = self._usual.copy()  # of those that were lost for long
         self._covering = np.full(places, np.nan)  # pixels of what they were last seen to be a part of
 
     def forget(self, who: Ints) -> None:
         """Whatever is in these places is another thing now."""
         self._usual[:, who] = self._former[:, who] = self._covering[who] = np.nan
+        self._read[who] = 0
 
     def cover(self, who: Ints, pixels: Array) -> None:
         """These (m,) are sought within blobs of so many pixels, which are more than themselves; NaN: in none."""
@@ -143,6 +147,10 @@ class OwnSize:
         with np.errstate(invalid="ignore"):
             return size, np.asarray((np.abs(size) > chance) & ~explained)
 
+    def usual(self, who: Ints) -> Array:
+        """Pixel counts, contrasts, widths and heights (rows) (4, m) as they usually are; NaN: they are not sure yet."""
+        return np.where(self._read[who] >= OWN_SIZES.sure, self._usual[:, who], np.nan)
+
     def changed(self, values: Array, who: Ints) -> Ints:
         """Which columns of readings (VALUES, k, m) hold one of another size, whose shape has to be looked at."""
         return np.flatnonzero(self._part(values, who)[1].any(axis=0))
@@ -172,8 +180,9 @@ class OwnSize:
         last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
         newest = values[:, last, np.arange(who.size)]
         whole = self._part(newest[:, None], who)[1][0] & (count > 0)
+        part = whole
         if whole.any():
-            whole &= self._same_shape(newest[:, None], who)[0]
+            whole = part & self._same_shape(newest[:, None], who)[0]
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -186,3 +195,5 @@ class OwnSize:
             grown = np.sqrt(new[_COUNT] / old[_COUNT])
         new[_SHAPE] = np.where(whole, old[_SHAPE] * grown, new[_SHAPE])
         self._usual[:, who] = new
+        read = self._read[who] + np.where(part & ~whole, -count, count)
+        self._read[who] = np.clip(read, 0, 2 * OWN_SIZES.sure)

@@ -72,7 +72,7 @@ class Reacquisition:
 
     def __init__(self, scene: Scene, n: int, places: int, own_size: OwnSize, *, far: bool) -> None:
         self.scene, self.far, self._n, self.own_size = scene, far, n, own_size
-        self.occlusions, self.separation = Occlusions(places), Separation(places)
+        self.occlusions, self.separation = Occlusions(places), Separation(places, own_size)
         self._fitted_before = self._held_before = self.separation.fitted
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
 

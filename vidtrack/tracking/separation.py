@@ -19,9 +19,11 @@ from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.measurement.clump import Clump, clump_at
 from vidtrack.tracking.measurement.fit_apart import Piece, fit_apart
+from vidtrack.tracking.measurement.half_hidden import fit_half_hidden, usual_disc
 from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, SHAPE, Joint, Shapes, shapes_again, shapes_of
 from vidtrack.tracking.measurement.three_discs import three_discs
 from vidtrack.tracking.measurement.two_discs import Pair, two_discs
+from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, POSITION, SATURATED, Found, Searched, X
 
@@ -33,6 +35,7 @@ class Separating:
     at_most      targets in one fit; widest_px: half axis of one
     ring_px      about the pixels that count, for the background
     about        of half a blob's size, on each side, in which it is looked at
+    hidden_for   samples for which a lost target is measured by what something dark in front leaves of it
     no_course    places of a track, at most, from which it is not known where it goes: it is sought in its box
     soft_px      about other targets and static clutter, which their light may reach
     """
@@ -41,6 +44,7 @@ class Separating:
     widest_px: float = 60.0
     ring_px: float = 6.0
     about: float = 1.15
+    hidden_for: int = 8
     no_course: int = 2
     soft_px: int = 2
 
@@ -70,20 +74,26 @@ class Separation:
     course  (places, 2) px, where targets are that overlap by too much to be measured; NaN: nothing shows it
     """
 
-    def __init__(self, places: int) -> None:
+    def __init__(self, places: int, own_size: OwnSize) -> None:
         self.fitted = np.zeros(places, bool)
         self.course = np.full((places, 2), np.nan)
         self._shape = np.full((SHAPE, places), np.nan)
+        self._own_size = own_size
 
     def forget(self, who: Ints) -> None:
         """What was known of other tracks that had these places."""
         self._shape[:, who] = np.nan
 
-    def measured(self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene) -> Searched | None:
-        """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold."""
+    def measured(
+        self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene, *, behind: Shapes | None = None
+    ) -> Searched | None:
+        """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold.
+
+        behind  the shape of a single one, of which something dark may hide a part
+        """
         detection, looks = scene.detection, now.state.appearance.of(who)
         self.course[who] = np.nan
-        known = self._known(who, looks.pixels, looks.size, looks.contrast)
+        known = behind or self._known(who, looks.pixels, looks.size, looks.contrast)
         if not 0 < who.size <= SEPARATING.at_most or not np.isfinite(looks.pixels).all():
             return None
         column, row = middle[:, 0], np.asarray(sample.row(middle[:, 1]))
@@ -100,7 +110,10 @@ class Separation:
         left, top, grey = piece_about(sample, detection, column, row, room)
         hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
         x, y = column - left, row - top
-        fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise, courses=True)
+        if behind is not None:
+            fit, piece = fit_half_hidden(grey, hidden, x, y, behind, detection.noise)
+        else:
+            fit, piece = fit_apart(grey, hidden, x, y, known, detection.noise, courses=True)
         if fit is None:
             return None
         if not fit.good:
@@ -156,15 +169,22 @@ class Separation:
     def beside_static(
         self, now: Searched, sample: Sample, who: Ints, predicted: Array, scene: Scene
     ) -> tuple[Searched, Ints]:
-        """With targets `who` (m,) that static clutter hides in part measured by what is to be seen of them.
+        """With targets `who` (m,) that static clutter or something dark hides in part measured by what is seen of them.
 
         predicted  (m, 2) px; returns for each target 0 where it was measured, else -1
         """
         chosen = np.full(who.size, -1, np.intp)
-        if scene.static is None:
-            return now, chosen
-        size = now.state.appearance.size[:, who]
-        hidden = scene.static.touched([sample], *predicted.T[:, None], *size)[0]
+        hidden = np.zeros(who.size, bool)
+        if scene.static is not None:
+            size = now.state.appearance.size[:, who]
+            hidden = scene.static.touched([sample], *predicted.T[:, None], *size)[0]
+        behind = ~hidden & (now.state.missing[who] <= SEPARATING.hidden_for)
+        if np.count_nonzero(behind) <= SEPARATING.at_most:
+            for i in np.flatnonzero(behind).tolist():
+                if (shape := usual_disc(self._own_size.usual(who[i : i + 1])[:, 0])) is not None:
+                    seen = self.measured(now, sample, who[i : i + 1], predicted[i : i + 1], scene, behind=shape)
+                    if seen is not None:
+                        now, chosen[i] = seen, 0
         for i in np.flatnonzero(hidden & (now.flag[who] & MERGED > 0)).tolist():
             one = who[i : i + 1]
             seen = self.measured(now, sample, one, predicted[i : i + 1], scene)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+from scipy.special import ndtr
 
 from vidtrack.tracking.measurement.joint_fit import fit_together, shapes_again, shapes_of
 
@@ -101,6 +102,17 @@ def test_a_single_disc_of_which_a_fifth_is_seen_is_measured_as_well_as_its_sigma
     assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.4
     hidden[:] = True
     assert not fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=again).good
+
+
+def test_a_disc_that_is_just_where_it_was_expected_has_its_shape_fitted_too():
+    """Its first step moves nothing but the shape."""
+    y, x = np.mgrid[:40, :40]
+    data = (180 * ndtr((8.0 - np.hypot(x - 20, y - 20)) / 0.7)).astype(np.float32)
+    shape = shapes_of(np.array([np.pi * 7.5**2]), np.full((2, 1), 15.0), np.array([190.0]))
+    free, at = np.ones(data.shape, bool), np.full(1, 20.0)
+    fit = fit_together(data, free, ~free, at, at, shape, NOISE)
+    assert fit.left < 2 * NOISE
+    assert np.abs(np.exp(fit.shape[:2]) - 8).max() < 0.1
 
 
 def test_something_that_is_no_disc_of_that_size_is_no_measurement():

@@ -213,7 +213,7 @@ def _descend(
     cost, total, damping = np.inf, np.inf, 1e-3
     normal, gradient, shares = np.eye(6 * m), np.zeros(6 * m), np.zeros((2, *data.shape[:1], m, data.shape[1]))
     longest = np.array([1.0, 1.0, 0.3, 0.3, 0.3, 0.5])[:, None]
-    for _ in range(JOINT_FIT.steps):
+    for done in range(JOINT_FIT.steps):
         model, slopes, now = _scene(trial, rows, columns, order)
         free = weight * ~(clipped & (model >= data))
         left = (data - model) * free
@@ -231,7 +231,8 @@ def _descend(
         scale = np.maximum(np.diagonal(normal), 1e-6)
         step = np.linalg.solve(normal + np.diag(damping * scale), gradient).reshape(6, m)
         step = np.clip(step, -longest, longest)
-        if with_prior == total and (cost < little or np.abs(step[:2]).max() < JOINT_FIT.settled_px):
+        settled = done > 0 and np.abs(step[:2]).max() < JOINT_FIT.settled_px  # at first the shape is but known
+        if with_prior == total and (cost < little or settled):
             break
         trial = best + step
         trial[5] = np.clip(trial[5], np.log(DISC_FIT.least_px), 1.5)

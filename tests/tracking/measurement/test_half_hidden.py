@@ -1,0 +1,74 @@
+"""A disc that something dark hides in part is measured within its sd by what is left; what is no disc is refused."""
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from vidtrack.tracking.measurement.half_hidden import fit_half_hidden, usual_disc
+
+NOISE, LIGHT, LEVEL = 2.5, 140.0, 30.0
+
+
+def drawn(rng, radius, width, offset, *, front=8.0, size=(1.0, 1.0)):
+    """Grey levels, the middle, and the share of a disc that a bar of `width` px, `offset` px off, leaves."""
+    n = int(2 * radius + 24)
+    x, y = n / 2 + rng.uniform(-0.5, 0.5, 2)
+    row, column = np.mgrid[:n, :n].astype(float)
+    away = np.hypot((column - x) / size[0], (row - y) / size[1])
+    disc = ndtr((radius - away) / 0.76)
+    angle = rng.uniform(0, np.pi)
+    off = np.abs((column - x) * np.sin(angle) - (row - y) * np.cos(angle) - offset)
+    bar = ndtr((width / 2 - off) / 0.76)
+    light = LEVEL + LIGHT * disc
+    light += bar * (front - light) + rng.normal(0, NOISE, light.shape)
+    return np.rint(light).astype(np.float32), x, y, ((1 - bar) * disc).sum() / disc.sum()
+
+
+def fitted(rng, grey, x, y, radius, *, roughly=1.5):
+    known = usual_disc(np.array([np.pi * (radius * rng.normal(1, 0.01)) ** 2, LIGHT, 2 * radius, 2 * radius]))
+    at = np.array([x, y]) + rng.normal(0, roughly, 2)
+    return fit_half_hidden(grey, np.zeros(grey.shape, bool), at[:1], at[1:], known, NOISE)[0]
+
+
+@pytest.mark.parametrize("width", [3.0, 7.0])
+def test_what_a_rope_or_a_mast_leaves_says_where_the_disc_is(width):
+    rng = np.random.default_rng(4)
+    z, seen, found = [], 0, 0
+    for _ in range(9):
+        radius = rng.uniform(8, 11)
+        grey, x, y, shown = drawn(rng, radius, width, rng.uniform(3, radius))
+        fit = fitted(rng, grey, x, y, radius)
+        seen += shown > 0.7
+        found += shown > 0.7 and fit is not None
+        if fit is not None:
+            z += [(fit.x[0] - x) / fit.sd_x[0], (fit.y[0] - y) / fit.sd_y[0]]
+    assert found > 0.7 * seen > 2
+    assert np.abs(z).max() < 4
+    assert np.sqrt(np.mean(np.square(z))) < 1.3
+
+
+def test_a_disc_of_which_too_little_is_left_and_what_is_no_disc_are_refused():
+    rng = np.random.default_rng(2)
+    for _ in range(2):
+        grey, x, y, shown = drawn(rng, 6.0, 9.0, 0.0)
+        assert shown < 0.3
+        assert fitted(rng, grey, x, y, 6.0) is None
+        grey, x, y, _ = drawn(rng, 6.0, 2.0, 20.0, size=(1.0, 0.7))  # another thing, as long
+        assert fitted(rng, grey, x, y, 6.0) is None
+        half, x, y, _ = drawn(rng, 6.0, 2.0, 20.0)
+        column = np.arange(half.shape[1]) + np.zeros(half.shape)
+        half[column > x] = LEVEL + 0.7 * (half[column > x] - LEVEL)  # a shadow is nothing in front
+        assert fitted(rng, half, x, y, 6.0) is None
+
+
+def test_a_disc_that_nothing_dark_hides_is_not_measured_here():
+    rng = np.random.default_rng(3)
+    grey, x, y, _ = drawn(rng, 6.0, 2.0, 20.0)
+    assert fitted(rng, grey, x, y, 6.0) is None
+
+
+def test_usual_looks_that_are_no_disc_or_not_known_say_no_shape():
+    assert np.exp(usual_disc(np.array([113.0, 140.0, 12.0, 12.0])).value[:2]) == pytest.approx(6.0, abs=0.01)
+    assert usual_disc(np.array([113.0, 140.0, 12.0, np.nan])) is None
+    assert usual_disc(np.array([70.0, 140.0, 12.0, 12.0])) is None  # a part
+    assert usual_disc(np.array([70.0, 140.0, 12.0, 7.0])) is None
