@@ -16,9 +16,10 @@ FLAGS = ("lost", "recovered", "predicted", "edge", "saturated", "merged", "small
 """The words of the flags, by bit."""
 
 X, Y, SD_X, SD_Y, PIXELS, MASS, CONTRAST, BACKGROUND, XX, YY, XY, WIDTH, HEIGHT, SOFT, UNREST, PLATEAU = range(16)
+SHIFT_X, SHIFT_Y = PLATEAU + 1, PLATEAU + 2
 """Rows of measured values: frame-buffer px, grey levels; XX to XY second moments of the light, px^2; HEIGHT in rows of
-the sample; the last three as in `Centroids`."""
-VALUES = PLATEAU + 1
+the sample; SOFT, UNREST and PLATEAU as in `Centroids`; SHIFT_X and SHIFT_Y of `surface`, NaN where not looked for."""
+VALUES = SHIFT_Y + 1
 """Their number."""
 POSITION = slice(X, Y + 1)
 """Their first two."""

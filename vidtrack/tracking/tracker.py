@@ -26,6 +26,7 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
 from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
+from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.measurement.window import Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.own_size import OwnSize
@@ -44,6 +45,7 @@ from vidtrack.tracking.state import (
     RECOVERED,
     REPEATED,
     SATURATED,
+    SHIFT_X,
     Rows,
     Searched,
     Starts,
@@ -84,9 +86,8 @@ class Tracker:
         self.own_size, self.clumps = OwnSize(n + spare), Clumps(n + spare)
         self.search = Reacquisition(self.scene, n, n + spare, self.own_size, far=far)
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
-        self.record = Record(n)
-        self.crops: list[Crop] = []
-        self.windows, self.widths = Windows(n + spare), BallWidths(n, detection)
+        self.record, self.windows, self.crops = Record(n), Windows(n + spare), list[Crop]()
+        self.widths, self.surfaces = BallWidths(n, detection), Surfaces(n)
         self._pacer, self._lines = Pacer(), 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
@@ -147,6 +148,7 @@ class Tracker:
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             block = self._accept(block, clear_in_last, seen, clear, taken)
+            self.surfaces.seen(self.record.samples, clear_in_last, seen.values[SHIFT_X:, 0], clear[0])
             self.windows.odd(self.scene, samples[:taken], self.record.samples, block.values, self.state)
             appearance = self.state.appearance.of(clear_in_last)
             self._pacer.windows(appearance, templates=self.scene.detection.centroid == "weighted")
@@ -207,8 +209,7 @@ class Tracker:
             # what was seen alone stays what it was: a spark may touch it
             if isinstance(seen, float) or alone or not free.size:
                 continue
-            other = int(free[0])
-            if other >= n:
+            if (other := int(free[0])) >= n:
                 self.newcomers.taken(other)
             both = np.array([i, other])
             self.state = self.state.split(i, other, np.stack([seen.x, seen.y], axis=1), np.stack(looks_of(seen)).T)
@@ -229,8 +230,7 @@ class Tracker:
 
     def _start(self, time: float) -> None:
         """Begin the targets whose first sample this is."""
-        who = np.flatnonzero((self.state.missing < 0) & (self.starts.first <= self.record.samples))
-        if who.size:
+        if (who := np.flatnonzero((self.state.missing < 0) & (self.starts.first <= self.record.samples))).size:
             self.state = self.state.started(who, self.starts, time)
             self._yield(self.starts.position[who].T, self._lines)
 
@@ -256,8 +256,8 @@ class Tracker:
         )
         shaped = seen.values
         if (changed := self.own_size.changed(shaped, who)).size:
-            known = appearance, self.levels(who), self.scene.detection
-            shaped = with_shapes(seen, changed, samples, predicted[:, who], *known)
+            levels, detection = self.levels(who), self.scene.detection
+            shaped = with_shapes(seen, changed, samples, predicted[:, who], appearance, levels, detection)
         clear, at = seen.clear & ~self.own_size.unlike(shaped, who), seen.values[[X, Y]]
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5

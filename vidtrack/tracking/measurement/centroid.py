@@ -27,6 +27,7 @@ from vidtrack.tracking.measurement.dark_neighbours import dark_beside
 from vidtrack.tracking.measurement.deblending import crowded, measure_beside
 from vidtrack.tracking.measurement.disc_fit import fit_soft_discs
 from vidtrack.tracking.measurement.moments import binary, plateau_of, soft_edge, weighted
+from vidtrack.tracking.measurement.surface import surface_shift
 
 _SQUARE3 = np.ones((3, 3), np.uint8)
 
@@ -44,6 +45,7 @@ class Centroids(NamedTuple):
     pull           px by which things in the background would have moved x or y, had they not been left out
     saturated      at least a twentieth of the target is at full scale
     xx, yy, xy     px^2, second moments of its light; NaN where a disc was fitted beside something bright
+    shift          (2, m) px of the first m windows, by what its surface moves it (`surface`)
     """
 
     x: Array
@@ -63,6 +65,7 @@ class Centroids(NamedTuple):
     xx: Array
     yy: Array
     xy: Array
+    shift: Array
 
 
 def measure(
@@ -73,6 +76,7 @@ def measure(
     noise: float,
     kind: Kind = "weighted",
     threshold: ArrayLike | None = None,
+    surfaces: int = 0,
 ) -> Centroids:
     """The centroid of one component in each window.
 
@@ -83,6 +87,7 @@ def measure(
                     binary: mean x of the pixels above the threshold (4.2.1, 4.2.2);
                     ellipse: a soft-edged elliptical disc is fitted, for targets that are tiny or saturated
     threshold       grey levels, as given to `components`; not known: taken to be half-way up the target
+    surfaces        of so many windows the surface is looked at
     """
     height, n, width = windows.raw.shape
     grey = np.zeros((height, n, width + CUTTING.separator), np.float32)
@@ -99,6 +104,8 @@ def measure(
     low = _low(windows, level, target.shape)
     region = soft_edge(low, target, None if alone else found.mask)
     x, y, mass, sd_x, sd_y, area, xx, yy, xy = weighted(grey, region, plane, sums)
+    level_of = (rise + plane.value)[:surfaces]
+    shift = surface_shift(grey, region, plane, sums, level_of, np.stack([x, y]), mass)
     contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if kind == "binary":
         x, y, sd_x, sd_y = binary(target, sums)
@@ -118,6 +125,7 @@ def measure(
             for values, better in zip((x, y, mass, sd_x, sd_y, area, xx, yy, xy, *plane), beside, strict=True):
                 values[..., who] = better
             plateau -= plane.value
+            shift[:, who[who < surfaces]] = np.nan
             contrast = mass / np.where(pixels > 0, pixels, np.nan)
     if not alone:
         for values in (x, y, sd_x, sd_y, mass):
@@ -140,6 +148,7 @@ def measure(
         xx,
         yy,
         xy,
+        shift,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
+from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
@@ -32,9 +33,16 @@ GROWTH = Growth()
 
 
 def with_grown_sd(
-    rows: Rows, time: Array, shapes: ShapeEvidence | None = None, *, lines: int, kind: str
+    rows: Rows,
+    time: Array,
+    shapes: ShapeEvidence | None = None,
+    surfaces: Surfaces | None = None,
+    *,
+    lines: int,
+    kind: str,
 ) -> tuple[Rows, Scatter]:
-    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes say.
+    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes and
+    surfaces say.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     """
@@ -49,6 +57,8 @@ def with_grown_sd(
     values[[X, Y]], values[[SD_X, SD_Y]] = position, sd * seen.factor[:, None]
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
+    if surfaces is not None:
+        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], surfaces.sd(values[[SD_X, SD_Y]]))
     return rows._replace(values=values), seen
 
 

@@ -35,6 +35,8 @@ from vidtrack.tracking.state import (
     PLATEAU,
     SD_X,
     SD_Y,
+    SHIFT_X,
+    SHIFT_Y,
     SOFT,
     UNREST,
     VALUES,
@@ -114,6 +116,8 @@ def apply_template(
     np.divide(mass, count, out=values[CONTRAST])
     np.multiply(known.size.T[:, None], scaled, out=values[WIDTH : HEIGHT + 1])
     values[SOFT], values[UNREST] = known.soft, known.unrest
+    values[SHIFT_X:] = _shift(bright, known.threshold, w, detection, whole_mass[0], off[:, 0], mass[0])[:, None]
+    values[SHIFT_Y] *= samples[0].lines
     values[PLATEAU] = _lit(bright, known.threshold, detection) / count[0] - background[0]
     return Seen(values, clear, saturated)
 
@@ -246,6 +250,21 @@ def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
     first = bright[: threshold.size]
     lit = first * (first > _stored(threshold, bright, detection)[:, None])
     return np.asarray(lit.sum(axis=1, dtype=float) * detection.scale)
+
+
+def _shift(
+    bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection, whole: Array, off: Array, mass: Array
+) -> Array:
+    """What their surfaces show of the targets (n,) in the first sample, (2, n) px, as `surface` has it.
+
+    whole, off  what of the mass moves with a target, and where its middle is (2, n) px from the window's
+    """
+    first, level = bright[: threshold.size], _stored(threshold, bright, detection)[:, None]
+    light, along, down = (np.minimum(first, level).astype(float) @ w.moments * detection.scale).T
+    light = light - (mass - whole)  # what the outline cuts lies below the threshold
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = off - np.stack([along, down]) / np.where(light > 0, light, np.nan)
+        return np.asarray(apart * light / whole)
 
 
 def _at_full_scale(bright: NDArray[Any], count: Array, w: Weights, detection: Detection) -> NDArray[np.bool_]:

@@ -54,7 +54,7 @@ MASK = Mask()
 class Weights(NamedTuple):
     """Windows (m, height * width) times `linear` (.., 13) are mass, m_x, m_y, the background; how the ring differs from
     a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1; the second
-    moments of the light; and what the mask's outline cuts.
+    moments of the light; and what the mask's outline cuts. `moments` (.., 3) are its first columns.
 
     pull           px by which one grey level of those may have moved the target, times its mass
     inside            weights of what is counted: 1 within the mask, MASK.stray without
@@ -65,6 +65,7 @@ class Weights(NamedTuple):
     width: int
     height: int
     linear: Array
+    moments: Array
     pull: float
     inside: Float32
     x_noise: float
@@ -97,7 +98,8 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     x_noise, y_noise, cut_noise = (float(np.sqrt(np.square(of).sum())) for of in (m_x, m_y, cut[1]))
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
-    return Weights(2 * half_w + 1, 2 * half_h + 1, linear, pull, inside, x_noise, y_noise, cut_noise, columns, across)
+    size, first = (2 * half_w + 1, 2 * half_h + 1), np.ascontiguousarray(linear[:, :3])
+    return Weights(*size, linear, first, pull, inside, x_noise, y_noise, cut_noise, columns, across)
 
 
 def _outline(disc: Array, x: Array, y: Array) -> Array:

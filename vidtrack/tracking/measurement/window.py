@@ -47,7 +47,8 @@ WINDOW = Segmenting()
 class Seen(NamedTuple):
     """What each window showed.
 
-    values     (VALUES, k samples, n targets), see X to PLATEAU; meaningless where not clear
+    values     (VALUES, k samples, n targets), see X to SHIFT_Y (those of the first sample); meaningless where
+               not clear
     clear      (k, n) this is the target, whole and alone; saturated: part of it is at full scale
     """
 
@@ -126,7 +127,7 @@ def _measure_alike(
     level, before = np.tile(threshold, k), np.tile(pixels, k)
     found = components(windows, level)
     chosen = _nearest(found, at_x, at_y, before, detection.min_pixels)
-    c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid, threshold=level)
+    c = measure(windows, found, chosen, noise=detection.noise, kind=detection.centroid, threshold=level, surfaces=n)
     box = np.stack([found.left, found.top, found.width, found.height])
     box = box[:, chosen] if box.size else np.zeros((4, k * n), np.intp)
     # Where the background is too restless for a template's plain plane, the next sample is segmented as well.
@@ -149,6 +150,7 @@ def _measure_alike(
             soft,
             c.unrest,
             c.plateau,
+            *np.tile(c.shift * [[1], [lines]], k),
         ]
     )
     clear = _clear(chosen, box, windows, c.pixels, before) & np.isfinite(c.mass) & np.isfinite(c.x)
