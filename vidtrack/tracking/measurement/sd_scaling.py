@@ -9,6 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
+from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
 from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
@@ -57,6 +58,7 @@ def with_grown_sd(
     values[[X, Y]], values[[SD_X, SD_Y]] = position, sd * seen.factor[:, None]
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
+        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shared_blob_sd(rows, time, shapes.exposure))
     if surfaces is not None:
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], surfaces.sd(values[[SD_X, SD_Y]]))
     return rows._replace(values=values), seen

@@ -1,0 +1,63 @@
+"""While a target that was asked for has never been seen, a long blob may be two: half their distance is in its sd."""
+
+import numpy as np
+import pytest
+
+from tests.discs import picture
+from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
+from vidtrack.tracking.measurement.shape_change import ShapeEvidence
+from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
+from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, Rows, X, Y
+
+N = 12
+TIME = np.arange(N, dtype=float)
+
+
+def rows(second, other_from=N, speed=0.0):
+    """A target with second moments xx, yy, xy that moves along x, and another that is seen from a sample on."""
+    values = np.full((MEASURED, N, 2), np.nan)
+    for row, value in ((Y, 30.0), (SD_X, 0.02), (SD_Y, 0.02), (PIXELS, 20.0), (MASS, 2000.0)):
+        values[row, :, 0] = value
+    values[X, :, 0] = 30 + speed * TIME
+    values[[XX, YY, XY], :, 0] = np.array(second)[:, None]
+    values[:, other_from:, 1] = values[:, other_from:, 0]
+    return Rows(values, np.zeros((N, 2, 2)), np.zeros((N, 2), np.int64), np.zeros(N))
+
+
+@pytest.mark.parametrize(("apart", "angle"), [(2.0, 0.0), (2.5, 0.7), (3.0, 2.0)])
+def test_the_sd_of_a_blob_of_two_is_how_far_each_is_from_the_middle(apart, angle):
+    step = apart / 2 * np.array([np.cos(angle), np.sin(angle)])
+    both = [(20 + sign * step[0], 20 + sign * step[1], 2.0) for sign in (-1, 1)]
+    light = sum(picture((41, 41), [ball], level=0.0, contrast=100.0, dtype=float) for ball in both)
+    y, x = np.mgrid[:41, :41] - 20
+    xx, yy, xy = ((light * a * b).sum() / light.sum() for a, b in ((x, x), (y, y), (x, y)))
+    sd = shared_blob_sd(rows((xx, yy, xy)), TIME, 0.0)
+    np.testing.assert_allclose(sd[:, 0], apart / 2, rtol=0.01)
+    assert not sd[:, 1].any()
+
+
+def test_a_round_blob_one_alone_and_one_whose_fellow_was_seen_are_one_target():
+    assert not shared_blob_sd(rows((1.1, 1.0, 0.02)), TIME, 0.0).any()
+    long = rows((2.0, 1.0, 0.0))
+    alone = Rows(long.values[..., :1], long.corner[:, :1], long.flag[:, :1], long.total_pixels)
+    assert not shared_blob_sd(alone, TIME, 0.0).any()
+    np.testing.assert_array_equal(
+        shared_blob_sd(rows((2.0, 1.0, 0.0), other_from=5), TIME, 0.0)[:, 0], [1] * 5 + [0] * 7
+    )
+    lost = rows((2.0, 1.0, 0.0), other_from=0)
+    lost.values[:, 4:, 1] = np.nan
+    assert not shared_blob_sd(lost, TIME, 0.0).any()
+
+
+def test_a_streak_is_not_two():
+    speed, exposure = 4.0, 0.9
+    streak = (1.0 + exposure**2 * speed**2 / 12, 1.0, 0.0)
+    assert shared_blob_sd(rows(streak, speed=speed), TIME, 0.0).any()
+    assert not shared_blob_sd(rows(streak, speed=speed), TIME, exposure).any()
+
+
+def test_it_is_in_the_sd_that_the_tracks_have():
+    blob = rows((2.0, 1.0, 0.0))
+    none = ShapeEvidence(blob.values[[X, Y]], np.zeros((2, N, 2)), 0.0, np.full((5, 2), np.nan))
+    grown, _ = with_grown_sd(blob, TIME, none, lines=1, kind="weighted")
+    assert (grown.values[[SD_X, SD_Y], :, 0] > 0.99).all()
