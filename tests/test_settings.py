@@ -91,13 +91,16 @@ def test_all_problems_are_told_at_once_each_with_its_place():
     assert "'left'" in lines[1]
 
 
-@pytest.mark.parametrize(("word", "unit"), [('"', "in"), ("in.", "in"), ("Feet", "ft"), ("metre", "m"), ("in ", "in")])
+@pytest.mark.parametrize(
+    ("word", "unit"),
+    [('"', "in"), ("in.", "in"), ("Feet", "ft"), ("metre", "m"), ("in ", "in"), ("incches", "in"), ("milimetre", "mm")],
+)
 def test_a_unit_is_recognised_by_the_words_that_people_write(word, unit):
     assert refusals(units=word)[0].endswith(f"did you mean {unit!r}?")
 
 
 def test_a_unit_that_is_not_offered_is_not_taken_for_a_millionfold_one():
-    assert "did you mean" not in refusals(units="µm")[0]
+    assert not any("did you mean" in refusals(units=word)[0] for word in ("µm", "micron", "kilometre", "kilometr"))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ WORDS = {
     "cm": ("cm", "centimetre", "centimetres", "centimeter", "centimeters"),
     "mm": ("mm", "millimetre", "millimetres", "millimeter", "millimeters"),
     "um": ("um", "µm", "μm", "micron", "microns"),
-    "km": ("km",),
+    "km": ("km", "kilometre", "kilometres", "kilometer", "kilometers"),
     "in": ("in", "inch", "inches", '"', "in."),
     "ft": ("ft", "foot", "feet", "'", "ft."),
     "yd": ("yd", "yard", "yards"),

@@ -91,6 +91,16 @@ def test_blobs_that_are_something_else_are_told_with_their_numbers():
         answer(case([0, 1, 2, 3], views=views))
 
 
+def test_where_every_clip_is_taken_to_show_every_point_its_tags_are_asked_for():
+    every = np.arange(len(POINTS))
+    views = [View(every, B[row], np.full((12, 2), 4.0)) for row in ROWS]
+    with pytest.raises(VidtrackError, match=r"12 blobs for 36 tags in row1.*taken to show all 36.*row1: {tags: 1-12}"):
+        settled(case(views=views), [])
+    with pytest.raises(VidtrackError) as told:
+        settled(case(views=[v._replace(blobs=v.blobs[:7], reach=v.reach[:7]) for v in VIEWS]), [])
+    assert "taken to show" not in str(told.value)
+
+
 def test_a_missing_ball_has_its_reason():
     keep = np.arange(12) != 5
     b = B[ROWS[0]].copy()

@@ -68,6 +68,14 @@ def test_the_share_of_pictures_lost_is_graded(lost, corrupt, level):
     assert [f.level for f in found] == ([level] if level else [])
 
 
+def test_pictures_that_are_missing_may_never_have_been_recorded_and_damaged_ones_were():
+    missing, damaged = (
+        picture_findings("c", {"reading": {"frames": 100, **gone}}) for gone in ({"lost": 50}, {"corrupt": 50})
+    )
+    assert "constant rate" in missing[0].cure
+    assert damaged[0].cure == "Copy the recording again from the camera or tape."
+
+
 def timed(*sources):
     return {f"cam{i}": {"time": {"source": source}} for i, source in enumerate(sources)}
 

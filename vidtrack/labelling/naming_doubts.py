@@ -120,6 +120,8 @@ def picked_alone(case: Case, labels: Labels, picks: Iterable[int]) -> dict[int, 
     return out
 
 
+FEW = 0.8
+"""Of the tags of a clip, up to which its blobs are so few that it may be taken to show more than it does."""
 OUTSIDE = "outside the picture"
 MERGED = "its picture runs into another ball's"
 AT_EDGE = "touches the edge of the picture"
@@ -169,7 +171,20 @@ def _nothing_fits(case: Case, best: Labels | None) -> str:
         for clip, view in zip(case.clips, case.views, strict=True)
     )
     share = f"; the best attempt names {best.matched} of {best.expected}" if best is not None else ""
-    return f"{where}: no view of points.csv explains the balls ({counts}{share}). {_cure(case)}"
+    return f"{where}: no view of points.csv explains the balls ({counts}{share}). {_tags_unsaid(case)}{_cure(case)}"
+
+
+def _tags_unsaid(case: Case) -> str:
+    """What to set where several clips are taken to show every point and each shows a part of them; else empty."""
+    n = len(case.tags)
+    whole = [clip for clip, view in zip(case.clips, case.views, strict=True) if len(view.points) == n]
+    few = [clip for clip, view in zip(case.clips, case.views, strict=True) if len(view.blobs) <= FEW * len(view.points)]
+    if len(case.clips) < 2 or whole != list(case.clips) or not few:
+        return ""
+    return (
+        f"Each clip is taken to show all {n} points: where it shows some of them, say which in config.yaml, "
+        f"calibration: {{clips: {{{few[0]}: {{tags: 1-{n // len(case.clips)}}}}}}}. "
+    )
 
 
 def _cure(case: Case) -> str:

@@ -77,6 +77,11 @@ def _near(word: str, allowed: Sequence[str]) -> str | None:
     """The allowed word that is meant, a unit of length by any of its words; None where it is none of these units."""
     if set(allowed) == set(METRES):
         units = [unit for unit, words in WORDS.items() if word.strip().casefold() in words]
+        if not units:  # misspelt: inchs, milimeter
+            from difflib import get_close_matches
+
+            near = get_close_matches(word.strip().casefold(), [w for words in WORDS.values() for w in words], 1, 0.8)
+            units = [unit for unit, words in WORDS.items() if near and near[0] in words]
         if units:
             return units[0] if units[0] in allowed else None
     return did_you_mean(word, allowed)

@@ -91,10 +91,19 @@ def picture_findings(camera: str, reading: Record) -> list[Finding]:
     """One camera's recording: pictures lost. reading: centroids/<camera>.json."""
     out: list[Finding] = []
     account = reading.get("reading") or {}
-    frames, gone = account.get("frames") or 0, (account.get("lost") or 0) + (account.get("corrupt") or 0)
-    if frames and (level := graded(gone / (frames + (account.get("lost") or 0)), LIMITS.pictures_lost)):
-        text = f"{camera}: {gone} pictures of the recording are missing or damaged, of {frames} that were read"
-        out.append(Finding(level, "pictures-lost", text, "Copy the recording again from the camera or tape."))
+    frames, lost, corrupt = (account.get(key) or 0 for key in ("frames", "lost", "corrupt"))
+    if frames and (level := graded((lost + corrupt) / (frames + lost), LIMITS.pictures_lost)):
+        text = (
+            f"{camera}: {lost + corrupt} pictures of the recording are missing or damaged, of {frames} that were read"
+        )
+        cure = "Copy the recording again from the camera or tape."
+        if lost > corrupt:
+            cure += (
+                " Where they are missing in the camera's own file too, it never recorded them, as a phone that slows "
+                "down in dim light, or a card that is too slow: set a constant rate, give more light. The others "
+                "have their own times."
+            )
+        out.append(Finding(level, "pictures-lost", text, cure))
     return out
 
 
