@@ -113,7 +113,8 @@ def _odd(free: Sequence[_Camera], cameras: Sequence[_Camera], same_balls: bool) 
     way = "larger" if apart > 0 else "smaller"
     text = (
         f"{own.name}: beside the balls of its calibration it sees the targets {abs(apart):.2%} ± {sd:.2%} {way} than "
-        f"the other cameras do: a lens of {which} is at another zoom or focus than in the calibration"
+        f"the other cameras do: a lens of {which} is at another zoom or focus than in the calibration, or other light "
+        "falls on the targets from its side"
     )
     return Finding("doubtful", "lens-zoomed", text, CURE)
 
