@@ -169,7 +169,7 @@ def memory(hours: float, n: int, plot: str | None, whole: bool, folder: Path) ->
 
 
 def _resident(parent: int) -> dict[str, float]:
-    """Resident memory, MB, of each job of the workflow: rule: MB; shared pages count."""
+    """Resident memory, MB, of each job of the workflow: rule (15 letters at most): MB; shared pages count."""
     import psutil
 
     out: dict[str, float] = {}
@@ -179,13 +179,13 @@ def _resident(parent: int) -> dict[str, float]:
         return out
     for child in children:
         try:
-            words, resident = child.cmdline(), child.memory_info().rss / 2**20
+            words, name, resident = child.cmdline(), child.name(), child.memory_info().rss / 2**20
         except psutil.Error:
             continue
         if "vidtrack" in words[1:3] and words.index("vidtrack") + 1 < len(words):
             rule = words[words.index("vidtrack") + 1]
         elif "vidtrack.workflow.job_server" in words:
-            rule = "small jobs" if child.parent().pid != parent else "job server"
+            rule = "job server" if name.startswith("python") else name  # workers have the name of their job
         else:
             continue
         out[rule] = max(out.get(rule, 0.0), resident)

@@ -3,6 +3,7 @@
 import os
 import socket
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -50,6 +51,16 @@ def test_the_most_memory_is_that_of_the_job_and_not_of_one_before_it():
     del held
     worker._forget_the_most()
     assert 0 < worker._most_memory() < before - (32 << 10)
+
+
+def test_lists_of_processes_show_which_job_is_at_work():
+    name = Path("/proc/self/comm")
+    before = name.read_text()
+    try:
+        worker._be_called("locate")
+        assert name.read_text() == "locate\n"
+    finally:
+        name.write_text(before)
 
 
 def test_an_order_that_no_caller_writes_is_refused():
