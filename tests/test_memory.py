@@ -2,10 +2,12 @@ import ctypes
 import gc
 import platform
 
+import numpy as np
+import pandas as pd
 import psutil
 import pytest
 
-from vidtrack.memory import collector_paused, give_back_memory
+from vidtrack.memory import collector_paused, columns_of, give_back_memory
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="malloc_trim is a function of glibc")
@@ -39,3 +41,16 @@ def test_the_collector_is_as_it_was_after_a_pause_that_ends_in_an_error_or_not()
             assert gc.isenabled() == before
         finally:
             gc.enable()
+
+
+def test_words_of_a_table_are_held_once_and_are_those_that_pandas_gives():
+    code, flag = np.repeat([f"10:00:00:{k:02d}" for k in range(9)], 3), ["", "edge", None] * 9
+    table = pd.DataFrame({"t": np.arange(27.0), "code": code, "flag": flag, "n": np.arange(27)})
+    found = columns_of(table)
+    for name, values in found.items():
+        pd.testing.assert_series_equal(pd.Series(values), pd.Series(table[name].to_numpy()))
+    assert (
+        len({id(word) for word in found["code"].tolist()}) == 9 < len({id(word) for word in table["code"].to_numpy()})
+    )
+    assert list(columns_of(table, ("t", "flag"))) == ["t", "flag"]
+    assert {name: values.size for name, values in columns_of(table[:0]).items()} == dict.fromkeys(table, 0)

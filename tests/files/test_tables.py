@@ -87,6 +87,12 @@ def test_the_same_table_makes_the_same_bytes(tmp_path):
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
 
+def test_columns_that_are_not_wanted_are_not_read(tmp_path):
+    table = pd.DataFrame({"x": [1.0, 2.0], "flag": ["", "edge"], "y": [3.0, 4.0]})
+    write_parquet(tmp_path / "t.parquet", table, units="in", provenance=PROVENANCE)
+    pd.testing.assert_frame_equal(read_parquet(tmp_path / "t.parquet", {"y", "flag", "z"}), table[["flag", "y"]])
+
+
 def test_a_missing_value_is_an_empty_cell_in_csv(tmp_path):
     write_csv(tmp_path / "t.csv", pd.DataFrame({"x": [1.5, np.nan]}))
     assert (tmp_path / "t.csv").read_text() == 'x\n1.5\n""\n'

@@ -5,6 +5,7 @@ import pytest
 
 from tests.tracking.test_reacquisition import RADIUS, SCENE, lost, sample
 from vidtrack.tracking.detection.candidates import blobs_of
+from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.separation import Separation
 from vidtrack.tracking.state import HEIGHT, MEASURED, PIXELS, WIDTH, XX, XY, YY, Found, Searched, X, Y
 from vidtrack.tracking.unmeasured import covering, two_in_one
@@ -30,7 +31,7 @@ def test_a_blob_of_two_is_what_two_discs_explain(discs, two):
     now, _ = lost((60.0, 50.0))
     one = sample(*discs)
     one = one._replace(luma=np.minimum(one.luma, 212))  # balls are opaque
-    assert two_in_one(now, one, found(one), Separation(1), SCENE).tolist() == [two]
+    assert two_in_one(now, one, found(one), Separation(1, OwnSize(1)), SCENE).tolist() == [two]
 
 
 @pytest.mark.parametrize(("at", "more"), [((60.2, 50.1), False), ((63.0, 50.0), True), ((75.0, 50.0), False)])
@@ -39,7 +40,8 @@ def test_a_blob_beside_whose_middle_another_track_was_measured_is_more_than_that
     values = now.values.copy()
     values[[X, Y], 1] = at
     one = sample((60.0, 50.0, 6.0))
-    assert two_in_one(Searched(now.state, values, now.flag), one, found(one), Separation(2), SCENE).tolist() == [more]
+    now, separation = Searched(now.state, values, now.flag), Separation(2, OwnSize(2))
+    assert two_in_one(now, one, found(one), separation, SCENE).tolist() == [more]
 
 
 def test_what_covers_a_target_is_the_largest_blob_about_it_that_is_more_than_itself():

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +42,7 @@ THREADS_FROM = 100_000
 """Rows of a table from which on threads read its columns: below, they cost as much again as what they do."""
 
 LARGE = 16 << 20
-"""Bytes of a table from which on what writing it took is given back: Arrow would keep as much again for later."""
+"""Bytes of a table from which on what reading or writing took is given back: Arrow would keep as much for later."""
 
 
 def write_parquet(
@@ -81,14 +81,21 @@ def write_parquet(
         pa.default_memory_pool().release_unused()
 
 
-def read_parquet(path: Path) -> DataFrame:
-    """The table at `path`; VidtrackError where it is not Parquet, or not as it was written."""
+def read_parquet(path: Path, columns: Collection[str] | None = None) -> DataFrame:
+    """The table at `path`; VidtrackError where it is not Parquet, or not as it was written.
+
+    columns   those that are wanted, where there are any of them; None: all
+    """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     with _whole(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
         threads = file.metadata.num_rows >= THREADS_FROM
-        arrow = file.read(use_threads=threads)
-        written = arrow.schema.metadata or {}
+        some = None if columns is None else [name for name in file.schema_arrow.names if name in columns]
+        arrow = file.read(columns=some, use_threads=threads)
+        names = arrow.schema.names
+        whole = arrow.schema if some is None else file.read_row_groups([]).schema
+        written = whole.metadata or {}
         signature = written.get(b"columns")
         # a page's head, which says how many values it holds, has no checksum
         if arrow.num_rows != file.metadata.num_rows or str(arrow.num_rows).encode() != written.get(
@@ -96,10 +103,13 @@ def read_parquet(path: Path) -> DataFrame:
         ):
             raise ValueError("its rows are not those that were written")
         table: DataFrame = arrow.to_pandas(use_threads=threads)
-        renamed = list(table.columns) != arrow.schema.names
-        if renamed or (signature is not None and signature.decode() != _signature(arrow.schema)):
+        if arrow.nbytes > LARGE:
+            del arrow
+            pa.default_memory_pool().release_unused()
+        renamed = list(table.columns) != names
+        if renamed or (signature is not None and signature.decode() != _signature(whole)):
             raise ValueError("its columns are not those that were written")
-        _refuse_changed(arrow.schema)
+        _refuse_changed(whole)
         return table
 
 

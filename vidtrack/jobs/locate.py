@@ -154,6 +154,7 @@ def _widths(readings: Mapping[str, Mapping[str, Any]], later: Mapping[str, float
 
 
 def _in_plane(job: Job) -> PlaneLocations:
+    from vidtrack.location.followed import ROWS
     from vidtrack.stages.locate_plane import locate_plane
 
     where = f"runs.{job.settings['run']}"
@@ -164,7 +165,8 @@ def _in_plane(job: Job) -> PlaneLocations:
     pictures = _pictures(job, {}) if plane.get("points") else {}
     clip = next((own.calibration for own in pictures.values()), None)
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
-    table, followed = read_parquet(tables[0]), next((read_parquet(path) for path in job.paths("tracklets")), None)
+    table = read_parquet(tables[0], ROWS)
+    followed = next((read_parquet(path, ROWS) for path in job.paths("tracklets")), None)
     videos = videos_of(job.settings["cameras"], job.paths("readings"))
     chosen = chosen_readouts(videos, job.settings.get("readout_ms") or {}, by_motion=False)
     for readout in chosen.readouts.values():

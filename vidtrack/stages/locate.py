@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
@@ -47,6 +47,7 @@ from vidtrack.location.unseen import shares_seen, unseen
 from vidtrack.location.views import Labels, View, brought, by_target, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
+from vidtrack.memory import columns_of
 from vidtrack.tags import one_camera_run
 from vidtrack.tags.corners import corner_names, with_corners
 from vidtrack.tags.poses import TagOrder, TagPoses, tag_poses, trajectory_rows
@@ -151,8 +152,8 @@ def locate(
     followed, tracked = (views, match), b
     again: dict[str, int] = {}
     if kept and match.labels:
-        pieces = {n: _columns(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
-        rows = {name: _columns(own, LOOKS) for name, own in (tracklets or {}).items()}
+        pieces = {n: columns_of(own) for n, own in kept.items() if n not in rolling or not rolling[n].seconds}
+        rows = {name: columns_of(own, LOOKS) for name, own in (tracklets or {}).items()}
         views, match, again = searched_again(views, times, at, match, pieces, rows)
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
@@ -198,7 +199,7 @@ def locate(
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     own = {v.name: timed_looks((widths or {}).get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
-    balls = {name: _columns(table) for name, table in (points or {}).items() if shown.get(name) is None}
+    balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
     record |= {"sizes": ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels)}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
@@ -226,7 +227,7 @@ def locate_run(
     """
     both = {key: how.get(key) for key in ("pictures", "points")}
     if tags is not None:
-        tables = {name: _columns(table) for name, table in centroids.items()}
+        tables = {name: columns_of(table) for name, table in centroids.items()}
         names = [str(name) for table in tables.values() for name in table["target"]]
         targets = with_corners(targets, corner_names(names))
         if len(tables) == 1:
@@ -249,7 +250,7 @@ def locate_run(
         located = once(readouts or {})
     if tags is None:
         return located
-    used, at = located.record["clocks"]["cameras"], _columns(located.trajectories)
+    used, at = located.record["clocks"]["cameras"], columns_of(located.trajectories)
     poses = tag_poses(tables, cameras, tags, clocks=used, readouts=readouts, trajectories=at, where=where, **both)
     whole = pd.concat([located.trajectories, _centres(poses, corners=False)], ignore_index=True)
     if "outside" in whole:
@@ -294,16 +295,12 @@ def _views(
     return [
         view_of(
             name,
-            rows_of(_columns(table, ROWS)),
-            rows_of(_columns(tracklets[name], ROWS)) if name in tracklets else None,
+            rows_of(columns_of(table, ROWS)),
+            rows_of(columns_of(tracklets[name], ROWS)) if name in tracklets else None,
             *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
         )
         for name, table in centroids.items()
     ]
-
-
-def _columns(table: pd.DataFrame, wanted: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
-    return {str(name): table[name].to_numpy() for name in table if wanted is None or name in wanted}
 
 
 def _given_clocks(

@@ -16,7 +16,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.location.associations import COLUMNS as COLUMNS_OF_ASSOCIATIONS
 from vidtrack.location.associations import association_columns
-from vidtrack.location.followed import rows_of, view_of
+from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.in_picture import findings_of_picture, followed_in_picture
 from vidtrack.location.plane import (
     Plane,
@@ -30,6 +30,7 @@ from vidtrack.location.plane import (
 )
 from vidtrack.location.run_pictures import Pictures, columns_in_calibration, record_of, windows
 from vidtrack.location.tilt import tilt
+from vidtrack.memory import columns_of
 from vidtrack.timing.clock import Clock
 
 COLUMNS = {
@@ -153,7 +154,7 @@ def _associated(
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     if targets is None or tracklets is None or (limit == 1 and not everything) or centroids.empty:
         return centroids, pd.DataFrame({name: [] for name in COLUMNS_OF_ASSOCIATIONS}), []
-    both = [rows_of({str(name): t[name].to_numpy() for name in t}) for t in (centroids, tracklets)]
+    both = [rows_of(columns_of(t, ROWS)) for t in (centroids, tracklets)]
     view = view_of(camera, both[0], both[1], None, None)
     found = followed_in_picture(view, names, limit, whole=not everything)
     m, T = found.b.shape[:2]
@@ -212,8 +213,8 @@ def located(places: Places, centroids: pd.DataFrame) -> pd.DataFrame:
     table = pd.DataFrame(
         {
             "time_s": centroids["time_s"].to_numpy(float),
-            "timecode": centroids["timecode"].to_numpy() if "timecode" in centroids else np.full(n, "", object),
-            "target": centroids["target"].astype(str).to_numpy(),
+            "timecode": centroids["timecode"].array if "timecode" in centroids else np.full(n, "", object),
+            "target": centroids["target"].astype(str).array,
             "x": p[:, 0],
             "y": p[:, 1],
             "z": np.full(n, np.nan),
@@ -222,7 +223,7 @@ def located(places: Places, centroids: pd.DataFrame) -> pd.DataFrame:
             "sigma_z": np.full(n, np.nan),
             "miss": np.full(n, np.nan),
             "n_cameras": np.isfinite(p).all(-1).astype(np.int64),
-            "flag": centroids["flag"].fillna("").astype(str).to_numpy() if "flag" in centroids else np.full(n, ""),
+            "flag": centroids["flag"].fillna("").astype(str).array if "flag" in centroids else np.full(n, ""),
         }
     )
     return table.sort_values(["target", "time_s"], kind="stable", ignore_index=True)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import vidtrack.tags.poses as room
+from vidtrack.memory import columns_of
 from vidtrack.tags.poses import TagOrder, TagPoses, pose_rows
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ def tag_poses(
     **known: Any,
 ) -> TagPoses:
     """`tags.poses.tag_poses` of tables: centroids a camera, trajectories of other targets; known: as it has them."""
-    located = None if trajectories is None else _columns(trajectories)
-    tables = {name: _columns(table) for name, table in centroids.items()}
+    located = None if trajectories is None else columns_of(trajectories)
+    tables = {name: columns_of(table) for name, table in centroids.items()}
     return room.tag_poses(tables, calibrated, order, trajectories=located, **known)
 
 
@@ -31,7 +32,3 @@ def table_of(done: TagPoses) -> DataFrame:
     import pandas as pd
 
     return pd.concat([pd.DataFrame(part) for part in pose_rows(done)], ignore_index=True)
-
-
-def _columns(table: DataFrame) -> dict[str, Any]:
-    return {str(name): table[name].to_numpy() for name in table}
