@@ -2,7 +2,7 @@ import math
 from unittest.mock import patch
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from vidtrack.errors import VidtrackError
@@ -254,6 +254,7 @@ def _answer_cell_by_cell(path):
     st.integers(0, 90),
     st.sampled_from(["", "", ",", "\n", "#", "1", "e", "-", '"', " ", "a\u0301", ".", "9" * 14, ",,", "\r"]),
 )
+@example([(0, 0.0)], 49, "1")  # a last row that is not whole
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_table_as_programs_write_it_is_read_sooner_and_the_same(tmp_path, rows, place, put):
     lines = ["time_s,target,x,y,z", *(f"{at:.2f},t{n},{at:.9f},{-at:.3f},{n}" for n, at in rows)]

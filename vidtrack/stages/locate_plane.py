@@ -154,8 +154,7 @@ def _associated(
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     if targets is None or tracklets is None or (limit == 1 and not everything) or centroids.empty:
         return centroids, pd.DataFrame({name: [] for name in COLUMNS_OF_ASSOCIATIONS}), []
-    both = [rows_of(columns_of(t, ROWS)) for t in (centroids, tracklets)]
-    view = view_of(camera, both[0], both[1], None, None)
+    view = view_of(camera, rows_of(columns_of(centroids, ROWS)), rows_of(columns_of(tracklets, ROWS)), None, None)
     found = followed_in_picture(view, names, limit, whole=not everything)
     m, T = found.b.shape[:2]
     table = pd.DataFrame(
