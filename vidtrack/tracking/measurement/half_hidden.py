@@ -42,7 +42,7 @@ class HalfHidden:
     reach: float = 0.7
     reach_px: float = 2.0
     dark: float = 0.5
-    rim_px: float = 2.0
+    rim_px: int = 2
     below: float = 0.06
     shown: float = 0.1
     rounds: int = 4
@@ -59,7 +59,7 @@ class HalfHidden:
 
 
 HALF_HIDDEN = HalfHidden()
-_RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (5, 5)).astype(np.uint8)
+_RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * HALF_HIDDEN.rim_px + 1,) * 2).astype(np.uint8)
 
 
 def usual_disc(usual: Array) -> Shapes | None:
