@@ -59,3 +59,11 @@ def test_what_is_no_ball_alone_has_no_width():
     assert np.isnan(apparent_widths(picture(at, 9.3, level=10.0), [at], [pixels])).all()
     assert np.isnan(apparent_widths(picture((4.0, 22.0), 9.3), [(4.0, 22.0)], [pixels])).all()  # at the edge
     assert np.isnan(apparent_widths(picture(at, 9.3), [at, (np.nan, 1.0)], [6, 68])).all()  # few pixels, not measured
+
+
+def test_balls_that_are_looked_at_with_much_larger_and_with_many_others_look_the_same():
+    at, pixels, grey = (14.3, 22.6), np.pi * 9.3**2 / 4, picture((14.3, 22.6), 9.3)
+    (alone,) = apparent_widths(grey, [at], [pixels])
+    widths = apparent_widths(grey, [at] * 40 + [(32.0, 24.0)], [pixels] * 40 + [np.pi * 20.0**2])
+    assert np.isfinite(alone)
+    assert widths[:40] == pytest.approx([alone] * 40)

@@ -42,6 +42,9 @@ class Rings:
 
 RINGS = Rings()
 
+AT_ONCE = 32
+"""Balls that are looked at together: of thousands, each with its own window, memory would run out."""
+
 
 def apparent_widths(picture: Picture, at: ArrayLike, pixels: ArrayLike, *, lines: int = 1, scale: float = 1.0) -> Array:
     """The apparent diameters (n,), px, of bright balls; NaN where one is small, saturated, at the edge, or not alone.
@@ -54,18 +57,23 @@ def apparent_widths(picture: Picture, at: ArrayLike, pixels: ArrayLike, *, lines
     rows, columns = picture.shape
     with np.errstate(invalid="ignore"):
         able = np.isfinite(at).all(1) & (radius >= RINGS.least_px * lines) & (radius <= RINGS.largest_px)
-    if not able.any():
-        return out
-    reach = float(radius[able].max()) + RINGS.room_px
-    wide, high = int(np.ceil(reach)), int(np.ceil(reach / lines))
-    x, y = np.rint(np.where(able[:, None], at, 0.0)).astype(np.intp).T
-    who = np.flatnonzero(able & (x >= wide) & (y >= high) & (x + wide < columns) & (y + high < rows))
-    across, down = np.arange(-wide, wide + 1), np.arange(-high, high + 1)
-    grey = picture[(y[who, None] + down)[:, :, None], (x[who, None] + across)[:, None]] * np.float32(scale)
-    dx = across - (at[who, 0] - x[who])[:, None]
-    dy = lines * (down - (at[who, 1] - y[who])[:, None])
-    d = np.sqrt(dx[:, None] ** 2 + dy[:, :, None] ** 2)
-    out[who] = _widths(grey, d, radius[who, None, None], lines)
+    own = np.ceil((radius + RINGS.room_px)[:, None] / [1, lines])
+    middle = np.rint(np.where(able[:, None], at, 0.0))
+    able &= ((middle >= own) & (middle + own < [columns, rows])).all(1)
+    ordered = np.flatnonzero(able)[np.argsort(radius[able], kind="stable")]
+    for first in range(
+        0, ordered.size, AT_ONCE
+    ):  # those of one size together: windows are as wide as the largest needs
+        some = ordered[first : first + AT_ONCE]
+        (x, y), (wide, high) = middle[some].astype(np.intp).T, own[some[-1]].astype(np.intp)
+        across, down = np.arange(-wide, wide + 1), np.arange(-high, high + 1)
+        column = np.clip(x[:, None] + across, 0, columns - 1)  # what lies beyond is no ball's own
+        row = np.clip(y[:, None] + down, 0, rows - 1)
+        grey = picture[row[:, :, None], column[:, None]] * np.float32(scale)
+        dx = across - (at[some, 0] - x)[:, None]
+        dy = lines * (down - (at[some, 1] - y)[:, None])
+        d = np.sqrt(dx[:, None] ** 2 + dy[:, :, None] ** 2)
+        out[some] = _widths(grey, d, radius[some, None, None], lines)
     return out
 
 
