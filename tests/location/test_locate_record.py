@@ -129,13 +129,17 @@ def test_lines_of_sight_name_their_cameras(located):
     views = located[0]
     cause = Cause("late", (1,), 0.02, 0.001, 0.9, 300.0, 5.0)
     record = sight_line_record(
-        views, Misses(50, np.array([0.1, 0.4]), np.array([0.1, 0.1]), 3.0, cause, np.zeros((2, 2)))
+        views,
+        Misses(50, np.array([0.1, 0.4]), np.array([0.1, 0.1]), 3.0, cause, np.zeros((2, 2)), 40.0, np.zeros((2, 2))),
     )
     assert record["px"] == {"cam1": 0.1, "cam2": 0.4}
     assert record["cause"]["cameras"] == ["cam2"]
     assert record["cause"]["units"] == "s"
     turned = sight_line_record(
-        views, Misses(50, np.ones(2), np.ones(2), 3.0, cause._replace(kind="turned"), np.zeros((2, 2)))
+        views,
+        Misses(
+            50, np.ones(2), np.ones(2), 3.0, cause._replace(kind="turned"), np.zeros((2, 2)), 40.0, np.zeros((2, 2))
+        ),
     )
     assert turned["cause"]["units"] == "deg"
     assert sight_line_record(views, None) is None

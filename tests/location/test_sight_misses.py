@@ -133,3 +133,19 @@ def test_read_outs_are_estimated_from_the_motion_within_their_standard_errors(re
 def test_no_read_out_is_estimated_without_the_rows():
     found, _ = misses(2)
     assert np.isnan(found.readout).all()
+
+
+def test_delays_are_estimated_behind_the_first_camera_within_their_standard_errors():
+    for seed in range(4):
+        late = misses(3, late=0.002, seed=seed)[0].late
+        assert late[0].tolist() == [0, 0]
+        assert late[1:, 0] == pytest.approx([0.002, 0], abs=4 * late[1:, 1].max())
+        assert late[1:, 1].max() < 2e-4
+
+
+def test_a_target_that_moves_along_the_epipolar_lines_shows_no_delay():
+    """Two cameras beside each other see a motion along their base line move along these lines."""
+    a, b = (camera.position for camera in thesis_rig(2))
+    along = (b - a) / np.linalg.norm(b - a)
+    found, _ = misses(2, path=lambda t: 10 * np.sin(2 * np.pi * t / 1.6)[:, None] * along)
+    assert found.late[1, 1] * found.speed > 5 * NOISE

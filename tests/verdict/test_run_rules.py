@@ -94,6 +94,17 @@ def test_recordings_without_any_time_code_are_only_assumed_to_begin_together():
     assert time_findings(timed("none"), {}) == []
 
 
+@pytest.mark.parametrize(
+    ("late", "sd", "level"), [(0.0, 2e-3, "note"), (0.007, 2e-3, "doubtful"), (0.0, 3e-3, "doubtful")]
+)
+def test_recordings_said_to_begin_together_count_where_the_motion_shows_it(late, sd, level):
+    """At 40 px/s and 0.2 in a px a delay of 2 ms is 0.016 in, and positions have a sigma of 0.017 in."""
+    lines = {"late_s": {"cam1": 0.0, "cam2": late}, "late_sd_s": {"cam1": 0.0, "cam2": sd}, "speed_px_s": 40.0}
+    (finding,) = time_findings(timed("none", "none"), {**located(), "sight_lines": lines})
+    assert finding.level == level
+    assert ("within 4 ms" in finding.text) == (level == "note")
+
+
 def located(**changes):
     record = {
         "units": "in",

@@ -39,6 +39,8 @@ class Misses(NamedTuple):
     expected_px  (n_cameras,) the same as noise and calibration lead to expect
     beyond       rms of the position errors that the residuals stand for, over sigma
     cause        the likeliest
+    late         of each clock behind the first camera's, beside turns
+    speed        rms speed of the samples in the pictures, px/s
     readout      of a rolling shutter, beside turns and late clocks
     """
 
@@ -47,6 +49,8 @@ class Misses(NamedTuple):
     expected_px: Array
     beyond: float
     cause: Cause
+    late: Array  # (n_cameras, 2) s and its standard error; see `_late`
+    speed: float
     readout: Array  # (n_cameras, 2) s and its standard error: what is left of each camera's read-out; see `_readouts`
 
 
@@ -93,12 +97,13 @@ def sight_misses(
     beyond = float(np.sqrt(implied.mean() / system.sigma2.mean()))
     velocity = np.gradient(b, at, axis=2)[:, target, moment] if at.size > 1 else np.zeros((*on.shape, 2))
     cause = likeliest(causes(cameras, system, p, velocity, at[moment], A, C))
+    late = _late(cameras, system, p, np.nan_to_num(velocity), A, C)
     readout = np.full((len(cameras), 2), np.nan)
     if shares is not None:
         acceleration = np.gradient(np.gradient(b, at, axis=2), at, axis=2)[:, target, moment]
         own = _Motion(b[:, target, moment], velocity, acceleration, shares[:, target, moment], sd[:, target, moment])
         readout = _readouts(cameras, own, p, on, (A, C))
-    return Misses(len(p), px, expected, beyond, cause, readout)
+    return Misses(len(p), px, expected, beyond, cause, late, _speed(np.nan_to_num(velocity)), readout)
 
 
 def _readouts(
@@ -136,20 +141,52 @@ def _readout_step(
 
     AL   (2 c n, k)  how residuals follow the calibration's error in units of its own covariance
     """
-    N = AL.T @ AL + np.eye(AL.shape[1])
-    e = system.e.ravel()
     columns, prior = [], []
     for i, camera in enumerate(cameras):
         v = velocity[i][..., None]
-        turn = np.nan_to_num(derivatives(camera, p, camera.position, ()).by_parameter[..., :3])
-        columns.append(left_by(system, i, np.concatenate([turn, v, v * share[i][:, None, None]], -1)))
+        columns.append(left_by(system, i, np.concatenate([_turn(camera, p), v, v * share[i][:, None, None]], -1)))
         prior += [1 / LIKELY_TURN**2] * 3 + [1 / LIKELY_LATE_S**2, 1 / LIKELY_READOUT_S**2]
+    x, sd = _fitted(system, columns, prior, AL)
+    return x[4::5], np.hypot(sd[4::5], BIAS_PX / _speed(velocity))
+
+
+def _late(cameras: Sequence[Camera], system: SightSystem, p: Array, velocity: Array, A: Array, C: Array) -> Array:
+    """How late each clock is behind that of the first camera, and its standard error (n_cameras, 2), s.
+
+    Fitted beside the turns of all cameras, linear in a small delay. What moves along the epipolar lines alone shows no
+    delay: the standard error shows that.
+    """
+    columns, prior = [], []
+    for i, camera in enumerate(cameras):
+        late = [velocity[i][..., None]] if i else []
+        columns.append(left_by(system, i, np.concatenate([_turn(camera, p), *late], -1)))
+        prior += [1 / LIKELY_TURN**2] * 3 + [1 / LIKELY_LATE_S**2] * len(late)
+    x, sd = _fitted(system, columns, prior, A.reshape(A.shape[0] * A.shape[1], len(C)) @ root_of(C))
+    own = np.stack([x[6::4], np.hypot(sd[6::4], BIAS_PX / _speed(velocity))], -1)
+    return np.concatenate([np.zeros((1, 2)), own])
+
+
+def _turn(camera: Camera, p: Array) -> Array:
+    return np.nan_to_num(derivatives(camera, p, camera.position, ()).by_parameter[..., :3])
+
+
+def _speed(velocity: Array) -> float:
+    return max(float(np.sqrt((velocity**2).sum(-1).mean())), 1e-9)
+
+
+def _fitted(system: SightSystem, columns: Sequence[Array], prior: Sequence[float], AL: Array) -> tuple[Array, Array]:
+    """What explains the residuals best, beside the calibration's error, and its standard error: both (k,).
+
+    columns  for each camera (n, 2 c, k_c), what its quantities leave in the residuals
+    prior    1 / variance of each
+    AL       (2 c n, m), how residuals follow the calibration's error in units of its own covariance
+    """
+    N = AL.T @ AL + np.eye(AL.shape[1])
+    e = system.e.ravel()
     X = np.concatenate(columns, -1).reshape(e.size, -1)
     S = X.T @ X - X.T @ AL @ np.linalg.solve(N, AL.T @ X) + np.diag(prior)
     g = X.T @ e - X.T @ AL @ np.linalg.solve(N, AL.T @ e)
     x = np.linalg.solve(S, g)
     before = float(e @ e - AL.T @ e @ np.linalg.solve(N, AL.T @ e))
     left = max((before - float(g @ x)) / float(np.einsum("njj->", system.H)), 1.0)
-    fast = max(float(np.sqrt((velocity**2).sum(-1).mean())), 1e-9)
-    sd = np.sqrt(np.diag(np.linalg.inv(S)) * left + (BIAS_PX / fast) ** 2)
-    return np.asarray(x[4::5], float), np.asarray(sd[4::5], float)
+    return np.asarray(x, float), np.asarray(np.sqrt(np.diag(np.linalg.inv(S)) * left), float)

@@ -37,6 +37,10 @@ class Limits:
     truth: tuple[float, float] = (25.0, 100.0)
     """Mean squared error against truth.csv over sigma squared, worst axis: 5 and 10 sigma."""
 
+    late: tuple[float, float] = (3.0, 1.0)
+    """A clock that the config gives counts where the motion shows a delay below so many standard errors, and one
+    standard error moves a target by no more than so many sigma of its position."""
+
     pictures_lost: tuple[float, float] = (0.05, 0.5)
     """Share of a recording's pictures that are missing or damaged."""
 
@@ -118,10 +122,25 @@ def time_findings(readings: Mapping[str, Record], locate: Record) -> list[Findin
         out.append(Finding("bad", "time-codes-mixed", text, f"Set cameras.{unset[0]}.clock: auto."))
     elif len(readings) > 1 and len(unset) == len(readings):
         text = "no camera carries a time code: it is taken that all recordings began at the same moment"
-        out.append(
-            Finding("doubtful", "clock-unknown", text, "Set cameras.<name>.clock: auto for all cameras but one.")
-        )
+        cure = "Set cameras.<name>.clock: auto for all cameras but one."
+        if (within := _agreed_s(locate)) is None:
+            out.append(Finding("doubtful", "clock-unknown", text, cure))
+        else:
+            text += f", as the config says; the motion shows no delay, within {1000 * within:.2g} ms"
+            out.append(Finding("note", "clock-by-config", text, ""))
     return out
+
+
+def _agreed_s(locate: Record) -> float | None:
+    """Within how many s (95 %) the motion shows the clocks to agree; None where it does not, or does not show it."""
+    lines, sigma = locate.get("sight_lines") or {}, (locate.get("samples") or {}).get("mean_sigma") or [None]
+    late, sd, speed = lines.get("late_s") or {}, lines.get("late_sd_s") or {}, lines.get("speed_px_s")
+    scale = (locate.get("correspondence") or {}).get("world_per_px")
+    if not sd or not speed or not scale or None in sigma:
+        return None
+    longest = max(sd.values())
+    agree = all(abs(late[camera]) <= LIMITS.late[0] * sd[camera] for camera in sd)
+    return 2 * longest if agree and longest * speed * scale <= LIMITS.late[1] * hypot(*sigma) else None
 
 
 def _given(clock: Record | None) -> bool:
