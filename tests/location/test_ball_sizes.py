@@ -11,9 +11,9 @@ AT = np.arange(60) / 30
 PATHS = np.stack([np.stack([12 * np.cos(4 * AT), np.full(60, y), 4 * np.sin(5 * AT)], -1) for y in (-5.0, 5.0)])
 
 
-def compared(zooms, diameter=1.0, hunts=0.0, noise=0.003):
+def compared(zooms, diameter=1.0, hunts=0.0, noise=0.003, seed=2):
     """Of a rig whose lenses were zoomed since; a target of so many times the balls' diameter, a size that hunts."""
-    rng = np.random.default_rng(2)
+    rng = np.random.default_rng(seed)
     names, balls, looks = [f"cam{i + 1}" for i in range(len(zooms))], {}, {}
     cameras = thesis_rig(len(zooms))
     for name, camera, zoom in zip(names, cameras, zooms, strict=True):
@@ -74,3 +74,29 @@ def test_looks_are_taken_at_the_corrected_times():
     looks = timed_looks({"t1": {"time_s": [1.0, 2.0], "width": [9.0, 9.1]}}, AT * 2, AT * 2 + 0.25)
     assert looks["t1"]["time_s"] == pytest.approx([1.25, 2.25])
     assert timed_looks(None, AT, AT) == {}
+
+
+def test_the_standard_deviation_of_a_size_is_that_of_its_median_beside_that_of_the_balls():
+    found = [compared([1.0], seed=seed)["cam1"]["targets"]["a"] for seed in range(40)]
+    rms = np.sqrt(np.mean([own["larger"] ** 2 for own in found]))
+    assert np.median([own["sd"] for own in found]) == pytest.approx(rms, rel=0.3)
+
+
+def test_looks_that_scatter_alone_do_not_wander():
+    found = [compared([1.0], seed=seed, noise=0.01)["cam1"]["targets"]["a"]["wander"] for seed in range(20)]
+    assert np.mean(found) < 0.002
+    hunting = [compared([1.0], seed=seed, noise=0.01, hunts=0.015) for seed in range(20)]
+    assert np.median([own["cam1"]["targets"]["a"]["wander"] for own in hunting]) == pytest.approx(0.0105, rel=0.25)
+
+
+@pytest.mark.parametrize("beside", [-0.2, 0.2])
+def test_looks_before_and_after_the_target_was_located_count_for_nothing(beside):
+    (camera,), at = thesis_rig(1), AT[20:40]
+    path = np.repeat(PATHS[:1, :1], 20, 1)
+    b, p = project(camera, path[0]), thesis_points()[1]
+    balls = {"x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "Xf": project(camera, p)[:, 0], "width": np.full(len(p), 9.0)}
+    look = {"Xf": b[:, 0], "Yf": b[:, 1], "width": np.full(20, 9.0)}
+    assert ball_sizes(["cam1"], [camera], {"cam1": {"t1": {"time_s": at, **look}}}, {"cam1": balls}, at, path, ["a"])
+    outside = np.linspace(0, 0.1, 20) + (at[0] - 0.3 if beside < 0 else at[-1] + 0.2)
+    looks = {"cam1": {"t1": {"time_s": outside, **look}}}
+    assert ball_sizes(["cam1"], [camera], looks, {"cam1": balls}, at, path, ["a"]) == {}

@@ -60,3 +60,25 @@ def test_of_many_targets_some_are_looked_at():
     record = widths.as_record([f"t{k}" for k in range(200)], np.zeros(1))
     assert len(record) == LOOKS.targets
     assert {"t0", "t199"} <= set(record)
+
+
+def test_a_picture_of_ten_bits_shows_the_same_width():
+    """What is saturated, and how flat the background is, is known in grey levels of eight bits."""
+    usual, deep = BallWidths(2, Detection()), BallWidths(2, Detection(scale=255 / 1023, full=1023.0))
+    values = np.full((MEASURED, 1, 2), np.nan)
+    values[X], values[Y], values[PIXELS] = 30.3, 22.6, 68
+    usual.passed([Sample(SEEN, 0.0)], 0, values)
+    deep.passed([Sample((SEEN * (1023 / 255)).round().astype(np.uint16), 0.0)], 0, values)
+    a, b = (widths.as_record(["t1"], np.zeros(1))["t1"]["width"] for widths in (usual, deep))
+    assert a
+    assert b == pytest.approx(a, rel=1e-3)
+
+
+def test_of_many_targets_fewer_samples_are_looked_at():
+    widths, values = BallWidths(200, Detection()), np.full((MEASURED, 1, 200), np.nan)
+    values[X], values[Y], values[PIXELS] = 30.3, 22.6, 68
+    for number in range(200):
+        widths.passed([Sample(SEEN, float(number))], number, values)
+    looks = len(widths.as_record(["t0"], np.arange(200.0))["t0"]["time_s"])
+    assert LOOKS.in_all / 2 <= looks * LOOKS.targets < 2 * LOOKS.in_all
+    assert looks < 2 * LOOKS.samples

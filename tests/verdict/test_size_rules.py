@@ -76,3 +76,28 @@ def test_a_size_that_goes_up_and_down_in_one_camera_is_a_focus_that_hunts():
     assert (finding.level, finding.code) == ("doubtful", "lens-hunts")
     assert "cam1: the size of the targets wanders by 1.06% rms along the run" in finding.text
     assert found(0.3, 0.0, wander=(0.0106, 0.008)) == []
+
+
+def test_the_camera_that_wanders_most_is_named_beside_the_one_that_wanders_next():
+    (finding,) = found(0.0, 0.0, 0.1, wander=(0.0008, 0.0006, 0.0106))
+    assert finding.text.startswith("cam3: the size of the targets wanders by 1.06% rms along the run, in the other ")
+    assert "cameras by 0.08% at most" in finding.text
+    (finding,) = found(0.0, 0.0, wander=(0.009, 0.002))
+    assert finding.text.startswith("cam1")
+
+
+@pytest.mark.parametrize(("percent", "way"), [(0.9, "larger"), (-0.9, "smaller")])
+def test_a_lens_of_one_camera_is_named_with_the_ratio_and_its_way(percent, way):
+    (finding,) = found(0.0, percent, 0.0)
+    assert f"it sees the targets 0.90% ± 0.12% {way} than the other cameras do" in finding.text
+
+
+def test_where_the_other_cameras_differ_none_is_the_odd_one():
+    assert found(3.0, 0.0, 1.5, same_balls=False) == []
+
+
+def test_a_ratio_within_five_standard_deviations_is_no_zoom():
+    unsure = sizes((0.0, 1.5))
+    for target in unsure["sizes"]["cam1"]["targets"].values():
+        target["sd"] = 0.006
+    assert size_findings(unsure, NOT_KNOWN, same_balls=False) == []
