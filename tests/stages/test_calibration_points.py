@@ -313,3 +313,12 @@ def test_a_point_that_is_no_ball_is_placed_by_hand_and_keeps_its_sd():
     assert table.loc["5", ["sd_x", "sd_y"]].tolist() == [0.4, 0.4]
     assert table.loc["5", "pixels"] == 0
     assert table["found"].all()
+
+
+def test_a_clip_whose_picture_is_mirrored_is_named_and_gives_no_points():
+    flipped = {c: [F(f.luma[:, ::-1].copy()) if c == "row2" else f for f in own] for c, own in clips().items()}
+    found = calibration_points(flipped, POINTS, picks(*FOUR), camera="cam1", tags=SHOWN)
+    (finding,) = found.findings
+    assert (finding.level, finding.code) == ("doubtful", "clip-flipped")
+    assert finding.text.startswith("calibration/row2: the picture of camera cam1 is mirrored left to right")
+    assert found.table.groupby("clip")["found"].sum().to_dict() == {"row1": 12, "row2": 0, "row3": 12}

@@ -79,6 +79,15 @@ def test_tags_that_were_not_found_are_counted():
     ]
 
 
+def test_the_clip_in_which_most_tags_are_missing_is_named_with_what_it_shows_instead():
+    clips = {
+        "front": {"tags": 12, "found": 11, "blobs_of_no_tag": []},
+        "rear": {"tags": 12, "found": 0, "blobs_of_no_tag": [[1.0, 2.0]] * 9},
+    }
+    (finding,) = camera_findings("c", CAMERA, Fit(11, 11, 1.0), {"points": 24, "found": 11, "clips": clips})
+    assert finding.text.endswith("found in the picture; in clip rear 0 of 12, where 9 blobs lie elsewhere")
+
+
 def back(**changes):
     record = {"held_out": {"mean_3d": 0.054}, "floor": {"mean_3d": 0.001, "mean_3d_with_survey": 0.05}, "units": "in"}
     return {**record, "ratio_with_survey": 1.08, "diagonal_field": 160.5, **changes}

@@ -59,6 +59,16 @@ def clip_moved(case: Case, i: int, offset: Array) -> Finding:
     )
 
 
+def clip_flipped(case: Case, i: int, way: str) -> Finding:
+    """The balls of clip i lie where they should once its picture is flipped back; `way`: how it is flipped."""
+    return doubt(
+        "clip-flipped",
+        f"calibration/{case.clips[i]}: the picture of camera {case.camera} is {way} beside its other clips, by where "
+        "its balls lie.",
+        "Flip its recording back, or leave this clip out: none of its balls is used.",
+    )
+
+
 def coinciding(rows: pd.DataFrame) -> list[Finding]:
     """Tags of one clip that points.csv has at one place, which two balls cannot be."""
     lines = []

@@ -9,7 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.assignment import one_to_one_within
 from vidtrack.geometry.pose import RICH, adjust, predicted
-from vidtrack.labelling.label import GATE, Index, Labels, scatter_of, spacing
+from vidtrack.labelling.label import GATE, Index, Labels, px_apart, scatter_of, spacing
 
 ENOUGH = 12
 """Balls that the other clips must show before they predict where those of one clip should be."""
@@ -31,12 +31,12 @@ def shifted(labels: Labels, i: int) -> Shift | None:
     seen = np.isfinite(at).all(-1).sum()
     if seen < 4 or (labels.blob[i] >= 0).sum() > 0.5 * seen or not len(view.blobs):
         return None
-    rough = one_to_one_within(_gaps(at, view.blobs), 0.45 * spacing([view]))
+    rough = one_to_one_within(px_apart(at, view.blobs), 0.45 * spacing([view]))
     has = rough >= 0
     if has.sum() < 4:
         return None
     offset = np.median((view.blobs[rough] - at)[has], axis=0)
-    blob = one_to_one_within(_gaps(at + offset, view.blobs), 2 * GATE * labels.sd)
+    blob = one_to_one_within(px_apart(at + offset, view.blobs), 2 * GATE * labels.sd)
     return Shift(blob, offset) if (blob >= 0).sum() > 0.7 * seen else None
 
 
@@ -70,9 +70,3 @@ def _pairs(labels: Labels, points: Array, views: list[int]) -> tuple[Array, Arra
         view, blob = labels.views[k], labels.blob[k]
         none.append((points[view.points[blob >= 0]], view.blobs[blob[blob >= 0]]))
     return np.concatenate([p for p, _ in none]), np.concatenate([b for _, b in none])
-
-
-def _gaps(at: Array, blobs: Array) -> Array:
-    """px (k, n) from points to blobs; inf where a point cannot be seen."""
-    d: Array = np.linalg.norm(blobs[None] - at[:, None], axis=-1)
-    return np.where(np.isfinite(d), d, np.inf)

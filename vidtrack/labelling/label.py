@@ -195,6 +195,12 @@ def _distances(pose: Pose, points: Array, view: View, sd: float) -> Array:
     return np.asarray(np.where(known[:, None] & np.isfinite(cost), cost, np.inf))
 
 
+def px_apart(at: Array, blobs: Array) -> Array:
+    """px (k, n) from points at (k, 2) to blobs (n, 2); inf where a point cannot be seen."""
+    d: Array = np.linalg.norm(blobs[None] - at[:, None], axis=-1)
+    return np.where(np.isfinite(d), d, np.inf)
+
+
 def crowding_limit(views: Sequence[View]) -> float:
     """px, the scatter beyond which the gate would reach a ball's neighbour."""
     return max(CROWDING * spacing(views), 2 * SD_LEAST)

@@ -13,7 +13,8 @@ from vidtrack.calibration import gates
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
-from vidtrack.labelling.doubts import clip_moved, coinciding, disagreeing, swinging, with_picked
+from vidtrack.labelling.doubts import clip_flipped, clip_moved, coinciding, disagreeing, swinging, with_picked
+from vidtrack.labelling.flipped import flipped
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View, complete
 from vidtrack.labelling.mixed_units import check_units
@@ -245,9 +246,11 @@ def _case(
 
 
 def _blobs_of(case: Case, labels: Labels, i: int, findings: list[Finding]) -> Index:
-    """The blob of each tag of clip i; warns where the clip lies elsewhere as a whole."""
+    """The blob of each tag of clip i; warns where the clip lies elsewhere as a whole, or its picture is flipped."""
     shift = shifted(labels, i)
     if shift is None:
+        if way := flipped(labels, i, case.image_size):
+            findings.append(clip_flipped(case, i, way))
         return labels.blob[i]
     findings.append(clip_moved(case, i, shift.offset))
     return shift.blob

@@ -100,9 +100,18 @@ def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: M
     listed, seen = labelling.get("points"), labelling.get("found")
     if listed and seen is not None and (level := graded(1 - seen / listed, LIMITS.not_found)):
         text = f"{name}: only {seen} of the {listed} listed calibration points were found in the picture"
+        text += "".join(_of_clip(clip, own) for clip, own in (labelling.get("clips") or {}).items())
         cure = "Correct calibration.clips.<clip>.tags to what each clip shows, or light the points."
         out.append(Finding(level, "points-not-found", text, cure))
     return out
+
+
+def _of_clip(clip: str, own: Mapping[str, Any]) -> str:
+    """What a clip lacks, where that is most of it."""
+    listed, seen, others = own.get("tags") or 0, own.get("found") or 0, len(own.get("blobs_of_no_tag") or [])
+    if not listed or seen >= listed / 2:
+        return ""
+    return f"; in clip {clip} {seen} of {listed}, where {others} blobs lie elsewhere"
 
 
 def whole_findings(back: Mapping[str, Any]) -> list[Finding]:
