@@ -11,9 +11,10 @@ from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 
 
-@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids"])
-def test_each_file_goes_to_its_place_by_its_path_alone(tmp_path, name):
-    root = tmp_path / "results"
+@pytest.mark.parametrize("lab", ["lab", "runs", "report", "calibration", "results/runs", "results/report"])
+@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids", "results", "report"])
+def test_each_file_goes_to_its_place_whatever_the_experiment_its_runs_and_its_cameras_are_called(tmp_path, lab, name):
+    root = tmp_path / lab / "results"
     records = [
         f"calibration/{name}/camera.json",
         f"calibration/{name}/labelling.json",
@@ -50,6 +51,7 @@ def test_each_file_goes_to_its_place_by_its_path_alone(tmp_path, name):
     assert run.readings[name]["path"] == records[5]
     assert run.records["locate"]["path"] == records[6]
     assert results.verdict["path"] == records[7]
+    assert (list(results.runs), list(results.cameras)) == ([name], [name])
     assert run.posters == {name: str(root / pictures[0])}
     assert run.pictures == {name: str(root / pictures[1])}
     assert (results.campaign_page, results.calibration_page) == (True, False)
@@ -65,7 +67,7 @@ def test_a_file_without_a_place_is_an_error(tmp_path):
 
 
 def test_each_file_is_read_once(tmp_path, monkeypatch):
-    path = tmp_path / "runs" / "a" / "locate.json"
+    path = tmp_path / "results" / "runs" / "a" / "locate.json"
     path.parent.mkdir(parents=True)
     write_json(path, {}, {})
     reads = []
@@ -74,16 +76,18 @@ def test_each_file_is_read_once(tmp_path, monkeypatch):
     assert reads == [str(path)]
 
 
-@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids", "background"])
-def test_what_belongs_to_a_run_is_known_by_its_path(name):
+@pytest.mark.parametrize("lab", ["lab", "runs", "results/runs"])
+@pytest.mark.parametrize("name", ["cam1", "calibration", "runs", "centroids", "background", "report"])
+def test_what_belongs_to_a_run_is_known_by_its_path(lab, name):
     for path in (
         f"runs/{name}/locate.json",
         f"runs/{name}/centroids/{name}.json",
         f"runs/{name}/background/{name}.png",
     ):
-        assert is_of_run(f"lab/results/{path}")
-    for path in (f"calibration/{name}/camera.json", "calibration/survey.json", ".failures/locate/a.json"):
-        assert not is_of_run(f"lab/results/{path}")
+        assert is_of_run(f"{lab}/results/{path}")
+    others = (f"calibration/{name}/camera.json", "calibration/survey.json", ".failures/locate/a.json", "verdict.json")
+    for path in others:
+        assert not is_of_run(f"{lab}/results/{path}")
 
 
 def test_a_calibration_that_was_read_before_is_neither_read_again_nor_changed_by_a_run(tmp_path, monkeypatch):

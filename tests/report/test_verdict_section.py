@@ -55,6 +55,12 @@ def test_a_camera_that_failed_has_a_line_without_numbers():
     assert cameras.rows[0][:4] == ["cam9", "good", "–", "–"]
 
 
+def test_what_was_not_judged_is_not_good():
+    section = verdict_section(Results(summaries={"pluck": {"samples": 4, "located": 3}}), "in")
+    assert (section.word, [why.level for why in section.reasons]) == ("failed", ["failed"])
+    assert section.reasons[0].text == "Nothing was judged: there is no verdict.json."
+
+
 def test_runs_that_are_not_recorded_yet_are_named():
     verdict = {"verdict": "good", "calibration": {**GOOD, "cameras": {}}, "runs": {}, "awaited": ["later"]}
     line = verdict_section(Results(verdict=verdict), "in").line

@@ -1,5 +1,7 @@
 """The files under results/ as one `Results`: each is read once, and its place says what it is.
 
+The folder that holds them is called `results`; the experiment, a run or a camera may be called as any folder in it.
+
 calibration/<camera>/<file>, calibration_after/<camera>/<file>    a camera's calibration
 calibration/<file>, calibration_after/<file>                      the whole calibration
 runs/<run>/<file>, runs/<run>/centroids/<camera>.<ext>            a run
@@ -14,6 +16,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from vidtrack.files.records import read_json
@@ -45,13 +48,25 @@ WHOLE_FILES = {
     "stability.json": "stability",
     "verdict.json": "verdict",
 }
-OVERLAY, FAILURES, PAGES = "overlay_", ".failures", "report"
+OVERLAY, VERDICT = "overlay_", "verdict.json"
+FAILURES, PAGES, OF_RUNS = (["results", name] for name in (".failures", "report", "runs"))
+IN_RUN = ("centroids", "background")
 
 
 def is_of_run(path: str) -> bool:
     """Whether what lies at a path belongs to a run, and not to the calibration or to the whole experiment."""
-    parts = os.path.normpath(path).split(os.sep)
-    return parts[-3:-2] == ["runs"] or (parts[-4:-3] == ["runs"] and parts[-2] in ("centroids", "background"))
+    return _run_of(_parts(path)) is not None
+
+
+def _parts(path: str) -> list[str]:
+    return os.path.normpath(path).split(os.sep)
+
+
+def _run_of(parts: list[str]) -> str | None:
+    """The run to which what lies at a path belongs; None where it belongs to none."""
+    if parts[-4:-2] == OF_RUNS and parts[-1] != VERDICT:  # of an experiment that is called runs
+        return parts[-2]
+    return parts[-3] if parts[-5:-3] == OF_RUNS and parts[-2] in IN_RUN else None
 
 
 def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
@@ -61,31 +76,29 @@ def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
     """
     results = replace(known, runs=dict(known.runs)) if known else Results()
     for path in paths:
-        parts = os.path.normpath(path).split(os.sep)
-        kind = os.path.splitext(path)[1]
+        parts, (stem, kind) = _parts(path), os.path.splitext(os.path.basename(path))
         content = READERS[kind](path)
-        if FAILURES in parts:
+        if FAILURES in ([*pair] for pair in pairwise(parts)):
             results.failures.append(content)
-        elif parts[-2:-1] == [PAGES]:
+        elif parts[-3:-1] == PAGES:
             if kind == ".json":
                 results.summaries[content["run"]] = content
             else:
-                results.calibration_page |= parts[-1] == "calibration.html"
-                results.campaign_page |= parts[-1] == "campaign.html"
-        elif parts[-4:-3] == ["runs"] and parts[-2] == "centroids":
-            camera = os.path.splitext(parts[-1])[0]
-            own = results.runs.setdefault(parts[-3], RunResults())
-            (own.readings if kind == ".json" else own.centroids)[camera] = content
-        elif parts[-4:-3] == ["runs"] and parts[-2] == "background":
-            results.runs.setdefault(parts[-3], RunResults()).pictures[os.path.splitext(parts[-1])[0]] = content
-        elif parts[-3:-2] == ["runs"]:
-            _put_in_run(results.runs.setdefault(parts[-2], RunResults()), parts[-1], content)
+                results.calibration_page |= stem == "calibration"
+                results.campaign_page |= stem == "campaign"
+        elif (run := _run_of(parts)) is not None:
+            own = results.runs.setdefault(run, RunResults())
+            if parts[-5:-3] != OF_RUNS:
+                _put_in_run(own, stem, kind, content)
+            elif parts[-2] == "background":
+                own.pictures[stem] = content
+            else:
+                (own.readings if kind == ".json" else own.centroids)[stem] = content
         elif parts[-1] in WHOLE_FILES:
             after = "_after" if parts[-1] == "survey.json" and parts[-2] == "calibration_after" else ""
             setattr(results, WHOLE_FILES[parts[-1]] + after, content)
         elif parts[-1].startswith(OVERLAY):
-            camera = os.path.splitext(parts[-1])[0].removeprefix(OVERLAY)
-            results.cameras.setdefault(camera, CameraResults()).overlay = content
+            results.cameras.setdefault(stem.removeprefix(OVERLAY), CameraResults()).overlay = content
         elif parts[-1] in CAMERA_FILES:
             cameras = results.after if parts[-3] == "calibration_after" else results.cameras
             setattr(cameras.setdefault(parts[-2], CameraResults()), CAMERA_FILES[parts[-1]], content)
@@ -94,8 +107,7 @@ def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
     return results
 
 
-def _put_in_run(run: RunResults, name: str, content: Any) -> None:
-    stem, kind = os.path.splitext(name)
+def _put_in_run(run: RunResults, stem: str, kind: str, content: Any) -> None:
     if kind == ".json":
         run.records[stem] = content
     elif kind == ".npz":

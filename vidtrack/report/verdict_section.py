@@ -17,13 +17,22 @@ Record = Mapping[str, Any]
 
 GOOD: Record = {"verdict": "good", "reasons": (), "notes": ()}
 
+NOT_JUDGED = Reason(
+    "verdict",
+    "Experiment",
+    "failed",
+    "Nothing was judged: there is no verdict.json.",
+    "The last lines of the run, and logs/verdict.log beside this page, say why.",
+)
+
 LONGEST = 130
 """Characters of a reason in a cell of a table; the whole of it stands below."""
 
 
 def verdict_section(results: Results, units: str) -> Verdict:
     """What verdict.json says of the whole, beside the numbers that a reader asks for first."""
-    record = results.verdict or {"verdict": "good", "calibration": None, "runs": {}}
+    if (record := results.verdict) is None:
+        return Verdict("failed", "", [], [NOT_JUDGED], [])
     calibration: Record = record["calibration"] or {}
     runs: Record = record["runs"]
     tables = []
