@@ -45,6 +45,13 @@ def test_a_missing_sample_stays_missing_and_flags_are_kept():
     assert b.loc[0, "flag"] == "edge"
 
 
+def test_rows_may_come_in_any_order_and_of_two_at_one_moment_the_first_counts():
+    given = trajectories(n=60)
+    again = given.assign(x=given["x"] + 1).iloc[10:20]
+    mixed = pd.concat([given.sample(frac=1, random_state=1), again], ignore_index=True)
+    pd.testing.assert_frame_equal(kinematics(mixed)[0], kinematics(given)[0])
+
+
 def test_a_run_without_a_located_target_gives_an_empty_table():
     assert list(kinematics(trajectories().iloc[:0])[0]) == list(COLUMNS)
 

@@ -11,6 +11,9 @@ from vidtrack.arrays import Array
 SIDE = 6
 """Samples on either side of an impact that show the velocity before and after it."""
 
+AT_ONCE = 4096
+"""Samples that are looked at at once."""
+
 
 def velocity_jumps(t: Array, y: Array, weight: Array) -> Array:
     """By how many sd the velocity jumps between each sample (n,) and the one before it; 0 where it does not stand out.
@@ -26,10 +29,11 @@ def velocity_jumps(t: Array, y: Array, weight: Array) -> Array:
     sd = 1.4826 * float(np.median(rough)) / np.sqrt(20.0)  # of white noise; a smooth motion adds little
     if not sd > 1e-9 * float(np.abs(y * w).max()):  # rounding, no noise
         return size
-    middle = np.arange(SIDE, len(t) - SIDE + 1)
-    when = (t[middle - 1] + t[middle]) / 2
-    before, after = (_slopes(t, y, w, middle + side, when) for side in (-SIDE, 0))
-    size[middle] = np.abs(after[0] - before[0]) / (sd * np.sqrt(before[1] + after[1]))
+    for first in range(SIDE, len(t) - SIDE + 1, AT_ONCE):
+        middle = np.arange(first, min(first + AT_ONCE, len(t) - SIDE + 1))
+        when = (t[middle - 1] + t[middle]) / 2
+        before, after = (_slopes(t, y, w, middle + side, when) for side in (-SIDE, 0))
+        size[middle] = np.abs(after[0] - before[0]) / (sd * np.sqrt(before[1] + after[1]))
     largest = sliding_window_view(np.pad(size, SIDE - 1), 2 * SIDE - 1).max(-1)
     return np.where(size == largest, size, 0.0)
 

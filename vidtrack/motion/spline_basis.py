@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,11 +84,9 @@ class Basis:
 
     def _normal(self, weight: Array) -> Array:
         """The lower band of the normal matrix."""
-        n, at = self.degree + 1, 0
-        band, sums = np.zeros((n, self.size)), self._sums.of_pairs(weight)
-        for j in range(n):
-            band[: n - j, j : j + sums.shape[1]] += sums[at : at + n - j]
-            at += n - j
+        band = np.zeros((self.degree + 1, self.size))
+        for j, sums in enumerate(self._sums.of_pairs(weight)):
+            band[: len(sums), j : j + sums.shape[1]] += sums
         return band
 
     def _right(self, wy: Array) -> Array:
@@ -115,12 +114,12 @@ class Basis:
             raise ValueError(f"{len(rows)} samples cannot hold a spline of {self.size} coefficients")
         blocks = self._inverse(band)
         state, variance = np.empty((2, len(rows), 3))
-        shares = [self._derivative(derivative) for derivative in range(3)]
+        steps = [self._steps(derivative) for derivative in range(3)]
         for some in (slice(i, i + AT_ONCE) for i in range(0, len(rows), AT_ONCE)):
             over = c[self._columns[some]].T
             under = blocks[:, :, self._first[some]]
-            for derivative, share in enumerate(shares):
-                D, order = share[:, some], _order(derivative, self.degree)
+            for derivative, own in enumerate(steps):
+                D, order = self._derivative(own, some), _order(derivative, self.degree)
                 state[some, derivative] = _in_order(D * over, order)
                 half = D[order[0]] * under[order[0]]
                 for k in order[1:]:
@@ -128,10 +127,8 @@ class Basis:
                 variance[some, derivative] = _total(half * D)
         return PieceFit(rows, state, variance, BSpline(self.knots, c, self.degree))
 
-    def _derivative(self, order: int) -> Array:
-        """What each B-spline over a sample gives to the derivative there, (degree + 1, m) (de Boor, ch. X)."""
-        if not order:
-            return np.ascontiguousarray(self.values.T)
+    def _steps(self, order: int) -> tuple[Array, Array]:
+        """What each B-spline of a derivative is of those of its degree, (order + 1, ...), and their knots."""
         knots, k = self.knots, self.degree
         steps = np.ones((1, self.size))
         for _ in range(order):
@@ -140,11 +137,22 @@ class Basis:
             finer[:-1] = -k / width * steps[:, :-1]
             finer[1:] += k / width * steps[:, 1:]
             steps, knots, k = finer, knots[1:-1], k - 1
-        values = _design(self.t, knots, k).data.reshape(len(self.t), k + 1)
-        D = np.zeros((self.degree + 1, len(self.t)))
+        return steps, knots
+
+    def _derivative(self, of: tuple[Array, Array], some: slice) -> Array:
+        """What each B-spline over some samples gives to a derivative there, (degree + 1, m) (de Boor, ch. X).
+
+        of   see `_steps`
+        """
+        steps, knots = of
+        if len(steps) == 1:
+            return np.ascontiguousarray(self.values[some].T)
+        t, first, k = self.t[some], self._first[some], self.degree + 1 - len(steps)
+        values = _design(t, knots, k).data.reshape(len(t), k + 1)
+        D = np.zeros((self.degree + 1, len(t)))
         for a, own in enumerate(np.ascontiguousarray(values.T)):
             for i, step in enumerate(steps):
-                D[a + i] += own * step.take(self._first + a)
+                D[a + i] += own * step.take(first + a)
         return D
 
     def _inverse(self, band: Array) -> Array:
@@ -157,10 +165,10 @@ class Basis:
 
         factor = cholesky_banded(band, lower=True, check_finite=False)
         apart = min(self.size, 70)
-        unit = np.zeros((self.size, apart))
+        unit = np.zeros((self.size, apart), order="F")
         columns = np.arange(self.size)
         unit[columns, columns % apart] = 1
-        answer = cho_solve_banded((factor, True), unit, check_finite=False)
+        answer = cho_solve_banded((factor, True), unit, overwrite_b=True, check_finite=False)
         over = np.arange(self.degree + 1)[:, None] + np.arange(self.size - self.degree)
         return np.asarray(answer[over[:, None], over % apart])
 
@@ -188,25 +196,22 @@ class _Sums:
             self._values = np.zeros((n, self._shape[0] * intervals))
             self._values[:, self._place] = values.T
 
-    def of_pairs(self, weight: Array) -> Array:
-        """Weighted sums (pairs, intervals) of products: of the first with itself, the second, ..., of the second ...
+    def of_pairs(self, weight: Array) -> Iterator[Array]:
+        """Weighted sums (pairs, intervals) of products: of the first with itself, the second, ...; of the second ...
 
         weight (m,)
         """
-        n, intervals = len(self._values), self._shape[1]
         if self._place is None:
-            weighted = weight * self._values
-            pairs = [(j, other) for j in range(n) for other in range(j, n)]
-            return np.array([np.bincount(self._first, weighted[j] * self._values[k], intervals) for j, k in pairs])
+            for j, own in enumerate(self._values):
+                weighted = weight * own
+                others = self._values[j:]
+                yield np.array([np.bincount(self._first, weighted * other, self._shape[1]) for other in others])
+            return
         table = np.zeros(self._values.shape[1])
         table[self._place] = weight
-        weighted, at = table * self._values, 0
-        sums = np.empty((n * (n + 1) // 2, intervals))
-        for j in range(n):  # one at a time: what it needs stays in the second-level cache
-            products = (weighted[j] * self._values[j:]).reshape(n - j, *self._shape)
-            np.add.reduce(products, axis=1, out=sums[at : at + n - j])
-            at += n - j
-        return sums
+        for j, own in enumerate(self._values):  # one at a time: what it needs stays in the second-level cache
+            products = ((table * own) * self._values[j:]).reshape(-1, *self._shape)
+            yield np.add.reduce(products, axis=1)
 
 
 def _order(derivative: int, degree: int) -> list[int]:

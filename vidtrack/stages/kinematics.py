@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from vidtrack.memory import columns_of
 from vidtrack.motion.kinematics import motion
 from vidtrack.motion.spline_basis import forget
 
 _AXES = ("x", "y", "z")
+USED = ("time_s", "target", *_AXES, "sigma_x", "sigma_y", "sigma_z", "flag")
+"""The columns of trajectories that are used."""
 COLUMNS = {
     "time_s": "s",
     "target": "",
@@ -35,33 +39,35 @@ def kinematics(trajectories: pd.DataFrame) -> tuple[pd.DataFrame, list[dict[str,
     between gaps).
     """
     forget()
-    tables, smoothing = [], []
-    for target, rows in trajectories.groupby("target", sort=True):
-        rows = rows.sort_values("time_s").drop_duplicates("time_s")
-        table, about = _one(rows, str(target))
-        tables.append(table)
+    columns = columns_of(trajectories, USED)
+    which, targets = pd.factorize(columns["target"], sort=True)
+    parts, smoothing = [], []
+    for k, target in enumerate(targets):
+        rows = np.flatnonzero(which == k)
+        rows = rows[np.unique(columns["time_s"][rows], return_index=True)[1]]
+        part, about = _one({name: column[rows] for name, column in columns.items()}, str(target))
+        parts.append(part)
         smoothing += about
-    if not tables:
+    if not parts:
         return pd.DataFrame({name: pd.Series(dtype=float) for name in COLUMNS}), []
-    return pd.concat(tables, ignore_index=True), smoothing
+    joined = {name: np.concatenate([part.pop(name) for part in parts]) for name in COLUMNS}
+    return pd.DataFrame(joined, copy=False), smoothing
 
 
-def _one(rows: pd.DataFrame, target: str) -> tuple[pd.DataFrame, list[dict[str, Any]]]:
-    t, p = rows["time_s"].to_numpy(float), rows[list(_AXES)].to_numpy(float)
-    flag = rows["flag"].fillna("").astype(str).to_numpy(object) if "flag" in rows else np.full(len(rows), "", object)
-    given = rows[[f"sigma_{a}" for a in _AXES]].to_numpy(float) if "sigma_x" in rows else None
+def _one(own: dict[str, NDArray[Any]], target: str) -> tuple[dict[str, NDArray[Any]], list[dict[str, Any]]]:
+    t, p = own["time_s"].astype(float), np.column_stack([own[a] for a in _AXES]).astype(float)
+    flag = np.where(pd.isna(own["flag"]), "", own["flag"]) if "flag" in own else np.full(len(t), "", object)
+    given = np.column_stack([own[f"sigma_{a}"] for a in _AXES]).astype(float) if "sigma_x" in own else None
     m = motion(t, p, given)
-    position, velocity, acceleration, sigma = m.position, m.velocity, m.acceleration, m.sigma
     for name, where in (("edge", m.edge), ("outlier", m.outlier), ("short", m.short)):
-        flag = np.where(where, np.where(flag == "", name, flag + ";" + name), flag)
+        flag[where] = [f"{word};{name}" if word else name for word in flag[where]]
     smoothing = [
         {"target": target, "axis": a, "noise_sd": sd, "noise_ratio": ratio, "spacing_s": spacing}
         for a, sd, ratio, spacing in zip(_AXES, m.noise_sd, m.noise_ratio, m.spacing_s, strict=True)
         if np.isfinite(sd)
     ]
-    columns: dict[str, Any] = {"time_s": t, "target": target}
+    columns: dict[str, Any] = {"time_s": t, "target": np.full(len(t), target, object), "flag": flag}
     for k, a in enumerate(_AXES):
-        columns |= {a: position[:, k], f"v{a}": velocity[:, k], f"a{a}": acceleration[:, k]}
-        columns |= {f"sigma_{d}{a}": sigma[:, k, i] for i, d in enumerate(("", "v", "a"))}
-    columns["flag"] = flag
-    return pd.DataFrame(columns, index=range(len(t)))[list(COLUMNS)], smoothing
+        columns |= {a: m.position[:, k], f"v{a}": m.velocity[:, k], f"a{a}": m.acceleration[:, k]}
+        columns |= {f"sigma_{d}{a}": m.sigma[:, k, i] for i, d in enumerate(("", "v", "a"))}
+    return columns, smoothing
