@@ -198,16 +198,16 @@ def track(
     parity = (moment.field == "bottom").astype(int)
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines)
-    rows, seen = with_grown_sd(rows, time, shapes, surfaces, lines=lines, kind=centroid)
+    rows, noise = with_grown_sd(rows, time, shapes, surfaces, lines=lines, kind=centroid, copied=damage.predicted)
     give_back_memory()
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)
     give_back_memory()
-    grown = np.median(seen.factor, axis=1) if names else np.ones(2)
-    others = others_with_grown_sd(kept_others(others, damaged), time, grown, shapes, lines=lines)
+    others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     exposure = shapes.exposure
-    del others, shapes, time, elapsed
+    seen, grown = noise.seen, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
+    del others, shapes, time, elapsed, noise
     give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     seen_well = [one for one in pieces if not damaged[one.sample]]

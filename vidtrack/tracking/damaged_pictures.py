@@ -121,13 +121,15 @@ LookAgain = Callable[[Collection[int]], set[int]]
 
 
 class DamagedPictures:
-    """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so.
+    """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so;
+    `predicted`: whether any was coded by what differs from others.
 
     look_again  asked, when all frames have passed, for those in which much changed, or which precede flagged ones
     """
 
     def __init__(self, bits: int, look_again: LookAgain | None = None) -> None:
         self.indices: set[int] = set()
+        self.predicted = False
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._look_again = look_again
@@ -236,6 +238,7 @@ class DamagedPictures:
         """Keep the frame's place in the order of coding; it is damaged where what was found spreads."""
         if frame.coded is None:
             return
+        self.predicted |= not frame.coded.key
         if frame.coded.key:
             self._group.clear()
             self._spreads = False

@@ -65,12 +65,14 @@ class Scatter(NamedTuple):
     track   (2, n) rms of the track's differences over what sd explains; NaN where there are too few
     light   (n,) the same of the mass
     rough   (n,) the track scatters, and the light does not: the factor is that of the light
+    lasting times that errors of samples that lie apart differ more than those of neighbours, of all targets together
     """
 
     factor: Array
     track: Array
     light: Array
     rough: Bools
+    lasting: float = 1.0
 
 
 def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array, lines: int = 1) -> Scatter:
@@ -79,15 +81,15 @@ def scatter(position: Array, sd: Array, mass: Array, pixels: Array, time: Array,
     position, sd  (2, k, n) px, NaN where not measured; mass (k, n) grey levels; pixels (k, n) above the threshold
     time          (k,) samples; differences across a gap in it do not count. lines: of the frame buffer to a row
     """
-    mass_sd = _mass_sd(sd[0], mass, pixels, lines)
-    light, later = (_least(mass[None], mass_sd[None], time, stride)[0] for stride in (1, DIFFERENCES.later))
-    track = _least(position, sd, time)
+    of_mass = mass_sd(sd[0], mass, pixels, lines)
+    light, later = (least_over_sd(mass[None], of_mass[None], time, stride)[0] for stride in (1, DIFFERENCES.later))
+    track = least_over_sd(position, sd, time)
     borne_out = np.fmax(light, 1.0)
     rough = (track > DIFFERENCES.position_to_light * borne_out).any(axis=0)
-    track = track * _lasting(light, later)
+    track = track * (lasting := _lasting(light, later))
     factor = np.fmax(np.where(rough, np.minimum(track, borne_out), track), 1.0)
-    usable = _moves(position) & np.isfinite(track).all(axis=0) & ~rough
-    return Scatter(_with_silent(factor, usable | rough, usable), track, light, rough)
+    usable = moves(position) & np.isfinite(track).all(axis=0) & ~rough
+    return Scatter(_with_silent(factor, usable | rough, usable), track, light, rough, lasting)
 
 
 def rms_error(position: Array, time: Array) -> Array:
@@ -95,25 +97,20 @@ def rms_error(position: Array, time: Array) -> Array:
 
     NaN where a track has too few samples in a row.
     """
-    return _least(position, np.ones(position.shape), time)
+    return least_over_sd(position, np.ones(position.shape), time)
 
 
-def _least(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
-    """The least of `_over_sd` by all orders."""
+def least_over_sd(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
+    """rms of the differences of values (c, k, n) of samples `stride` apart, over what sd (c, k, n) lets expect: the
+    least by all orders (c, n), NaN where there are too few.
+    """
     return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))
 
 
 def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
     """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
-    starts = spread(
-        _unbroken(time, order * stride), max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
-    )
-    change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
-    for i in range(order + 1):
-        at, weight = starts + i * stride, (-1) ** i * comb(order, i)
-        change += weight * values[:, at]
-        variance += (weight * sd[:, at]) ** 2
-    share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
+    most = max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
+    _, share, _ = differences(values, sd, time, order, stride, most)
     known = np.isfinite(share)
     count = known.sum(axis=1)
     square = _median(share, count) / 0.6745**2
@@ -122,6 +119,26 @@ def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1)
     share[~known] = 0
     square = np.minimum(share, DIFFERENCES.long_tail**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
     return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
+
+
+def differences(
+    values: Array, sd: Array, time: Array, order: int, stride: int = 1, most: int | None = None
+) -> tuple[Ints, Array, Array]:
+    """Differences of values (c, k, n) squared, over what their sd (c, k, n) lets expect; NaN where it says nothing.
+
+    First the samples (m,) at which they begin, at most so many, then the differences (c, m, n), then the weights of the
+    order + 1 samples in each.
+    """
+    starts = _unbroken(time, order * stride)
+    starts = starts if most is None else spread(starts, most)
+    change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
+    weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
+    for i, weight in enumerate(weights):
+        at = starts + i * stride
+        change += weight * values[:, at]
+        variance += (weight * sd[:, at]) ** 2
+    share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
+    return starts, share, weights
 
 
 def _lasting(light: Array, later: Array) -> float:
@@ -161,17 +178,27 @@ def _median(values: Array, count: Ints) -> Array:
     return np.asarray(np.take_along_axis(ordered, np.maximum(count[:, None] - 1, 0) // 2, axis=1)[:, 0])
 
 
-def _mass_sd(sd_x: Array, mass: Array, pixels: Array, lines: int) -> Array:
+def mass_sd(sd_x: Array, mass: Array, pixels: Array, lines: int) -> Array:
     """Grey levels, what the noise that makes sd_x does to the mass of an elliptical target.
 
     sd_x = noise sqrt(sum x^2) / mass, and sum x^2 = lines A^2 / (4 pi) over an area of A pixels that is a circle in
     the frame buffer. What the background's plane adds to both is nearly the same.
     """
-    area = np.pi * (np.sqrt(lines * pixels / np.pi) + DIFFERENCES.soft_edge_px) ** 2 / lines
-    return np.asarray(sd_x * mass * np.sqrt(4 * np.pi / (lines * area)))
+    return np.asarray(sd_x * mass * np.sqrt(4 * np.pi / (lines * _area(pixels, lines))))
 
 
-def _moves(position: Array) -> Bools:
+def per_grey_level(mass: Array, pixels: Array, lines: int) -> Array:
+    """px that the centroid of an elliptical target is off by for one grey level of noise in each pixel, as above."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt(lines / (4 * np.pi)) * _area(pixels, lines) / mass)
+
+
+def _area(pixels: Array, lines: int) -> Array:
+    """Pixels that belong to a centroid of so many above the threshold."""
+    return np.asarray(np.pi * (np.sqrt(lines * pixels / np.pi) + DIFFERENCES.soft_edge_px) ** 2 / lines)
+
+
+def moves(position: Array) -> Bools:
     """Which targets do more than creep, (n,)."""
     step = np.abs(np.diff(position, axis=1)).max(axis=0)
     return np.asarray(_median(step[None], np.isfinite(step).sum(axis=0)[None])[0] > DIFFERENCES.creeping_px)

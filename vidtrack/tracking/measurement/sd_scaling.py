@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.tracking.measurement.empirical_sd import Scatter, scatter
+from vidtrack.tracking.measurement.coding_noise import Coded, others_with_level, with_coding_noise
+from vidtrack.tracking.measurement.empirical_sd import scatter
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
 from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
 from vidtrack.tracking.measurement.surface import Surfaces
@@ -41,11 +42,13 @@ def with_grown_sd(
     *,
     lines: int,
     kind: str,
-) -> tuple[Rows, Scatter]:
+    copied: bool = False,
+) -> tuple[Rows, Coded]:
     """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes and
     surfaces say.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
+    copied  whether pictures are built on others
     """
     sd = rows.values[[SD_X, SD_Y]]
     if (rows.flag & SATURATED).any():
@@ -53,26 +56,28 @@ def with_grown_sd(
     if (moved := _half_lit(rows, lines)).any():
         sd = np.hypot(sd, moved)
     position = rows.values[[X, Y]] if shapes is None else shapes.position
-    seen = scatter(position, sd, rows.values[MASS], rows.values[PIXELS], time, lines=lines)
+    light = rows.values[MASS], rows.values[PIXELS]
+    seen = scatter(position, sd, *light, time, lines=lines)
+    sd, grown = with_coding_noise(position, sd, *light, time, seen, lines=lines, copied=copied)
     values = rows.values.copy()
-    values[[X, Y]], values[[SD_X, SD_Y]] = position, sd * seen.factor[:, None]
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, sd
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shared_blob_sd(rows, time, shapes.exposure))
     if surfaces is not None:
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], surfaces.sd(values[[SD_X, SD_Y]]))
-    return rows._replace(values=values), seen
+    return rows._replace(values=values), grown
 
 
-def others_with_grown_sd(others: Others, time: Array, factor: Array, shapes: ShapeEvidence, *, lines: int) -> Others:
+def others_with_grown_sd(others: Others, time: Array, grown: Coded, shapes: ShapeEvidence, *, lines: int) -> Others:
     """The samples of all other tracks, as those of the targets: with the sd grown, and with what their shapes say.
 
-    time  (samples,); factor (2,): by how much the tracks of the targets scatter more than sd_x and sd_y say
-    shapes  of the targets
+    time  (samples,); grown, shapes: of the targets
     """
     values = others.values.copy()
     position, sd = shape_evidence_of_others(values, others.track, others.sample, time, shapes, lines)
-    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(values[[SD_X, SD_Y]] * factor[:, None], sd)
+    own = others_with_level(values[[SD_X, SD_Y]], values[MASS], values[PIXELS], grown, lines)
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(own, sd)
     return others._replace(values=values)
 
 
