@@ -189,4 +189,6 @@ def _fitted(system: SightSystem, columns: Sequence[Array], prior: Sequence[float
     x = np.linalg.solve(S, g)
     before = float(e @ e - AL.T @ e @ np.linalg.solve(N, AL.T @ e))
     left = max((before - float(g @ x)) / float(np.einsum("njj->", system.H)), 1.0)
-    return np.asarray(x, float), np.asarray(np.sqrt(np.diag(np.linalg.inv(S)) * left), float)
+    variance, most = np.diag(np.linalg.inv(S)), 1 / np.asarray(prior, float)
+    known = (variance > 0) & (variance < most)  # else all of it is rounding, of pictures that are nearly exact
+    return np.asarray(x, float), np.asarray(np.sqrt(np.where(known, variance, most) * left), float)
