@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidtrack.arrays import Array, Picture
+from vidtrack.arrays import Array, Bools, Picture
 from vidtrack.findings import Finding, Level
 from vidtrack.timing.frame import ReadAccount
 from vidtrack.tracking.detect_settings import Detection
@@ -120,7 +120,8 @@ def missing_targets(
     """Targets that were measured in few samples or in none, with the likeliest cause."""
     if not len(rows.flag):
         return []
-    share = present(rows).mean(axis=0)
+    seen = present(rows)
+    share = seen.mean(axis=0)
     findings = []
     if expected is None and (never := [name for name, some in zip(names, share, strict=True) if not some]):
         text = f"never found: {', '.join(never)}: {len(names) - len(never)} of {len(names)} targets are to be seen."
@@ -135,13 +136,12 @@ def missing_targets(
             text = f"{name}: not measured in any sample: {cause}."
             findings.append(Finding("bad", "target-never-measured", text, cure))
         elif share[i]:
-            findings += _partly(rows, name, i)
+            findings += _partly(rows, name, i, seen[:, i])
     return findings
 
 
-def _partly(rows: Rows, name: str, i: int) -> list[Finding]:
-    """Whether a target was measured in few of the samples between its first and its last, or these are few."""
-    seen = present(rows)[:, i]
+def _partly(rows: Rows, name: str, i: int, seen: Bools) -> list[Finding]:
+    """Whether a target was seen in few of the samples (k,) between its first and its last, or these are few."""
     first, last = int(np.argmax(seen)), len(seen) - 1 - int(np.argmax(seen[::-1]))
     share, whole = float(seen[first : last + 1].mean()), (last + 1 - first) / len(seen)
     findings = []

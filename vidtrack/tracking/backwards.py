@@ -176,6 +176,8 @@ def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]], lines: int = 1) ->
 
     Each target was followed backwards alone: where it came to what another one shows, neither is measured.
     """
+    if not earlier:
+        return rows
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
     for i, before in earlier:
         k = len(before.flag)

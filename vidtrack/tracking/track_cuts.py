@@ -43,6 +43,8 @@ class Certainty:
 
 CERTAINTY = Certainty()
 
+_WHY = np.array(["", "looks", "jump", "lost", "meeting", "found"], object)
+
 
 class CutTracks(NamedTuple):
     """N measured samples of tracklets, by tracklet and then by time; what is (m,) holds one value a tracklet.
@@ -67,26 +69,24 @@ class CutTracks(NamedTuple):
 def cut_tracks(rows: Rows, others: Others) -> CutTracks:
     """Tracklets of n targets and of all else that was followed."""
     samples, n = rows.flag.shape
-    others = _besides(rows, others)
+    others = _by_track(_besides(rows, others))
     track = np.concatenate([np.repeat(np.arange(n), samples), others.track])
     sample = np.concatenate([np.tile(np.arange(samples), n), others.sample])
     flag = np.concatenate([rows.flag.T.ravel(), others.flag])
-    order = np.lexsort((sample, track))
-    seen = np.flatnonzero(np.isfinite(np.concatenate([rows.values[X].T.ravel(), others.values[X]])[order]))
+    seen = np.flatnonzero(np.isfinite(np.concatenate([rows.values[X].T.ravel(), others.values[X]])))
     values = np.empty((CONTRAST + 1, seen.size))
     for row, own, other in zip(values, rows.values, others.values, strict=False):  # one at a time: there may be many
-        row[:] = np.concatenate([own.T.ravel(), other])[order[seen]]
-    track, sample, flag = track[order], sample[order], flag[order]
+        row[:] = np.concatenate([own.T.ravel(), other])[seen]
     if not seen.size:
         none = np.zeros(0, object)
         return CutTracks(seen, seen, values, flag[seen], seen, none, none, none)
     hidden = [np.concatenate([[0], np.cumsum(flag & bit > 0)]) for bit in (MERGED, EDGE)]
     why = _reasons(track[seen], sample[seen], values, flag[seen], [many[seen] for many in hidden])
-    starts = np.flatnonzero(why != "")
+    starts = np.flatnonzero(why)
     ends = np.append(starts[1:], seen.size)
     numbers = np.repeat(np.arange(starts.size), ends - starts)
-    began = why[starts]
-    ended = _ended(seen, starts, ends, track, sample, flag, why, samples)
+    began = _WHY[why[starts]]
+    ended = _ended(seen, starts, ends, track, sample, flag, began, samples)
     began[(began == "found") & (sample[seen[starts]] == 0)] = "first"
     own = track[seen[starts]]
     target = np.where(own < n, own, -1)
@@ -108,19 +108,24 @@ def _besides(rows: Rows, others: Others) -> Others:
     return Others(others.track[keep], others.sample[keep], values[:, keep], others.flag[keep])
 
 
+def _by_track(others: Others) -> Others:
+    """The samples in order of their tracks, which have higher numbers than the targets, and of time."""
+    order = np.lexsort((others.sample, others.track))
+    return Others(others.track[order], others.sample[order], others.values[:, order], others.flag[order])
+
+
 def _reasons(
     track: Ints, sample: Ints, values: Array, flag: NDArray[np.int64], hidden: list[Ints]
-) -> NDArray[np.object_]:
-    """Why a tracklet begins with each of the measured rows (N,): empty where it goes on."""
-    why = np.full(track.size, "", object)
+) -> NDArray[np.int8]:
+    """Why a tracklet begins with each of the measured rows (N,), as a place in _WHY: 0 where it goes on."""
+    why = np.zeros(track.size, np.int8)
     new = np.diff(track, prepend=-1) != 0
     gap = np.diff(sample, prepend=0)
     merged, _ = (np.diff(many, prepend=0) > 0 for many in hidden)
     again = (gap > CERTAINTY.gap + 1) | ((gap > 1) & (flag & RECOVERED > 0))
     jump, looks = _jumps(track, sample, values), _changes(values)
-    for mask, word in ((looks, "looks"), (jump, "jump"), (again, "lost"), (merged & (gap > 1), "meeting")):
-        why[mask] = word
-    why[new] = "found"
+    for code, mask in enumerate((looks, jump, again, merged & (gap > 1), new), start=1):  # the last that holds
+        why[mask] = code
     return why
 
 
@@ -154,10 +159,10 @@ def _ended(
     track: Ints,
     sample: Ints,
     flag: NDArray[np.int64],
-    why: NDArray[np.object_],
+    began: NDArray[np.object_],
     samples: int,
 ) -> NDArray[np.object_]:
-    """Why each tracklet ends: as the next one of its track begins, or by the flags of the row after its last."""
+    """Why each tracklet ends: as the next one of its track began, or by the flags of the row after its last."""
     last = seen[ends - 1]
     after = np.minimum(last + 1, track.size - 1)
     followed = (track[after] == track[last]) & (after > last)
@@ -165,7 +170,7 @@ def _ended(
     ended = np.full(starts.size, "lost", object)
     ended[bits & EDGE > 0] = "edge"
     ended[bits & MERGED > 0] = "meeting"
-    following = np.append(why[starts[1:]], "")
+    following = np.append(began[1:], "")
     for word in ("jump", "looks", "meeting"):
         ended[following == word] = word
     ended[sample[last] == samples - 1] = "last"

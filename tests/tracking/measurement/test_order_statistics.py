@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.order_statistics import median, quantile
+from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile
 
 
 @pytest.fixture
@@ -28,3 +28,12 @@ def test_a_column_of_nothing_but_nan_has_neither_median_nor_quantile(values):
     values[1, :, 2] = np.nan
     assert np.isnan(median(values)[1, 2])
     assert np.isnan(quantile(values, 0.25)[1, 2])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 0.95, 1.0])
+def test_the_nearest_share_is_the_quantile_of_the_distances_from_the_median_to_the_last_digit(values, share):
+    values[1, :, 2] = np.nan
+    values[2, :20, 3] = 7.0  # ties
+    middle, nearest = middle_and_nearest(values, share)
+    np.testing.assert_array_equal(middle, median(values))
+    np.testing.assert_array_equal(nearest, quantile(np.abs(values - middle[:, None]), share))

@@ -167,7 +167,9 @@ def spread(starts: Ints, most: int) -> Ints:
     if starts.size <= most:
         return starts
     golden = np.modf(np.arange(1, most + 1) * 0.6180339887)[0]
-    return np.unique(starts[(golden * starts.size).astype(np.intp)])
+    chosen = np.zeros(starts.size, bool)
+    chosen[(golden * starts.size).astype(np.intp)] = True
+    return starts[chosen]
 
 
 def _median(values: Array, count: Ints) -> Array:

@@ -19,9 +19,34 @@ def quantile(values: Array, share: float) -> Array:
     ordered, count = _ordered(values)
     place = share * (count - 1)
     below = np.floor(place).astype(np.intp)
-    low, high = _at(ordered, below), _at(ordered, np.minimum(below + 1, count - 1))
-    part, step = place - below, high - low
+    return _between(_at(ordered, below), _at(ordered, np.minimum(below + 1, count - 1)), place - below)
+
+
+def _between(low: Array, high: Array, part: Array) -> Array:
+    step = high - low
     return np.asarray(np.where(part < 0.5, low + step * part, high - step * (1 - part)))
+
+
+def middle_and_nearest(values: Array, share: float) -> tuple[Array, Array]:
+    """Medians, as `median`, and how far from them the nearest share of each column lies: as `quantile` of the distances.
+
+    Of ordered values the nearest ones lie side by side, so that the distances need no ordering of their own.
+    """
+    ordered, count = _ordered(values)
+    middle = (_at(ordered, (count - 1) // 2) + _at(ordered, count // 2)) / 2
+    place = share * (count - 1)
+    below = np.floor(place).astype(np.intp)
+    low, high = np.full((2, *count.shape), np.nan)
+    for i in np.ndindex(count.shape):
+        if n := int(count[i]):
+            off = ordered[i][:n] - middle[i]
+            low[i], high[i] = (_nearest(off, min(int(below[i]) + k, n)) for k in (1, 2))
+    return np.asarray(middle), _between(low, high, place - below)
+
+
+def _nearest(off: Array, k: int) -> float:
+    """The k-th smallest of ordered numbers, by their size."""
+    return float(np.maximum(-off[: off.size - k + 1], off[k - 1 :]).min())
 
 
 def _ordered(values: Array) -> tuple[Array, Ints]:

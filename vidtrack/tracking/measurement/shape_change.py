@@ -20,7 +20,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.empirical_sd import spread
-from vidtrack.tracking.measurement.order_statistics import median, quantile
+from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, YY, X, Y
 
 
@@ -42,7 +42,7 @@ class Shapes:
     cut        of its radius, by which the middle moves where all but nothing of it is hidden
     about      samples with second moments about one without, whose light and pixels are usual there
     grain      scatter of the logarithms of light and pixels, at least
-    at_once    tracks that are looked at together
+    at_once    tracks that are looked at together; in_cache: numbers, about, of which the processor's caches hold a few
     at_most    samples that the exposure is estimated from
     longest    exposure, samples
     sure       standard deviations of its square from which on an exposure is corrected
@@ -66,6 +66,7 @@ class Shapes:
     about: int = 15
     grain: float = 0.01
     at_once: int = 64
+    in_cache: int = 12_000
     at_most: int = 50_000
     longest: float = 1.1
     sure: float = 6.0
@@ -96,7 +97,7 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
     time  (k,) samples, or (k, n); lines: of the frame buffer to a row of a sample
     of    what other targets of the recording show: its exposure, and its usual shape for those of few samples
     """
-    second, position = values[[XX, YY, XY]], values[[X, Y]]
+    second, position = values[XX : XY + 1], values[[X, Y]]
     sd = np.zeros(position.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
@@ -110,7 +111,7 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
         position = position - np.nan_to_num(late)
         unknown = np.where(np.isfinite(late), SHAPES.unknown * np.abs(late), usual)
         ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
-        sd = np.hypot(np.nan_to_num(unknown), np.nan_to_num(ends))
+        sd = np.hypot(unknown, np.nan_to_num(ends))
         second = second - square * np.nan_to_num(streak)
     area = np.where(seen, values[PIXELS], np.nan) * lines
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
@@ -165,25 +166,28 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
     where both are; time (k, n) or (k, 1).
     """
     velocity, acceleration = np.full((2, *position.shape), np.nan)
+    if len(time) < 2:
+        return velocity, acceleration
+    step, rate = np.diff(time, axis=0), np.diff(position, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate /= step
     if len(time) > 2:
-        step = np.diff(time, axis=0)
-        before, after = step[:-1], step[1:]
-        steps = np.diff(position, axis=1)
-        first, second = steps[:, :-1] / before, steps[:, 1:] / after
-        velocity[:, 1:-1] = (first * after + second * before) / (before + after)
-        acceleration[:, 1:-1] = 2 * (second - first) / (before + after)
-    if len(time) > 1:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rate = np.diff(position, axis=1) / np.diff(time, axis=0)
-        for side, there in ((slice(1, None), rate), (slice(None, -1), rate)):
-            own = velocity[:, side]
-            own[...] = np.where(np.isfinite(own), own, there)
+        before, after, mean, bend = step[:-1], step[1:], velocity[:, 1:-1], acceleration[:, 1:-1]
+        np.multiply(rate[:, :-1], after, out=mean)
+        np.multiply(rate[:, 1:], before, out=bend)
+        mean += bend
+        mean /= before + after
+        np.subtract(rate[:, 1:], rate[:, :-1], out=bend)
+        bend *= 2
+        bend /= before + after
+    for side in (slice(1, None), slice(None, -1)):
+        np.copyto(velocity[:, side], rate, where=~np.isfinite(velocity[:, side]))
     return velocity, acceleration
 
 
 def _exposure(second: Array, streak: Array, seen: Bools) -> float:
     """The square of the exposure, samples^2; 0 where it is too short to be seen."""
-    which = spread(np.flatnonzero(seen & np.isfinite(streak).all(axis=0)), SHAPES.at_most)
+    which = spread(np.flatnonzero(seen & np.isfinite(streak[2])), SHAPES.at_most)  # the product of both velocities
     half = which.size
     if half < SHAPES.fewest:
         return 0.0
@@ -220,10 +224,12 @@ def _shift(second: Array, area: Array, noise: Array, known: Array | None) -> tup
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.stack([(second[0] - second[1]) / size, 2 * second[2] / size, 2 * np.pi * size / area])
         radius = np.sqrt(area / np.pi)
-    whole = np.where(area >= SHAPES.whole * _most(area), shape, np.nan)
+    part = area < SHAPES.whole * _most(area)
+    whole = np.where(part, np.nan, shape) if part.any() else shape
     noise = noise / radius
     far, usual = _from_usual(shape, whole, None if known is None else known[:3], noise)
-    several, of_whole = _middle_ones(shape[:2]), _middle_ones(whole[:2])
+    several = _middle_ones(shape[:2])
+    of_whole = several if whole is shape else _middle_ones(whole[:2])
     lasting, of_several = _from_usual(several, of_whole, None if known is None else known[3:], noise)
     far = np.maximum(far, lasting)
     return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), np.concatenate([usual, of_several])
@@ -235,13 +241,18 @@ def _middle_ones(shape: Array) -> Array:
     """
     whole, half = SHAPES.lasting, SHAPES.lasting // 2
     middle = np.full(shape.shape, np.nan)
-    if shape.shape[1] >= whole:
-        ends = shape.shape[1] - whole + 1
-        those = [shape[:, k : k + ends] for k in range(whole)]
+    ends = max(shape.shape[1] - whole + 1, 0)
+    each = max(1, SHAPES.in_cache // max(shape[:, 0].size, 1))
+    for first in range(0, ends, each):
+        n = min(each, ends - first)
+        those = [shape[:, first + k : first + k + n].copy() for k in range(whole)]
+        spare = np.empty_like(those[0])
         for last in range(whole - 1, half - 1, -1):  # the largest of what is left goes to the end; NaN goes to both
             for j in range(last):
-                those[j : j + 2] = np.minimum(*those[j : j + 2]), np.maximum(*those[j : j + 2])
-        middle[:, half : half + ends] = those[half]
+                np.minimum(those[j], those[j + 1], out=spare)
+                np.maximum(those[j], those[j + 1], out=those[j + 1])
+                those[j], spare = spare, those[j]
+        middle[:, first + half : first + half + n] = those[half]
     return middle
 
 
@@ -267,9 +278,8 @@ def _from_usual(shape: Array, whole: Array, known: Array | None, noise: Array) -
     usual, scatter = np.full((2, len(shape), shape.shape[2]), np.nan)
     all_of = np.full((len(shape), 2), np.nan)
     if enough.any():
-        known_well = whole[:, :, enough]
-        usual[:, enough] = median(known_well)
-        nearest = quantile(np.abs(known_well - usual[:, None, enough]), SHAPES.nearest)
+        known_well = whole if enough.all() else whole[:, :, enough]
+        usual[:, enough], nearest = middle_and_nearest(known_well, SHAPES.nearest)
         scatter[:, enough] = nearest / SHAPES.nearest_sd
         all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(scatter, axis=1)], axis=1)
     if known is not None and np.isfinite(known).all():
@@ -282,8 +292,12 @@ def _from_usual(shape: Array, whole: Array, known: Array | None, noise: Array) -
     theirs = ~enough | ((scatter > most) & (np.abs(usual - all_of[:, :1]) < SHAPES.apart * scatter))
     off = np.abs(shape - np.where(theirs, all_of[:, :1], usual)[:, None])
     scatter = np.maximum(np.where(enough, np.minimum(scatter, most), most), 1e-6)
-    doubt = (off / scatter[:, None] - SHAPES.doubtful) / (SHAPES.beyond - SHAPES.doubtful)
-    return np.asarray(np.max(np.nan_to_num(off * np.clip(doubt, 0.0, 1.0)), axis=0)), all_of
+    far = np.zeros(shape.shape[1:])
+    odd = (off > SHAPES.doubtful * scatter[:, None]).any(axis=0)  # few
+    off, scatter = off[:, odd], np.broadcast_to(scatter[:, None], off.shape)[:, odd]
+    doubt = (off / scatter - SHAPES.doubtful) / (SHAPES.beyond - SHAPES.doubtful)
+    far[odd] = np.max(np.nan_to_num(off * np.clip(doubt, 0.0, 1.0)), axis=0)
+    return far, all_of
 
 
 def _hidden(light: Array, usual: Bools, lines: int) -> Array:
@@ -295,17 +309,21 @@ def _hidden(light: Array, usual: Bools, lines: int) -> Array:
     """
     shift = np.zeros(usual.shape)
     odd = np.isfinite(light).all(axis=0) & (light > 0).all(axis=0) & ~usual
-    for i in np.flatnonzero(odd.any(axis=0) & (usual.sum(axis=0) > SHAPES.about // 2)):
-        at, own = np.flatnonzero(odd[:, i]), np.flatnonzero(usual[:, i])
-        first = np.clip(np.searchsorted(own, at) - SHAPES.about // 2, 0, max(own.size - SHAPES.about, 0))
-        near = own[np.minimum(first[:, None] + np.arange(SHAPES.about), own.size - 1)]
-        about = np.log(light[:, near, i])  # (2, odd, about)
-        middle, grain = _trend(near, about, at)
-        change = np.log(light[:, at, i]) - middle
-        beyond = np.abs(change[1]) > SHAPES.beyond * np.maximum(grain[1], SHAPES.grain)
-        share = -np.expm1(-np.abs(change).min(axis=0))
-        radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
-        shift[at, i] = np.where(beyond, SHAPES.cut * share * radius, 0.0)
+    who = np.flatnonzero(odd.any(axis=0) & (usual.sum(axis=0) > SHAPES.about // 2))
+    if not who.size:
+        return shift
+    i, at = np.nonzero(odd[:, who].T)
+    i, near = who[i], np.empty((at.size, SHAPES.about), np.intp)
+    for one in who.tolist():
+        own, here = np.flatnonzero(usual[:, one]), i == one
+        first = np.clip(np.searchsorted(own, at[here]) - SHAPES.about // 2, 0, max(own.size - SHAPES.about, 0))
+        near[here] = own[np.minimum(first[:, None] + np.arange(SHAPES.about), own.size - 1)]
+    middle, grain = _trend(near, np.log(light[:, near, i[:, None]]), at)
+    change = np.log(light[:, at, i]) - middle
+    beyond = np.abs(change[1]) > SHAPES.beyond * np.maximum(grain[1], SHAPES.grain)
+    share = -np.expm1(-np.abs(change).min(axis=0))
+    radius = np.sqrt(np.exp(middle[0]) * lines / np.pi)
+    shift[at, i] = np.where(beyond, SHAPES.cut * share * radius, 0.0)
     return shift
 
 
