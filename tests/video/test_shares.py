@@ -211,3 +211,36 @@ def test_a_damaged_recording_is_read_alike_by_any_number_of_threads(tmp_path, na
 def moving_picture(pix_fmt):
     picture = moving_ball(96, 64, speed=0.4)
     return (lambda i: picture(i).astype(np.uint16) * 4) if pix_fmt.endswith("10le") else picture
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "pix_fmt", "size"),
+    [("tape.dv", "dvvideo", "yuv411p", (720, 480)), ("disc.mov", "mpeg2video", "yuv420p", (96, 64))],
+)
+@pytest.mark.parametrize("change", [None, noisy])
+def test_a_quick_decoder_works_in_a_process_of_its_own_and_gives_the_same(
+    tmp_path, readers, name, codec, pix_fmt, size, change
+):
+    path = make_clip(tmp_path / name, codec, pix_fmt, n=9, size=size, picture=moving_ball(*size, speed=0.4))
+    if change is not None:
+        (tmp_path / "copy").mkdir()
+        path = changed(path, tmp_path / "copy", _3=change)
+    whole = read(path, 1, apart=False)
+    assert not readers
+    assert read(path, 1) == whole
+    assert len(readers) == 1
+    assert all(reader._process == 0 for reader in readers)
+    assert read(path, 1, most=4)[0] == whole[0][:4]
+    assert all(reader._process == 0 for reader in readers)
+    if change is not None:
+        assert whole[1].problems
+
+
+def test_without_another_process_a_quick_decoder_works_beside(tmp_path, monkeypatch):
+    def none(*arguments):
+        raise OSError("no more processes")
+
+    path = make_clip(tmp_path / "tape.dv", "dvvideo", "yuv411p", n=4, size=(720, 480))
+    whole = read(path, 1, apart=False)
+    monkeypatch.setattr(shares, "ReadApart", none)
+    assert read(path, 1) == whole

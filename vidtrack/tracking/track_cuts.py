@@ -114,9 +114,7 @@ def _by_track(others: Others) -> Others:
     return Others(others.track[order], others.sample[order], others.values[:, order], others.flag[order])
 
 
-def _reasons(
-    track: Ints, sample: Ints, values: Array, flag: NDArray[np.int64], hidden: list[Ints]
-) -> NDArray[np.int8]:
+def _reasons(track: Ints, sample: Ints, values: Array, flag: NDArray[np.int64], hidden: list[Ints]) -> NDArray[np.int8]:
     """Why a tracklet begins with each of the measured rows (N,), as a place in _WHY: 0 where it goes on."""
     why = np.zeros(track.size, np.int8)
     new = np.diff(track, prepend=-1) != 0

@@ -45,8 +45,7 @@ from vidtrack.video.shares import (
     Stamped,
     Tables,
     as_by_one_thread,
-    can_be_shared,
-    levels_in_shares,
+    how_apart,
 )
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
@@ -173,9 +172,9 @@ class DecodedVideo(Video):
             raise ValueError("frames() reads a recording once; open it again to read it again")
         log, own, codec = self._log, self._own, self._stream.codec_context
         opened = partial(DecodedVideo, self.path, *self._asked)
-        if apart and self._threads > 1 and can_be_shared(codec, self.first[0][0]):
+        if apart and (given := how_apart(codec, self.first[0][0], self._threads)):
             shape, dtype = (self.info.height, self.info.width), np.uint8 if self.info.bits == 8 else np.uint16
-            self._given = levels_in_shares(opened, self._threads, shape, dtype, AHEAD_BYTES, self.path)
+            self._given = given(opened, shape, dtype, AHEAD_BYTES, self.path)
             self.first = None
         else:
             self._given = as_by_one_thread(self, opened if self._threads > 1 else None, ahead=ahead or apart)

@@ -1,8 +1,9 @@
-"""A recording that several processes decode, each a few pictures in turn.
+"""A recording that other processes decode: several, each a few pictures in turn, or one.
 
 Where every picture stands for itself (motion JPEG, whose decoder has no threads of its own), each process goes through
 all packets and decodes its own ones. The pictures are given in order, by the numbers of their packets. Wherever it is
 not certain that this is what one pass gives, each process says so and stops: one pass then goes on from there.
+The decoders of tapes and discs are so quick that one of them has a process of its own where it has one thread.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ from vidtrack.video.read_apart import CAN_FORK, ReadApart
 
 SHARED = ("mjpeg",)
 """Codecs whose pictures stand for themselves, and whose decoder has no threads."""
+
+QUICK = ("dvvideo", "mpeg1video", "mpeg2video")
+"""Codecs whose pictures are decoded so quickly that a thread of their own waits as long for Python's lock."""
 
 STRETCH = 4
 """Packets that follow each other in one share."""
@@ -53,6 +57,10 @@ class Report(NamedTuple):
 
 Levels = tuple[Luma | None, Stamped]
 """Levels of a picture, None for one of another size than the first, and what is known of it."""
+
+
+Given = tuple[Luma | None, Stamped | Report]
+"""The same, or what is said of damage before the pictures behind it."""
 
 
 class Decoding(Protocol):
@@ -130,14 +138,18 @@ class _Unsure(Exception):
     """One pass might give something else from here on."""
 
 
-def can_be_shared(codec: Any, first: Any) -> bool:
-    """Whether a recording can be, by its decoder and its first picture; fields may lie in packets of their own."""
-    return CAN_FORK and codec.name in SHARED and not first.interlaced_frame
+def how_apart(codec: Any, first: Any, threads: int) -> Callable[..., Generator[Given]] | None:
+    """Which of the two below reads a recording, by its decoder, its first picture and the threads that it may have;
+    None: neither. Fields may lie in packets of their own.
+    """
+    if CAN_FORK and threads > 1 and codec.name in SHARED and not first.interlaced_frame:
+        return partial(levels_in_shares, threads)
+    return levels_apart if CAN_FORK and threads == 1 and codec.name in QUICK else None
 
 
 def levels_in_shares(
-    opened: Callable[[], Decoding], n: int, shape: Sequence[int], dtype: DTypeLike, memory: int, path: str
-) -> Generator[tuple[Luma | None, Stamped | Report]]:
+    n: int, opened: Callable[[], Decoding], shape: Sequence[int], dtype: DTypeLike, memory: int, path: str
+) -> Generator[Given]:
     """What the recording's `levels` gives, from n processes, and from one pass as soon as that is not sure.
 
     opened  opens the recording
@@ -161,7 +173,37 @@ def levels_in_shares(
             reader.close()
 
 
-def gone_on_with(opened: Callable[[], Decoding], given: int) -> Generator[tuple[Luma | None, Stamped | Report]]:
+def levels_apart(
+    opened: Callable[[], Decoding], shape: Sequence[int], dtype: DTypeLike, memory: int, path: str
+) -> Generator[Given]:
+    """What the recording's `levels` gives, from one pass in a process of its own, and what is said of damage before
+    each picture. The decoder of quick codecs would wait for Python's lock for as long as it works.
+
+    Parameters as those of `levels_in_shares`
+    """
+    try:
+        reader = ReadApart(partial(_with_reports, opened), shape, dtype, memory, path)
+    except OSError:  # too many processes, or too little memory for another
+        yield from gone_on_with(opened, 0)
+        return
+    try:
+        yield from reader
+    finally:
+        reader.close()
+
+
+def _with_reports(opened: Callable[[], Decoding]) -> Iterator[Given]:
+    """One pass, in a process of its own: what is said of damage before the pictures behind it, where it is new."""
+    video, said = opened(), Report("", 0, "")
+    for item in video.levels():
+        if (now := video.reported()) != said:
+            yield None, now
+            said = now
+        yield item
+    yield None, video.reported()
+
+
+def gone_on_with(opened: Callable[[], Decoding], given: int) -> Generator[Given]:
     """What the `levels` of another opening gives from picture `given` on, and what is said of damage before each."""
     again = opened()
     try:
@@ -173,9 +215,7 @@ def gone_on_with(opened: Callable[[], Decoding], given: int) -> Generator[tuple[
         again.close()
 
 
-def as_by_one_thread(
-    video: Decoding, opened: Callable[[], Decoding] | None, *, ahead: bool
-) -> Generator[tuple[Luma | None, Stamped | Report]]:
+def as_by_one_thread(video: Decoding, opened: Callable[[], Decoding] | None, *, ahead: bool) -> Generator[Given]:
     """What the recording's `levels` gives, and from the first damage on what another opening of it gives.
 
     Of several packets that a decoder's threads work on at once it is not known which is damaged, and how many these are

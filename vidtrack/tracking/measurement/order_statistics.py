@@ -28,7 +28,7 @@ def _between(low: Array, high: Array, part: Array) -> Array:
 
 
 def middle_and_nearest(values: Array, share: float) -> tuple[Array, Array]:
-    """Medians, as `median`, and how far from them the nearest share of each column lies: as `quantile` of the distances.
+    """Medians, as `median`, and how far from them the nearest share of each column lies: `quantile` of the distances.
 
     Of ordered values the nearest ones lie side by side, so that the distances need no ordering of their own.
     """

@@ -21,7 +21,7 @@ import numpy as np
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.empirical_sd import spread
 from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile
-from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, YY, X, Y
+from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
 
 
 @dataclass(frozen=True)
