@@ -100,7 +100,7 @@ class Newcomers:
         place = np.where(later[:, None], starts.position, place)
         there = np.flatnonzero((active | later) & np.isfinite(place[:, 0]) & np.isfinite(state.appearance.size[0]))
         contrast = state.appearance.contrast[: self.n]
-        faintest = float(np.nanmin(contrast)) if np.isfinite(contrast).any() else np.nan
+        faintest = float(np.fmin.reduce(contrast, initial=np.nan))
         found = self.whole.candidates(sample, place[there], state.sizes(sample.lines, there), faintest)
         if not found.Xf.size:
             return state

@@ -187,7 +187,8 @@ class OwnSize:
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.log(mean[_COUNT] / old[_COUNT])
-            at_once = old[_COUNT] * np.exp(np.clip(off, -OWN_SIZES.nearer * count, OWN_SIZES.nearer * count))
+            most = OWN_SIZES.nearer * count
+            at_once = old[_COUNT] * np.exp(np.minimum(np.maximum(off, -most), most))
             known = np.isfinite(old[_COUNT]) & (count > 0)
             further = known & (np.abs(at_once - old[_COUNT]) > np.abs(new[_COUNT] - old[_COUNT]))
             new[_COUNT] = np.where(further, at_once, new[_COUNT])
@@ -196,4 +197,4 @@ class OwnSize:
         new[_SHAPE] = np.where(whole, old[_SHAPE] * grown, new[_SHAPE])
         self._usual[:, who] = new
         read = self._read[who] + np.where(part & ~whole, -count, count)
-        self._read[who] = np.clip(read, 0, 2 * OWN_SIZES.sure)
+        self._read[who] = np.minimum(np.maximum(read, 0), 2 * OWN_SIZES.sure)

@@ -65,7 +65,7 @@ class WholePicture:
         """
         image, background = self._detection.bright(sample.luma), self._background[sample.parity]
         self._uncover(image, sample.parity)
-        level = max(self._least, np.nan_to_num(UNEXPLAINED.share * contrast))
+        level = max(self._least, UNEXPLAINED.share * contrast)  # the first, where the contrast is NaN
         mask = above(cv2.subtract(image, background), level / self._detection.scale)
         half = size / 2 + UNEXPLAINED.room_px
         low, high = middle - half, middle + half

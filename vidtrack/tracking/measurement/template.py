@@ -230,7 +230,7 @@ def _chunks(bright: NDArray[Any]) -> list[slice]:
 
 def _counted(bright: NDArray[Any], threshold: Array, w: Weights, detection: Detection) -> Array:
     """Pixels of k n windows above the thresholds (n,) within the mask, and MASK.stray for each without, (k n,)."""
-    level = np.resize(_stored(threshold, bright, detection), len(bright))[:, None]
+    level = np.concatenate([_stored(threshold, bright, detection)] * (len(bright) // threshold.size))[:, None]
     count = np.empty(len(bright), np.float32)
     for some in _chunks(bright):
         np.matmul((bright[some] > level[some]).astype(np.float32), w.inside, out=count[some])
@@ -249,7 +249,8 @@ def _lit(bright: NDArray[Any], threshold: Array, detection: Detection) -> Array:
     """Sum of the pixels above the thresholds (n,) in the windows of the first sample, grey levels, (n,)."""
     first = bright[: threshold.size]
     lit = first * (first > _stored(threshold, bright, detection)[:, None])
-    return np.asarray(lit.sum(axis=1, dtype=float) * detection.scale)
+    whole = lit.sum(axis=1, dtype=np.uint64 if lit.dtype.kind == "u" else float)  # integers are summed faster
+    return np.asarray(whole * detection.scale, float)
 
 
 def _shift(

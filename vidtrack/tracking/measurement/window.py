@@ -199,7 +199,8 @@ def _alone(box: Ints, sample: Ints) -> Bools:
 def doubled(centre: Ints, k: int, n: int) -> Bools | None:
     """Where two targets of one sample have the same middle pixel, or nearly, (k, n); None: nowhere."""
     key = ((centre[1] // 2 << 20) + centre[0] // 2).reshape(k, n)
-    if not (np.diff(np.sort(key, axis=1), axis=1) == 0).any():
+    ordered = np.sort(key, axis=1)
+    if not (ordered[:, 1:] == ordered[:, :-1]).any():
         return None
     order = np.argsort(key, axis=1, kind="stable")
     same = np.diff(np.take_along_axis(key, order, axis=1), axis=1) == 0
