@@ -9,7 +9,7 @@ plan      how long `snakemake -n` takes where nothing is to do. Results and acco
           so which pages are written again.
 change    one run of a minute is rendered and processed; it stands, with its results, under other names as every run of
           the season. Then one camera's Cx is fixed elsewhere, and a run is added: how long until everything is
-          consistent again, and by which jobs.
+          consistent again, and by which jobs. What the same job takes shows how fast the machine is that day.
 export    one short run is processed, and its results stand for those of every run; three formats of each are written by
           two jobs at a time. Then a setting of one run is changed: which exports are written again, and which files are
           others.
@@ -198,8 +198,8 @@ def _processor_time(before: os.times_result) -> float:
 
 
 def _run(folder: Path, house: Path, what: str) -> None:
-    """Process what is to be done; say how long it took and what was done."""
-    begun, used = time.monotonic(), os.times()
+    """Process what is to be done; say how long it took, what was done, and by which jobs."""
+    begun, used, since = time.monotonic(), os.times(), time.time()
     said = _snakemake(folder, house)
     wall, processor = time.monotonic() - begun, _processor_time(used)
     load = os.getloadavg()[0]
@@ -207,6 +207,22 @@ def _run(folder: Path, house: Path, what: str) -> None:
     print(
         f"{what}: {wall:.1f} s, {processor:.1f} s of processor time (load {load:.1f}): {done or 'nothing'}", flush=True
     )
+    by_rule = _used_by_jobs(folder, since)
+    if by_rule:
+        each = ", ".join(f"{rule} {sum(took) / len(took):.3f}" for rule, took in sorted(by_rule.items()))
+        print(f"  jobs {sum(map(sum, by_rule.values())):.1f} s of processor time; each: {each}", flush=True)
+
+
+def _used_by_jobs(folder: Path, since: float) -> dict[str, list[float]]:
+    """Processor time of jobs by rule, s, as Snakemake's benchmarks that were written since then have it."""
+    place, used = folder / "results/.benchmarks", dict[str, list[float]]()
+    for path in place.rglob("*.tsv"):
+        if path.stat().st_mtime >= since:
+            names, values = (line.split("\t") for line in path.read_text().splitlines()[:2])
+            took = dict(zip(names, values, strict=True))["cpu_time"]
+            rule = path.relative_to(place).parts[0].removesuffix(".tsv")
+            used.setdefault(rule, []).append(float(took) if took not in ("-", "NA") else 0.0)
+    return used
 
 
 def _counted(said: str) -> dict[str, int]:
