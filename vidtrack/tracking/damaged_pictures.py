@@ -22,6 +22,7 @@ from vidtrack.timing.frame import Coded, Frame, Luma
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.shaken import explained
 from vidtrack.tracking.state import CORRUPT, PREDICTED, Rows
+from vidtrack.tracking.stepwise_changes import StepwiseChanges, around
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,8 @@ class DamagedPictures:
         self.predicted = False
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
+        self._in_steps = dict[int, float]()  # of those up to which the background changed in steps
+        self._steps = StepwiseChanges(_by_block)
         self._look_again = look_again
         self._shift = bits - 8
         self._last: Luma | None = None
@@ -157,7 +160,7 @@ class DamagedPictures:
                 good = None
             self._note(frame)
             yield frame
-        for doubtful in (self._doubtful, self._faint):  # each has an allowance of its own
+        for doubtful in (self._doubtful, self._faint, self._in_steps):  # each has an allowance of its own
             if self._look_again and doubtful:
                 most = sorted(doubtful, key=lambda i: -doubtful[i])[: LIMITS.doubts]
                 self.indices |= self._look_again(most)
@@ -171,6 +174,8 @@ class DamagedPictures:
         last, self._last = self._last, few
         whole, self._whole = self._whole, frame.luma
         self._seen.append((frame.index, frame.coded))
+        if (most := self._steps.seen(few, frame.coded)) >= 1:
+            self._in_steps[frame.index] = most
         if last is None or whole is None or last.shape != few.shape:
             self._usual, self._out, self._changes, self._seen = None, None, [], [(frame.index, frame.coded)]
             self._faint[frame.index] = 1.0  # before it there is none to compare with
@@ -184,7 +189,7 @@ class DamagedPictures:
         many = int(np.count_nonzero(out))
         unusual = many >= LIMITS.blocks + LIMITS.crowd * self._crowd
         expected = LIMITS.few + LIMITS.more * max(self._crowd, self._many)
-        apart = 0 if self._out is None else int(np.count_nonzero(out & ~_around(self._out)))
+        apart = 0 if self._out is None else int(np.count_nonzero(out & ~around(self._out)))
         self._many, self._out = many, out
         if many >= expected:
             self._doubtful[frame.index] = many / expected
@@ -292,11 +297,6 @@ def _by_block(a: Luma, b: Luma) -> Array:
     two = (four & 0xFF00FF) + (four >> 8 & 0xFF00FF)
     two = two[0::4] + two[1::4] + two[2::4] + two[3::4]
     return np.asarray(np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16))
-
-
-def _around(blocks: Bools) -> Bools:
-    """Those blocks, and the ones beside them."""
-    return np.asarray(cv2.dilate(blocks.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:
