@@ -187,7 +187,7 @@ def track(
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
-    pieces, crops, widths, surfaces = tracker.windows.kept, tracker.crops, tracker.widths, tracker.surfaces
+    pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
     del tracker, earlier, stamps  # what was recorded is as large as each table
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
@@ -198,7 +198,7 @@ def track(
     parity = (moment.field == "bottom").astype(int)
     rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines)
-    rows, noise = with_grown_sd(rows, time, shapes, surfaces, lines=lines, kind=centroid, copied=damage.predicted)
+    rows, noise = with_grown_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.predicted)
     give_back_memory()
     columns = _Columns(moment, clock)
     table = _table(rows, columns, names, begun.starts)

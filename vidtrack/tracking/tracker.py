@@ -26,6 +26,7 @@ from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
 from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
+from vidtrack.tracking.measurement.rims import Rims
 from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.measurement.window import Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
@@ -87,7 +88,7 @@ class Tracker:
         self.search = Reacquisition(self.scene, n, n + spare, self.own_size, far=far)
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record, self.windows, self.crops = Record(n), Windows(n + spare), list[Crop]()
-        self.widths, self.surfaces = BallWidths(n, detection), Surfaces(n)
+        self.widths, self.looks = BallWidths(n, detection), (Surfaces(n), Rims(n, detection))
         self._pacer, self._lines = Pacer(), 1
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
@@ -99,10 +100,8 @@ class Tracker:
             self.state = replace(self.state, times=self.state.times + samples[0].time)
         self._waiting += samples
         self._totals += [self._counter.count(sample.luma) for sample in samples]
-        at = 0
-        while len(self._waiting) - at >= PACE.samples_at_once:
-            at += self._step(self._waiting[at : at + PACE.samples_at_once])
-        del self._waiting[:at]
+        while len(self._waiting) >= PACE.samples_at_once:
+            del self._waiting[: self._step(self._waiting[: PACE.samples_at_once])]
 
     def finish(self) -> None:
         """Go through the samples that still wait."""
@@ -134,8 +133,7 @@ class Tracker:
         self._start(samples[0].time)
         met, first = self.search.occlusions.met, self.starts.first
         k = min(self._pacer.samples(self.state.missing, met, first - self.record.samples), len(samples))
-        k = next((j for j, sample in enumerate(samples[:k]) if sample.corrupt or sample.repeated), k)
-        if k == 0:
+        if not (k := next((j for j, sample in enumerate(samples[:k]) if sample.corrupt or sample.repeated), k)):
             self._pass_over(samples[0])
             return 1
         times = np.array([sample.time for sample in samples[:k]])
@@ -148,7 +146,8 @@ class Tracker:
             whole = clear.all(axis=1)
             taken = k if whole.all() else max(1, int(np.argmin(whole)))
             block = self._accept(block, clear_in_last, seen, clear, taken)
-            self.surfaces.seen(self.record.samples, clear_in_last, seen.values[SHIFT_X:, 0], clear[0])
+            self.looks[0].seen(self.record.samples, clear_in_last, seen.values[SHIFT_X:, 0], clear[0])
+            self.looks[1].passed(samples[:taken], self.record.samples, block.values)
             self.windows.odd(self.scene, samples[:taken], self.record.samples, block.values, self.state)
             appearance = self.state.appearance.of(clear_in_last)
             self._pacer.windows(appearance, templates=self.scene.detection.centroid == "weighted")

@@ -9,6 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.coding_noise import Coded, others_with_level, with_coding_noise
 from vidtrack.tracking.measurement.empirical_sd import scatter
+from vidtrack.tracking.measurement.rims import Rims
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
 from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
 from vidtrack.tracking.measurement.surface import Surfaces
@@ -39,13 +40,14 @@ def with_grown_sd(
     time: Array,
     shapes: ShapeEvidence | None = None,
     surfaces: Surfaces | None = None,
+    rims: Rims | None = None,
     *,
     lines: int,
     kind: str,
     copied: bool = False,
 ) -> tuple[Rows, Coded]:
-    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes and
-    surfaces say.
+    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes,
+    surfaces and rims say.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     copied  whether pictures are built on others
@@ -64,8 +66,11 @@ def with_grown_sd(
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
         values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shared_blob_sd(rows, time, shapes.exposure))
+    own = values[[SD_X, SD_Y]]
     if surfaces is not None:
-        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], surfaces.sd(values[[SD_X, SD_Y]]))
+        values[[SD_X, SD_Y]] = np.hypot(own, surfaces.sd(own))
+    if rims is not None:
+        values[[X, Y]], values[[SD_X, SD_Y]] = rims.corrected(values[[X, Y]], values[[SD_X, SD_Y]], own)
     return rows._replace(values=values), grown
 
 

@@ -1,0 +1,130 @@
+"""Looks at the rims of the targets of a recording: now and then, and at every sample where one was found uneven."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidtrack.arrays import Array, Ints
+from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.measurement.rim import look_at_rims, middle_of_arc
+from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.state import PIXELS, X, Y
+
+
+@dataclass(frozen=True)
+class UnevenRims:
+    """When a rim is uneven, and what that says of the centroid.
+
+    every, at_once  samples from look to look at a target, as long as its rim is even; targets looked at then, in turn
+    beyond          sd of a place of the rim that its unevenness is at least; 0.4 to 0.9 of plain discs, at most 1.3
+    lasting, apart  the same of its mean over about `memory` looks; sd of a place of the rim that the middle is then off
+    memory
+    look_on         the same from which on every sample is looked at
+    shaped          `Looked.shaped` of one look, and of its mean over `memory` looks, of what is no chance and no grain
+    grain_px        what codecs make of a place of a rim, besides noise
+    moved           share of the way to the middle of the round part that is not known
+    dented          share of the unevenness that is an error of the middle: where part of the rim is a circle's, and
+                    where none is
+    furthest        of the mean distance of the rim, which no middle is from the centroid
+    """
+
+    every: int = 4
+    at_once: int = 16
+    beyond: float = 1.4
+    lasting: float = 0.8
+    apart: float = 2.5
+    memory: int = 3
+    look_on: float = 0.75
+    shaped: tuple[float, float] = (2.5, 1.4)
+    grain_px: float = 0.02
+    moved: float = 0.25
+    dented: tuple[float, float] = (0.5, 1.0)
+    furthest: float = 0.9
+
+
+UNEVEN_RIMS = UnevenRims()
+
+
+class Rims:
+    """What the rims of n targets show."""
+
+    def __init__(self, n: int, detection: Detection) -> None:
+        self._n, self._detection = n, detection
+        self._lately = np.zeros(n)  # unevenness over the sd of a place of the rim, 0: not looked at
+        self._shaped = np.ones(n)  # mean of what is seen of it lately
+        self._turn = self._next = 0
+        self._before: deque[tuple[int, Sample, Array]] = deque(maxlen=UNEVEN_RIMS.every - 1)
+        self._found: list[tuple[Ints, Ints, Array, Array]] = []  # samples, targets, way to the middle (2, m), sd (m,)
+
+    def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
+        """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more) of what is
+        plainly itself in them: what was searched for may be fitted beside or behind another, and its rim is theirs too.
+        """
+        for j, sample in enumerate(samples if self._n else ()):
+            number, own = first + j, values[:, j, : self._n]
+            who = np.flatnonzero(self._lately > UNEVEN_RIMS.look_on)
+            if number >= self._next:
+                self._next = number + UNEVEN_RIMS.every
+                who = np.union1d(who, self._due())
+            if who.size:
+                new = self._look(number, sample, own, who)
+                for past in self._before if new.size else ():
+                    self._look(*past, new)
+            self._before.append((number, sample, own.copy()))
+
+    def _due(self) -> Ints:
+        """Whose turn it is."""
+        if self._n <= UNEVEN_RIMS.at_once:
+            return np.arange(self._n)
+        who = (self._turn + np.arange(UNEVEN_RIMS.at_once)) % self._n
+        self._turn = int(who[-1]) + 1
+        return who
+
+    def _look(self, number: int, sample: Sample, values: Array, who: Ints) -> Ints:
+        """Look at some targets in a sample; which of them are to be looked at more closely and were not."""
+        who = who[np.isfinite(values[X, who])]
+        if not who.size:
+            return who
+        d = self._detection
+        at = np.stack([values[X, who], sample.row(values[Y, who])], axis=1)
+        seen = look_at_rims(d.bright(sample.luma), at, values[PIXELS, who], d.noise, lines=sample.lines, scale=d.scale)
+        able = np.isfinite(seen.sd)
+        who, uneven, rim = who[able], seen.uneven[able], seen.rim[able]
+        sd = np.hypot(seen.sd[able], UNEVEN_RIMS.grain_px * sample.lines)
+        now, before = uneven / sd, self._lately[who]
+        lately = np.where(before > 0, before + (now - before) / UNEVEN_RIMS.memory, now)
+        self._lately[who] = np.minimum(lately, UNEVEN_RIMS.beyond)
+        shaped = seen.shaped[able]
+        self._shaped[who] += (np.minimum(shaped, UNEVEN_RIMS.shaped[0]) - self._shaped[who]) / UNEVEN_RIMS.memory
+        plainly = (shaped > UNEVEN_RIMS.shaped[0]) | (self._shaped[who] > UNEVEN_RIMS.shaped[1])
+        if (some := np.flatnonzero(plainly & ((now > UNEVEN_RIMS.beyond) | (lately > UNEVEN_RIMS.lasting)))).size:
+            who_of, uneven, rim, sd = who[some], uneven[some], rim[some], sd[some]
+            way, good = middle_of_arc(rim, sd)
+            off = np.hypot(*way)
+            good &= off < UNEVEN_RIMS.furthest * rim.mean(axis=1)
+            plainly = (now[some] > UNEVEN_RIMS.beyond) | (good & (off > UNEVEN_RIMS.apart * sd))
+            way = np.where(good, way, 0.0)
+            more = np.hypot(UNEVEN_RIMS.moved * np.hypot(*way), np.where(good, *UNEVEN_RIMS.dented) * uneven)
+            which = np.flatnonzero(plainly)
+            self._found.append((np.full(which.size, number), who_of[which], way[:, which], more[which]))
+        return who[(lately > UNEVEN_RIMS.look_on) & (before <= UNEVEN_RIMS.look_on)]
+
+    def corrected(self, position: Array, sd: Array, own: Array) -> tuple[Array, Array]:
+        """Positions and sd (2, k, n) px of the targets, moved to the middle of what is round of them.
+
+        own  (2, k, n) px, the sd without what surfaces say: light and dark on a target do not move its rim
+        """
+        if not self._found:
+            return position, sd
+        sample, who, way, more = (np.concatenate(parts, axis=-1) for parts in zip(*self._found, strict=True))
+        _, once = np.unique(sample * self._n + who, return_index=True)
+        sample, who, way, more = sample[once], who[once], way[:, once], more[once]
+        position, sd = position.copy(), sd.copy()
+        position[:, sample, who] += way
+        by_light = np.where(way.any(axis=0), own[:, sample, who], sd[:, sample, who])
+        sd[:, sample, who] = np.hypot(by_light, more)
+        return position, sd
