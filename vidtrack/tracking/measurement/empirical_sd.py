@@ -133,10 +133,12 @@ def differences(
     starts = starts if most is None else spread(starts, most)
     change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
     weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
+    even = starts.size > 0 and starts[-1] - starts[0] + 1 == starts.size  # then they need not be copied out
     for i, weight in enumerate(weights):
         at = starts + i * stride
-        change += weight * values[:, at]
-        variance += (weight * sd[:, at]) ** 2
+        those = slice(at[0], at[-1] + 1) if even else at
+        change += weight * values[:, those]
+        variance += (weight * sd[:, those]) ** 2
     share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
     return starts, share, weights
 
