@@ -38,6 +38,7 @@ from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
+from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.sd_scaling import others_with_grown_sd, with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_pattern import without_pull
@@ -167,6 +168,7 @@ def track(
         begun = begun_anywhere(clip, len(names), box, searched)
     samples = clip.samples(clip.opening)
     backgrounds = background_of(samples, clip.detection)
+    mixed = lateness_of_mixed(samples, clip.detection.scale, built=damage.predicted, codec=info.codec)
     static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast, alone=boxes is None)
     whole = WholePicture(backgrounds, clip.detection, static)
     tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
@@ -192,12 +194,10 @@ def track(
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
-    repeated = np.repeat(np.array(repeats.flags, bool), lines)
     damaged = np.isin(moment.frame, list(damage.indices))
-    rows = without_damaged(with_resting(rows, repeated, lines), damaged)
-    parity = (moment.field == "bottom").astype(int)
-    rows = without_pull(rows, parity, backgrounds, samples or late, clip.detection, lines)
-    shapes = shape_evidence(rows.values, time, lines)
+    rows = without_damaged(with_resting(rows, np.repeat(np.array(repeats.flags, bool), lines), lines), damaged)
+    rows = without_pull(rows, 1 * (moment.field == "bottom"), backgrounds, samples or late, clip.detection, lines)
+    shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
     rows, noise = with_grown_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.predicted)
     give_back_memory()
     columns = _Columns(moment, clock)
@@ -205,8 +205,7 @@ def track(
     give_back_memory()
     others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
-    exposure = shapes.exposure
-    seen, grown = noise.seen, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
+    seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise
     give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
@@ -221,6 +220,7 @@ def track(
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
         *order_findings(rows, moment.field),
         *uneven,
+        *mixed_pictures(mixed),
         *repeated_pictures(repeats.flags, rows),
         *damaged_pictures(damage.indices),
     ]

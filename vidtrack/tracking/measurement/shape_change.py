@@ -82,6 +82,7 @@ class ShapeEvidence(NamedTuple):
 
     position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
     exposure  samples; 0: too short to be seen
+    mixed     samples by which what moves is seen late at most, where pictures are mixed: no exposure is seen in them
     usual     (5, 2) of the targets' shapes, and of two of their running medians, median and scatter; NaN: not known
     """
 
@@ -89,22 +90,26 @@ class ShapeEvidence(NamedTuple):
     sd: Array
     exposure: float
     usual: Array
+    mixed: float = 0.0
 
 
-def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence | None = None) -> ShapeEvidence:
+def shape_evidence(
+    values: Array, time: Array, lines: int = 1, of: ShapeEvidence | None = None, mixed: float = 0.0
+) -> ShapeEvidence:
     """What the shapes in values (MEASURED, k, n) say.
 
     time  (k,) samples, or (k, n); lines: of the frame buffer to a row of a sample
-    of    what other targets of the recording show: its exposure, and its usual shape for those of few samples
+    of    what other targets of the recording show: its exposure, and its usual shape for those of few samples; mixed:
+          as of `ShapeEvidence`
     """
     second, position = values[XX : XY + 1], values[[X, Y]]
-    sd = np.zeros(position.shape)
+    velocity, acceleration = _motion(position, time.reshape(len(time), -1))
+    sd = mixed * np.abs(np.nan_to_num(velocity))
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
-        return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan))
-    velocity, acceleration = _motion(position, time.reshape(len(time), -1))
+        return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan), mixed)
     streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
-    square = _exposure(second, streak, seen) if of is None else of.exposure**2
+    square = of.exposure**2 if of else 0.0 if mixed else _exposure(second, streak, seen)
     if square:
         late = square / 24 * acceleration
         usual = _rms(late)
@@ -117,7 +122,7 @@ def shape_evidence(values: Array, time: Array, lines: int = 1, of: ShapeEvidence
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
     hidden = _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines)
     sd = np.hypot(sd, np.nan_to_num(np.where(seen, shift, hidden)))
-    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual)
+    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed)
 
 
 def lateness(velocity: Array, acceleration: Array, exposure: float) -> tuple[Array, Array]:
@@ -147,7 +152,7 @@ def shape_evidence_of_others(
         for i, rows in enumerate(several):
             block[:, : len(rows), i], when[: len(rows), i] = values[:, rows], time[sample[rows]]
             when[len(rows) :, i] += when[len(rows) - 1, i]
-        found = shape_evidence(block, when, lines, of)
+        found = shape_evidence(block, when, lines, of, of.mixed)
         for i, rows in enumerate(several):
             position[:, rows], sd[:, rows] = found.position[:, : len(rows), i], found.sd[:, : len(rows), i]
     return position, sd

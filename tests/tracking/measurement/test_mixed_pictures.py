@@ -1,0 +1,113 @@
+"""Pictures that hold part of the picture before: their noise shows it, and what moves is seen late."""
+
+from fractions import Fraction
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.discs import picture as discs
+from vidtrack.stages import track as stage
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.measurement.mixed_pictures import MIXTURE, lateness_of_mixed, mixed_pictures
+from vidtrack.tracking.sample import Sample
+
+SHAPE = (120, 160)
+
+
+def samples(pictures, lines=1):
+    return [Sample(np.clip(np.rint(p), 0, 255).astype(np.uint8), float(k), 0, lines) for k, p in enumerate(pictures)]
+
+
+def noisy(n=12, sd=2.0, level=60.0, seed=0):
+    rng = np.random.default_rng(seed)
+    return [level + rng.normal(0, sd, SHAPE) for _ in range(n)]
+
+
+def mixed(pictures, share):
+    return [p if k == 0 else (1 - share) * p + share * pictures[k - 1] for k, p in enumerate(pictures)]
+
+
+def recursive(pictures, share):
+    out = [pictures[0]]
+    for picture in pictures[1:]:
+        out.append((1 - share) * picture + share * out[-1])
+    return out
+
+
+@pytest.mark.parametrize("share", [0.15, 0.3, 0.4])
+def test_a_mixture_is_late_by_a_little_more_than_its_share(share):
+    late = lateness_of_mixed(samples(mixed(noisy(), share)))
+    assert share - 0.02 < late < share / (1 - share) + 0.1
+
+
+@pytest.mark.parametrize("share", [0.2, 0.4])
+def test_a_recursive_filter_is_late_by_its_sum(share):
+    late = lateness_of_mixed(samples(recursive(noisy(30), share)[18:]))
+    assert late == pytest.approx(share / (1 - share), rel=0.25)
+
+
+def swinging(waves, slow=1.0):
+    """What moves slowly everywhere: a grain that is shifted by a sine, with noise."""
+    rng = np.random.default_rng(1)
+    grain = cv2.GaussianBlur(rng.normal(0, 30, SHAPE), (0, 0), 2)
+    shift = [waves * np.sin(k / 3 * slow) for k in range(12)]
+    moved = [np.stack([np.interp(np.arange(SHAPE[1]) + s, np.arange(SHAPE[1]), row) for row in grain]) for s in shift]
+    return [a + b for a, b in zip(noisy(), moved, strict=True)]
+
+
+HEALTHY = {
+    "noise": noisy(),
+    "no noise": noisy(sd=0.0),
+    "little noise": noisy(sd=0.3),
+    "flicker": [p * (1 + 0.3 * np.sin(k)) for k, p in enumerate(noisy())],
+    "exposure": [p * 1.05**k for k, p in enumerate(noisy())],
+    "few": mixed(noisy(), 0.3)[: MIXTURE.fewest - 1],
+    "sways": swinging(3.0),
+    "shakes": swinging(1.0, slow=7.0),
+}
+
+
+@pytest.mark.parametrize("kind", list(HEALTHY))
+def test_pictures_that_stand_for_themselves_are_not_late(kind):
+    assert lateness_of_mixed(samples(HEALTHY[kind])) == 0
+
+
+def test_a_lossy_coder_and_fields_are_not_judged():
+    pictures = mixed(noisy(), 0.3)
+    assert lateness_of_mixed(samples(pictures), built=True, codec="h264") == 0
+    assert lateness_of_mixed(samples(pictures), built=True, codec="ffv1") > 0.2
+    assert lateness_of_mixed(samples(pictures, lines=2)) == 0
+
+
+def film(share, n=40):
+    rng, where = np.random.default_rng(3), [(25 + 1.9 * k, 60 + 25 * np.sin(k / 9)) for k in range(n)]
+    made = [discs(SHAPE, [(x, y, 6.0, 100.0)], level=40.0, noise=2.0, rng=rng, dtype=float) for x, y in where]
+    frames = [Frame(k, Fraction(k, 25), one.luma, False, None) for k, one in enumerate(samples(mixed(made, share)))]
+    found = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1)
+    table = found.centroids
+    assert (table["flag"] == "").all()
+    error, sd = table[["Xf", "Yf"]].to_numpy() - where, table[["sd_x", "sd_y"]].to_numpy()
+    wrong = ((np.abs(error) > 5 * sd) & (np.abs(error) > 0.1)).any(axis=1).sum()
+    return int(wrong), sd, [one.code for one in found.findings]
+
+
+def test_what_moves_in_mixed_pictures_is_late_by_no_more_than_its_sd_says(monkeypatch):
+    wrong, sd, codes = film(0.25)
+    assert (wrong, codes) == (0, ["pictures-mixed"])
+    assert np.median(sd[:, 0]) < 1.2 * 1.9 * 0.4
+    monkeypatch.setattr(stage, "lateness_of_mixed", lambda *given, **more: 0.0)
+    assert film(0.25)[0] > 20
+
+
+def test_a_film_whose_pictures_stand_for_themselves_is_as_it_was(monkeypatch):
+    before = film(0.0)
+    assert before[2] == []
+    monkeypatch.setattr(stage, "lateness_of_mixed", lambda *given, **more: 0.0)
+    np.testing.assert_array_equal(film(0.0)[1], before[1])
+
+
+def test_the_finding_says_by_how_much():
+    assert mixed_pictures(0.0) == []
+    assert "0.31 pictures late" in mixed_pictures(0.31)[0].text
