@@ -16,13 +16,15 @@ def motion(k, n=4, speed=2.0):
     return np.stack([100 + 15 * np.cos(t), 100 + 15 * np.sin(t)])
 
 
-def found(at, noise, *, light=3.0, copied=False, seed=5):
+def found(at, noise, *, light=3.0, copied=False, seed=5, lasting=None):
     """What is found of positions (2, k, n) beside backgrounds of `noise` (k, n) grey levels."""
     k, n = noise.shape
     sd = np.tile(noise * G, (2, 1, 1))
     mass, pixels, time = np.full((k, n), MASS), np.full((k, n), PIXELS), np.arange(k, dtype=float)
     mass = mass + light * mass_sd(np.full((k, n), G), mass, pixels, 1) * np.random.default_rng(seed).normal(size=(k, n))
     seen = scatter(at, sd, mass, pixels, time)
+    if lasting is not None:
+        seen = seen._replace(lasting=lasting)
     return sd, *with_coding_noise(at, sd, mass, pixels, time, seen, lines=1, copied=copied)
 
 
@@ -85,8 +87,17 @@ def test_errors_that_pictures_copy_are_larger_than_their_differences():
 
 def test_what_moves_by_pixels_has_errors_of_its_own_in_every_picture():
     at, noise = motion(1000, speed=5.0) + 10 * G * white(1000), np.ones((1000, 4))
-    sd = [found(at, noise, copied=copied)[1] for copied in (True, False)]
+    sd = [found(at, noise, copied=copied, lasting=1.0)[1] for copied in (True, False)]
     assert np.median(sd[0] / sd[1]) == pytest.approx(1.0, abs=0.03)
+
+
+def test_where_pictures_copy_nothing_the_level_holds_what_lasts():
+    """What the background's noise leads to expect there is no measure of it."""
+    at, noise = motion(400) + 10 * G * white(400), smooth_here_and_there(400)
+    alone, lasts = (found(at, noise, copied=False, lasting=by)[1] for by in (1.0, 1.5))
+    assert lasts == pytest.approx(alone)
+    alone, lasts = (found(at, noise, copied=True, lasting=by)[1] for by in (1.0, 1.5))
+    assert np.median(lasts / alone) > 1.1
 
 
 def test_a_sample_that_leaves_the_course_has_a_larger_sd_and_so_has_a_bad_stretch():

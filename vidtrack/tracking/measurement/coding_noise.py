@@ -169,7 +169,8 @@ def _grown(
         level = np.sqrt((k * level**2 + CODING_NOISE.alike * mean) / (k + CODING_NOISE.alike))
         coded = (level**2)[:, None] * light
         uneven = _uneven(position, np.sqrt(raw + coded * shown), time)
-        known = np.where(level > 0, np.sqrt(_middle(shown)), 1.0)  # that errors last
+        lasts = np.sqrt(_middle(shown)) if copied else 0.0  # what the level does not hold of errors that last
+        known = np.where(level > 0, lasts, 1.0)
         left = np.fmax(over * np.fmax(lasting * known, 1.0), 1.0)
         return level, left, np.sqrt(raw + coded * uneven) * left[:, None]
 
