@@ -117,6 +117,13 @@ def test_far_from_its_box_a_target_is_accepted_only_in_the_second_of_two_searche
     assert np.abs(steps - (3.0, 0.0)).max() < 0.1, "it goes on with the velocity of the two detections"
 
 
+def test_another_track_that_is_sought_among_the_targets_is_not_sought_in_the_whole_picture():
+    now, predicted = lost((40.0, 60.0), (80.0, 60.0))
+    search = Reacquisition(SCENE, 1, 2, OwnSize(2), far=True)
+    found = search.seek(now, sample((130.0, 30.0, RADIUS)), np.arange(2), predicted)
+    assert np.isnan(found.values[0]).all()
+
+
 def test_a_target_that_bounced_is_found_at_once_where_it_can_have_gone():
     """It went on by 18 px a sample, and comes back by as much: 36 px from where it was expected."""
     now, last = lost((60.0, 50.0), missing=1)

@@ -124,7 +124,7 @@ class Reacquisition:
                 )
                 now, chosen[alone] = self._seek_near(now, sample, who[alone], predicted[alone], grown[alone], near)
                 left = np.flatnonzero(chosen < 0)
-        if left.size and self.far and who[0] < self._n:
+        if (left := left[who[left] < self._n]).size and self.far:
             now = self._seek_far(now, sample, who[left], predicted[left])
         return now
 
