@@ -32,7 +32,7 @@ def test_each_file_goes_to_its_place_whatever_the_experiment_its_runs_and_its_ca
     for path in records:
         write_json(root / path, {"path": path}, {})
     for path in tables:
-        write_parquet(root / path, pd.DataFrame({"x": [1.0]}), units="m", provenance={})
+        write_parquet(root / path, pd.DataFrame({"x": [1.0], "Xf": 2.0}), units="m", provenance={})
     stack = {"grey": np.zeros((2, 3), np.uint8), "time_s": np.zeros(2), "s": np.zeros(3)}
     write_timestacks(
         root / f"runs/{name}/waterline.npz", {"a": {**stack, "p": np.zeros((3, 3)), "b": np.zeros((3, 2))}}
@@ -100,3 +100,18 @@ def test_a_calibration_that_was_read_before_is_neither_read_again_nor_changed_by
     assert both.survey is known.survey
     assert both.runs["a"].records == {"locate": paths[1]}
     assert not known.runs
+
+
+def test_of_the_long_tables_of_a_run_what_the_page_shows_is_read(tmp_path):
+    columns = ["time_s", "timecode", "target", "x", "vx", "Xf", "Yf", "miss", "flag"]
+    table = pd.DataFrame({name: ["a"] if name in ("timecode", "target", "flag") else [1.0] for name in columns})
+    places = ["centroids/kinematics", "trajectories", "kinematics", "bodies"]
+    paths = [tmp_path / f"results/runs/pluck/{place}.parquet" for place in places]
+    paths[0].parent.mkdir(parents=True)
+    for path in paths:
+        write_parquet(path, table, units="m", provenance={})
+    run = read_results(map(str, paths)).runs["pluck"]
+    assert list(run.centroids["kinematics"]) == ["time_s", "target", "Xf", "Yf"]
+    assert list(run.tables["trajectories"]) == ["time_s", "target", "x"]
+    assert list(run.tables["kinematics"]) == ["time_s", "target", "vx", "flag"]
+    assert list(run.tables["bodies"]) == columns

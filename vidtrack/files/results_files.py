@@ -26,7 +26,6 @@ from vidtrack.results import CameraResults, Results, RunResults
 
 READERS: dict[str, Callable[[str], Any]] = {
     ".json": read_json,
-    ".parquet": read_parquet,
     ".npz": read_timestacks,
     ".png": str,
     ".jpg": str,
@@ -51,6 +50,13 @@ WHOLE_FILES = {
 OVERLAY, VERDICT = "overlay_", "verdict.json"
 FAILURES, PAGES, OF_RUNS = (["results", name] for name in (".failures", "report", "runs"))
 IN_RUN = ("centroids", "background")
+USED = {
+    "centroids": ("time_s", "target", "Xf", "Yf"),
+    "trajectories": ("time_s", "target", *"xyz", "sigma_x", "sigma_y", "sigma_z"),
+    "kinematics": ("time_s", "target", "vx", "vy", "vz", "ax", "ay", "az", "flag"),
+}
+"""Columns of a run's long tables that the verdict and the report use: the others are not read, for two hours of three
+targets they take 300 MB."""
 
 
 def is_of_run(path: str) -> bool:
@@ -69,6 +75,13 @@ def _run_of(parts: list[str]) -> str | None:
     return parts[-3] if parts[-5:-3] == OF_RUNS and parts[-2] in IN_RUN else None
 
 
+def _used(parts: list[str], stem: str) -> tuple[str, ...] | None:
+    """The columns of the table at a path that are used; None: all."""
+    if _run_of(parts) is None:
+        return None
+    return USED.get(stem if parts[-4:-2] == OF_RUNS else parts[-2])
+
+
 def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
     """What lies at these paths, in their order; ValueError for a file that has no place in `Results`.
 
@@ -77,7 +90,7 @@ def read_results(paths: Iterable[str], known: Results | None = None) -> Results:
     results = replace(known, runs=dict(known.runs)) if known else Results()
     for path in paths:
         parts, (stem, kind) = _parts(path), os.path.splitext(os.path.basename(path))
-        content = READERS[kind](path)
+        content: Any = read_parquet(path, _used(parts, stem)) if kind == ".parquet" else READERS[kind](path)
         if FAILURES in ([*pair] for pair in pairwise(parts)):
             results.failures.append(content)
         elif parts[-3:-1] == PAGES:
