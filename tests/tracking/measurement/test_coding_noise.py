@@ -91,13 +91,12 @@ def test_what_moves_by_pixels_has_errors_of_its_own_in_every_picture():
     assert np.median(sd[0] / sd[1]) == pytest.approx(1.0, abs=0.03)
 
 
-def test_where_pictures_copy_nothing_the_level_holds_what_lasts():
-    """What the background's noise leads to expect there is no measure of it."""
+def test_light_whose_errors_seem_to_last_a_little_counts_where_pictures_are_copied_alone():
+    """Blocks of Motion JPEG do that; a still pattern beside the course does it by far more, and moves the middle."""
     at, noise = motion(400) + 10 * G * white(400), smooth_here_and_there(400)
-    alone, lasts = (found(at, noise, copied=False, lasting=by)[1] for by in (1.0, 1.5))
-    assert lasts == pytest.approx(alone)
-    alone, lasts = (found(at, noise, copied=True, lasting=by)[1] for by in (1.0, 1.5))
-    assert np.median(lasts / alone) > 1.1
+    for copied, lasting, least, most in ((False, 1.4, 1.0, 1.001), (False, 6.0, 3.0, 4.0), (True, 1.4, 1.05, 1.4)):
+        alone, lasts = (found(at, noise, copied=copied, lasting=by)[1] for by in (1.0, lasting))
+        assert least <= np.median(lasts / alone) <= most
 
 
 def test_a_sample_that_leaves_the_course_has_a_larger_sd_and_so_has_a_bad_stretch():
