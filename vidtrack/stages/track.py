@@ -200,17 +200,11 @@ def track(
     shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
     rows, noise = with_grown_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.predicted)
     give_back_memory()
-    columns = _Columns(moment, clock)
-    table = _table(rows, columns, names, begun.starts)
-    give_back_memory()
     others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise
-    give_back_memory()
-    tracklets = _tracklet_table(cut, columns, names, boxes is not None)
-    seen_well = [one for one in pieces if not damaged[one.sample]]
-    windows = _window_table(seen_well, columns, clip.detection.noise, grown, exposure)
+    columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
     diagnostics |= {"begun": begun.how, "exposure": exposure, "widths": widths.as_record(names, columns.time_s)}
     record_scatter(diagnostics, seen, names)
@@ -224,6 +218,12 @@ def track(
         *repeated_pictures(repeats.flags, rows),
         *damaged_pictures(damage.indices),
     ]
+    table = _table(rows, columns, names, begun.starts)
+    del rows  # each table is as large
+    give_back_memory()
+    tracklets = _tracklet_table(cut, columns, names, boxes is not None)
+    pieces = [one for one in pieces if not damaged[one.sample]]
+    windows = _window_table(pieces, columns, clip.detection.noise, grown, exposure)
     diagnostics["problems"] = [line(finding) for finding in found]
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 

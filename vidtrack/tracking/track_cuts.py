@@ -144,10 +144,12 @@ def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
 
 def _changes(values: Array) -> Bools:
     """Rows (N,) whose pixel count or contrast is not that of the row before."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.abs(np.diff(np.log(values[[PIXELS, CONTRAST]]), prepend=np.nan))
-    grain = WINDOW.grain / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
-    return np.asarray((step[0] > CERTAINTY.looks + grain) | (step[1] > CERTAINTY.looks + grain))
+    limit = CERTAINTY.looks + WINDOW.grain / np.minimum(values[PIXELS], np.roll(values[PIXELS], 1))
+    changed = np.zeros(limit.size, bool)
+    for row in values[PIXELS], values[CONTRAST]:  # one at a time: there may be many
+        with np.errstate(divide="ignore", invalid="ignore"):
+            changed |= np.abs(np.diff(np.log(row), prepend=np.nan)) > limit
+    return changed
 
 
 def _ended(

@@ -195,10 +195,12 @@ def _uneven(position: Array, sd: Array, time: Array) -> Array:
     By the differences of the track of which a sample is part, each weighted by its share in it; and by those of the
     samples about.
     """
-    number, share, weight = differences(position, sd, time, _ORDER)
     found, count = np.zeros((2, *position.shape[1:]))
+    number, share, weight = differences(position, sd, time, _ORDER)
     known = np.isfinite(share) & (share < DIFFERENCES.knock**2)
-    total, some = np.where(known, share, 0.0).sum(axis=0), known.sum(axis=0).astype(float)
+    share[~known] = 0.0
+    total, some = share.sum(axis=0), known.sum(axis=0).astype(float)
+    del share, known
     for i, part in enumerate(weight**2 / (weight**2).sum()):
         found[number + i] += part * total
         count[number + i] += part * some
