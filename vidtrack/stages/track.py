@@ -203,7 +203,7 @@ def track(
     others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
-    del others, shapes, time, elapsed, noise
+    del others, shapes, time, elapsed, noise, looks
     columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
     diagnostics |= {"begun": begun.how, "exposure": exposure, "widths": widths.as_record(names, columns.time_s)}
@@ -219,7 +219,7 @@ def track(
         *damaged_pictures(damage.indices),
     ]
     table = _table(rows, columns, names, begun.starts)
-    del rows  # each table is as large
+    del rows, crops, widths  # each table is as large as what was recorded
     give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     pieces = [one for one in pieces if not damaged[one.sample]]
