@@ -71,6 +71,7 @@ def run(job: Job) -> None:
             tracked = _with_tags(tracked, tags, settings)
         damaged = len(tracked.diagnostics.get("damage_seen", ()))
         account = video.account.after_tracking(measured=tracked.diagnostics["measured"], damaged=damaged)
+    del video, damage, frames  # they remember something of each picture
     in_fields = bool((tracked.centroids["field"] != "frame").any())
     light = meter.columns(tracked.clock, in_fields=in_fields)
     course = _course(samples, tracked, light, info.bits)
