@@ -37,6 +37,8 @@ HOUSE = Path(__file__).resolve().parent.parent
 MAY_DIFFER = ("logs", ".benchmarks")
 DIGITS = 1e-6
 """Largest difference, relative, of a number that another processor computes, of the largest in its column."""
+ROUNDING = 1e-14
+"""Differences up to this are none: the mean of what swings about nought is a rounding error of either sign."""
 
 NO_FMA = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR"}
 """NumPy's names since 2.4: those that it does not know, AVX2 among them, it passes over without a word."""
@@ -147,7 +149,8 @@ def _largest(one: Path, other: Path, names: list[str]) -> tuple[float, str]:
             if a.shape != b.shape:
                 return np.inf, f"{name}: {key}"
             scale = np.nanmax(np.abs(a), initial=0.0) or 1.0
-            off = np.where(np.isnan(a) & np.isnan(b), 0.0, np.abs(a - b) / scale)
+            same = (np.isnan(a) & np.isnan(b)) | (np.abs(a - b) <= ROUNDING)
+            off = np.where(same, 0.0, np.abs(a - b) / scale)
             if not off.size or off.max() <= most:
                 continue
             most, where = float(off.max()), f"{name}: {key}"

@@ -180,10 +180,8 @@ def _close(position: Array, size: Array) -> tuple[Ints, Ints]:
 
     A sweep from left to right: of all targets, only those that overlap across are compared down the picture.
     """
-    margin, position = (
-        (size + OCCLUSION.touching_px) / 2,
-        np.ascontiguousarray(position),
-    )  # reduced in a tenth of the time
+    margin = (size + OCCLUSION.touching_px) / 2
+    position = np.ascontiguousarray(position)  # reduced in a tenth of the time
     low, high = position.min(axis=0) - margin, position.max(axis=0) + margin
     order = np.argsort(low[:, 0], kind="stable")
     low, high = low[order], high[order]

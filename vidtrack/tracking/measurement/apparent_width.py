@@ -61,9 +61,8 @@ def apparent_widths(picture: Picture, at: ArrayLike, pixels: ArrayLike, *, lines
     middle = np.rint(np.where(able[:, None], at, 0.0))
     able &= ((middle >= own) & (middle + own < [columns, rows])).all(1)
     ordered = np.flatnonzero(able)[np.argsort(radius[able], kind="stable")]
-    for first in range(
-        0, ordered.size, AT_ONCE
-    ):  # those of one size together: windows are as wide as the largest needs
+    for first in range(0, ordered.size, AT_ONCE):
+        # those of one size together: windows are as wide as the largest needs
         some = ordered[first : first + AT_ONCE]
         (x, y), (wide, high) = middle[some].astype(np.intp).T, own[some[-1]].astype(np.intp)
         across, down = np.arange(-wide, wide + 1), np.arange(-high, high + 1)

@@ -68,14 +68,12 @@ class Looked(NamedTuple):
     """One look at n targets; NaN where it sees none.
 
     uneven  (n,) px; sd (n,) px, of a place of the rim, from the noise; rim (n, rays) px from the centroid
-    light   (2, n) px, the middle of the rim from the centroid
     shaped  (n,) rms of its coarse odd harmonics over that of its fine ones: 0.5 to 2 where chance makes them
     """
 
     uneven: Array
     sd: Array
     rim: Array
-    light: Array
     shaped: Array
 
 
@@ -92,7 +90,6 @@ def look_at_rims(
         np.full(n, np.nan),
         np.full(n, np.nan),
         np.full((n, RIM.rays), np.nan),
-        np.full((2, n), np.nan),
         np.full(n, np.nan),
     )
     with np.errstate(invalid="ignore"):
@@ -119,7 +116,6 @@ def look_at_rims(
     rim = step * (last[..., 0] + np.clip((here - half[:, None]) / fall, 0, 1))
     waves = 2 * np.fft.rfft(rim, axis=1) / RIM.rays
     out.rim[who] = rim
-    out.light[:, who] = waves[:, 1].real, -waves[:, 1].imag
     size2 = np.abs(waves) ** 2
     coarse, fine = size2[:, 3 : RIM.coarse + 1 : 2].sum(axis=1), size2[:, RIM.fine : -1].sum(axis=1)
     out.shaped[who] = np.sqrt(coarse / np.maximum(fine, 1e-12))
