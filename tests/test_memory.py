@@ -5,9 +5,10 @@ import platform
 import numpy as np
 import pandas as pd
 import psutil
+import pyarrow as pa
 import pytest
 
-from vidtrack.memory import collector_paused, columns_of, give_back_memory
+from vidtrack.memory import collector_paused, columns_of, give_back_memory, tables_from_c_library
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="malloc_trim is a function of glibc")
@@ -54,3 +55,15 @@ def test_words_of_a_table_are_held_once_and_are_those_that_pandas_gives():
     )
     assert list(columns_of(table, ("t", "flag"))) == ["t", "flag"]
     assert {name: values.size for name, values in columns_of(table[:0]).items()} == dict.fromkeys(table, 0)
+
+
+def test_words_of_tables_lie_where_what_is_freed_can_be_given_back_with_all_else():
+    before = pa.default_memory_pool()
+    try:
+        tables_from_c_library()
+        used = pa.system_memory_pool().bytes_allocated()
+        words = pd.Series(np.array(["top", "bottom"], object)).array.take(np.arange(100_000) % 2)
+        assert pa.system_memory_pool().bytes_allocated() - used > 100_000 * 8
+        assert list(words[:3]) == ["top", "bottom", "top"]
+    finally:
+        pa.set_memory_pool(before)

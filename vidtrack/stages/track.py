@@ -18,7 +18,7 @@ from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
-from vidtrack.memory import give_back_memory
+from vidtrack.memory import give_back_memory, tables_from_c_library
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
@@ -247,6 +247,7 @@ class _Columns:
     """The columns that say which sample a row is of."""
 
     def __init__(self, moment: Moments, clock: TimeBase) -> None:
+        tables_from_c_library()
         self.frame = moment.frame
         self.time_s = clock.seconds(moment.time, fields=moment.offset)
         field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
@@ -333,9 +334,7 @@ def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown
 
     kept = sorted(kept, key=lambda one: one.sample)
     sample = np.array([one.sample for one in kept], np.intp)
-    moment = columns.of(sample)
-    del moment["timecode"]
-    table = moment | {
+    table = {name: column for name, column in columns.of(sample).items() if name != "timecode"} | {
         "left": np.array([one.left for one in kept], np.int64),
         "top": np.array([one.top for one in kept], np.int64),
         "parity": np.array([one.parity for one in kept], np.int64),
