@@ -134,7 +134,7 @@ def read(path: Path, *, centroids: bool) -> Reading:
     flags: dict[int, bool] = {}
     with open_video(str(path)) as video:
         scale = 255 / (2**video.info.bits - 1)
-        damage = DamagedPictures(video.info.bits, video.look_again)
+        damage = DamagedPictures(video.info.bits, video.look_again, video.info.codec)
         frames = [frame._replace(luma=frame.luma.copy()) for frame in damage.over(video.frames())]
         for frame in frames:
             moment = round(float(frame.time * RATE))

@@ -53,7 +53,7 @@ def outcome(kind: str, seed: int, number: int, folder: Path) -> Outcome:
     path = film.write(folder / f"{kind}-{seed}-{number}")
     try:
         with open_video(str(path)) as video:
-            damage = DamagedPictures(video.info.bits, video.look_again)
+            damage = DamagedPictures(video.info.bits, video.look_again, video.info.codec)
             found = track(damage.over(video.frames(apart=True)), video.info, targets=film.balls, damage=damage)
     except VidtrackError as error:
         none = np.zeros((0, 2))

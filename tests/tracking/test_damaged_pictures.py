@@ -72,13 +72,22 @@ def test_a_picture_that_nothing_is_built_on_and_one_that_others_were_coded_befor
     assert found(garbage(scene(), [6, 7, 8]), coded=pyramid) == []
 
 
-def test_whether_pictures_are_coded_by_what_differs_from_others_is_known():
+@pytest.mark.parametrize(
+    ("keys", "codec", "copied"),
+    [
+        ((0,), "h264", True),
+        ((0,), "", True),
+        ((0, 1, 2, 3), "h264", False),
+        (None, "h264", False),
+        ((0,), "ffv1", False),
+    ],
+)
+def test_whether_pictures_copy_the_errors_of_others_is_known(keys, codec, copied):
     pictures = np.full((4, 16, 16), 80, np.uint8)
-    for keys, predicted in (((0,), True), ((0, 1, 2, 3), False), (None, False)):
-        coded = [None] * 4 if keys is None else in_order(4, keys)
-        damage = DamagedPictures(8)
-        list(damage.over(Frame(i, Fraction(i, 30), p, False, None, coded[i]) for i, p in enumerate(pictures)))
-        assert damage.predicted is predicted
+    coded = [None] * 4 if keys is None else in_order(4, keys)
+    damage = DamagedPictures(8, codec=codec)
+    list(damage.over(Frame(i, Fraction(i, 30), p, False, None, coded[i]) for i, p in enumerate(pictures)))
+    assert damage.copied is copied
 
 
 def test_damage_reaches_to_the_key_frame_where_pictures_before_it_that_are_coded_behind_it_are_partly_back():

@@ -47,7 +47,7 @@ def run(job: Job) -> None:
         info = replace(video.info, time=found.base)
         stated = makers_readout(job.path("video"), float(1 / info.rate), info.rotation)
         meter, samples = LightMeter(info.bits), BackgroundSamples()
-        damage = DamagedPictures(info.bits, video.look_again)
+        damage = DamagedPictures(info.bits, video.look_again, info.codec)
         tags = _tag_reader(settings, info, damage)
         with Progress(label, info.n_expected, "frames") as progress:
             frames = meter.over(samples.over(progress.over(video.frames(apart=True))))

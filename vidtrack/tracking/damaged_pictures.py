@@ -70,6 +70,7 @@ class Limits:
 
 
 LIMITS = Limits()
+LOSSLESS = ("ffv1", "ffvhuff", "huffyuv", "magicyuv", "rawvideo", "utvideo")
 
 
 def without_damaged(rows: Rows, damaged: Bools) -> Rows:
@@ -123,14 +124,16 @@ LookAgain = Callable[[Collection[int]], set[int]]
 
 class DamagedPictures:
     """Looks at each frame that passes; `indices`: of frames that were found to be damaged, and not flagged so;
-    `predicted`: whether any was coded by what differs from others.
+    `copied`: whether any was coded by what differs from others, so that it copies their errors.
 
+    codec       FFmpeg's name; one that loses nothing makes no errors, though it may call its pictures built on others
     look_again  asked, when all frames have passed, for those in which much changed, or which precede flagged ones
     """
 
-    def __init__(self, bits: int, look_again: LookAgain | None = None) -> None:
+    def __init__(self, bits: int, look_again: LookAgain | None = None, codec: str = "") -> None:
         self.indices: set[int] = set()
-        self.predicted = False
+        self.copied = False
+        self._lossless = codec in LOSSLESS
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._in_steps = dict[int, float]()  # of those up to which the background changed in steps
@@ -243,7 +246,7 @@ class DamagedPictures:
         """Keep the frame's place in the order of coding; it is damaged where what was found spreads."""
         if frame.coded is None:
             return
-        self.predicted |= not frame.coded.key
+        self.copied |= not (frame.coded.key or self._lossless)
         if frame.coded.key:
             self._group.clear()
             self._spreads = False

@@ -72,6 +72,18 @@ def test_an_sd_that_explains_the_scatter_stays():
     assert (what.level == 0).all()
 
 
+def test_a_swing_that_dies_away_is_no_unevenness():
+    """Its curvature is left in differences of a low order, where it is fast."""
+    k = 240
+    t = np.arange(k)[:, None] + np.zeros(4)
+    swing = 60 * np.exp(-t / 60) * np.sin(0.45 * t + np.arange(4))
+    error = 10 * G * white(k)
+    _, sd, _ = found(np.stack([100 + swing, 100 + 0.5 * swing]) + error, np.full((k, 4), 5.0))
+    fast, slow = sd[:, :60], sd[:, 120:]
+    assert np.sqrt(np.mean(fast**2)) < 1.3 * np.sqrt(np.mean(slow**2))
+    assert 0.6 < np.mean((error / sd) ** 2) < 1.1
+
+
 def test_errors_that_pictures_copy_are_larger_than_their_differences():
     k, speed, error = 4000, 0.4, white(4000)
     like = np.exp(-speed / CODING_NOISE.copied_px)

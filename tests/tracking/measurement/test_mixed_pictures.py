@@ -76,8 +76,8 @@ def test_pictures_that_stand_for_themselves_are_not_late(kind):
 
 def test_a_lossy_coder_and_fields_are_not_judged():
     pictures = mixed(noisy(), 0.3)
-    assert lateness_of_mixed(samples(pictures), built=True, codec="h264") == 0
-    assert lateness_of_mixed(samples(pictures), built=True, codec="ffv1") > 0.2
+    assert lateness_of_mixed(samples(pictures), copied=True) == 0
+    assert lateness_of_mixed(samples(pictures)) > 0.2
     assert lateness_of_mixed(samples(pictures, lines=2)) == 0
 
 

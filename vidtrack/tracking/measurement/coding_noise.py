@@ -29,6 +29,7 @@ from vidtrack.tracking.measurement.empirical_sd import (
     least_over_sd,
     mass_sd,
     moves,
+    over_sd,
     per_grey_level,
 )
 from vidtrack.tracking.measurement.order_statistics import median
@@ -50,6 +51,7 @@ class CodingNoise:
     unseen       of the variance of errors to that of differences, at most: what creeps may say anything
     over         samples before and after, over which a target's speed is taken
     about        samples before and after one, over which its differences are compared with the others'
+    motionless   times the least scatter by all orders of differences, up to which one of them holds no motion
     usual        differences as they should be that are counted with those, so that a few say little
     chance       times that the differences about a sample, squared, exceed the others' by chance
     at_most      times the level that a sample may have
@@ -65,6 +67,7 @@ class CodingNoise:
     unseen: float = 16.0
     over: int = 4
     about: int = 3
+    motionless: float = 1.15
     usual: float = 4.0
     chance: float = 1.5
     at_most: float = 6.0
@@ -74,8 +77,6 @@ class CodingNoise:
 
 
 CODING_NOISE = CodingNoise()
-_ORDER = 4
-"""Of the differences that are looked at sample by sample."""
 
 
 class Coded(NamedTuple):
@@ -193,10 +194,21 @@ def _uneven(position: Array, sd: Array, time: Array) -> Array:
     """Times (k, n) that the variance of samples is larger than of most, 1 and more: h^2.
 
     By the differences of the track of which a sample is part, each weighted by its share in it; and by those of the
-    samples about.
+    samples about. Of the lowest order in which no motion is left: one of a higher order has a share of more samples.
     """
+    uneven = np.ones(position.shape[1:])
+    by_order = np.stack([over_sd(position, sd, time, order).max(axis=0) for order in DIFFERENCES.orders])
+    order = np.argmax(by_order <= CODING_NOISE.motionless * np.fmin.reduce(by_order), axis=0)
+    for of in np.unique(order).tolist():
+        own = np.flatnonzero(order == of)
+        uneven[:, own] = _uneven_by(position[..., own], sd[..., own], time, DIFFERENCES.orders[of])
+    return uneven
+
+
+def _uneven_by(position: Array, sd: Array, time: Array, order: int) -> Array:
+    """The same, by differences of one order."""
     found, count = np.zeros((2, *position.shape[1:]))
-    number, share, weight = differences(position, sd, time, _ORDER)
+    number, share, weight = differences(position, sd, time, order)
     known = np.isfinite(share) & (share < DIFFERENCES.knock**2)
     share[~known] = 0.0
     total, some = share.sum(axis=0), known.sum(axis=0).astype(float)

@@ -104,10 +104,10 @@ def least_over_sd(values: Array, sd: Array, time: Array, stride: int = 1) -> Arr
     """rms of the differences of values (c, k, n) of samples `stride` apart, over what sd (c, k, n) lets expect: the
     least by all orders (c, n), NaN where there are too few.
     """
-    return np.asarray(np.fmin.reduce([_over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))
+    return np.asarray(np.fmin.reduce([over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))
 
 
-def _over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
+def over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
     """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
     most = max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
     _, share, _ = differences(values, sd, time, order, stride, most)

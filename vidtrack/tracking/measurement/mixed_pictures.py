@@ -36,7 +36,6 @@ class Mixture:
                   (0 +- 0.02 where they are not)
     falling       r_2 / r_1 at most: more is something that moves slowly
     kept          share that a recursive filter keeps, at most
-    lossless      FFmpeg's names of coders that copy no noise, though they may call their pictures built on others
     """
 
     fewest: int = 7
@@ -49,21 +48,19 @@ class Mixture:
     of_most: float = 0.05
     falling: float = 0.6
     kept: float = 0.75
-    lossless: tuple[str, ...] = ("ffv1", "ffvhuff", "huffyuv", "magicyuv", "rawvideo", "utvideo")
 
 
 MIXTURE = Mixture()
 _ROUNDING = 2 / 12  # grey levels^2, of the difference of two pixels
 
 
-def lateness_of_mixed(samples: Sequence[Sample], scale: float = 1.0, *, built: bool = False, codec: str = "") -> float:
+def lateness_of_mixed(samples: Sequence[Sample], scale: float = 1.0, *, copied: bool = False) -> float:
     """Pictures by which what moves is seen late at most, 0: each stands for itself, or nothing can be said.
 
     samples  successive ones; scale: grey levels 0-255 a stored value. Fields are not judged
-    built    whether the coder, `codec`, says that pictures are built on others
+    copied   whether pictures copy the noise of others, on which they are built
     """
     pictures = [one.luma for one in samples if not (one.corrupt or one.repeated)][: MIXTURE.most]
-    copied = built and codec not in MIXTURE.lossless
     if copied or len(pictures) < MIXTURE.fewest or samples[0].lines != 1:
         return 0.0
     change = np.diff(_pairs(pictures) * np.float32(scale), axis=0)
