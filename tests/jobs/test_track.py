@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import weakref
 from fractions import Fraction
 
 import av
@@ -15,6 +16,8 @@ from tests.files.clips import make_clip
 from tests.video.test_makers_readout import atom, header
 from tests.video.test_second_look import KINDS, packets, with_hole
 from vidtrack.files.records import read_json
+from vidtrack.files.tables import write_parquet
+from vidtrack.jobs import track
 from vidtrack.jobs.track import run
 from vidtrack.tracking.detection.coded_tags import FoundTags, TagFinder
 from vidtrack.video.decoded import DecodedVideo
@@ -70,6 +73,20 @@ def test_the_read_out_that_the_maker_wrote_into_the_film_is_recorded(tmp_path):
     record, _ = tracked(tmp_path, 30, clip)
     assert record["video"]["readout"]["ms"] == 20.5
     assert record["reading"]["frames"] == 8
+
+
+def test_a_table_that_is_written_is_given_up_before_the_next_one_is(tmp_path, monkeypatch):
+    """Those of two hours take 90 MB each."""
+    alive, written = [], []
+
+    def watched(path, table, **more):
+        alive.append(sum(one() is not None for one in written))
+        written.append(weakref.ref(table))
+        write_parquet(path, table, **more)
+
+    monkeypatch.setattr(track, "write_parquet", watched)
+    tracked(tmp_path, 30)
+    assert alive == [0] * 4
 
 
 def test_what_tracks_targets_is_there_without_scipy():

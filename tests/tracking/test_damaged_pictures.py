@@ -42,10 +42,14 @@ def in_order(n, keys):
     return [Coded(i, sum(key <= i for key in keys), i in keys, False) for i in range(n)]
 
 
-def found(pictures, *, bits=8, corrupt=(), coded=None):
+def frames_of(pictures, *, bits=8, corrupt=(), coded=None):
     levels = np.clip(np.rint(pictures), 0, 255).astype(np.uint8 if bits == 8 else np.uint16)
     coded = coded or [None] * len(levels)
-    frames = [Frame(i, Fraction(i, 30), p << (bits - 8), i in corrupt, None, coded[i]) for i, p in enumerate(levels)]
+    return [Frame(i, Fraction(i, 30), p << (bits - 8), i in corrupt, None, coded[i]) for i, p in enumerate(levels)]
+
+
+def found(pictures, *, bits=8, corrupt=(), coded=None):
+    frames = frames_of(pictures, bits=bits, corrupt=corrupt, coded=coded)
     damage = DamagedPictures(bits)
     assert list(damage.over(frames)) == frames
     return sorted(damage.indices)
@@ -171,6 +175,17 @@ def test_a_hand_before_the_lens_is_no_damage():
 
 def test_a_change_that_lasts_is_no_damage():
     assert found(garbage(scene(), list(range(9, N)))) == []
+
+
+@pytest.mark.parametrize("coded", [None, in_order(N, range(0, N, 3))])
+def test_pictures_since_a_change_that_has_come_to_stay_are_not_remembered(coded):
+    """Two hours of them take 45 MB."""
+    damage = DamagedPictures(8)
+    held = []
+    for _ in damage.over(frames_of(garbage(scene(), list(range(9, N))), coded=coded)):
+        held.append(len(damage._seen))
+    assert max(held) >= 3
+    assert held[-1] == 1
 
 
 def test_waves_and_glitter_are_no_damage():

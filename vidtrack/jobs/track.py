@@ -94,12 +94,14 @@ def run(job: Job) -> None:
     record["findings"] = as_records([*tracked.findings, *reading_findings(account, found.problems)])
     record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
+    tables = [tracked.windows, tracked.tracklets, tracked.centroids]
+    del tracked  # each table is given up when it is written
     give_back_memory()
-    write_parquet(job.outputs["centroids"], tracked.centroids, units="px", provenance=job.provenance)
-    write_parquet(job.outputs["tracklets"], tracked.tracklets, units="px", provenance=job.provenance)
+    write_parquet(job.outputs["centroids"], tables.pop(), units="px", provenance=job.provenance)
+    write_parquet(job.outputs["tracklets"], tables.pop(), units="px", provenance=job.provenance)
     if "windows" in job.outputs:
         columns = {"left": "px", "top": "px", "width": "px"}
-        write_parquet(job.outputs["windows"], tracked.windows, units="px", provenance=job.provenance, columns=columns)
+        write_parquet(job.outputs["windows"], tables.pop(), units="px", provenance=job.provenance, columns=columns)
     write_json(job.outputs["record"], record, job.provenance)
     write_parquet(job.outputs["light"], DataFrame(light), units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], DataFrame(course), units="px", provenance=job.provenance)

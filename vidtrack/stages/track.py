@@ -39,9 +39,9 @@ from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
 from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
-from vidtrack.tracking.measurement.sd_scaling import others_with_grown_sd, with_grown_sd
+from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
-from vidtrack.tracking.measurement.still_pattern import without_pull
+from vidtrack.tracking.measurement.still_pattern import take_off_pull
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -191,15 +191,15 @@ def track(
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
     pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
     del tracker, earlier, stamps  # what was recorded is as large as each table
+    give_back_memory()
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
     damaged = np.isin(moment.frame, list(damage.indices))
     rows = without_damaged(with_resting(rows, np.repeat(np.array(repeats.flags, bool), lines), lines), damaged)
-    rows = without_pull(rows, 1 * (moment.field == "bottom"), backgrounds, samples or late, clip.detection, lines)
+    take_off_pull(rows, 1 * (moment.field == "bottom"), backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
-    rows, noise = with_grown_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
-    give_back_memory()
+    noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
     others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)

@@ -143,6 +143,7 @@ class DamagedPictures:
         self._last: Luma | None = None
         self._whole: Luma | None = None  # the latest picture, of which _last has a part
         self._seen: list[tuple[int, Coded | None]] = []  # frames looked at since the earliest change kept
+        self._keys: deque[int] = deque(maxlen=LIMITS.hits + 1)  # of them, the latest that are built on no others
         self._usual: Array | None = None
         self._crowd, self._many = 0.0, np.inf  # blocks that usually change, and that did in the latest picture
         self._apart = 0.0  # of them, far from those of the picture before
@@ -177,6 +178,8 @@ class DamagedPictures:
         last, self._last = self._last, few
         whole, self._whole = self._whole, frame.luma
         self._seen.append((frame.index, frame.coded))
+        if frame.coded is None or frame.coded.key:
+            self._keys.append(frame.index)
         if (most := self._steps.seen(few, frame.coded)) >= 1:
             self._in_steps[frame.index] = most
         if last is None or whole is None or last.shape != few.shape:
@@ -203,6 +206,8 @@ class DamagedPictures:
         if unusual:
             self._returned(_Now(frame, whole, few, last, out, change))
             self._changes = [*self._changes[-LIMITS.kept + 1 :], _Change(frame.index, last, out)]
+        if len(self._keys) > LIMITS.hits:  # what is older than so many of them has come to stay, see _can_end
+            self._changes = [one for one in self._changes if one.first > self._keys[0]]
         first = self._changes[0].first if self._changes else frame.index
         while self._seen[0][0] < first:
             self._seen.pop(0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.sd_scaling import GROWTH, with_grown_sd
+from vidtrack.tracking.measurement.sd_scaling import GROWTH, grow_sd
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
 
 SD, PIXEL_COUNT, LIGHT = 0.01, 50.0, 9000.0
@@ -22,7 +22,9 @@ def rows(k=200, n=3):
 
 
 def grown(of, lines=1, kind="weighted"):
-    of, _ = with_grown_sd(of, np.arange(len(of.flag), dtype=float), lines=lines, kind=kind)
+    before = of.values.copy()
+    grow_sd(of, np.arange(len(of.flag), dtype=float), lines=lines, kind=kind)
+    np.testing.assert_array_equal(np.delete(of.values, (SD_X, SD_Y), axis=0), np.delete(before, (SD_X, SD_Y), axis=0))
     return of.values[[SD_X, SD_Y]]
 
 

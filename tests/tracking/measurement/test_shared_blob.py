@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.measurement.sd_scaling import with_grown_sd
+from vidtrack.tracking.measurement.sd_scaling import grow_sd
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence
 from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
 from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, Rows, X, Y
@@ -59,5 +59,5 @@ def test_a_streak_is_not_two():
 def test_it_is_in_the_sd_that_the_tracks_have():
     blob = rows((2.0, 1.0, 0.0))
     none = ShapeEvidence(blob.values[[X, Y]], np.zeros((2, N, 2)), 0.0, np.full((5, 2), np.nan))
-    grown, _ = with_grown_sd(blob, TIME, none, lines=1, kind="weighted")
-    assert (grown.values[[SD_X, SD_Y], :, 0] > 0.99).all()
+    grow_sd(blob, TIME, none, lines=1, kind="weighted")
+    assert (blob.values[[SD_X, SD_Y], :, 0] > 0.99).all()

@@ -35,7 +35,7 @@ class Growth:
 GROWTH = Growth()
 
 
-def with_grown_sd(
+def grow_sd(
     rows: Rows,
     time: Array,
     shapes: ShapeEvidence | None = None,
@@ -45,33 +45,35 @@ def with_grown_sd(
     lines: int,
     kind: str,
     copied: bool = False,
-) -> tuple[Rows, Coded]:
-    """The rows with the sd of all centroids grown to how the tracks scatter, and by how much; with what shapes,
-    surfaces and rims say.
+) -> Coded:
+    """Grow the sd of all centroids to how the tracks scatter, with what shapes, surfaces and rims say, in place: rows
+    of two hours are too large for a second copy. By how much they scatter.
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     copied  whether pictures are built on others
     """
-    sd = rows.values[[SD_X, SD_Y]]
+    values = rows.values
+    sd = values[[SD_X, SD_Y]]
     if (rows.flag & SATURATED).any():
         sd = np.hypot(sd, _clipped(rows, lines, kind))
     if (moved := _half_lit(rows, lines)).any():
         sd = np.hypot(sd, moved)
-    position = rows.values[[X, Y]] if shapes is None else shapes.position
-    light = rows.values[MASS], rows.values[PIXELS]
+    del moved
+    position = values[[X, Y]] if shapes is None else shapes.position
+    light = values[MASS], values[PIXELS]
     seen = scatter(position, sd, *light, time, lines=lines)
     sd, grown = with_coding_noise(position, sd, *light, time, seen, lines=lines, copied=copied)
-    values = rows.values.copy()
-    values[[X, Y]], values[[SD_X, SD_Y]] = position, sd
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
-        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shapes.sd)
-        values[[SD_X, SD_Y]] = np.hypot(values[[SD_X, SD_Y]], shared_blob_sd(rows, time, shapes.exposure))
-    own = values[[SD_X, SD_Y]]
+        sd = np.hypot(sd, shapes.sd)
+        sd = np.hypot(sd, shared_blob_sd(rows, time, shapes.exposure))
+    values[[X, Y]] = position
+    own = sd
     if surfaces is not None:
-        values[[SD_X, SD_Y]] = np.hypot(own, surfaces.sd(own))
+        sd = np.hypot(own, surfaces.sd(own))
     if rims is not None:
-        values[[X, Y]], values[[SD_X, SD_Y]] = rims.corrected(values[[X, Y]], values[[SD_X, SD_Y]], own)
-    return rows._replace(values=values), grown
+        values[[X, Y]], sd = rims.corrected(position, sd, own)
+    values[[SD_X, SD_Y]] = sd
+    return grown
 
 
 def others_with_grown_sd(others: Others, time: Array, grown: Coded, shapes: ShapeEvidence, *, lines: int) -> Others:

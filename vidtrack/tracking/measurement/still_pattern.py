@@ -42,6 +42,7 @@ class StillPatterns:
     coarse       px of the background that are one of the picture of its light
     about        radii of the target about a place, even, over which the local size of the pull is taken
     unknown      share of the pull, and of its local size, that is not known
+    at_once      places that are worked on together
     """
 
     soft_px: float = 0.8
@@ -57,6 +58,7 @@ class StillPatterns:
     coarse: int = 16
     about: int = 6
     unknown: float = 0.45
+    at_once: int = 50_000
 
 
 STILL_PATTERN = StillPatterns()
@@ -82,31 +84,33 @@ def kernels(half_width: float, half_height: float) -> Array:
     return np.stack(pulls)
 
 
-def without_pull(
+def take_off_pull(
     rows: Rows,
     parity: Ints,
     backgrounds: Mapping[int, NDArray[Any]],
     late: Sequence[Sample],
     detection: Detection,
     lines: int = 1,
-) -> Rows:
-    """The rows with the pull of a still pattern taken off the positions, and what is not known of it added to the sd.
+) -> bool:
+    """Take the pull of a still pattern off the positions and add what is not known of it to the sd, in place: rows of
+    two hours are too large for a second copy. Whether anything was done.
 
     parity       (samples,) of their fields; lines: of the frame buffer to a row of a sample
     backgrounds  from the opening of the recording, as `background_of` makes them; late: its last samples
-    Where no pattern shows, or one too weak to matter, the rows are the same.
+    Where no pattern shows, or one too weak to matter, the rows stay as they are.
     """
     values = rows.values
     mass, pixels = values[MASS], values[PIXELS]
     measured = np.isfinite(values[X]) & (mass > 0) & (pixels > 0)
     if not measured.any():
-        return rows
+        return False
     radius = np.sqrt(lines * pixels / np.pi)
     usual = _rounded(float(np.median(radius[measured])))
     weights = kernels(usual, usual / lines)
     # of a centroid along x and along y
-    least = STILL_PATTERN.worth * np.median(values[[SD_X, SD_Y]][:, measured] * mass[measured], axis=1) / (1, lines)
-    changed = None
+    usual_sd = np.array([np.median(values[sd][measured] * mass[measured]) for sd in (SD_X, SD_Y)])
+    least = STILL_PATTERN.worth * usual_sd / (1, lines)
+    changed = False
     for one, background in backgrounds.items():
         last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
         own = measured & (parity == one)[:, None]
@@ -115,9 +119,9 @@ def without_pull(
         grey = _grey(background, detection)
         if not (_pull(grey, _grey(detection.bright(last.luma), detection), weights) > least).any():
             continue
-        changed = values.copy() if changed is None else changed
-        _correct(changed, own, radius, one, _pattern(grey), lines)
-    return rows if changed is None else rows._replace(values=changed)
+        _correct(values, own, radius, one, _pattern(grey), lines)
+        changed = True
+    return changed
 
 
 def _grey(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
@@ -169,16 +173,27 @@ def _correct(
 ) -> None:
     """Take the pull off values (MEASURED, samples, n), in place, where they are measurements of this parity."""
     rounded = np.where(own, np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0), 0.0)
+    several = max(1, STILL_PATTERN.at_once // max(rounded.shape[1], 1))
     for size in np.unique(rounded[own]).tolist():
-        here = rounded == size
-        x, y, mass = values[X][here], (values[Y][here] - parity) / lines, values[MASS][here]
-        for weights, place, sd, unit in zip(kernels(size, size / lines), (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
-            moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
-            about = STILL_PATTERN.about * int(np.ceil(size)) + 1
-            local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0) + moment * moment)
-            pull, unknown = (_at(picture, x, y) / mass * unit for picture in (moment, local))
-            values[place][here] -= pull
-            values[sd][here] = np.hypot(values[sd][here], STILL_PATTERN.unknown * unknown)
+        along = [_pull_and_size(pattern, weights, size) for weights in kernels(size, size / lines)]
+        for first in range(0, len(rounded), several):
+            here = rounded[first : first + several] == size
+            part = values[:, first : first + several]
+            x, y, mass = part[X][here], (part[Y][here] - parity) / lines, part[MASS][here]
+            for pictures, place, sd, unit in zip(along, (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
+                pull, unknown = (_at(picture, x, y) / mass * unit for picture in pictures)
+                part[place][here] -= pull
+                part[sd][here] = np.hypot(part[sd][here], STILL_PATTERN.unknown * unknown)
+
+
+def _pull_and_size(
+    pattern: NDArray[np.float32], weights: Array, size: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Pictures of the moment that a pattern makes of a target at each place, and of its size thereabouts."""
+    moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
+    about = STILL_PATTERN.about * int(np.ceil(size)) + 1
+    local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0) + moment * moment)
+    return moment, local
 
 
 def _at(picture: NDArray[np.float32], x: Array, y: Array) -> Array:

@@ -12,6 +12,7 @@ which noise alone makes less than the sd of x, whatever the threshold. Looked at
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,23 +72,26 @@ class Surfaces:
     """What was seen of the surfaces of so many targets."""
 
     def __init__(self, n: int) -> None:
-        self._looks: list[tuple[int, Ints, Array]] = []
+        self._samples, self._places = array("q"), array("q")
+        self._x, self._y = array("d"), array("d")  # numbers alone: a look in arrays of its own takes ten times as much
         self._n = n
 
     def seen(self, sample: int, who: Ints, shift: Array, clear: Bools) -> None:
         """s (2, m) px of places `who` in a sample, where they are clear."""
         good = clear & np.isfinite(shift).all(axis=0) & (who < self._n)
         if good.any():
-            self._looks.append((sample, who[good], shift[:, good]))
+            self._places.extend(who[good].tolist())
+            self._samples.extend([sample] * (len(self._places) - len(self._samples)))
+            self._x.extend(shift[0, good].tolist())
+            self._y.extend(shift[1, good].tolist())
 
     def sd(self, sd: Array) -> Array:
         """px (2, k, n), what surfaces add to the sd (2, k, n) of centroids; 0 where nothing of it is seen."""
         out = np.zeros(sd.shape)
-        if not self._looks:
+        if not self._places:
             return out
-        sample = np.concatenate([np.full(who.size, at) for at, who, _ in self._looks])
-        place = np.concatenate([who for _, who, _ in self._looks])
-        shift = np.concatenate([s for _, _, s in self._looks], axis=1)
+        sample, place = np.array(self._samples), np.array(self._places)
+        shift = np.array([self._x, self._y])
         usual = np.hypot(np.fmax(*median(sd)), SURFACE.grid_px)
         order, every = np.argsort(place, kind="stable"), np.arange(sd.shape[1])
         cuts = np.flatnonzero(np.diff(place[order], prepend=-1))
