@@ -120,6 +120,44 @@ def test_what_the_targets_show_does_not_depend_on_what_else_is_followed(n):
     assert off.max() < 0.06  # other noise
 
 
+def test_of_two_halves_of_one_blob_a_target_turns_out_to_be_the_nearer_one():
+    places = np.array([[50.0, 50.0], [100.0, 100.0], [106.0, 100.0], [200.0, 100.0]])
+    starts = starts_at(places)._replace(pixels=np.full(4, 50.0), contrast=np.full(4, 120.0), size=np.full((4, 2), 16.0))
+    state = TargetState.before(starts).started(np.arange(4), starts, 0.0)
+    newcomers = Newcomers(1, 3, WholePicture({}, DETECTION, None), DETECTION)
+    for at, partner, ended in (
+        ([105.0, 100.0], [-1, 2, 1, -1], [2]),  # as near as both are, it is one of them
+        ([105.0, 100.0], [-1, -1, -1, -1], [1, 2]),
+        ([105.0, 100.0], [2, -1, 0, -1], [1]),  # its own half is another thing
+        ([150.0, 100.0], [-1, 2, 1, -1], []),
+    ):
+        after, twice = newcomers.yielding(state, np.array([at]).T, 1, np.array(partner))
+        assert twice.tolist() == ended
+        assert np.flatnonzero(after.missing < 0).tolist() == ended
+
+
+def large_that_meet(k=60):
+    """Samples of two balls of 12 px radius, opaque, the second of which comes late and goes over the first one."""
+    t = np.arange(k)
+    one = np.stack([60 + 1.5 * t, np.full(k, 100.0)], axis=-1)
+    other = np.stack([230 - 2.4 * t, np.full(k, 106.0)], axis=-1)
+    other[:20] = NOWHERE
+    samples = samples_of(one[:, None], radius=12.0)
+    for k, at in enumerate(other):
+        if np.isfinite(at[0]):
+            samples[k].luma[:] = np.maximum(samples[k].luma, picture(SHAPE, [(*at, 12.0)], contrast=180.0))
+    return samples, one, other
+
+
+def test_a_target_and_another_track_that_touch_are_measured_as_two():
+    samples, one, _ = large_that_meet()
+    rows, _, _ = followed_through(samples, one[:1])
+    error = np.abs(rows.values[:2, :, 0].T - one)
+    touching = slice(38, 42)
+    assert present(rows)[touching].all()
+    assert np.nanmax(error) < 0.1
+
+
 def candidates(pixels, contrast):
     """Blobs of so many pixels and so much contrast, somewhere in the picture."""
     pixels, n = np.array(pixels), len(pixels)

@@ -66,15 +66,21 @@ class Newcomers:
         gone[: self.n] = False
         return self._given_back(state, np.flatnonzero(gone))
 
-    def yielding(self, state: TargetState, at: Array, lines: int, apart: Bools) -> tuple[TargetState, Ints]:
+    def yielding(self, state: TargetState, at: Array, lines: int, partner: Ints) -> tuple[TargetState, Ints]:
         """With the tracks ended that follow what targets turned out to be, found at (2, m) px; and their places.
 
-        apart  (places,) tracks that are known to be another thing
+        partner  (places,) the other half of what was one blob; -1: none. The half of a target is another thing than it,
+                 and of two halves a target is the nearer one
         """
         place = state.positions[-1, self.n :]
         size = state.sizes(lines, slice(self.n, None)).max(axis=1)
-        near = np.hypot(place[:, :1] - at[0], place[:, 1:] - at[1]) < np.maximum(size / 2, 2.0)[:, None]
-        twice = self.n + np.flatnonzero(near.any(axis=1) & (state.missing[self.n :] >= 0) & ~apart[self.n :])
+        off = np.hypot(place[:, :1] - at[0], place[:, 1:] - at[1])
+        near = off < np.maximum(size / 2, 2.0)[:, None]
+        own = partner[self.n :]
+        if (halves := np.flatnonzero(own >= self.n)).size:
+            near[halves] &= off[halves] < np.where(np.isfinite(rest := off[own[halves] - self.n]), rest, np.inf)
+        of_target = (own >= 0) & (own < self.n)
+        twice = self.n + np.flatnonzero(near.any(axis=1) & (state.missing[self.n :] >= 0) & ~of_target)
         return self._given_back(state, twice), twice
 
     def taken(self, place: int) -> None:

@@ -24,7 +24,7 @@ from vidtrack.tracking.detection.candidates import (
     within,
 )
 from vidtrack.tracking.detection.target_threshold import target_levels
-from vidtrack.tracking.following.occlusion import Occlusions, distinct, groups
+from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, distinct, groups
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
 from vidtrack.tracking.sample import Sample
@@ -46,7 +46,6 @@ class Search:
                        neither two nor a part
     above_edges        of a target's half contrast: a level above all that two soft edges which nearly touch add up to
     several            of a target's pixels: a blob of more is several targets
-    parting_px         between targets within which they are still sought together
     """
 
     boxes_at_most: int = 4
@@ -57,7 +56,6 @@ class Search:
     whole: float = 0.35
     above_edges: float = 1.5
     several: float = 1.4
-    parting_px: float = 4.0
 
 
 SEARCH = Search()
@@ -162,7 +160,7 @@ class Reacquisition:
         """Seek targets that hide each other, predicted (n, 2) px by their courses: all of a group, or none of it."""
         scene, appearance = self.scene, now.state.appearance
         size, astray = now.state.sizes(sample.lines, who), self.occlusions.astray(who, sample.time)
-        for group in groups(predicted, size + astray[:, None], SEARCH.parting_px):
+        for group in groups(predicted, size + astray[:, None], OCCLUSION.parting_px):
             some, middle = who[group], predicted[group]
             # how far from its course a target may have got: as far as it is large, and more with time
             reach = size[group].max(axis=1) / 2 + 2 + 0.5 * now.state.missing[some] + astray[group]

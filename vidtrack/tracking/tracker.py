@@ -223,7 +223,7 @@ class Tracker:
         """End other tracks of what targets turned out to be, at (2, m) px; returns their places."""
         if self.newcomers is None or not at.size:
             return np.zeros(0, np.intp)
-        self.state, twice = self.newcomers.yielding(self.state, at, lines, self.clumps.partner >= 0)
+        self.state, twice = self.newcomers.yielding(self.state, at, lines, self.clumps.partner)
         self.search.occlusions.end(twice)
         return twice
 
@@ -292,7 +292,8 @@ class Tracker:
     def _seek(self, block: Rows, sample: Sample, who: Ints, predicted: Array, j: int) -> None:
         """Seek targets, then other tracks, in a sample that is row j of the block, which takes what is found."""
         n = self.record.n
-        first = (who < n) | (self.clumps.partner[who] >= 0)
+        size, first = self.state.sizes(sample.lines, who), (who < n) | (self.clumps.partner[who] >= 0)
+        first |= self.search.occlusions.with_targets(who, n, sample.time, predicted[who], size)
         for some in (who[first], who[~first]):
             some = some[self.state.missing[some] >= 0]  # a target may just have turned out to be this track
             if not some.size:

@@ -46,6 +46,35 @@ def test_what_has_left_its_place_is_background_no_more_and_no_clutter():
     assert back.Xf.round().tolist() == [20]
 
 
+def clutter(mask):
+    sums = np.pad(mask.astype(np.uint8).cumsum(0).cumsum(1), ((1, 0), (1, 0))).astype(np.int32)
+    return StaticClutter({0: sums})
+
+
+def test_of_what_has_moved_by_a_part_of_its_size_nothing_stands_there():
+    """Two large balls that overlap leave a ghost in the background; they have gone on by a fifth of it."""
+    shape = 200, 300
+    ghost = np.maximum(*(picture(shape, [(x, 40, 12.0)], level=30, contrast=120) for x in (40, 52)))
+    later = np.maximum(*(picture(shape, [(x, 40, 12.0)], level=30, contrast=120) for x in (46, 58)))
+    whole = WholePicture({0: ghost}, DETECTION, clutter(ghost > 90))
+    found = whole.candidates(Sample(later, 0.0), NOT_ESTIMATED, NOT_ESTIMATED, 100.0)
+    assert not whole.static.piece(0, 0, 0, *shape).any()
+    assert abs(found.Xf[0] - 52) < 1
+
+
+def test_what_stands_stays_clutter_where_something_dark_goes_before_it_or_the_camera_shakes():
+    stand = picture(SHAPE, [(40, 40, 12.0)], level=30, contrast=120)
+    hidden = stand.copy()
+    hidden[:, 44:50] = 30
+    shaken = picture(SHAPE, [(42, 40, 12.0)], level=30, contrast=120)
+    beside = np.maximum(hidden, picture(SHAPE, [(80, 40, 12.0)], level=30, contrast=120))
+    for later in (hidden, shaken, beside):
+        whole = WholePicture({0: stand}, DETECTION, clutter(stand > 90))
+        whole.candidates(Sample(later, 0.0), NOT_ESTIMATED, NOT_ESTIMATED, 100.0)
+        left = whole.static.piece(0, 0, 0, *SHAPE)
+        assert left[34:46, 34:42].all()
+
+
 def test_a_change_of_light_is_no_crowd_of_candidates():
     whole = WholePicture(background(), DETECTION, None)
     bright = sample((60, 40))

@@ -173,3 +173,15 @@ def test_two_that_may_as_well_have_changed_places_are_not_distinct():
         np.array([[2.0, 3.0], [3.0, 1.0]]), np.array([0, 1])
     )  # 3 against 6: no more than 4 between them
     assert distinct(np.ones((3, 3)), np.arange(3))
+
+
+def test_another_track_that_touches_a_target_belongs_to_its_fit():
+    occlusions = Occlusions(5)
+    place = np.array([[50.0, 50.0], [58.0, 50.0], [66.0, 50.0], [120.0, 50.0], [128.0, 50.0]])
+    size, who = np.full((5, 2), 9.0), np.arange(5)
+    assert not occlusions.with_targets(who, 1, 1.0, place, size).any()  # none of them hides another
+    occlusions.begin(np.array([0, 1, 2, 3, 4]), np.array([0.0]), place[None])
+    assert occlusions.with_targets(who, 1, 1.0, place, size).tolist() == [True, True, True, False, False]
+    assert not occlusions.with_targets(who, 0, 1.0, place, size).any()
+    occlusions.end(np.array([1]))
+    assert occlusions.with_targets(who, 1, 1.0, place, size).tolist() == [True, False, False, False, False]

@@ -49,3 +49,13 @@ def test_what_something_else_lights_does_not_count():
     hidden[:, 42:] = True
     fit, _ = fitted(grey, [30], [30], hidden=hidden)
     assert np.hypot(fit.x - 30, fit.y - 30)[0] < 0.1
+
+
+def test_what_something_beside_makes_restless_is_not_measured():
+    """What is bright beside a disc and not known makes the piece's own noise as large as itself: any fit would hold."""
+    for off in (-6, 0, 6):
+        grey = piece([(30, 30)], radius=12.0, slope=0.0)
+        grey[26:, 34 + off :] = 190 + np.random.default_rng(1).normal(0, NOISE, grey[26:, 34 + off :].shape)
+        fit, under = fitted(grey, [30], [30], radius=12.0)
+        print(off, fit, under.noise)
+        assert fit is None

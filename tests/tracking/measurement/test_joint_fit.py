@@ -120,3 +120,16 @@ def test_something_that_is_no_disc_of_that_size_is_no_measurement():
     data, at = drawn(rng, (9.0, 9.0), (180.0, 180.0), 0.3)
     assert not fitted(data, at, (4.0, 4.0), (180.0, 180.0), rng, again=True).good
     assert not fitted(data * 0, at, (9.0, 9.0), (180.0, 180.0), rng, again=True).good
+
+
+def test_a_disc_that_something_dims_in_part_is_found_within_its_sd():
+    rng = np.random.default_rng(6)
+    for k in range(12):
+        data, at = drawn(rng, (12.0, 1.0), (180.0, 0.0), -3.0)
+        y, x = np.mgrid[: data.shape[0], : data.shape[1]]
+        angle = 2 * np.pi * k / 12
+        side = (x - at[0, 0]) * np.cos(angle) + (y - at[0, 1]) * np.sin(angle)
+        shaded = (data * np.where(side > 7, 0.85, 1.0)).astype(np.float32)
+        error, sd = errors(fitted(shaded, at[:1], (12.0,), (180.0,), rng), at[:1])
+        assert (np.abs(error) < 5 * sd).all()
+        assert np.abs(error).max() > 5 * errors(fitted(data, at[:1], (12.0,), (180.0,), rng), at[:1])[1].max()

@@ -33,6 +33,7 @@ class Occlusion:
                        px, a ball that is thrown about by ten, and the error grows as the square of the time
     known              positions that a course needs to be tried
     astray_px          at most so far from its course is a target sought
+    parting_px         between targets within which they are still sought together
     """
 
     touching_px: float = 2.0
@@ -46,6 +47,7 @@ class Occlusion:
     tests: int = 3
     known: int = 4
     astray_px: float = 60.0
+    parting_px: float = 4.0
 
 
 OCCLUSION = Occlusion()
@@ -96,6 +98,20 @@ class Occlusions:
         """How far (len(who),), px, targets may be from their courses by now, as these were wrong before."""
         gone = np.maximum(time - self._begun[who], 0) / OCCLUSION.tried
         return np.asarray(np.minimum(self._unsteady[who] * gone**2, OCCLUSION.astray_px))
+
+    def with_targets(self, who: Ints, n: int, time: float, place: Array, size: Array) -> Bools:
+        """Which of the places `who` (m,) hide one of the first n, or are hidden by it: they are measured by one fit.
+
+        place, size  (m, 2) px, where each is expected, and its width and height
+        """
+        out, met = np.zeros(who.size, bool), np.flatnonzero(self.met[who])
+        targets = who[met] < n
+        if targets.all() or not targets.any():
+            return out
+        astray = self.astray(who[met], time)[:, None]
+        for group in groups(place[met], size[met] + astray, OCCLUSION.parting_px):
+            out[met[group]] = targets[group].any()
+        return out
 
     def wait(self, who: Ints, most: int) -> None:
         """One more sample in which nothing shows these targets; after `most` they are no longer waited for."""

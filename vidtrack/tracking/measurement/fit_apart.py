@@ -14,6 +14,9 @@ from vidtrack.tracking.measurement.joint_fit import Joint, Shapes, fit_together
 
 APART = 4.0
 """Least ratio of how far off discs are if they changed places, to how far they are, both squared."""
+UNREST = 0.2
+"""Of the light of the dimmest disc: rms that a fit may leave besides three times the recording's noise. What lights a
+piece beside its discs, and is not hidden, makes the piece's own noise as large as itself."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +48,13 @@ def fit_apart(
     """
     piece = without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
     fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise))
-    holds = fit.good or (courses and fit.course)
+    holds = (fit.good or (courses and fit.course)) and explained(fit, noise)
     return (fit if holds and _each_its_own(fit, x, y) else None), piece
+
+
+def explained(fit: Joint, noise: float) -> bool:
+    """Whether discs explain what a piece shows, with the recording's noise (grey levels) and little besides."""
+    return fit.left < max(3 * noise, UNREST * float(np.exp(fit.shape[2]).min()))
 
 
 def without_background(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.measurement.fit_apart import Piece, without_background
+from vidtrack.tracking.measurement.fit_apart import Piece, explained, without_background
 from vidtrack.tracking.measurement.joint_fit import Joint, Shapes, fit_together, shapes_of
 
 
@@ -87,7 +87,7 @@ def fit_half_hidden(
     limit = max(4 * noise, HALF_HIDDEN.below * light)
     front = _about(piece.over < -limit)
     piece = without_background(grey, hidden | front, x, y, axes, noise)
-    noise = max(noise, piece.noise)
+    of_all, noise = noise, max(noise, piece.noise)
     at = _sought(piece.over, ~hidden, float(x[0]), float(y[0]), axes[:, 0], light)
     fit, step = None, np.inf
     for _ in range(HALF_HIDDEN.rounds):
@@ -103,7 +103,7 @@ def fit_half_hidden(
         at, step, light = now, float(np.hypot(now[0] - at[0], now[1] - at[1])), float(np.exp(fit.shape[2, 0]))
         if step < HALF_HIDDEN.settled_px:
             break
-    if fit is None or not fit.good or step > HALF_HIDDEN.unsettled_px:
+    if fit is None or not fit.good or not explained(fit, of_all) or step > HALF_HIDDEN.unsettled_px:
         return None, piece
     fit = fit._replace(sd_x=HALF_HIDDEN.grown * fit.sd_x, sd_y=HALF_HIDDEN.grown * fit.sd_y)
     away = np.abs([fit.x - x, fit.y - y])

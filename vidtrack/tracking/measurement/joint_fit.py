@@ -43,6 +43,8 @@ class JointFit:
     cusp           of the blur, at radius 1, falling as 1 / sqrt(radius): error in x and y where two blurred outlines
                    meet; it grows as 1 + 40 overlap^4; measured on drawn discs
     misfit         of the light of the dimmest disc: rms that a fit may leave, besides three times the noise
+    unlike         times the noise, that a fit of discs leaves at most: what is beyond is a shade, a neighbour, another
+    of_one_cause   outline, and the pixels of this share of a disc err alike by it
     moved          of a half axis, by which a disc may be off where it was expected, and moved_px besides
     known_to       of a half axis: a larger sd is no measurement
     """
@@ -62,6 +64,8 @@ class JointFit:
     alone: float = 0.15
     cusp: float = 0.025
     misfit: float = 0.06
+    unlike: float = 1.2
+    of_one_cause: float = 0.25
     moved: float = 0.6
     moved_px: float = 2.0
     known_to: float = 0.2
@@ -151,8 +155,10 @@ def fit_together(
     best, cost, normal, shares = min(fits, key=lambda fit: fit[1])
     scatter = np.sqrt(cost / spare)
     variance = np.diagonal(np.linalg.inv(normal + 1e-9 * np.eye(6 * m)))
-    linear = max(noise, scatter) ** 2 * np.maximum(variance.reshape(6, m)[:2], 0)
     radius2 = np.exp(best[2] + best[3])
+    beyond = max(float(scatter) ** 2 - (JOINT_FIT.unlike * noise) ** 2, 0.0)
+    of_one_cause = np.maximum(np.pi * radius2 * JOINT_FIT.of_one_cause, 1)
+    linear = (max(noise, scatter) ** 2 + beyond * of_one_cause) * np.maximum(variance.reshape(6, m)[:2], 0)
     size2 = radius2 + np.exp(2 * best[5])
     blur = np.exp(best[5])
     overlap = _overlap(best, np.sqrt(radius2))
