@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vidtrack.tracking.record import Record
+from vidtrack.tracking import record as room
+from vidtrack.tracking.record import Blocks, Record
 from vidtrack.tracking.state import MEASURED, MERGED, PREDICTED, Rows
 
 
@@ -29,6 +30,19 @@ def test_what_was_measured_comes_back_in_order_and_in_its_own_column():
     assert np.array_equal(rows.flag, block(0, 6, 2).flag)
     assert (rows.total_pixels == np.arange(6)).all()
     assert (len(record), record.samples) == (2, 6)
+
+
+def test_it_does_not_matter_for_how_many_samples_memory_is_taken_at_once(monkeypatch):
+    for samples in (1, 2, 4, 5, 100):
+        monkeypatch.setattr(room, "BLOCKS", Blocks(samples=samples))
+        record = filled([0, 1, 7], [0, 1, 7], [0, 1, -1])
+        assert np.array_equal(record.rows().values, block(0, 9, 2).values)
+        record.rows().values[0, 4, 1] = np.nan  # what is changed in the rows stays changed
+        record.append(block(9, 3, 3), 9 + np.arange(3.0), np.array([0, 1, -1]))
+        rows, wanted = record.rows(), block(0, 12, 2)
+        wanted.values[0, 4, 1] = np.nan
+        for found, right in zip(rows, wanted, strict=True):
+            assert np.array_equal(found, right, equal_nan=True)
 
 
 def test_other_tracks_have_their_own_numbers_and_samples_and_are_none_of_the_targets():

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,35 +16,85 @@ from vidtrack.tracking.state import MEASURED, MERGED, POSITION, PREDICTED, Rows
 
 @dataclass(frozen=True)
 class Blocks:
-    """together: blocks of samples after which they are copied into one; each alone takes seven times its numbers."""
+    """How blocks of samples are put together.
+
+    together  parts of other tracks after which they are copied into one; each alone takes seven times its numbers
+    samples   of the targets for which memory is taken at once; what is not filled yet costs none
+    """
 
     together: int = 256
+    samples: int = 4096
 
 
 BLOCKS = Blocks()
 
-Part = TypeVar("Part")
+
+class _Sheets:
+    """Rows of n targets, written into memory for many samples at once, so that nothing is copied to join blocks."""
+
+    def __init__(self, n: int) -> None:
+        self._n, self._full = n, list[Rows]()
+        self._open, self._filled = self._sheet(0), 0
+
+    def _sheet(self, samples: int) -> Rows:
+        n = self._n
+        values, corner = np.empty((MEASURED, samples, n)), np.empty((samples, n, 2))
+        return Rows(values, corner, np.empty((samples, n), np.int64), np.empty(samples))
+
+    def append(self, block: Rows) -> None:
+        """Take in a block, whose first n columns are the targets."""
+        k, first = len(block.flag), 0
+        while first < k:
+            if self._filled == len(self._open.flag):
+                self._close()
+                self._open, self._filled = self._sheet(BLOCKS.samples), 0
+            some = min(k - first, len(self._open.flag) - self._filled)
+            to, of, n = slice(self._filled, self._filled + some), slice(first, first + some), self._n
+            self._open.values[:, to] = block.values[:, of, :n]
+            self._open.corner[to], self._open.flag[to] = block.corner[of, :n], block.flag[of, :n]
+            self._open.total_pixels[to] = block.total_pixels[of]
+            self._filled, first = self._filled + some, first + some
+
+    def _close(self) -> None:
+        """What is filled of the open sheet is one that is full."""
+        if self._filled:
+            self._full.append(_first(self._open, self._filled))
+
+    def whole(self) -> Rows:
+        """All of them; what is changed in it is changed here too."""
+        if not self._full:
+            return _first(self._open, self._filled)
+        self._close()
+        self._open, self._filled = self._sheet(0), 0
+        if len(self._full) > 1:
+            values, *columns = zip(*self._full, strict=True)
+            self._full = [Rows._make([np.concatenate(values, axis=1), *(np.concatenate(c) for c in columns)])]
+        return self._full[0]
 
 
-class _Pile(Generic[Part]):
-    """Parts of which many small ones are soon joined to one, so that nothing of what they were cut from is held."""
+def _first(rows: Rows, k: int) -> Rows:
+    """The first k samples."""
+    return Rows(rows.values[:, :k], rows.corner[:k], rows.flag[:k], rows.total_pixels[:k])
 
-    def __init__(self, join: Callable[[Sequence[Part]], Part]) -> None:
-        self._join, self._joined = join, list[Part]()
-        self._loose: list[Part] = []
 
-    def append(self, part: Part) -> None:
+class _Pile:
+    """Parts of other tracks, of which many small ones are soon joined, so that nothing they were cut from is held."""
+
+    def __init__(self) -> None:
+        self._joined, self._loose = list[Others](), list[Others]()
+
+    def append(self, part: Others) -> None:
         self._loose.append(part)
         if len(self._loose) == BLOCKS.together:
-            self._joined.append(self._join(self._loose))
+            self._joined.append(_joined(self._loose))
             self._loose = []
 
-    def whole(self) -> Part | None:
+    def whole(self) -> Others | None:
         """All parts as one; None where there are none."""
         parts = [*self._joined, *self._loose]
         if not parts:
             return None
-        self._joined, self._loose = [self._join(parts)], []
+        self._joined, self._loose = [_joined(parts)], []
         return self._joined[0]
 
 
@@ -67,7 +117,7 @@ class Record:
     def __init__(self, n: int) -> None:
         self.n, self.samples = n, 0
         self._count = 0
-        self._rows, self._others = _Pile(_joined_rows), _Pile(_joined_others)
+        self._rows, self._others = _Sheets(n), _Pile()
         self._recent: list[tuple[Array, Array]] = []  # times, X and Y of every place
         self._track = np.zeros(0, np.intp)
 
@@ -82,7 +132,7 @@ class Record:
             self._recent = [(t, np.where(new, np.nan, values)) for t, values in self._recent]
         self._recent = [*self._recent[-24:], (times, block.values[POSITION])]
         self._track = track.copy()
-        self._rows.append(Rows(block.values[..., :n], block.corner[:, :n], block.flag[:, :n], block.total_pixels))
+        self._rows.append(block)
         if (who := np.flatnonzero(track[n:] >= 0) + n).size:
             k = len(times)
             self._others.append(
@@ -126,9 +176,7 @@ class Record:
 
     def rows(self) -> Rows:
         """The targets."""
-        n = self.n
-        none = Rows(np.zeros((MEASURED, 0, n)), np.zeros((0, n, 2)), np.zeros((0, n), np.int64), np.zeros(0))
-        return self._rows.whole() or none
+        return self._rows.whole()
 
     def others(self) -> Others:
         """All else that was followed."""
@@ -136,11 +184,6 @@ class Record:
         return self._others.whole() or none
 
 
-def _joined_rows(blocks: Sequence[Rows]) -> Rows:
-    values, *columns = zip(*blocks, strict=True)
-    return Rows._make([np.concatenate(values, axis=1), *(np.concatenate(column) for column in columns)])
-
-
-def _joined_others(parts: Sequence[Others]) -> Others:
+def _joined(parts: Sequence[Others]) -> Others:
     track, sample, values, flag = zip(*parts, strict=True)
     return Others(np.concatenate(track), np.concatenate(sample), np.concatenate(values, axis=1), np.concatenate(flag))

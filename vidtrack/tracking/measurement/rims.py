@@ -47,6 +47,7 @@ class UnevenRims:
 
 
 UNEVEN_RIMS = UnevenRims()
+_LOOKED_AT = [X, Y, PIXELS]
 
 
 class Rims:
@@ -56,6 +57,7 @@ class Rims:
         self._n, self._detection = n, detection
         self._lately = np.zeros(n)  # unevenness over the sd of a place of the rim, 0: not looked at
         self._shaped = np.ones(n)  # mean of what is seen of it lately
+        self._odd = np.zeros(0, np.intp)  # targets of which every sample is looked at
         self._turn = self._next = 0
         self._before: deque[tuple[int, Sample, Array]] = deque(maxlen=UNEVEN_RIMS.every - 1)
         self._found: list[tuple[Ints, Ints, Array, Array]] = []  # samples, targets, way to the middle (2, m), sd (m,)
@@ -64,9 +66,12 @@ class Rims:
         """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more) of what is
         plainly itself in them: what was searched for may be fitted beside or behind another, and its rim is theirs too.
         """
-        for j, sample in enumerate(samples if self._n else ()):
-            number, own = first + j, values[:, j, : self._n]
-            who = np.flatnonzero(self._lately > UNEVEN_RIMS.look_on)
+        if not self._n:
+            return
+        every = values[_LOOKED_AT, : len(samples), : self._n]  # a copy: what is searched for is put in later
+        for j, sample in enumerate(samples):
+            number, own = first + j, every[:, j]
+            who = self._odd
             if number >= self._next:
                 self._next = number + UNEVEN_RIMS.every
                 who = np.union1d(who, self._due())
@@ -74,7 +79,8 @@ class Rims:
                 new = self._look(number, sample, own, who)
                 for past in self._before if new.size else ():
                     self._look(*past, new)
-            self._before.append((number, sample, own.copy()))
+                self._odd = np.flatnonzero(self._lately > UNEVEN_RIMS.look_on)
+            self._before.append((number, sample, own))
 
     def _due(self) -> Ints:
         """Whose turn it is."""
@@ -85,13 +91,17 @@ class Rims:
         return who
 
     def _look(self, number: int, sample: Sample, values: Array, who: Ints) -> Ints:
-        """Look at some targets in a sample; which of them are to be looked at more closely and were not."""
-        who = who[np.isfinite(values[X, who])]
+        """Look at some targets in a sample; which of them are to be looked at more closely and were not.
+
+        values  (3, n) as _LOOKED_AT
+        """
+        who = who[np.isfinite(values[0, who])]
         if not who.size:
             return who
         d = self._detection
-        at = np.stack([values[X, who], sample.row(values[Y, who])], axis=1)
-        seen = look_at_rims(d.bright(sample.luma), at, values[PIXELS, who], d.noise, lines=sample.lines, scale=d.scale)
+        x, y, pixels = values[:, who]
+        at = np.stack([x, sample.row(y)], axis=1)
+        seen = look_at_rims(d.bright(sample.luma), at, pixels, d.noise, lines=sample.lines, scale=d.scale)
         able = np.isfinite(seen.sd)
         who, uneven, rim = who[able], seen.uneven[able], seen.rim[able]
         sd = np.hypot(seen.sd[able], UNEVEN_RIMS.grain_px * sample.lines)
