@@ -167,7 +167,7 @@ def track(
         names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
         begun = begun_anywhere(clip, len(names), box, searched)
     samples = clip.samples(clip.opening)
-    backgrounds = background_of(samples, clip.detection)
+    backgrounds = begun.backgrounds or background_of(samples, clip.detection)
     mixed = lateness_of_mixed(samples, clip.detection.scale, copied=damage.copied)
     static = static_clutter(samples, backgrounds, clip.detection, begun.places, begun.contrast, alone=boxes is None)
     whole = WholePicture(backgrounds, clip.detection, static)

@@ -70,11 +70,13 @@ class Opening(NamedTuple):
     """The trails of the targets, in the order of their names, and what stands still besides.
 
     moving  how many of the trails were found from motion; they are not marked one by one
+    backgrounds  of the samples, as `background_of` makes them; None where there are too few samples
     """
 
     trails: list[Trail]
     clutter: Blobs
     moving: int
+    backgrounds: dict[int, NDArray[Any]] | None = None
 
 
 def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Opening:
@@ -84,8 +86,8 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     """
     still = _blobs_above(samples[0], samples[0].luma, detection, None)
     trails: list[Trail] = []
-    if len(samples) >= LINKING.shortest:
-        backgrounds = background_of(samples, detection)
+    backgrounds = background_of(samples, detection) if len(samples) >= LINKING.shortest else None
+    if backgrounds is not None:
         for first in range(0, len(samples) - LINKING.shortest + 1, INITIALISATION.samples):
             some = samples[first : first + INITIALISATION.samples + 1]
             moving = find_movers(some, backgrounds, detection, n)
@@ -104,7 +106,7 @@ def find_targets(samples: Sequence[Sample], n: int, detection: Detection) -> Ope
     n_moving = len(trails)
     trails += _brightest(still, n - n_moving)
     order = sorted(trails, key=lambda t: (round(float(t.position[0, 1])), round(float(t.position[0, 0]))))
-    return Opening(order, _rest(still, order), n_moving)
+    return Opening(order, _rest(still, order), n_moving, backgrounds)
 
 
 def find_movers(
@@ -127,9 +129,9 @@ def find_movers(
 
 def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detection) -> list[Trail]:
     """Trails that move so slowly that the background has hidden them, and are none of the chosen; best first."""
-    places = [
-        np.concatenate([np.empty((0, 2)), *(t.position[t.sample == j] for t in chosen)]) for j in range(len(samples))
-    ]
+    sample = np.concatenate([np.empty(0, np.intp), *(trail.sample for trail in chosen)])
+    position = np.concatenate([np.empty((0, 2)), *(trail.position for trail in chosen)])
+    places = [position[sample == j] for j in range(len(samples))]
     found = [_blobs_above(sample, sample.luma, detection, None) for sample in samples]
     trails = link(found, samples, detection.max_step)
     others = [

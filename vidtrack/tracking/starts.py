@@ -20,6 +20,7 @@ from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.static_clutter import places, start_places
 from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.measurement.background import SURROUNDINGS
+from vidtrack.tracking.measurement.order_statistics import median_of
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MEMORY, NEVER, Starts
 from vidtrack.tracking.tracker import Tracker
@@ -49,6 +50,7 @@ class Begun(NamedTuple):
     waiting          targets that have not been seen yet; how: in words, which were found by what
     expected         what each start box shows; None where the targets were found
     contrast         grey levels, of the faintest target; NaN where none is known
+    backgrounds      of the opening, as `background_of` makes them; None where they were not needed
     """
 
     starts: Starts
@@ -58,6 +60,7 @@ class Begun(NamedTuple):
     how: str
     expected: list[InBox] | None
     contrast: float
+    backgrounds: dict[int, NDArray[Any]] | None = None
 
 
 def named_boxes(
@@ -110,9 +113,10 @@ def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> B
         found = find_targets(samples, n, clip.detection)
     trails = found.trails
     own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
-    contrast = min((float(np.median(trail.contrast)) for trail in trails), default=np.nan)
+    contrast = min((median_of(trail.contrast) for trail in trails), default=np.nan)
     how = f"{found.moving} from motion, {len(trails) - found.moving} from brightness"
-    return Begun(starts_of_trails(trails, n, box), found.clutter, own, list(range(len(trails), n)), how, None, contrast)
+    starts, waiting = starts_of_trails(trails, n, box), list(range(len(trails), n))
+    return Begun(starts, found.clutter, own, waiting, how, None, contrast, found.backgrounds)
 
 
 def starts_in_boxes(boxes: Array) -> Starts:

@@ -12,6 +12,7 @@ from vidtrack.arrays import Array, Ints
 from vidtrack.assignment import mutual_best
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.candidates import contrast_of
+from vidtrack.tracking.measurement.order_statistics import median_of
 from vidtrack.tracking.sample import Sample
 
 
@@ -114,16 +115,16 @@ def merit(trail: Trail) -> float:
     length = np.log1p(len(trail.sample))
     steady = 1 / (1 + 4 * float(np.std(np.log(trail.pixels))))
     bend = np.diff(trail.position, n=2, axis=0)
-    jerk = float(np.median(np.abs(np.diff(bend, axis=0)))) if len(bend) > 1 else 0.0
+    jerk = median_of(np.abs(np.diff(bend, axis=0))) if len(bend) > 1 else 0.0
     smooth = 1 / (1 + jerk / 3)
-    return float(length * np.median(trail.contrast) * compactness(trail) * steady * smooth)
+    return float(length * median_of(trail.contrast) * compactness(trail) * steady * smooth)
 
 
 def compactness(trail: Trail) -> float:
     """1 for a disc or square; falls with elongation and with holes and arms (a disc fills 0.785 of its box)."""
-    w, h = np.median(trail.size, axis=0)
-    shape = float(min(w, h) / max(w, h))
-    fill = min(1.0, float(np.median(trail.fill)) / 0.65)
+    w, h = (median_of(side) for side in trail.size.T)
+    shape = min(w, h) / max(w, h)
+    fill = min(1.0, median_of(trail.fill) / 0.65)
     return shape * fill * fill
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile
+from vidtrack.tracking.measurement.order_statistics import median, median_of, middle_and_nearest, quantile, row_medians
 
 
 @pytest.fixture
@@ -37,3 +37,24 @@ def test_the_nearest_share_is_the_quantile_of_the_distances_from_the_median_to_t
     middle, nearest = middle_and_nearest(values, share)
     np.testing.assert_array_equal(middle, median(values))
     np.testing.assert_array_equal(nearest, quantile(np.abs(values - middle[:, None]), share))
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("size", [1, 2, 3, 24, 63, 64, 65, 66, 4001, 4002])
+def test_the_median_of_all_numbers_is_that_of_numpy_to_the_last_digit(size, kind):
+    numbers = np.random.default_rng(size).normal(100, 30, size).astype(kind)
+    before = numbers.copy()
+    assert median_of(numbers) == np.median(numbers)
+    assert (numbers == before).all()
+    assert median_of(numbers.reshape(1, -1)) == median_of(numbers)
+    numbers[size // 2] = np.nan
+    assert np.isnan(median_of(numbers))
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+@pytest.mark.parametrize("k", [1, 2, 7, 32])
+def test_medians_of_rows_are_those_of_numpy_to_the_last_digit(k, kind):
+    rows = np.random.default_rng(k).normal(0, 9, (3, 5, k)).astype(kind)
+    found = row_medians(rows)
+    np.testing.assert_array_equal(found, np.median(rows, axis=-1))
+    assert found.dtype == kind

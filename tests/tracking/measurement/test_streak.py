@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracking.measurement.test_three_discs import round_about, window
 from vidtrack.tracking.measurement.clump import clump_at
-from vidtrack.tracking.measurement.streak import streak_left
+from vidtrack.tracking.measurement.streak import drawn_out, streak_left
 from vidtrack.tracking.measurement.three_discs import three_discs
 
 
@@ -40,3 +40,10 @@ def test_a_streak_leaves_the_noise_and_is_no_three_discs(way, bend, radius, line
 def test_three_discs_are_no_streak():
     row = [[33.0, 41.0], [45.0, 45.0], [57.0, 49.0]]
     assert min(left(window(at)) for at in (row, round_about(1.0), round_about(1.6))) > 8
+
+
+def test_a_point_that_is_drawn_out_has_the_second_moments_of_its_way():
+    velocity = np.array([[3.0, -2.0, 0.0], [1.0, 4.0, 0.0]])
+    way = velocity[:, :, None] * np.linspace(-0.5, 0.5, 20_001)
+    wanted = [(way[i] * way[j]).mean(axis=-1) for i, j in ((0, 0), (1, 1), (0, 1))]
+    np.testing.assert_allclose(drawn_out(velocity), wanted, atol=1e-3)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
+from vidtrack.tracking.measurement.order_statistics import median_of
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def noise_sd(image: Picture, *, scale: float = 1.0) -> float:
 
 def background_level(image: Picture, *, scale: float = 1.0) -> float:
     """The picture's usual grey level: its median."""
-    return float(np.median(sample(image, scale)))
+    return median_of(sample(image, scale))
 
 
 def automatic(above: Picture, noise: float) -> float:

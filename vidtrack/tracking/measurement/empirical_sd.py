@@ -104,13 +104,19 @@ def least_over_sd(values: Array, sd: Array, time: Array, stride: int = 1) -> Arr
     """rms of the differences of values (c, k, n) of samples `stride` apart, over what sd (c, k, n) lets expect: the
     least by all orders (c, n), NaN where there are too few.
     """
-    return np.asarray(np.fmin.reduce([over_sd(values, sd, time, order, stride) for order in DIFFERENCES.orders]))
+    breaks = _breaks(time)
+    return np.asarray(np.fmin.reduce([_over_sd(values, sd, breaks, order, stride) for order in DIFFERENCES.orders]))
 
 
-def over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) -> Array:
+def over_sd(values: Array, sd: Array, time: Array, order: int) -> Array:
+    """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
+    return _over_sd(values, sd, _breaks(time), order)
+
+
+def _over_sd(values: Array, sd: Array, breaks: Ints, order: int, stride: int = 1) -> Array:
     """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
     most = max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
-    _, share, _ = differences(values, sd, time, order, stride, most)
+    _, share, _ = _differences(values, sd, breaks, order, stride, most)
     known = np.isfinite(share)
     count = known.sum(axis=1)
     square = _median(share, count) / 0.6745**2
@@ -121,25 +127,35 @@ def over_sd(values: Array, sd: Array, time: Array, order: int, stride: int = 1) 
     return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
 
 
-def differences(
-    values: Array, sd: Array, time: Array, order: int, stride: int = 1, most: int | None = None
-) -> tuple[Ints, Array, Array]:
+def differences(values: Array, sd: Array, time: Array, order: int) -> tuple[Ints, Array, Array]:
     """Differences of values (c, k, n) squared, over what their sd (c, k, n) lets expect; NaN where it says nothing.
 
-    First the samples (m,) at which they begin, at most so many, then the differences (c, m, n), then the weights of the
-    order + 1 samples in each.
+    First the samples (m,) at which they begin, then the differences (c, m, n), then the weights of the samples in each.
     """
-    starts = _unbroken(time, order * stride)
+    return _differences(values, sd, _breaks(time), order)
+
+
+def _differences(
+    values: Array, sd: Array, breaks: Ints, order: int, stride: int = 1, most: int | None = None
+) -> tuple[Ints, Array, Array]:
+    """The same of samples `stride` apart, at most so many."""
+    starts = _unbroken(breaks, order * stride)
     starts = starts if most is None else spread(starts, most)
     change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
+    spare = np.empty(change.shape)  # in place: the system fills each new array with zeros first
     weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
     even = starts.size > 0 and starts[-1] - starts[0] + 1 == starts.size  # then they need not be copied out
     for i, weight in enumerate(weights):
         at = starts + i * stride
         those = slice(at[0], at[-1] + 1) if even else at
-        change += weight * values[:, those]
-        variance += (weight * sd[:, those]) ** 2
-    share = np.where(variance > 0, change * change / np.where(variance > 0, variance, 1.0), np.nan)
+        change += np.multiply(values[:, those], weight, out=spare)
+        np.multiply(sd[:, those], weight, out=spare)
+        variance += np.multiply(spare, spare, out=spare)
+    np.multiply(change, change, out=change)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.divide(change, variance, out=spare)
+    if (nothing := variance == 0).any():
+        share[nothing] = np.nan
     return starts, share, weights
 
 
@@ -155,13 +171,16 @@ def _lasting(light: Array, later: Array) -> float:
     return min(max(1.0, float(np.median(known))), DIFFERENCES.lasting) if known.size else 1.0
 
 
-def _unbroken(time: Array, span: int) -> Ints:
-    """First samples of all stretches of span + 1 samples that follow each other in step."""
+def _breaks(time: Array) -> Ints:
+    """How many steps that are longer or shorter than most lie before each sample (k,)."""
     step = np.diff(time)
-    if step.size < span:
-        return np.zeros(0, np.intp)
-    odd = np.concatenate([[0], np.cumsum(np.abs(step - np.median(step)) > 0.25 * np.median(step))])
-    return np.flatnonzero(odd[span:] == odd[: odd.size - span])
+    usual = np.median(step) if step.size else 0.0
+    return np.concatenate([[0], np.cumsum(np.abs(step - usual) > 0.25 * usual)])
+
+
+def _unbroken(breaks: Ints, span: int) -> Ints:
+    """First samples of all stretches of span + 1 samples that follow each other in step."""
+    return np.flatnonzero(breaks[span:] == breaks[: max(breaks.size - span, 0)])
 
 
 def spread(starts: Ints, most: int) -> Ints:

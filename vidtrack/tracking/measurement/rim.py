@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Picture
+from vidtrack.tracking.measurement.order_statistics import row_medians
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def look_at_rims(
     coarse, fine = size2[:, 3 : RIM.coarse + 1 : 2].sum(axis=1), size2[:, RIM.fine : -1].sum(axis=1)
     out.shaped[who] = np.sqrt(coarse / np.maximum(fine, 1e-12))
     out.uneven[who] = np.sqrt(size2[:, 3:-1:2].sum(axis=1) / 2)
-    rise, slope = np.maximum(top - ground, 1e-3), np.median(fall, axis=1) / step[:, 0]
+    rise, slope = np.maximum(top - ground, 1e-3), row_medians(fall) / step[:, 0]
     sd = np.hypot(noise / slope, RIM.grid * lines**3 * (slope / rise) ** 1.5)
     out.sd[who] = np.where(top - ground >= RIM.level, sd, np.nan)
     return out
@@ -140,7 +141,7 @@ def _levels(picture: Picture, x: Array, y: Array) -> NDArray[np.float32]:
 def _middle(grey: NDArray[np.float32], where: Bools) -> Array:
     """Median (n,) over the rays of the mean level (n, rays, steps) where steps (n, steps) are."""
     share = where / np.maximum(where.sum(axis=1, keepdims=True), 1)
-    return np.asarray(np.median(np.einsum("nrs,ns->nr", grey, share), axis=1), float)
+    return np.asarray(row_medians(np.einsum("nrs,ns->nr", grey, share)), float)
 
 
 def middle_of_arc(rim: Array, sd: Array) -> tuple[Array, Bools]:

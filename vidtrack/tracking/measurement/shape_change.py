@@ -20,7 +20,8 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.empirical_sd import spread
-from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile
+from vidtrack.tracking.measurement.order_statistics import median, median_of, middle_and_nearest, quantile, row_medians
+from vidtrack.tracking.measurement.streak import drawn_out
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
 
 
@@ -108,8 +109,7 @@ def shape_evidence(
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
         return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan), mixed)
-    streak = np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
-    square = of.exposure**2 if of else 0.0 if mixed else _exposure(second, streak, seen)
+    square = of.exposure**2 if of else 0.0 if mixed else _exposure(second, velocity, seen)
     if square:
         late = square / 24 * acceleration
         usual = _rms(late)
@@ -117,7 +117,7 @@ def shape_evidence(
         unknown = np.where(np.isfinite(late), SHAPES.unknown * np.abs(late), usual)
         ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
         sd = np.hypot(unknown, np.nan_to_num(ends))
-        second = second - square * np.nan_to_num(streak)
+        second = second - square * np.nan_to_num(drawn_out(velocity))
     area = np.where(seen, values[PIXELS], np.nan) * lines
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
     hidden = _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines)
@@ -190,17 +190,17 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
     return velocity, acceleration
 
 
-def _exposure(second: Array, streak: Array, seen: Bools) -> float:
+def _exposure(second: Array, velocity: Array, seen: Bools) -> float:
     """The square of the exposure, samples^2; 0 where it is too short to be seen."""
-    which = spread(np.flatnonzero(seen & np.isfinite(streak[2])), SHAPES.at_most)  # the product of both velocities
+    which = spread(np.flatnonzero(seen & np.isfinite(velocity[0] * velocity[1])), SHAPES.at_most)
     half = which.size
     if half < SHAPES.fewest:
         return 0.0
-    second, streak = second.reshape(3, -1)[:, which], streak.reshape(3, -1)[:, which]
+    second, streak = second.reshape(3, -1)[:, which], drawn_out(velocity.reshape(2, -1)[:, which])
     # what is alike in both directions is the target's size, whatever the distance
     seen_as = np.concatenate([second[0] - second[1], 2 * second[2]])
     made = np.concatenate([streak[0] - streak[1], 2 * streak[2]])
-    mean = float(np.median(seen_as[:half]))
+    mean = median_of(seen_as[:half])
     weight, square, sd = np.ones(seen_as.size), 0.0, np.inf
     for _ in range(10):
         w = weight * (made != 0)
@@ -213,7 +213,7 @@ def _exposure(second: Array, streak: Array, seen: Bools) -> float:
         mean, square = (c * d - b * e) / determinant, (a * e - b * c) / determinant
         left = seen_as - square * made
         left[:half] -= mean
-        usual = max(1.4826 * float(np.median(np.abs(left))), 1e-9)
+        usual = max(1.4826 * median_of(np.abs(left)), 1e-9)
         weight = 1 / np.maximum(np.abs(left) / (2 * usual), 1.0)
         sd = usual * np.sqrt(a / determinant)
     if not square > SHAPES.sure * sd or square > SHAPES.longest**2:
@@ -340,11 +340,11 @@ def _trend(near: Ints, about: Array, at: Ints) -> tuple[Array, Array]:
     """
     half = near.shape[1] // 2
     middle = near[:, [half]]
-    early, late = np.median([about[..., :half], about[..., -half:]], axis=-1)
+    early, late = row_medians(np.stack([about[..., :half], about[..., -half:]]))
     steps = near[:, -half + half // 2] - near[:, half // 2]
     slope = ((late - early) / np.maximum(steps, 1))[..., None]
     flat = about - slope * (near - middle)
-    level = np.median(flat, axis=-1)
+    level = row_medians(flat)
     ahead = np.clip(at - middle[:, 0], 2 * (near[:, 0] - middle[:, 0]), 2 * (near[:, -1] - middle[:, 0]))
-    grain = 1.4826 * np.median(np.abs(flat - level[..., None]), axis=-1)
+    grain = 1.4826 * row_medians(np.abs(flat - level[..., None]))
     return level + slope[..., 0] * ahead, grain

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import cv2
@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
+from vidtrack.side_by_side import side_by_side
 from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.measurement.order_statistics import median_of
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, SD_Y, Rows, X, Y
 
@@ -105,11 +107,11 @@ def take_off_pull(
     if not measured.any():
         return False
     radius = np.sqrt(lines * pixels / np.pi)
-    usual = _rounded(float(np.median(radius[measured])))
+    mass = mass[measured]
+    usual = _rounded(median_of(radius[measured]))
+    sds = [median_of(values[row][measured] * mass) for row in (SD_X, SD_Y)]
     weights = kernels(usual, usual / lines)
-    # of a centroid along x and along y
-    usual_sd = np.array([np.median(values[sd][measured] * mass[measured]) for sd in (SD_X, SD_Y)])
-    least = STILL_PATTERN.worth * usual_sd / (1, lines)
+    least = STILL_PATTERN.worth * np.array(sds) / (1, lines)  # of a centroid along x and along y
     changed = False
     for one, background in backgrounds.items():
         last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
@@ -153,7 +155,9 @@ def _pull(early: NDArray[np.float32], late: NDArray[np.float32], weights: Array)
 
 
 def _spread(values: Array) -> Array:
-    return np.asarray(1.4826 * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
+    middle = np.array([median_of(column) for column in values.T], values.dtype)
+    off = np.abs(values - middle)
+    return np.asarray(1.4826 * np.array([median_of(column) for column in off.T], off.dtype))
 
 
 def _pattern(grey: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -175,7 +179,8 @@ def _correct(
     rounded = np.where(own, np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0), 0.0)
     several = max(1, STILL_PATTERN.at_once // max(rounded.shape[1], 1))
     for size in np.unique(rounded[own]).tolist():
-        along = [_pull_and_size(pattern, weights, size) for weights in kernels(size, size / lines)]
+        of_size = partial(_pull_and_size, pattern, size=size)
+        along = side_by_side(of_size, list(kernels(size, size / lines)))
         for first in range(0, len(rounded), several):
             here = rounded[first : first + several] == size
             part = values[:, first : first + several]

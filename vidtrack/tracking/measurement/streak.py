@@ -37,6 +37,13 @@ STREAK_FIT = StreakFit()
 _T = (np.arange(STREAK_FIT.stations) + 0.5) / STREAK_FIT.stations - 0.5
 
 
+def drawn_out(velocity: Array) -> Array:
+    """By how much the second moments xx, yy, xy (3, ...), px^2, of a point grow that moves at velocities (2, ...), px a
+    sample, while the shutter is open for a sample: v v^T / 12.
+    """
+    return np.stack([velocity[0] ** 2, velocity[1] ** 2, velocity[0] * velocity[1]]) / 12
+
+
 def streak_left(over: Float32, used: Bools, blob: Bools, lines: int = 1) -> float:
     """What a streak leaves of a blob, rms in grey levels; inf where fewer pixels count than it has unknowns.
 

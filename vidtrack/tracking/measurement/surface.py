@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
 from vidtrack.tracking.measurement.background import Plane, Sums
-from vidtrack.tracking.measurement.order_statistics import median
+from vidtrack.tracking.measurement.order_statistics import median, median_of
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,8 @@ class Surfaces:
             i, at, s = place[own[0]], sample[own], shift[:, own]
             if at.size < SURFACE.fewest:
                 continue
-            off = np.abs(s - np.median(s, axis=1, keepdims=True))
-            scatter = 1.4826 * np.median(off)
+            off = np.abs(s - np.array([[median_of(along)] for along in s]))
+            scatter = 1.4826 * median_of(off)
             if scatter > SURFACE.plainly * usual[i]:  # between two looks it may be as large as elsewhere
                 off = np.maximum(off, SURFACE.between * scatter)
             else:
