@@ -8,8 +8,9 @@ results/ are compared (pages, tables, records, pictures, accounts) but for those
     results/logs/         what was said of problems
     results/.benchmarks/  how long jobs took, and their memory
 
-Where a processor has no fused multiply-add, sums are rounded otherwise: there the numbers in tables and records are
-compared, and the largest difference is reported, in units of the largest of its column or vector.
+Where a processor has no fused multiply-add, or OpenBLAS multiplies matrices as for another one, sums are rounded
+otherwise: there the numbers in tables and records are compared, and the largest difference is reported, in units of the
+largest of its column or vector.
 """
 
 from __future__ import annotations
@@ -70,6 +71,9 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     "another user's name and home": Circumstance({"HOME": "/nonexistent", "USER": "ömer", "LOGNAME": "ömer"}),
     "threads of libraries": Circumstance({"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4"}),
     "a processor without FMA": Circumstance(NO_FMA, numbers=True),
+    "products as for Haswell": Circumstance({"OPENBLAS_CORETYPE": "Haswell"}, numbers=True),
+    "products as for Zen": Circumstance({"OPENBLAS_CORETYPE": "Zen"}, numbers=True),
+    "products as for Prescott": Circumstance({"OPENBLAS_CORETYPE": "Prescott"}, numbers=True),
 }
 
 

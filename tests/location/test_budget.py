@@ -6,7 +6,7 @@ import pytest
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.budget import calibration_field, error_budget
+from vidtrack.location.budget import _root, calibration_field, error_budget
 from vidtrack.location.run_pictures import Uncertain
 from vidtrack.location.shared_survey import Survey, joint_covariance, survey_covariance
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -101,6 +101,50 @@ def test_the_gradient_holds_the_displacements_that_wrong_calibrations_make():
         found = locate_points(CAMERAS, np.stack(b), sd=1.0).point
         error.append((found[1] - found[0]) - (a[1] - a[0]))
     assert np.std(error, axis=0) == pytest.approx(40 * np.sqrt((G[:, :, 0] ** 2).sum(0)), rel=0.35)
+
+
+def test_rounding_does_not_choose_among_the_errors_of_the_field():
+    """Variances that are equal but for rounding have no eigenvectors of their own."""
+    rng = np.random.default_rng(2)
+    _, known, _, p = budget()
+    sd = {"omega": 1e-4, "t_": 0.01, "f": 0.01, "kappa1": 1e-5}
+    fields = []
+    for share in (0.0, 1e-13, -1e-13):
+        rough = []
+        for u in known:
+            size = np.array([next(v for k, v in sd.items() if name.startswith(k)) for name in u.names])
+            noise = rng.normal(size=(len(size),) * 2)
+            rough.append(
+                Uncertain(u.names, u.pivot, np.outer(size, size) * (np.eye(len(size)) + share * (noise + noise.T)))
+            )
+        fields.append(calibration_field(CAMERAS, p, rough, None))
+    first = fields[0]
+    for other in fields[1:]:
+        for one, two in zip(first, other, strict=True):
+            np.testing.assert_allclose(two, one, rtol=0, atol=1e-9 * np.abs(one).max())
+    size = (first.gradients**2).sum((1, 2))
+    assert len(size) > 3
+    assert size[0] > 2 * size[-1]
+
+
+def test_the_errors_of_the_field_are_those_of_each_parameter_together():
+    _, known, joint, p = budget()
+    field = calibration_field(CAMERAS, p, known, joint)
+    values, vectors = np.linalg.eigh(joint)
+    several = []
+    for value, v in zip(values, vectors.T, strict=True):  # one direction of the parameters at a time
+        own = calibration_field(CAMERAS, p, known, value * np.outer(v, v))
+        if value > 0 and own is not None:
+            several.append((own.gradients**2).sum(0))
+    np.testing.assert_allclose((field.gradients**2).sum(0), np.sum(several, axis=0), rtol=2e-3)
+
+
+def test_a_parameter_that_others_settle_has_no_error_of_its_own():
+    C = np.outer([1.0, 2e-3, 5.0], [1.0, 2e-3, 5.0]) + np.diag([0.0, 0.0, 1.0])
+    root = _root(C)
+    np.testing.assert_allclose(root @ root.T, C, rtol=1e-12)
+    assert not root[:, 1].any()
+    assert not _root(np.zeros((2, 2))).any()
 
 
 def test_no_calibration_or_too_few_points_have_no_gradient():

@@ -39,6 +39,14 @@ def test_vibration_across_the_rod_makes_its_angle_less_sure():
     assert shaken.rms_off == pytest.approx(0.7 / np.sqrt(2), rel=0.1)
 
 
+@pytest.mark.parametrize("rounding", [-1e-13, 0.0, 1e-13])
+def test_half_way_between_two_axes_the_first_one_counts_whatever_rounding_does(rounding):
+    t = np.sin(np.arange(200) / 7)
+    line = fit_line(np.stack([np.zeros(200), t, -t * (1 + rounding)], 1))
+    assert line.axis == 1
+    assert line.direction == pytest.approx([0, np.sqrt(0.5), -np.sqrt(0.5)])
+
+
 def test_in_a_plane_the_missing_axis_is_left_out():
     s, p = rod(skew_deg=5)
     p[:, 2] = np.nan

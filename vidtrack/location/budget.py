@@ -28,7 +28,13 @@ FLAT = 0.02
 """Directions in which points spread by less than this share of their largest spread have no gradient of their own."""
 
 SMALL = 1e-4
-"""Directions of the calibration's error with less than this share of the whole are left out."""
+"""Independent errors of the field that the calibration leaves with less than this share of the whole are left out."""
+
+SETTLED = 1e-12
+"""Share of a parameter's variance that those before it leave, below which they settle it: rounding makes as much."""
+
+PLAIN = 0.5
+"""Of an error's largest component, from which on one says its sign: the largest may have its negative beside it."""
 
 STENCIL = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if np.abs(d).sum() < 3])
 """Places (19, 3), in shares of how far points lie apart, at which the curvature of the calibration's error is found."""
@@ -88,7 +94,8 @@ class CalibrationField(NamedTuple):
 
         error = e0 + sum u_k (G_k d + 1/2 d H_k d),  d = p - about
 
-    with u_k of variance 1 and the same for all samples of a run.
+    with u_k of variance 1 and the same for all samples of a run; the largest first. Rotated among themselves (sums of
+    u_k) they would be the same field: these are its principal ones, so that rounding does not choose.
 
     gradients    (n, 3, 3)     G; along the directions in which points lie apart, and 0 across
     curvatures   (n, 3, 3, 3)  H, 1 / world units: by how much G changes with the place; by the first index the error's
@@ -133,11 +140,10 @@ def calibration_field(
     if not np.isfinite(covariance).all():
         return None
     # parameters that are off by v look like pictures that are off by J v
-    values, vectors = np.linalg.eigh(covariance)
+    directions = [v for v in _root(covariance).T if v.any()]
     b = np.stack([project(camera, p) for camera in cameras])
     at = locate_points(cameras, b, sd=1.0, most_unsure=np.inf).point
     apart = at[:n] - np.nanmean(at[:n], 0)
-    directions = [np.sqrt(value) * v for value, v in zip(values, vectors.T, strict=True) if value > 0]
     moved = np.repeat(b[:, None], len(directions), 1)
     for k, i in enumerate(known):
         for each_moved, v in zip(moved[i], directions, strict=True):
@@ -151,10 +157,39 @@ def calibration_field(
             second.append(_curvature(shift[n:]) / reach**2)
     if not first:
         return None
-    each = np.stack(first)
-    size = (each**2).sum((1, 2))
-    kept = size > SMALL * size.sum()
-    return CalibrationField(each[kept], np.stack(second)[kept], about)
+    G, H = _principal(np.stack(first), np.stack(second), reach)
+    return CalibrationField(G, H, about)
+
+
+def _root(C: Array) -> Array:
+    """L, lower triangular, with L L' = C (k, k), by Cholesky; 0 in the column of a parameter that others settle.
+
+    It follows C without a jump. Eigenvectors do not where variances are nearly equal; and where their units differ, as
+    px and rad do, those of small variances are what rounding makes of the large ones.
+    """
+    size = np.sqrt(np.diag(C))
+    unit = np.where(size > 0, size, 1.0)
+    R, L = C / np.outer(unit, unit), np.zeros_like(C)
+    for j in range(len(C)):
+        left = R[j, j] - L[j, :j] @ L[j, :j]
+        if left > SETTLED:
+            L[j:, j] = (R[j:, j] - L[j:, :j] @ L[j, :j]) / np.sqrt(left)
+    return np.asarray(size[:, None] * L)
+
+
+def _principal(G: Array, H: Array, reach: float) -> tuple[Array, Array]:
+    """The principal ones of independent errors, gradients (n, 3, 3) and curvatures (n, 3, 3, 3), the largest first.
+
+    reach  world units from the middle, at which they are compared
+    """
+    n, scale = len(G), reach / 2
+    s, own = np.linalg.svd(np.hstack([G.reshape(n, -1), scale * H.reshape(n, -1)]), full_matrices=False)[1:]
+    kept = s**2 > SMALL * (s**2).sum()
+    own = s[kept, None] * own[kept]
+    size = np.abs(own)
+    first = (size >= PLAIN * size.max(1, keepdims=True)).argmax(1)
+    own = own * np.sign(own[np.arange(len(own)), first])[:, None]
+    return own[:, :9].reshape(-1, 3, 3), own[:, 9:].reshape(-1, 3, 3, 3) / scale
 
 
 def _curvature(shift: Array) -> Array:

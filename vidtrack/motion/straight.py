@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike
 from vidtrack.arrays import Array
 from vidtrack.motion.lag import long_run_covariance
 
+AS_NEAR = 1e-9
+"""Direction cosines to axes that are as near to a line: the first of them counts."""
+
 
 class Line(NamedTuple):
     """A line in the world, pointing the way its nearest axis points.
@@ -61,7 +64,7 @@ def fit_line(p: ArrayLike, axis: int | None = None) -> Line:
     _, s, Vt = np.linalg.svd(q - middle, full_matrices=False)
     d = np.zeros(3)
     d[axes] = Vt[0]
-    nearest = int(np.argmax(np.abs(d)))
+    nearest = int(np.argmax(np.abs(d) > np.abs(d).max() - AS_NEAR))  # between two axes rounding must not choose
     held = nearest if axis is None else axis
     d = d * (np.sign(d[held]) or 1.0)
     centre = np.zeros(3)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from vidtrack.calibration.adjustment import normal_equations
 from vidtrack.calibration.adjustment.normal_equations import Equations, Prior, covariance, solved, summed
 
 
@@ -60,7 +61,8 @@ def test_eliminating_several_families_changes_nothing(seed):
     A, right = _dense(equations, priors, sizes)
     whole = np.linalg.lstsq(A, right, rcond=None)[0]
     np.testing.assert_allclose(np.concatenate([shared, *(b.ravel() for b in blocks)]), whole, atol=1e-7)
-    known = covariance(normal, equations)
+    known = covariance(normal, equations, priors)
+    np.testing.assert_allclose(known.shared, covariance(normal, equations).shared, rtol=1e-9)
     C = np.linalg.inv(A.T @ A)
     np.testing.assert_allclose(known.shared, C[:5, :5], atol=1e-9)
     np.testing.assert_allclose(known.blocks[0][3], C[5 + 9 : 5 + 12, 5 + 9 : 5 + 12], atol=1e-9)
@@ -69,6 +71,28 @@ def test_eliminating_several_families_changes_nothing(seed):
     fitted = ((A @ C) * A).sum(1)
     ours = np.concatenate([(f * e.weight)[e.weight > 0] for f, e in zip(known.fitted, equations, strict=True)])
     np.testing.assert_allclose(ours, fitted[: len(ours)], atol=1e-7)
+
+
+@pytest.mark.parametrize("at_once", [1, 10**9])
+@pytest.mark.parametrize("seed", range(3))
+def test_what_blocks_take_up_leaves_the_covariance_its_digits(seed, at_once, monkeypatch):
+    """Nearly all that the shared parameters do, some step of the blocks does too, as where a survey is rough."""
+    monkeypatch.setattr(normal_equations, "AT_ONCE", at_once)
+    equations, priors, sizes = _case(seed)
+    rng = np.random.default_rng(seed)
+    follow = [rng.normal(0, 1, (n, d, 5)) for n, d in sizes]
+    held = np.isinf(priors[0].information)
+    follow[0][held] = 0
+    for k, each in enumerate(equations[:-1]):
+        by_shared = 1e-6 * rng.normal(size=(*each.weight.shape, 5)) + each.by_block @ follow[each.family]
+        equations[k] = each._replace(by_shared=by_shared, columns=np.arange(5))
+    equations[-1] = equations[-1]._replace(by_shared=1e-6 * equations[-1].by_shared)
+    priors = [p._replace(information=np.where(np.isinf(p.information), np.inf, 1e-12)) for p in priors]
+    A, _ = _dense(equations, priors, sizes)
+    r = np.linalg.inv(np.linalg.qr(A, mode="r"))
+    wanted = (r @ r.T)[:5, :5]
+    found = covariance(summed(equations, 5, priors), equations, priors).shared
+    np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-9 * np.abs(wanted).max())
 
 
 def test_a_damped_step_is_shorter_and_points_downhill():
@@ -83,3 +107,5 @@ def test_a_parameter_of_which_nothing_is_measured_is_refused():
     equations, priors, _ = _case(0)
     with pytest.raises(ValueError, match="open"):
         covariance(summed(equations, 6, priors), equations)
+    with pytest.raises(ValueError, match="open"):
+        covariance(summed(equations, 6, priors), equations, priors)

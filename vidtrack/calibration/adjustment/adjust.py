@@ -78,7 +78,7 @@ def adjust(
         used = found
         state, taken, converged = _minimised(state, used, max_steps)
         steps += taken
-        known = covariance(state.normal(used), state.weighted(used))
+        known = covariance(state.normal(used), state.weighted(used), state.priors)
         found = {name: state.factor(name, known, used) for name in problem.groups}
         if all(abs(found[name] / used[name] - 1) < SAME_NOISE for name in found):
             break

@@ -23,6 +23,11 @@ from vidtrack.arrays import Array, Bools
 MOST_CONDITION = 1e14
 """Condition of the scaled equations beyond which a parameter is left open."""
 
+AT_ONCE = 2_000_000
+"""Numbers, about, of the blocks whose derivatives are worked on together."""
+
+_OPEN = "the measurements leave some parameter open; fix it or give it a prior"
+
 
 class Equations(NamedTuple):
     """Measurements of one kind, linearised; row a belongs to block a of its family.
@@ -132,9 +137,11 @@ def solved(normal: Normal, damping: float = 0.0) -> tuple[Array, tuple[Array, ..
     return shared, tuple(y - Y @ shared for y, Y in kept)
 
 
-def covariance(normal: Normal, equations: Sequence[Equations]) -> Covariance:
+def covariance(normal: Normal, equations: Sequence[Equations], priors: Sequence[Prior] | None = None) -> Covariance:
     """The covariance of the shared parameters, of every block, and the variance of everything computed.
 
+    priors  those of `summed`: with them the shared parameters' own is found without their sums of squares, in which
+            what blocks take up rounds away half of the digits that are left (1e-8 of a covariance, for a bundle)
     Raises ValueError where the measurements leave some parameter open.
     """
     S, kept = normal.U, []
@@ -145,14 +152,71 @@ def covariance(normal: Normal, equations: Sequence[Equations]) -> Covariance:
         Y = np.asarray(inverse @ family.E)
         S = S - _flat(family.E).T @ _flat(Y)
         kept.append((inverse, Y))
-    scale = _scale(S)
-    scaled = S * np.outer(scale, scale)
-    if S.size and not np.linalg.cond(scaled) <= MOST_CONDITION:
-        raise ValueError("the measurements leave some parameter open; fix it or give it a prior")
-    shared = np.linalg.inv(scaled) * np.outer(scale, scale)
+    if priors is None:
+        scale = _scale(S)
+        scaled = S * np.outer(scale, scale)
+        if S.size and not np.linalg.cond(scaled) <= MOST_CONDITION:
+            raise ValueError(_OPEN)
+        shared = np.linalg.inv(scaled) * np.outer(scale, scale)
+    else:
+        R = reduced(equations, len(S), priors)
+        size = np.linalg.norm(R, axis=0)
+        size[size == 0] = 1.0
+        if S.size and not np.linalg.cond(R / size) <= np.sqrt(MOST_CONDITION):
+            raise ValueError(_OPEN)
+        root = np.linalg.inv(R / size) / size[:, None]
+        shared = root @ root.T
     blocks = tuple(inverse + Y @ shared @ Y.swapaxes(-1, -2) for inverse, Y in kept)
     fitted = tuple(_variance_of_fitted(each, shared, kept) for each in equations)
     return Covariance(shared, blocks, fitted)
+
+
+def reduced(equations: Sequence[Equations], K: int, priors: Sequence[Prior]) -> Array:
+    """R (K, K) with R^T R = U - E^T V^-1 E: what is measured of the shared parameters alone, the blocks projected out.
+
+    By orthogonal transformations of the derivatives themselves (Golub and Plemmons 1980).
+    """
+    left = [np.zeros((K, K))]
+    for each in equations:
+        if each.family is None or each.by_block is None:
+            alone = np.zeros((each.weight.size, K))
+            rows = _rooted(each.by_shared, np.sqrt(each.weight))
+            alone[:, each.columns] = rows.reshape(len(alone), len(each.columns))
+            left.append(alone)
+    for family, prior in enumerate(priors):
+        own = [each for each in equations if each.family == family and each.by_block is not None]
+        rows = sum(each.weight.shape[1] for each in own) + prior.information.shape[1]
+        several = max(1, AT_ONCE // max(rows * K, 1))
+        for first in range(0, len(prior.information), several):
+            some = slice(first, first + several)
+            A, B = _of_blocks(own, prior.information, some, K)
+            across = np.linalg.qr(B)[0]
+            A -= across @ (across.swapaxes(-1, -2) @ A)
+            left.append(np.asarray(np.linalg.qr(_flat(A), mode="r")))
+    return np.asarray(np.linalg.qr(np.concatenate(left), mode="r"))
+
+
+def _of_blocks(equations: Sequence[Equations], information: Array, some: slice, K: int) -> tuple[Array, Array]:
+    """Rows of some blocks, weighted, those of what is known beforehand last: by the shared ones and by each block."""
+    parts = [np.sqrt(each.weight[some]) for each in equations]
+    known, d = information[some], information.shape[1]
+    rows = sum(root.shape[1] for root in parts)
+    A, B = np.zeros((len(known), rows + d, K)), np.zeros((len(known), rows + d, d))
+    at = 0
+    for each, root in zip(equations, parts, strict=True):
+        own = slice(at, at + root.shape[1])
+        A[:, own, _place(each.columns)] = _rooted(each.by_shared[some], root)
+        B[:, own] = _rooted(np.asarray(each.by_block)[some], root)
+        at = own.stop
+    held = ~np.isfinite(known)
+    B = np.where(held[:, None, :], 0.0, B)
+    B[:, range(-d, 0), range(d)] = np.sqrt(np.where(held, 1.0, known))
+    return A, B
+
+
+def _rooted(by: Array, root: Array) -> Array:
+    """Derivatives (n, q, ...) over the standard deviations of what is measured; 0 where it is missing."""
+    return np.asarray(np.where((root == 0)[..., None], 0.0, by) * root[..., None])
 
 
 def _variance_of_fitted(each: Equations, shared: Array, kept: Sequence[tuple[Array, Array]]) -> Array:
