@@ -244,3 +244,15 @@ def test_without_another_process_a_quick_decoder_works_beside(tmp_path, monkeypa
     whole = read(path, 1, apart=False)
     monkeypatch.setattr(shares, "ReadApart", none)
     assert read(path, 1) == whole
+
+
+def test_the_process_of_a_quick_decoder_goes_on_with_the_file_that_is_open(tmp_path, readers):
+    path = make_clip(tmp_path / "tape.dv", "dvvideo", "yuv411p", n=12, size=(720, 480))
+    whole = read(path, 1, apart=False)
+    with open_video(str(path), threads=1) as video:
+        path.unlink()
+        given = [frame._replace(luma=frame.luma.tobytes()) for frame in video.frames(apart=True)]
+        with pytest.raises(ValueError, match="reads a recording once"):
+            next(video.frames(apart=True))
+    assert len(readers) == 1
+    assert given == whole[0]

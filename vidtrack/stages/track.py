@@ -7,7 +7,7 @@ tracked.centroids[["time_s", "Xf", "Yf"]]
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -19,6 +19,7 @@ from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.memory import give_back_memory, tables_from_c_library
+from vidtrack.side_by_side import side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
@@ -243,8 +244,11 @@ def untracked(frames: Iterable[Frame], info: VideoInfo, damage: DamagedPictures)
     return Tracked(empty[0], empty[1], empty[2], diagnostics | damage.as_record(), found, info.time)
 
 
+_MEASURED = "Xf", "Yf", "sd_x", "sd_y", "pixels", "mass", "contrast", "background"
+
+
 class _Columns:
-    """The columns that say which sample a row is of."""
+    """The columns that say which sample a row is of; flags: the words of all flags."""
 
     def __init__(self, moment: Moments, clock: TimeBase) -> None:
         tables_from_c_library()
@@ -252,15 +256,33 @@ class _Columns:
         self.time_s = clock.seconds(moment.time, fields=moment.offset)
         field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
         self._field, self._labels = _as_column(field), _as_column(clock.labels(moment.time))
+        self.flags = _as_column(described(np.arange(1 << len(FLAGS)), FLAGS))
 
     def of(self, sample: NDArray[np.intp]) -> dict[str, Any]:
-        """Those of some samples (rows,)."""
+        """Those of some samples (rows,), for `_written`."""
         return {
             "frame": self.frame[sample],
-            "field": self._field.take(self._fields[sample]),
+            "field": _Words(self._field, lambda: self._fields[sample]),
             "time_s": self.time_s[sample],
-            "timecode": self._labels.take(sample),
+            "timecode": _Words(self._labels, lambda: sample),
         }
+
+
+class _Words(NamedTuple):
+    """A column of words that is not written out yet: the words, and what says which of them each row has."""
+
+    words: Any
+    which: Callable[[], NDArray[np.intp]]
+
+
+def _written(columns: dict[str, Any], names: Sequence[str]) -> DataFrame:
+    """The table of those columns that are named, words written out side by side."""
+    from pandas import DataFrame
+
+    words = {name: columns[name] for name in names if isinstance(columns[name], _Words)}
+    written = side_by_side(lambda column: column.words.take(column.which()), list(words.values()))
+    columns = columns | dict(zip(words, written, strict=True))
+    return DataFrame({name: columns[name] for name in names}, copy=False)
 
 
 def _as_column(words: Sequence[str] | NDArray[Any]) -> Any:
@@ -271,43 +293,26 @@ def _as_column(words: Sequence[str] | NDArray[Any]) -> Any:
 
 
 def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> DataFrame:
-    from pandas import DataFrame
-
     k, n = rows.flag.shape
-    x, y, sd_x, sd_y, pixels, mass, contrast, background = (values.ravel() for values in rows.values[: BACKGROUND + 1])
-    return DataFrame(
+    return _written(
         {
             **columns.of(np.repeat(np.arange(k), n)),
-            "target": _as_column(names).take(np.tile(np.arange(n), k)),
-            "Xf": x,
-            "Yf": y,
-            "sd_x": sd_x,
-            "sd_y": sd_y,
-            "pixels": pixels,
+            "target": _Words(_as_column(names), lambda: np.tile(np.arange(n), k)),
+            **dict(zip(_MEASURED, (values.ravel() for values in rows.values[: BACKGROUND + 1]), strict=True)),
             "total_pixels": np.repeat(rows.total_pixels, n),
-            "mass": mass,
-            "contrast": contrast,
-            "background": background,
             "box_x": rows.corner[..., 0].ravel(),
             "box_y": rows.corner[..., 1].ravel(),
             "box_w": np.tile(starts.box[:, 0], k),
             "box_h": np.tile(starts.box[:, 1], k),
-            "flag": _as_column(_flag_words()).take(rows.flag.ravel()),
+            "flag": _Words(columns.flags, rows.flag.ravel),
         },
-        copy=False,
+        CENTROIDS,
     )
-
-
-def _flag_words() -> NDArray[np.object_]:
-    return described(np.arange(1 << len(FLAGS)), FLAGS)
 
 
 def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
     """The table of tracklets; in_boxes: the user has named where each target begins."""
-    from pandas import DataFrame
-
     each = cut.tracklet
-    words = [*names, ""]
     bound = in_boxes & (cut.began == "first") & (cut.target >= 0)
     table = {
         **columns.of(cut.sample),
@@ -318,32 +323,25 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
         "sd_y": cut.values[SD_Y],
         "pixels": cut.values[PIXELS],
         "brightness": cut.values[CONTRAST],
-        "flag": _as_column(_flag_words()).take(cut.flag),
-        "began": _as_column(cut.began).take(each),
-        "ended": _as_column(cut.ended).take(each),
-        "met": _as_column(cut.met).take(each),
-        "target": _as_column(words).take(cut.target[each]),
+        "flag": _Words(columns.flags, lambda: cut.flag),
+        "began": _Words(_as_column(cut.began), lambda: each),
+        "ended": _Words(_as_column(cut.ended), lambda: each),
+        "met": _Words(_as_column(cut.met), lambda: each),
+        "target": _Words(_as_column([*names, ""]), lambda: cut.target[each]),
         "bound": bound[each],
     }
-    return DataFrame({name: table[name] for name in COLUMNS}, copy=False)
+    return _written(table, COLUMNS)
 
 
 def _window_table(kept: Sequence[Window], columns: _Columns, noise: float, grown: Array, exposure: float) -> DataFrame:
     """The table of pieces of pictures; noise: grey levels, of a pixel; grown (2,): of sd_x, sd_y; exposure: samples."""
-    from pandas import DataFrame
-
     kept = sorted(kept, key=lambda one: one.sample)
     sample = np.array([one.sample for one in kept], np.intp)
-    table = {name: column for name, column in columns.of(sample).items() if name != "timecode"} | {
-        "left": np.array([one.left for one in kept], np.int64),
-        "top": np.array([one.top for one in kept], np.int64),
-        "parity": np.array([one.parity for one in kept], np.int64),
-        "lines": np.array([one.lines for one in kept], np.int64),
+    alike = {"noise": noise, "grown_x": grown[0], "grown_y": grown[1], "exposure": exposure}
+    table = columns.of(sample) | {
+        **{key: np.array([getattr(one, key) for one in kept], np.int64) for key in ("left", "top", "parity", "lines")},
         "width": np.array([one.grey.shape[1] for one in kept], np.int64),
         "grey": np.array([one.grey.tobytes() for one in kept], object),
-        "noise": np.full(len(kept), noise),
-        "grown_x": np.full(len(kept), grown[0]),
-        "grown_y": np.full(len(kept), grown[1]),
-        "exposure": np.full(len(kept), exposure),
+        **{name: np.full(len(kept), value) for name, value in alike.items()},
     }
-    return DataFrame(table)[list(WINDOW_COLUMNS)]
+    return _written(table, WINDOW_COLUMNS)

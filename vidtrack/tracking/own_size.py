@@ -175,14 +175,17 @@ class OwnSize:
         """Take in readings (VALUES, k, m) where they are clear (k, m)."""
         count = clear.sum(axis=0)
         share = (1 - (1 - OWN_SIZES.following) ** count) * (count > 0)
-        readings = values[_USUAL]
-        mean = np.where(clear, readings, 0.0).sum(axis=1) / np.maximum(count, 1)
-        last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
-        newest = values[:, last, np.arange(who.size)]
-        whole = self._part(newest[:, None], who)[1][0] & (count > 0)
+        if clear.all():
+            total, newest = values[_USUAL].sum(axis=1), values[:, -1:]
+        else:
+            total = np.where(clear, values[_USUAL], 0.0).sum(axis=1)
+            last = np.where(count > 0, clear.shape[0] - 1 - clear[::-1].argmax(axis=0), 0)
+            newest = values[:, last, np.arange(who.size)][:, None]
+        mean = total / np.maximum(count, 1)
+        whole = self._part(newest, who)[1][0] & (count > 0)
         part = whole
         if whole.any():
-            whole = part & self._same_shape(newest[:, None], who)[0]
+            whole = part & self._same_shape(newest, who)[0]
         old = self._usual[:, who]
         new = np.where(np.isfinite(old), old + share * (mean - old), np.where(count > 0, mean, np.nan))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -192,7 +195,7 @@ class OwnSize:
             known = np.isfinite(old[_COUNT]) & (count > 0)
             further = known & (np.abs(at_once - old[_COUNT]) > np.abs(new[_COUNT] - old[_COUNT]))
             new[_COUNT] = np.where(further, at_once, new[_COUNT])
-            new[_COUNT] = np.where(whole, newest[PIXELS], new[_COUNT])
+            new[_COUNT] = np.where(whole, newest[PIXELS, 0], new[_COUNT])
             grown = np.sqrt(new[_COUNT] / old[_COUNT])
         new[_SHAPE] = np.where(whole, old[_SHAPE] * grown, new[_SHAPE])
         self._usual[:, who] = new

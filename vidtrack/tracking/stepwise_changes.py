@@ -39,6 +39,7 @@ class Steps:
 
 
 STEPS = Steps()
+_BESIDE = np.ones((3, 3), np.uint8)
 
 
 class StepwiseChanges:
@@ -100,4 +101,4 @@ class StepwiseChanges:
 
 def around(blocks: Bools) -> Bools:
     """Those blocks, and the ones beside them."""
-    return np.asarray(cv2.dilate(blocks.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
+    return np.asarray(cv2.dilate(blocks.view(np.uint8), _BESIDE).view(bool))

@@ -46,6 +46,7 @@ from vidtrack.video.shares import (
     Tables,
     as_by_one_thread,
     how_apart,
+    levels_apart,
 )
 from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
@@ -174,8 +175,11 @@ class DecodedVideo(Video):
         opened = partial(DecodedVideo, self.path, *self._asked)
         if apart and (given := how_apart(codec, self.first[0][0], self._threads)):
             shape, dtype = (self.info.height, self.info.width), np.uint8 if self.info.bits == 8 else np.uint16
+            if given is levels_apart:
+                given = partial(given, here=self)
+            else:
+                self.first = None
             self._given = given(opened, shape, dtype, AHEAD_BYTES, self.path)
-            self.first = None
         else:
             self._given = as_by_one_thread(self, opened if self._threads > 1 else None, ahead=ahead or apart)
         ends = PictureEnds(self.info.bits) if ends_are_checked(codec.name, codec.extradata) else None

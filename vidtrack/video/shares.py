@@ -174,18 +174,28 @@ def levels_in_shares(
 
 
 def levels_apart(
-    opened: Callable[[], Decoding], shape: Sequence[int], dtype: DTypeLike, memory: int, path: str
+    opened: Callable[[], Decoding],
+    shape: Sequence[int],
+    dtype: DTypeLike,
+    memory: int,
+    path: str,
+    here: Decoding | None = None,
 ) -> Generator[Given]:
     """What the recording's `levels` gives, from one pass in a process of its own, and what is said of damage before
     each picture. The decoder of quick codecs would wait for Python's lock for as long as it works.
 
     Parameters as those of `levels_in_shares`
+    here    the recording as it is open, by a decoder without threads: the new process goes on with it, and this one
+            reads no more of it
     """
     try:
-        reader = ReadApart(partial(_with_reports, opened), shape, dtype, memory, path)
+        reader = ReadApart(partial(_with_reports, opened if here is None else lambda: here), shape, dtype, memory, path)
     except OSError:  # too many processes, or too little memory for another
         yield from gone_on_with(opened, 0)
         return
+    finally:
+        if here is not None:
+            here.first = None
     try:
         yield from reader
     finally:
