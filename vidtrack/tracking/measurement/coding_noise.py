@@ -16,6 +16,7 @@ differences of neighbours show only tanh(v / 2L) of their variance.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,8 +25,11 @@ import numpy as np
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.measurement.empirical_sd import (
     DIFFERENCES,
+    Changes,
     Scatter,
+    changes_of,
     differences,
+    least_of,
     least_over_sd,
     mass_sd,
     moves,
@@ -162,18 +166,19 @@ def _grown(
     shown = _shown(position, time) if copied else np.ones(g.shape)
     raw, light = sd * sd, g * g
     level, over = np.zeros((2, sd.shape[2])), np.ones((2, sd.shape[2]))
+    changes = changes_of(position, time)
     with np.errstate(invalid="ignore", divide="ignore"):
         of_noise = np.stack([_middle(values) for values in raw / (shown * light)])
         for _ in range(CODING_NOISE.rounds):
             expected = raw + (level**2)[:, None] * light * shown
-            over = np.nan_to_num(least_over_sd(position, np.sqrt(expected), time), nan=1.0)
+            over = np.nan_to_num(least_of(changes, np.sqrt(expected)), nan=1.0)
             if (over < CODING_NOISE.close).all():
                 break
             level = np.sqrt(level**2 + np.maximum(over**2 - 1, 0) * (of_noise + level**2))
         mean = (level**2).mean(axis=0)
         level = np.sqrt((k * level**2 + CODING_NOISE.alike * mean) / (k + CODING_NOISE.alike))
         coded = (level**2)[:, None] * light
-        uneven = _uneven(position, np.sqrt(raw + coded * shown), time)
+        uneven = _uneven(position, np.sqrt(raw + coded * shown), time, changes)
         known = np.sqrt(_middle(shown)) if copied else 1 / CODING_NOISE.of_light
         known = np.where(level > 0, known, 1.0)  # what a coder explains of light whose errors last
         left = np.fmax(over * np.fmax(lasting * known, 1.0), 1.0)
@@ -190,14 +195,14 @@ def _shown(position: Array, time: Array) -> Array:
     return np.asarray(np.maximum(np.tanh(speed / (2 * CODING_NOISE.copied_px)), 1 / CODING_NOISE.unseen))
 
 
-def _uneven(position: Array, sd: Array, time: Array) -> Array:
+def _uneven(position: Array, sd: Array, time: Array, changes: Sequence[Changes]) -> Array:
     """Times (k, n) that the variance of samples is larger than of most, 1 and more: h^2.
 
     By the differences of the track of which a sample is part, each weighted by its share in it; and by those of the
     samples about. Of the lowest order in which no motion is left: one of a higher order has a share of more samples.
     """
     uneven = np.ones(position.shape[1:])
-    by_order = np.stack([over_sd(position, sd, time, order).max(axis=0) for order in DIFFERENCES.orders])
+    by_order = np.stack([over_sd(one, sd).max(axis=0) for one in changes])
     order = np.argmax(by_order <= CODING_NOISE.motionless * np.fmin.reduce(by_order), axis=0)
     for of in np.unique(order).tolist():
         own = np.flatnonzero(order == of)

@@ -14,6 +14,7 @@ its pixels change its mass too. A track that scatters far more than the mass bea
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb
 from typing import NamedTuple
@@ -100,23 +101,57 @@ def rms_error(position: Array, time: Array) -> Array:
     return least_over_sd(position, np.ones(position.shape), time)
 
 
+class Changes(NamedTuple):
+    """Differences of one order of values (c, k, n).
+
+    starts  (m,) samples at which they begin; stride: samples from one to the next; weights (order + 1,) of these
+    squares (c, m, n)
+    """
+
+    starts: Ints
+    stride: int
+    weights: Array
+    squares: Array
+
+    def of(self, i: int) -> Ints | slice:
+        """The i-th sample of each, as a slice where it can be: then nothing need be copied out."""
+        at = self.starts + i * self.stride
+        return slice(at[0], at[-1] + 1) if at.size and at[-1] - at[0] + 1 == at.size else at
+
+
+def changes_of(values: Array, time: Array, stride: int = 1) -> list[Changes]:
+    """The differences of values (c, k, n) of samples `stride` apart, of all orders that are looked at."""
+    breaks, most = _breaks(time), max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
+    return [_changes(values, breaks, order, stride, most) for order in DIFFERENCES.orders]
+
+
+def _changes(values: Array, breaks: Ints, order: int, stride: int = 1, most: int | None = None) -> Changes:
+    starts = _unbroken(breaks, order * stride)
+    starts = starts if most is None else spread(starts, most)
+    weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
+    change = np.zeros((values.shape[0], starts.size, values.shape[2]))
+    found, spare = Changes(starts, stride, weights, change), np.empty(change.shape)
+    for i, weight in enumerate(weights):  # in place: the system fills each new array with zeros first
+        change += np.multiply(values[:, found.of(i)], weight, out=spare)
+    np.multiply(change, change, out=change)
+    return found
+
+
 def least_over_sd(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
     """rms of the differences of values (c, k, n) of samples `stride` apart, over what sd (c, k, n) lets expect: the
     least by all orders (c, n), NaN where there are too few.
     """
-    breaks = _breaks(time)
-    return np.asarray(np.fmin.reduce([_over_sd(values, sd, breaks, order, stride) for order in DIFFERENCES.orders]))
+    return least_of(changes_of(values, time, stride), sd)
 
 
-def over_sd(values: Array, sd: Array, time: Array, order: int) -> Array:
-    """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
-    return _over_sd(values, sd, _breaks(time), order)
+def least_of(changes: Sequence[Changes], sd: Array) -> Array:
+    """The same from the differences."""
+    return np.asarray(np.fmin.reduce([over_sd(one, sd) for one in changes]))
 
 
-def _over_sd(values: Array, sd: Array, breaks: Ints, order: int, stride: int = 1) -> Array:
-    """rms over k of the differences of values (c, k, n), over what sd (c, k, n) lets expect: (c, n)."""
-    most = max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
-    _, share, _ = _differences(values, sd, breaks, order, stride, most)
+def over_sd(changes: Changes, sd: Array) -> Array:
+    """rms over k of differences, over what sd (c, k, n) lets expect: (c, n)."""
+    share = _over_variance(changes, sd)
     known = np.isfinite(share)
     count = known.sum(axis=1)
     square = _median(share, count) / 0.6745**2
@@ -132,31 +167,21 @@ def differences(values: Array, sd: Array, time: Array, order: int) -> tuple[Ints
 
     First the samples (m,) at which they begin, then the differences (c, m, n), then the weights of the samples in each.
     """
-    return _differences(values, sd, _breaks(time), order)
+    found = _changes(values, _breaks(time), order)
+    return found.starts, _over_variance(found, sd), found.weights
 
 
-def _differences(
-    values: Array, sd: Array, breaks: Ints, order: int, stride: int = 1, most: int | None = None
-) -> tuple[Ints, Array, Array]:
-    """The same of samples `stride` apart, at most so many."""
-    starts = _unbroken(breaks, order * stride)
-    starts = starts if most is None else spread(starts, most)
-    change, variance = np.zeros((2, values.shape[0], starts.size, values.shape[2]))
-    spare = np.empty(change.shape)  # in place: the system fills each new array with zeros first
-    weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
-    even = starts.size > 0 and starts[-1] - starts[0] + 1 == starts.size  # then they need not be copied out
-    for i, weight in enumerate(weights):
-        at = starts + i * stride
-        those = slice(at[0], at[-1] + 1) if even else at
-        change += np.multiply(values[:, those], weight, out=spare)
-        np.multiply(sd[:, those], weight, out=spare)
+def _over_variance(changes: Changes, sd: Array) -> Array:
+    """The squares (c, m, n) over what sd (c, k, n) lets expect of them; NaN where it says nothing."""
+    variance, spare = np.zeros(changes.squares.shape), np.empty(changes.squares.shape)
+    for i, weight in enumerate(changes.weights):
+        np.multiply(sd[:, changes.of(i)], weight, out=spare)
         variance += np.multiply(spare, spare, out=spare)
-    np.multiply(change, change, out=change)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.divide(change, variance, out=spare)
+        share = np.divide(changes.squares, variance, out=spare)
     if (nothing := variance == 0).any():
         share[nothing] = np.nan
-    return starts, share, weights
+    return share
 
 
 def _lasting(light: Array, later: Array) -> float:

@@ -127,7 +127,7 @@ def take_off_pull(
 
 
 def _grey(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
-    return picture.astype(np.float32) * np.float32(detection.scale)
+    return np.asarray(np.multiply(picture, np.float32(detection.scale), dtype=np.float32))
 
 
 def _rounded(radius: float) -> float:
@@ -178,9 +178,11 @@ def _correct(
     """Take the pull off values (MEASURED, samples, n), in place, where they are measurements of this parity."""
     rounded = np.where(own, np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0), 0.0)
     several = max(1, STILL_PATTERN.at_once // max(rounded.shape[1], 1))
-    for size in np.unique(rounded[own]).tolist():
-        of_size = partial(_pull_and_size, pattern, size=size)
-        along = side_by_side(of_size, list(kernels(size, size / lines)))
+    sizes = np.unique(rounded[own]).tolist()
+    pulls = side_by_side(
+        partial(_pull_and_size, pattern), [(weights, size) for size in sizes for weights in kernels(size, size / lines)]
+    )
+    for size, *along in zip(sizes, pulls[::2], pulls[1::2], strict=True):
         for first in range(0, len(rounded), several):
             here = rounded[first : first + several] == size
             part = values[:, first : first + several]
@@ -192,13 +194,20 @@ def _correct(
 
 
 def _pull_and_size(
-    pattern: NDArray[np.float32], weights: Array, size: float
+    pattern: NDArray[np.float32], target: tuple[Array, float]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Pictures of the moment that a pattern makes of a target at each place, and of its size thereabouts."""
+    """Pictures of the moment that a pattern makes of a target at each place, and of its size thereabouts.
+
+    target  weights of the moment and radius, px
+    """
+    weights, size = target
     moment = cv2.filter2D(pattern, cv2.CV_32F, weights.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
     about = STILL_PATTERN.about * int(np.ceil(size)) + 1
-    local = np.sqrt(np.maximum(cv2.blur(moment * moment, (about, about)), 0.0) + moment * moment)
-    return moment, local
+    square = moment * moment
+    local = np.asarray(cv2.blur(square, (about, about)), np.float32)
+    np.maximum(local, 0.0, out=local)
+    local += square
+    return moment, np.sqrt(local, out=local)
 
 
 def _at(picture: NDArray[np.float32], x: Array, y: Array) -> Array:
