@@ -91,6 +91,8 @@ def test_a_default_may_be_swept_and_the_plan_stays_as_it_was():
         ({"sweeps": {"camera_count.x": [1]}}, "camera_count"),
         ({"camera_count": 4}, "rig.yaml: camera_count is 4; the plan has 3. Take 2 or more."),
         ({"volume": {"low": [1, 0, 0], "high": [0, 1, 1]}}, "rig.yaml: volume: low [1.0, 0.0, 0.0] is above high"),
+        ({"calibration": {"points": {}}}, "rig.yaml: calibration.points: there is none."),
+        ({"volume": {"samples": 2**31}}, "rig.yaml: volume.samples: Input should be less than or equal to 100"),
         ({"calibration": {**RIG["calibration"], "fix": ["kapa"]}}, "calibration.fix: no parameter 'kapa'"),
         ({"light": {"contrst": 1}}, "rig.yaml: light.contrst: no such setting; did you mean 'contrast'?"),
     ],

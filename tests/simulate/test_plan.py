@@ -45,6 +45,11 @@ def test_tags_are_a_range_or_a_list(written, meant):
     assert lab(tags=written).tags == tuple(meant.split())
 
 
+def test_a_range_that_nobody_means_takes_no_memory():
+    with pytest.raises(VidtrackError, match=r"tags: more than 10,000 tags\. Correct the range, not '1-99999999999'"):
+        lab(tags="1-99999999999")
+
+
 def test_every_mistake_is_a_line_with_its_place():
     lines = refused(lamps={"left": {"level": -1}, "right": {"levl": 2}}, size=[1])
     assert any(line.startswith("lab.yaml: lamps.left.level: ") and line.endswith("not '-1'.") for line in lines)

@@ -27,9 +27,9 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_terms import COEFFICIENTS
+from vidtrack.simulate.control_points import ControlPoints, tags_and_places
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Vector, plan_from
-from vidtrack.simulate.rig import points_on_wires
-from vidtrack.simulate.scenario import CameraPlan, Survey, Wires, camera_from_plan
+from vidtrack.simulate.scenario import CameraPlan, Survey, camera_from_plan
 
 Count = Annotated[int, Field(ge=1)]
 
@@ -47,7 +47,7 @@ class Light(Plan):
 class Points(Plan):
     """The calibration points, and how the cameras are calibrated with them."""
 
-    points: Wires | dict[str, Vector] = Field(description="wires, or tag: [x, y, z]")
+    points: ControlPoints = Field(description="wires, or tag: [x, y, z]")
     diameter: Positive = 2.0
     frames: Count = Field(20, description="frames averaged for each calibration point")
     survey: Survey = Survey()
@@ -61,7 +61,7 @@ class Volume(Plan):
 
     low: Vector | None = None
     high: Vector | None = None
-    samples: Count = Field(7, description="places along each axis")
+    samples: Annotated[int, Field(ge=1, le=100)] = Field(7, description="places along each axis")
 
 
 class RigPlan(Plan):
@@ -131,7 +131,9 @@ def case_from_plan(plan: RigPlan, sweep: str, value: Any, where: str) -> Case:
     except ValueError as error:
         raise VidtrackError(f"{where}: cameras: {error}. Move the camera or its target.") from None
     how = plan.calibration
-    p = _points(how.points)
+    p = tags_and_places(how.points)[1]
+    if not len(p):
+        raise VidtrackError(f"{where}: calibration.points: there is none. Give wires, or tag: [x, y, z].")
     q = _volume(plan.volume, p, where)
     unknown = set(how.fix) - {"f", "Sx", "Cx", "Cy", *COEFFICIENTS}
     if unknown:
@@ -149,12 +151,6 @@ def case_from_plan(plan: RigPlan, sweep: str, value: Any, where: str) -> Case:
         refine=how.refine,
     )
     return Case(sweep, value, layout, plan.diameter, how.survey.distribution == "uniform")
-
-
-def _points(points: Wires | Mapping[str, Vector]) -> Array:
-    if isinstance(points, Wires):
-        return points_on_wires(**points.model_dump())[1]
-    return np.array(list(points.values()), float).reshape(-1, 3)
 
 
 def _volume(volume: Volume, p: Array, where: str) -> Array:

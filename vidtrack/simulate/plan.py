@@ -14,6 +14,7 @@ from vidtrack.timing.timecode import exact_rate
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
+MOST_TAGS = 10_000
 NotNegative = Annotated[float, Field(ge=0)]
 
 
@@ -33,7 +34,9 @@ def _tags(value: Any) -> Any:
     tags: list[str] = []
     for part in value if isinstance(value, list) else str(value).split(","):
         first, dash, last = str(part).strip().partition("-")
-        whole = dash and first.isdigit() and last.isdigit()
+        whole = dash and first.isdecimal() and last.isdecimal()
+        if whole and int(last) - int(first) > MOST_TAGS:
+            raise ValueError(f"more than {MOST_TAGS:,} tags. Correct the range")
         tags += [str(n) for n in range(int(first), int(last) + 1)] if whole else [str(part).strip()]
     return tuple(tags)
 
@@ -56,7 +59,7 @@ def plan_from(kind: type[P], values: Mapping[str, Any], where: str) -> P:
 
 
 def _line(kind: type[Plan], problem: Mapping[str, Any]) -> str:
-    place = ".".join(str(part) for part in problem["loc"])
+    place = ".".join(str(part) for part in problem["loc"] if not str(part).startswith("("))  # a form of an entry
     if problem["type"] == "extra_forbidden":
         key = str(problem["loc"][-1])
         near = did_you_mean(key, _all_keys(kind))

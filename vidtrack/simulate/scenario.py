@@ -20,16 +20,18 @@ from pydantic import Field, model_validator
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.projection import Projection
 from vidtrack.simulate.background import Texture
+from vidtrack.simulate.control_points import ControlPoints, tags_and_places
 from vidtrack.simulate.motion import Motion, Oscillation
 from vidtrack.simulate.picture import Patch, Picture
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vector, plan_from
 from vidtrack.simulate.recording import Clock, Interlace, Shutter
-from vidtrack.simulate.rig import focal_length_from_field, look_at, points_on_wires, position_from_angles
+from vidtrack.simulate.rig import focal_length_from_field, look_at, position_from_angles
 from vidtrack.simulate.tape import Tape
 from vidtrack.simulate.through import InterfacePlan, interfaces_of
 from vidtrack.timing.timecode import Timecode, parse
 
 Count = Annotated[int, Field(ge=1)]
+Side = Annotated[int, Field(ge=1, le=16_384)]
 
 
 class CameraPlan(Plan):
@@ -41,7 +43,7 @@ class CameraPlan(Plan):
     tilt_deg: float | None = Field(None, description="downward")
     distance: Positive | None = None
     roll_deg: float = Field(0.0, description="clockwise as seen from behind the camera")
-    size: tuple[Count, Count] = Field((512, 480), description="px, width and height of the frame buffer")
+    size: tuple[Side, Side] = Field((512, 480), description="px, width and height of the frame buffer")
     sensor: tuple[Positive, Positive] = Field((8.8, 6.6), description="mm, width and height that the frame covers")
     f: Positive | None = Field(None, description="mm; or give field")
     field: Positive | None = Field(None, description="world units, width of the picture at the target")
@@ -120,16 +122,6 @@ class Recording(Plan):
     tape: Tape = Tape()
 
 
-class Wires(Plan):
-    """Calibration balls on plumb wires, tagged 1, 2, ... row by row, wire by wire, from the top down."""
-
-    rows: Count = 4
-    wires: Count = 4
-    balls: Count = 4
-    spacing: Vector = Field(description="world units along x (wires), y (rows) and z (balls)")
-    centre: Vector = (0.0, 0.0, 0.0)
-
-
 class Survey(Plan):
     """How well the balls' places are known."""
 
@@ -154,7 +146,7 @@ class Clip(Plan):
 class Calibration(Plan):
     """What the cameras are calibrated with."""
 
-    points: Wires | dict[str, Vector] = Field({}, description="wires, or tag: [x, y, z]")
+    points: ControlPoints = Field({}, description="wires, or tag: [x, y, z]")
     diameter: Positive = 2.0
     frames: Count = 20
     survey: Survey = Survey()
@@ -316,10 +308,7 @@ class Scenario(Plan):
 
     def points(self) -> tuple[list[str], np.ndarray[Any, np.dtype[np.float64]]]:
         """Tags and true places (n, 3) of the calibration balls."""
-        points = self.calibration.points
-        if isinstance(points, Wires):
-            return points_on_wires(**points.model_dump())
-        return list(points), np.array(list(points.values()), float).reshape(-1, 3)
+        return tags_and_places(self.calibration.points)
 
 
 def scenario_from(values: Mapping[str, Any], where: str = "scenario") -> Scenario:
