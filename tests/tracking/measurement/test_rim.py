@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.discs import picture as discs
-from vidtrack.tracking.measurement.rim import RIM, look_at_rims, middle_of_arc
+from vidtrack.tracking.measurement.rim import RIM, look_at_rims, middle_of_arc, middle_of_rim
 
 SHAPE, LEVEL, LIGHT, RADIUS = (60, 80), 40.0, 100.0, 6.0
 ANGLE = 2 * np.pi * np.arange(RIM.rays) / RIM.rays
@@ -96,3 +96,13 @@ def test_what_is_small_or_at_the_edge_or_was_not_measured_is_not_looked_at(x, y,
 def test_levels_of_other_depths_give_the_same_rim():
     deep = look_at_rims(ball().astype(np.uint16) * 256, np.array([[40.3, 30.6]]), np.array([113.0]), 1.0, scale=1 / 256)
     np.testing.assert_allclose(deep.rim, looked(ball()).rim, atol=1e-3)
+
+
+def test_the_first_harmonic_of_a_rim_is_the_way_to_its_middle():
+    angle = 2 * np.pi * np.arange(RIM.rays) / RIM.rays
+    away, to = np.array([0.3, 0.05]), np.array([1.0, 4.0])
+    along = away[:, None] * np.cos(angle - to[:, None])
+    rim = along + np.sqrt(8.0**2 - away[:, None] ** 2 + along**2)  # a circle of 8 px about (away, to)
+    way, sd = middle_of_rim(rim, np.array([0.1, 0.2]))
+    assert np.abs(way - away * np.stack([np.cos(to), np.sin(to)])).max() < 1e-3
+    assert np.allclose(sd, [0.025, 0.05])

@@ -144,6 +144,13 @@ def _middle(grey: NDArray[np.float32], where: Bools) -> Array:
     return np.asarray(row_medians(np.einsum("nrs,ns->nr", grey, share)), float)
 
 
+def middle_of_rim(rim: Array, sd: Array) -> tuple[Array, Array]:
+    """The middle (2, n) px of each rim (n, rays) from the centroid, its first harmonic, and its sd (n,) px; sd: of a
+    place of the rim.
+    """
+    return np.asarray(2 / RIM.rays * (_RAYS @ rim.T)), np.asarray(sd * np.sqrt(2 / RIM.rays))
+
+
 def middle_of_arc(rim: Array, sd: Array) -> tuple[Array, Bools]:
     """The middle (2, n) px from the centroid of the circle that the longest part of each rim (n, rays) is of, and
     whether (n,) a part is a circle's within sd (n,) px. Kasa's fit: x^2 + y^2 = 2 a x + 2 b y + c.

@@ -10,7 +10,8 @@ import numpy as np
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.detect_settings import Detection
-from vidtrack.tracking.measurement.rim import look_at_rims, middle_of_arc
+from vidtrack.tracking.measurement.rim import look_at_rims, middle_of_arc, middle_of_rim
+from vidtrack.tracking.measurement.uneven_light import Ways
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import PIXELS, X, Y
 
@@ -60,6 +61,7 @@ class Rims:
         self._odd = np.zeros(0, np.intp)  # targets of which every sample is looked at
         self._turn = self._next = 0
         self._before: deque[tuple[int, Sample, Array]] = deque(maxlen=UNEVEN_RIMS.every - 1)
+        self._ways = Ways(n)
         self._found: list[tuple[Ints, Ints, Array, Array]] = []  # samples, targets, way to the middle (2, m), sd (m,)
 
     def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
@@ -110,6 +112,7 @@ class Rims:
         self._lately[who] = np.minimum(lately, UNEVEN_RIMS.beyond)
         shaped = seen.shaped[able]
         self._shaped[who] += (np.minimum(shaped, UNEVEN_RIMS.shaped[0]) - self._shaped[who]) / UNEVEN_RIMS.memory
+        self._ways.seen(number, who, *middle_of_rim(rim, sd), now < UNEVEN_RIMS.beyond)
         plainly = (shaped > UNEVEN_RIMS.shaped[0]) | (self._shaped[who] > UNEVEN_RIMS.shaped[1])
         if (some := np.flatnonzero(plainly & ((now > UNEVEN_RIMS.beyond) | (lately > UNEVEN_RIMS.lasting)))).size:
             who_of, uneven, rim, sd = who[some], uneven[some], rim[some], sd[some]
@@ -128,6 +131,7 @@ class Rims:
 
         own  (2, k, n) px, the sd without what surfaces say: light and dark on a target do not move its rim
         """
+        sd = np.hypot(sd, self._ways.sd(own))
         if not self._found:
             return position, sd
         sample, who, way, more = (np.concatenate(parts, axis=-1) for parts in zip(*self._found, strict=True))

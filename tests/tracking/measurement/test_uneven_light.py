@@ -1,0 +1,67 @@
+"""The edge of a shadow that goes over a ball moves its centroid, and not its rim."""
+
+from fractions import Fraction
+
+import numpy as np
+from scipy.special import ndtr
+
+from tests.discs import picture as discs
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.measurement.uneven_light import UNEVEN_LIGHT, Ways
+
+SHAPE, RADIUS = (80, 140), 7.0
+
+
+def film(dim, n=60):
+    """Errors and sd of a ball over which the soft edge of a shadow goes for half of the film."""
+    rng, frames, truth = np.random.default_rng(3), [], []
+    column = np.arange(SHAPE[1])
+    for k in range(n):
+        x, y = 25 + 1.4 * k, 40 + 5 * np.sin(k / 5)
+        edge = max(x - 1.0, 65.0) if k < 50 else x - 25  # it stays, then it goes along with the ball, then it is gone
+        light = dim + (1 - dim) * ndtr((edge - column) / 5.0)
+        luma = discs(SHAPE, [(x, y, RADIUS, 90.0)], level=40.0, dtype=float, rng=rng) * light
+        luma = np.clip(np.rint(luma + rng.normal(0, 1.5, SHAPE)), 0, 255).astype(np.uint8)
+        frames.append(Frame(k, Fraction(k, 25), luma, False, None))
+        truth.append((x, y))
+    table = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1).centroids
+    good = (table["flag"] == "").to_numpy()
+    return (table[["Xf", "Yf"]].to_numpy() - truth)[good], table.loc[good, ["sd_x", "sd_y"]].to_numpy()
+
+
+def wrong(error, sd):
+    return int(((np.abs(error) > 5 * sd) & (np.abs(error) > 0.1)).any(axis=1).sum())
+
+
+def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
+    error, sd = film(0.5)
+    assert np.abs(error).max() > 0.4
+    assert wrong(error, sd) == 0
+    monkeypatch.setattr(Ways, "sd", lambda self, sd: np.zeros(sd.shape))
+    assert wrong(*film(0.5)) > 5
+
+
+def test_a_plain_ball_keeps_its_sd(monkeypatch):
+    _, sd = film(1.0)
+    monkeypatch.setattr(Ways, "sd", lambda self, sd: np.zeros(sd.shape))
+    np.testing.assert_array_equal(sd, film(1.0)[1])
+
+
+def seen(ways_of, noise=0.01):
+    """Ways of one target in every fourth sample, and what they add to an sd of 0.02 px."""
+    ways, yes = Ways(1), np.ones(1, bool)
+    for k, way in enumerate(ways_of):
+        ways.seen(4 * k, np.zeros(1, int), np.array(way, float)[:, None], np.full(1, noise), yes)
+    return ways.sd(np.full((2, 4 * len(ways_of), 1), 0.02))[:, :, 0]
+
+
+def test_a_lamp_that_is_always_at_one_side_moves_no_sample_against_another():
+    assert not seen([(0.3, 0.1)] * 10).any()
+    assert not seen([(0.0, 0.0), (0.5, 0.0)]).any()  # too few looks
+
+
+def test_by_hand_what_parts_light_and_rim_more_than_usual_is_in_the_sd_about_that_look():
+    added = seen([(0.3, 0.1)] * 5 + [(0.3, 0.7)] + [(0.3, 0.1)] * 4)
+    assert np.flatnonzero(added[1]).tolist() == list(range(17, 24))
+    assert np.allclose(added[:, 17:24], UNEVEN_LIGHT.whole * 0.6)
