@@ -176,12 +176,14 @@ def test_two_that_may_as_well_have_changed_places_are_not_distinct():
 
 
 def test_another_track_that_touches_a_target_belongs_to_its_fit():
-    occlusions = Occlusions(5)
+    occlusions, times = Occlusions(5), np.arange(8.0)
     place = np.array([[50.0, 50.0], [58.0, 50.0], [66.0, 50.0], [120.0, 50.0], [128.0, 50.0]])
     size, who = np.full((5, 2), 9.0), np.arange(5)
     assert not occlusions.with_targets(who, 1, 1.0, place, size).any()  # none of them hides another
-    occlusions.begin(np.array([0, 1, 2, 3, 4]), np.array([0.0]), place[None])
+    occlusions.begin(who, times, np.repeat(place[None], 8, axis=0))
     assert occlusions.with_targets(who, 1, 1.0, place, size).tolist() == [True, True, True, False, False]
     assert not occlusions.with_targets(who, 0, 1.0, place, size).any()
     occlusions.end(np.array([1]))
+    assert occlusions.with_targets(who, 1, 1.0, place, size).tolist() == [True, False, False, False, False]
+    occlusions.begin(who, times[:4], np.repeat(place[None], 4, axis=0))  # a spark beside it is gone before it is fitted
     assert occlusions.with_targets(who, 1, 1.0, place, size).tolist() == [True, False, False, False, False]

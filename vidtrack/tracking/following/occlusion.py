@@ -34,6 +34,7 @@ class Occlusion:
     known              positions that a course needs to be tried
     astray_px          at most so far from its course is a target sought
     parting_px         between targets within which they are still sought together
+    lasting            positions that are known of another track that is fitted with a target: glitter lasts for fewer
     """
 
     touching_px: float = 2.0
@@ -48,6 +49,7 @@ class Occlusion:
     known: int = 4
     astray_px: float = 60.0
     parting_px: float = 4.0
+    lasting: int = 6
 
 
 OCCLUSION = Occlusion()
@@ -104,7 +106,9 @@ class Occlusions:
 
         place, size  (m, 2) px, where each is expected, and its width and height
         """
-        out, met = np.zeros(who.size, bool), np.flatnonzero(self.met[who])
+        out = np.zeros(who.size, bool)
+        lasts = [self.met[i] and (i < n or self._history[i][0].size >= OCCLUSION.lasting) for i in who.tolist()]
+        met = np.flatnonzero(lasts)
         targets = who[met] < n
         if targets.all() or not targets.any():
             return out
