@@ -38,13 +38,13 @@ def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
     error, sd = film(0.5)
     assert np.abs(error).max() > 0.4
     assert wrong(error, sd) == 0
-    monkeypatch.setattr(Ways, "sd", lambda self, sd: np.zeros(sd.shape))
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
     assert wrong(*film(0.5)) > 5
 
 
 def test_a_plain_ball_keeps_its_sd(monkeypatch):
     _, sd = film(1.0)
-    monkeypatch.setattr(Ways, "sd", lambda self, sd: np.zeros(sd.shape))
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
     np.testing.assert_array_equal(sd, film(1.0)[1])
 
 
@@ -53,7 +53,8 @@ def seen(ways_of, noise=0.01):
     ways, yes = Ways(1), np.ones(1, bool)
     for k, way in enumerate(ways_of):
         ways.seen(4 * k, np.zeros(1, int), np.array(way, float)[:, None], np.full(1, noise), yes)
-    return ways.sd(np.full((2, 4 * len(ways_of), 1), 0.02))[:, :, 0]
+    sd = np.full((2, 4 * len(ways_of), 1), 0.02)
+    return np.sqrt(np.maximum(ways.grown(sd, sd) ** 2 - sd**2, 0))[:, :, 0]
 
 
 def test_a_lamp_that_is_always_at_one_side_moves_no_sample_against_another():
@@ -65,3 +66,20 @@ def test_by_hand_what_parts_light_and_rim_more_than_usual_is_in_the_sd_about_tha
     added = seen([(0.3, 0.1)] * 5 + [(0.3, 0.7)] + [(0.3, 0.1)] * 4)
     assert np.flatnonzero(added[1]).tolist() == list(range(17, 24))
     assert np.allclose(added[:, 17:24], UNEVEN_LIGHT.whole * 0.6)
+
+
+def test_looks_that_are_kept_together_say_the_same():
+    many = [(0.3, 0.1)] * 300 + [(0.3, 0.7)] + [(0.3, 0.1)] * 300
+    assert len(many) > 2 * UNEVEN_LIGHT.together
+    added = seen(many)
+    assert np.flatnonzero(added[0]).tolist() == list(range(1197, 1204))
+    assert np.allclose(added[:, 1197:1204], UNEVEN_LIGHT.whole * 0.6)
+
+
+def test_smaller_ways_count_about_a_plain_one_only():
+    some = [(0.0, 0.0)] * 20 + [(0.08, 0.0)] + [(0.0, 0.0)] * 20
+    plain = [(0.0, 0.0)] * 6 + [(0.5, 0.0)] + [(0.0, 0.0)] * 6 + [(0.08, 0.0)] + [(0.0, 0.0)] * 6
+    assert not seen(some).any()
+    added = seen(plain + some)[0]
+    assert np.flatnonzero(added).max() == 4 * 14 - 1
+    assert np.allclose(added[4 * 13], UNEVEN_LIGHT.whole * 0.08)

@@ -131,7 +131,7 @@ class Rims:
 
         own  (2, k, n) px, the sd without what surfaces say: light and dark on a target do not move its rim
         """
-        sd = np.hypot(sd, self._ways.sd(own))
+        sd = self._ways.grown(sd, own)
         if not self._found:
             return position, sd
         sample, who, way, more = (np.concatenate(parts, axis=-1) for parts in zip(*self._found, strict=True))

@@ -8,9 +8,12 @@ and then, and only where the rim is a whole one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 
@@ -22,20 +25,32 @@ class UnevenLight:
     fewest   looks at a target from which on it is judged
     nearest  share of the looks, those with the least ways, that show its usual light
     beyond   times the sd of a way, that one is from the usual at least: of plain balls 2 at most, and 4 of coded ones
-    others   the same of the other ways of a target of which one is
+    others   the same of the ways before and after it, of so many looks
+    about
     grid_px  what the grid of pixels adds to that sd
     whole    px that a centroid is off for a px of way: the background beside a shadow moves the rim as well
+    together  looks that are kept as one: each by itself takes ten times its memory
     """
 
     fewest: int = 4
     nearest: float = 0.2
     beyond: float = 5.0
     others: float = 1.5
+    about: int = 12
     grid_px: float = 0.02
     whole: float = 1.3
+    together: int = 256
 
 
 UNEVEN_LIGHT = UnevenLight()
+
+
+_Looks = tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any]]  # samples, targets, ways (2, m), their sd
+
+
+def _joined(looks: Sequence[_Looks]) -> _Looks:
+    sample, who, way, sd = (np.concatenate(parts, axis=-1) for parts in zip(*looks, strict=True))
+    return sample.astype(np.int32), who.astype(np.int32), way.astype(np.float32), sd.astype(np.float32)
 
 
 class Ways:
@@ -43,34 +58,46 @@ class Ways:
 
     def __init__(self, n: int) -> None:
         self._n = n
-        self._looks: list[tuple[Ints, Ints, Array, Array]] = []
+        self._looks: list[_Looks] = []
+        self._kept: list[_Looks] = []
 
     def seen(self, sample: int, who: Ints, way: Array, sd: Array, good: Bools) -> None:
         """Ways (2, m) px of targets `who` in a sample, with their sd (m,) px, where they are good (m,)."""
         if good.any():
             self._looks.append((np.full(np.count_nonzero(good), sample), who[good], way[:, good], sd[good]))
+        if len(self._looks) >= UNEVEN_LIGHT.together:
+            self._kept.append(_joined(self._looks))
+            self._looks = []
 
-    def sd(self, sd: Array) -> Array:
-        """px (2, k, n), what light adds to the sd (2, k, n) of centroids; 0 where nothing of it is seen."""
-        out = np.zeros(sd.shape)
-        if not self._looks:
-            return out
-        sample, who, way, noise = (np.concatenate(parts, axis=-1) for parts in zip(*self._looks, strict=True))
-        every = np.arange(sd.shape[1])
+    def grown(self, sd: Array, own: Array) -> Array:
+        """sd (2, k, n) px of centroids, with what light adds; own (2, k, n) px: what ways are compared with."""
+        if not self._looks and not self._kept:
+            return sd
+        sample, who, way, noise = _joined([*self._kept, *self._looks])
+        every, out = np.arange(sd.shape[1]), sd
         for i in np.unique(who).tolist():
-            own = np.flatnonzero(who == i)
-            own = own[np.unique(sample[own], return_index=True)[1]]
-            if own.size < UNEVEN_LIGHT.fewest:
+            rows = np.flatnonzero(who == i)
+            rows = rows[np.unique(sample[rows], return_index=True)[1]]
+            if rows.size < UNEVEN_LIGHT.fewest:
                 continue
-            at, to = sample[own], way[:, own]
+            at, to = sample[rows], way[:, rows]
             size = np.hypot(*to)
             usual = to[:, size <= np.quantile(size, UNEVEN_LIGHT.nearest)].mean(axis=1)
             off = np.hypot(*(to - usual[:, None]))
-            limit = np.hypot(np.hypot(noise[own], np.fmax(*np.nan_to_num(sd[:, at, i]))), UNEVEN_LIGHT.grid_px)
-            if not (off > UNEVEN_LIGHT.beyond * limit).any():
+            limit = np.hypot(np.hypot(noise[rows], np.fmax(*np.nan_to_num(own[:, at, i]))), UNEVEN_LIGHT.grid_px)
+            if not (plainly := np.flatnonzero(off > UNEVEN_LIGHT.beyond * limit)).size:
                 continue
-            off = np.where(off > UNEVEN_LIGHT.others * limit, off, 0.0)
+            off = np.where((off > UNEVEN_LIGHT.others * limit) & _near(plainly, off.size), off, 0.0)
             after = np.minimum(np.searchsorted(at, every), at.size - 1)
             before = np.maximum(np.searchsorted(at, every, side="right") - 1, 0)
-            out[:, :, i] = UNEVEN_LIGHT.whole * np.maximum(off[before], off[after])
+            out = sd.copy() if out is sd else out
+            out[:, :, i] = np.hypot(sd[:, :, i], UNEVEN_LIGHT.whole * np.maximum(off[before], off[after]))
         return out
+
+
+def _near(which: Ints, n: int) -> Bools:
+    """Which of n looks are about one of these."""
+    last = np.searchsorted(which, np.arange(n), side="right") - 1
+    before = np.where(last >= 0, np.arange(n) - which[np.maximum(last, 0)], n)
+    after = np.where(last + 1 < which.size, which[np.minimum(last + 1, which.size - 1)] - np.arange(n), n)
+    return np.asarray(np.minimum(before, after) <= UNEVEN_LIGHT.about)
