@@ -105,23 +105,24 @@ def shape_evidence(
     """
     second, position = values[XX : XY + 1], values[[X, Y]]
     velocity, acceleration = _motion(position, time.reshape(len(time), -1))
-    sd = mixed * np.abs(np.nan_to_num(velocity))
+    sd = mixed * np.abs(np.nan_to_num(velocity)) if mixed else np.zeros(velocity.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     if not seen.any():
         return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan), mixed)
     square = of.exposure**2 if of else 0.0 if mixed else _exposure(second, velocity, seen)
-    if square:
-        late = square / 24 * acceleration
-        usual = _rms(late)
-        position = position - np.nan_to_num(late)
-        unknown = np.where(np.isfinite(late), SHAPES.unknown * np.abs(late), usual)
-        ends = SHAPES.ends * np.sqrt(square) * np.abs(velocity)
-        sd = np.hypot(unknown, np.nan_to_num(ends))
-        second = second - square * np.nan_to_num(drawn_out(velocity))
+    if square:  # in place: the system fills each new array with zeros first
+        late = np.multiply(acceleration, square / 24, out=acceleration)
+        position -= np.nan_to_num(late)
+        sd, ends, streak = np.abs(late), np.abs(velocity), np.nan_to_num(drawn_out(velocity), copy=False)
+        sd *= SHAPES.unknown
+        np.copyto(sd, _rms(late), where=~np.isfinite(late))
+        ends *= SHAPES.ends * np.sqrt(square)
+        np.hypot(sd, np.nan_to_num(ends, copy=False), out=sd)
+        second = np.subtract(second, np.multiply(streak, square, out=streak), out=streak)
     area = np.where(seen, values[PIXELS], np.nan) * lines
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
-    hidden = _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines)
-    sd = np.hypot(sd, np.nan_to_num(np.where(seen, shift, hidden)))
+    shift = np.where(seen, shift, _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines))
+    np.hypot(sd, np.nan_to_num(shift, copy=False), out=sd)
     return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed)
 
 
@@ -283,8 +284,7 @@ def _from_usual(shape: Array, whole: Array, known: Array | None, noise: Array) -
     usual, scatter = np.full((2, len(shape), shape.shape[2]), np.nan)
     all_of = np.full((len(shape), 2), np.nan)
     if enough.any():
-        known_well = whole if enough.all() else whole[:, :, enough]
-        usual[:, enough], nearest = middle_and_nearest(known_well, SHAPES.nearest)
+        usual[:, enough], nearest = middle_and_nearest(whole if enough.all() else whole[:, :, enough], SHAPES.nearest)
         scatter[:, enough] = nearest / SHAPES.nearest_sd
         all_of = np.stack([np.nanmedian(usual, axis=1), np.nanmedian(scatter, axis=1)], axis=1)
     if known is not None and np.isfinite(known).all():
@@ -295,7 +295,7 @@ def _from_usual(shape: Array, whole: Array, known: Array | None, noise: Array) -
     noisier = np.fmax(own_noise / np.nanmedian(own_noise), 1.0) if np.isfinite(own_noise).any() else 1.0
     most = SHAPES.like_rest * all_of[:, 1:] * noisier
     theirs = ~enough | ((scatter > most) & (np.abs(usual - all_of[:, :1]) < SHAPES.apart * scatter))
-    off = np.abs(shape - np.where(theirs, all_of[:, :1], usual)[:, None])
+    np.abs(off := shape - np.where(theirs, all_of[:, :1], usual)[:, None], out=off)
     scatter = np.maximum(np.where(enough, np.minimum(scatter, most), most), 1e-6)
     far = np.zeros(shape.shape[1:])
     odd = (off > SHAPES.doubtful * scatter[:, None]).any(axis=0)  # few
