@@ -1,6 +1,8 @@
 import ctypes
 import gc
 import platform
+import subprocess
+import sys
 
 import numpy as np
 import pandas as pd
@@ -8,7 +10,7 @@ import psutil
 import pyarrow as pa
 import pytest
 
-from vidtrack.memory import collector_paused, columns_of, give_back_memory, tables_from_c_library
+from vidtrack.memory import collector_paused, columns_of, give_back_memory, keep_freed_memory, tables_from_c_library
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="malloc_trim is a function of glibc")
@@ -21,6 +23,32 @@ def test_what_was_freed_below_something_that_stays_is_given_back():
     assert len(last) == 4000
 
 
+KEPT = """
+import numpy as np, psutil
+from vidtrack.memory import give_back_memory, keep_freed_memory
+
+def used():
+    return psutil.Process().memory_info().rss
+
+keep_freed_memory({most})
+before = used()
+arrays = [np.ones(500_000) for _ in range(10)]
+arrays.clear()
+kept = used() - before
+give_back_memory()
+print(kept, used() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="mallopt is a function of glibc")
+@pytest.mark.parametrize("most", [0, 64_000_000])
+def test_so_much_of_what_was_freed_stays_until_it_is_given_back(most):
+    printed = subprocess.run([sys.executable, "-c", KEPT.format(most=most)], capture_output=True, text=True, check=True)
+    kept, given_back = (int(word) for word in printed.stdout.split())
+    assert (kept > 35_000_000) == (most > 0)
+    assert given_back < 5_000_000
+
+
 @pytest.mark.parametrize("error", [OSError, TypeError, AttributeError])
 def test_another_library_is_left_alone(monkeypatch, error):
     def refuse(name):
@@ -28,6 +56,7 @@ def test_another_library_is_left_alone(monkeypatch, error):
 
     monkeypatch.setattr(ctypes, "CDLL", refuse)
     give_back_memory()
+    keep_freed_memory(1)
 
 
 def test_the_collector_is_as_it_was_after_a_pause_that_ends_in_an_error_or_not():

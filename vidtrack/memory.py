@@ -13,6 +13,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
+"""Of `mallopt`."""
+_LARGEST = 32 << 20
+"""Bytes up to which a piece of memory may be one that is kept: more GNU's library does not allow."""
+
+
 @contextmanager
 def collector_paused() -> Generator[None]:
     """Python's search for objects that refer to each other in a circle is put off.
@@ -35,6 +41,19 @@ def give_back_memory() -> None:
     """
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)
+
+
+def keep_freed_memory(most: int) -> None:
+    """From now on up to so many bytes that were freed stay with the process, until `give_back_memory`.
+
+    By itself C's library gives large arrays back and asks for the next ones, whose pages the system fills with zeros:
+    where many of some MB come and go, that takes as long as the work on them. Where the library is not that of GNU,
+    nothing is done.
+    """
+    with suppress(AttributeError, OSError, TypeError):
+        library = ctypes.CDLL(None)
+        library.mallopt(_MMAP_THRESHOLD, _LARGEST)
+        library.mallopt(_TRIM_THRESHOLD, most)
 
 
 def tables_from_c_library() -> None:

@@ -18,7 +18,7 @@ from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
-from vidtrack.memory import give_back_memory, tables_from_c_library
+from vidtrack.memory import give_back_memory, keep_freed_memory, tables_from_c_library
 from vidtrack.side_by_side import side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
@@ -71,11 +71,13 @@ class Pictures:
     held_bytes  at most, at the beginning, where targets are searched in them
     searched    frames, at most, in which targets are searched where too little moves in the first few
     at_once     frames given to the tracker
+    kept_bytes  of freed memory that are kept for what comes after the last picture, where rows take no more than that
     """
 
     held_bytes: int = 64_000_000
     searched: int = 48
     at_once: int = 4
+    kept_bytes: int = 64_000_000
 
 
 PICTURES = Pictures()
@@ -85,6 +87,7 @@ CENTROIDS = (
     *("mass", "contrast", "background", "box_x", "box_y", "box_w", "box_h", "flag"),
 )
 """Columns of the table of centroids, as `track` says."""
+_MEASURED = "Xf", "Yf", "sd_x", "sd_y", "pixels", "mass", "contrast", "background"
 
 
 class Tracked(NamedTuple):
@@ -193,6 +196,8 @@ def track(
     pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
     del tracker, earlier, stamps  # what was recorded is as large as each table
     give_back_memory()
+    if rows.values.nbytes < PICTURES.kept_bytes:
+        keep_freed_memory(PICTURES.kept_bytes)
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
@@ -242,9 +247,6 @@ def untracked(frames: Iterable[Frame], info: VideoInfo, damage: DamagedPictures)
     found = damaged_pictures(damage.indices)
     diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": [line(one) for one in found]}
     return Tracked(empty[0], empty[1], empty[2], diagnostics | damage.as_record(), found, info.time)
-
-
-_MEASURED = "Xf", "Yf", "sd_x", "sd_y", "pixels", "mass", "contrast", "background"
 
 
 class _Columns:
