@@ -38,6 +38,8 @@ HOUSE = Path(__file__).resolve().parent.parent
 MAY_DIFFER = ("logs", ".benchmarks")
 DIGITS = 1e-6
 """Largest difference, relative, of a number that another processor computes, of the largest in its column."""
+MATRICES = ("gradients", "curvatures")
+"""Lists of matrices whose components all have one unit: a row of them may be nought but for rounding."""
 ROUNDING = 1e-14
 """Differences up to this are none: the mean of what swings about nought is a rounding error of either sign."""
 
@@ -176,8 +178,12 @@ def _pairs(one: Path, other: Path) -> Iterator[tuple[str, Any, Any]]:
 
 
 def _leaves(value: Any, place: str = "") -> Iterator[tuple[str, Any]]:
-    """Numbers by their places; the components of a vector together, for they are as large as it is."""
-    if isinstance(value, list) and value and all(type(one) in (int, float) for one in value):
+    """Numbers by their places; the components of a vector, or of one such matrix, together, for they are as large as it
+    is."""
+    if place.rpartition("/")[2] in MATRICES and value is not None:
+        for k, inner in enumerate(value):
+            yield f"{place}/{k}", np.ravel(inner).astype(float)
+    elif isinstance(value, list) and value and all(type(one) in (int, float) for one in value):
         yield place, np.array(value, float)
     elif isinstance(value, dict):
         for key, inner in value.items():

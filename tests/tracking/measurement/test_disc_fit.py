@@ -99,3 +99,11 @@ def test_a_fit_that_runs_away_or_begins_nowhere_is_nan_and_leaves_the_others_alo
     alone = fitted(stack[:, 2:], radius=3.0)
     assert np.isnan(np.stack(found)[:, :2]).all()
     assert found.x[2] == pytest.approx(alone.x[0], abs=1e-5)
+
+
+def test_rounding_of_where_a_fit_begins_does_not_move_its_end():
+    """Processors round sums otherwise: an end that follows them would differ from one to the next."""
+    stack, _ = blurred_windows(40, 2.5, side=24, noise=2.0, contrast=150.0, blur=0.7)
+    one, two = (fitted(stack, radius=2.5, contrast=150.0, start=(0.2 + part, -0.1)) for part in (0.0, 1e-8))
+    for a, b, scale in zip(one, two, (1, 1, 1, 1, 1e4), strict=True):
+        np.testing.assert_allclose(b, a, rtol=0, atol=1e-9 * scale)

@@ -133,3 +133,16 @@ def test_a_disc_that_something_dims_in_part_is_found_within_its_sd():
         error, sd = errors(fitted(shaded, at[:1], (12.0,), (180.0,), rng), at[:1])
         assert (np.abs(error) < 5 * sd).all()
         assert np.abs(error).max() > 5 * errors(fitted(data, at[:1], (12.0,), (180.0,), rng), at[:1])[1].max()
+
+
+def test_rounding_of_where_a_fit_begins_moves_its_end_by_no_more_than_itself():
+    """Processors round sums otherwise: an end that grows what they differ by would differ from one to the next."""
+    rng = np.random.default_rng(6)
+    moved = []
+    for _ in range(10):
+        data, at = drawn(rng, (4.0, 4.0), (180.0, 180.0), 0.25)
+        known = shapes_of(np.full(2, 50.0), np.full((2, 2), 8.0), np.full(2, 180.0))
+        whole, (x, y) = np.ones(data.shape, bool), at.T
+        one, two = (fit_together(data, whole, ~whole, x + 0.2 + part, y - 0.2, known, NOISE) for part in (0.0, 1e-9))
+        moved += [np.abs(one.x - two.x).max(), np.abs(one.y - two.y).max()]
+    assert max(moved) < 1e-9

@@ -139,12 +139,12 @@ def fit_together(
     begin = np.concatenate([[x, y], known.value])
     prior_sd = np.concatenate([np.full((2, m), np.inf), known.sd])
     height, width = data.shape
-    rows, columns = np.arange(height, dtype=np.float32)[:, None, None], np.arange(width, dtype=np.float32)
+    rows, columns = np.arange(height, dtype=float)[:, None, None], np.arange(width, dtype=float)
     axes = np.exp(known.value[:2])
     reach = axes + JOINT_FIT.reach_px
     in_x, in_y = np.abs(columns - x[:, None]) < reach[0][:, None], np.abs(rows[:, :, 0] - y).T < reach[1][:, None]
     near = (in_x[:, None] & in_y[:, :, None]).any(axis=0)
-    weight = (free & near).astype(np.float32)
+    weight = (free & near).astype(float)
     light = np.exp(known.value[2])
     orders = [tuple(range(m))]
     if m > 1 and light.max() > JOINT_FIT.alike * light.min():
@@ -192,7 +192,7 @@ def _overlap(best: Array, radius: Array) -> Array:
     return out
 
 
-def _seen(shares: Array, weight: Float32) -> Array:
+def _seen(shares: Array, weight: Array) -> Array:
     """Share of each disc (m,) that pixels show; shares (height, m, width), what each disc covers and is not covered."""
     own, visible = shares
     return np.asarray((visible * weight[:, None]).sum(axis=(0, 2)) / np.maximum(own.sum(axis=(0, 2)), 1e-6))
@@ -200,10 +200,10 @@ def _seen(shares: Array, weight: Float32) -> Array:
 
 def _descend(
     data: Float32,
-    weight: Float32,
+    weight: Array,
     clipped: Bools,
-    rows: Float32,
-    columns: Float32,
+    rows: Array,
+    columns: Array,
     begin: Array,
     prior_sd: Array,
     noise: float,
@@ -231,7 +231,7 @@ def _descend(
             damping = max(damping / 5, 1e-9)
             flat = (slopes * free).reshape(6 * m, -1)
             normal = flat @ flat.T + np.diag(pull.ravel())
-            gradient = flat.astype(float) @ left.ravel() + (pull * behind).ravel()
+            gradient = flat @ left.ravel() + (pull * behind).ravel()
         else:
             damping = min(damping * 10, 1e9)
         scale = np.maximum(np.diagonal(normal), 1e-6)
@@ -245,7 +245,7 @@ def _descend(
     return best, cost, normal, shares
 
 
-def _scene(unknowns: Array, rows: Float32, columns: Float32, order: tuple[int, ...]) -> tuple[Array, Array, Array]:
+def _scene(unknowns: Array, rows: Array, columns: Array, order: tuple[int, ...]) -> tuple[Array, Array, Array]:
     """Light (height, width), its derivatives by x, y, log axes, log light and log blur of each disc (6, m, height,
     width), and the shares (2, height, m, width): what each disc covers, and what of that nothing covers.
     """
@@ -256,8 +256,8 @@ def _scene(unknowns: Array, rows: Float32, columns: Float32, order: tuple[int, .
     fine = bool((unknowns[5] < np.log(JOINT_FIT.sharp_px)).any())
     share, slopes = soft_disc(single, rows, columns, fine=fine)  # (h, m, w), (6, h, m, w)
     share = np.clip(share, 0.0, 1.0)
-    across, down = columns - unknowns[0, :, None].astype(np.float32), rows - unknowns[1, :, None].astype(np.float32)
-    away = np.hypot(across, down) + np.float32(1e-3)
+    across, down = columns - unknowns[0, :, None], rows - unknowns[1, :, None]
+    away = np.hypot(across, down) + 1e-3
     across, down = across / away, down / away
     visible, own, fronts = share.copy(), np.ones_like(share), {}
     for rank, k in enumerate(order):
@@ -269,8 +269,8 @@ def _scene(unknowns: Array, rows: Float32, columns: Float32, order: tuple[int, .
             fronts[i, k] = by_front, left
             visible[:, k] *= left
             own[:, k] *= 1 - by_back
-    model = (visible * light[None, :, None].astype(np.float32)).sum(axis=1)
-    by = np.empty((6, m, *model.shape), np.float32)
+    model = (visible * light[None, :, None]).sum(axis=1)
+    by = np.empty((6, m, *model.shape))
     for rank, i in enumerate(order):
         gain = light[i] * own[:, i]
         for k in order[rank + 1 :]:
@@ -283,11 +283,11 @@ def _scene(unknowns: Array, rows: Float32, columns: Float32, order: tuple[int, .
     return model, by, np.stack([share, visible])
 
 
-def _both(front: Float32, back: Float32, alike: Float32) -> tuple[Float32, Float32, Float32]:
+def _both(front: Array, back: Array, alike: Array) -> tuple[Array, Array, Array]:
     """What both of two discs cover of pixels, given their shares and the cosine between their edges' normals, and its
     derivatives by the two shares.
     """
-    f = np.arcsin(np.clip(np.abs(alike), 0, 1)) * np.float32(2 / np.pi)
+    f = np.arcsin(np.clip(np.abs(alike), 0, 1)) * (2 / np.pi)
     same, less = alike > 0, front < back
     beyond = front + back > 1
     bound = np.where(same, np.where(less, front, back), np.where(beyond, front + back - 1, 0))
