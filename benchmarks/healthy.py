@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -267,7 +267,7 @@ def seen(path: Path, *, every: int) -> Seen:
     start = time.process_time()
     with open_video(str(path)) as video:
 
-        def look_again(indices: Collection[int]) -> set[int]:
+        def look_again(indices: Sequence[int]) -> set[int]:
             nonlocal again
             before = time.process_time()
             asked.extend(indices)

@@ -114,7 +114,7 @@ def test_nothing_is_measured_in_pictures_that_a_second_look_finds_damaged(tmp_pa
     sent = packets(whole)
     key = [i for i, (_, _, key) in enumerate(sent) if key][-1]
     record, tracklets = tracked(tmp_path, 0, with_hole(whole, sent[key][0], seed=7), **how)
-    assert len({tuple(sorted(at)) for at in looks}) == len(looks) <= 3  # sudden changes, faint ones, and those in steps
+    assert len(looks) == 1
     last = how.get("detect", {}).get("end", 29)
     assert set(record["damage_seen"]) >= set(range(20, last + 1))
     assert not len(tracklets) or tracklets["frame"].max() < 20

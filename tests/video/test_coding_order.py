@@ -1,11 +1,12 @@
 from types import SimpleNamespace as Thing
 
+import numpy as np
 import pytest
 
 from tests.files.clips import make_clip
 from vidtrack.timing.frame import Coded
 from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.coding_order import WAITING, CodingOrder
+from vidtrack.video.coding_order import WAITING, CodingOrder, LongWaits
 from vidtrack.video.reader import open_video
 
 KINDS = {
@@ -47,3 +48,32 @@ def test_packets_without_pictures_are_forgotten():
     assert order.of(Thing(pts=WAITING)) == Coded(WAITING, 0, False, False)
     assert order.of(Thing(pts=WAITING)) is None
     assert order.of(Thing(pts=None)) is None
+
+
+def test_pictures_of_a_program_stream_that_wait_longer_than_any_before_are_noted():
+    """I B B P B B P: a reference waits for three pictures; before a lost one it gets the stamp of the one behind."""
+    waits = LongWaits("mpeg")
+    for pts, dts in ((3, 0), (1, 1), (2, 2), (6, 3), (4, 4), (5, 5), (9, 6), (None, 7), (15, 9), (10, 10)):
+        waits.sent(Thing(pts=pts, dts=dts))
+    assert waits.odd == {15}
+    other = LongWaits("mpegts")
+    for pts in range(20):
+        other.sent(Thing(pts=pts * pts, dts=0))
+    assert other.odd == set()
+
+
+def test_a_key_frame_that_comes_late_because_the_next_reference_is_lost_is_flagged(tmp_path):
+    path = make_clip(tmp_path / "a.mpg", "mpeg2video", "yuv420p", n=40, options={"b": "3M", "bf": "2", "g": "12"})
+    with open_video(str(path)) as video:
+        whole = {frame.time: frame.luma.copy() for frame in video.frames()}
+    data = bytearray(path.read_bytes())
+    pictures = [i for i in range(len(data)) if data[i : i + 4] == b"\0\0\1\0"]
+    kinds = [data[i + 5] >> 3 & 7 for i in pictures]  # 1 of a key frame, 2 of one built on one before, 3 of B
+    key = kinds.index(1, 20)
+    lost = pictures[kinds.index(2, key)]
+    data[lost : lost + 40] = bytes(range(9, 49))
+    path.write_bytes(data)
+    with open_video(str(path)) as video:
+        wrong = [f.corrupt for f in video.frames() if f.time not in whole or not np.array_equal(f.luma, whole[f.time])]
+    assert wrong
+    assert all(wrong)

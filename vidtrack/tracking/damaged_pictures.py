@@ -10,8 +10,9 @@ what crosses the picture is not where it began when it leaves; a camera that sha
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import NamedTuple
 
 import cv2
@@ -34,7 +35,8 @@ class Limits:
     blocks         that do so at once, at least
     crowd          and multiples of how many usually do
     few, more      blocks, and multiples of how many usually do and did last, at which a picture gets a second look
-    doubts         pictures that get one, at most: those in which most blocks changed
+    doubts         pictures of each kind that get one, at most: those in which most blocks changed
+    gap            so many times as late as others a picture comes, where those before it were lost
     memory         share of the latest picture in what is usual
     back, returned  share of its change that a block may be off when it is back; share of the blocks that are back
     own            share of the blocks that changed first that leave and come back with them
@@ -54,6 +56,7 @@ class Limits:
     few: int = 3
     more: float = 2.0
     doubts: int = 16
+    gap: float = 1.5
     memory: float = 0.1
     own: float = 0.6
     hits: int = 3
@@ -118,8 +121,9 @@ class _Now(NamedTuple):
     change: Array
 
 
-LookAgain = Callable[[Collection[int]], set[int]]
-"""From frames that changed suddenly to those, of all, that a second look found damaged (`Video.look_again`)."""
+LookAgain = Callable[[Sequence[int]], set[int]]
+"""From frames that changed suddenly, the most doubtful first, to those, of all, that a second look found damaged
+(`Video.look_again`)."""
 
 
 class DamagedPictures:
@@ -137,6 +141,7 @@ class DamagedPictures:
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._in_steps = dict[int, float]()  # of those up to which the background changed in steps
+        self._single = dict[int, float]()  # frame -> by how many times its limit a block far from those changed
         self._steps = StepwiseChanges(_by_block)
         self._look_again = look_again
         self._shift = bits - 8
@@ -154,8 +159,12 @@ class DamagedPictures:
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, unchanged."""
-        good = None
+        good, pace, latest = None, np.inf, -np.inf
         for frame in frames:
+            gap, latest = float(frame.time) - latest, float(frame.time)
+            pace = min(pace, gap)
+            if good is not None and gap > LIMITS.gap * pace:
+                self._faint[good] = gap / pace  # what is lost behind it may begin in it
             if not frame.corrupt:
                 self._look(frame)
                 good = frame.index
@@ -164,10 +173,11 @@ class DamagedPictures:
                 good = None
             self._note(frame)
             yield frame
-        for doubtful in (self._doubtful, self._faint, self._in_steps):  # each has an allowance of its own
-            if self._look_again and doubtful:
-                most = sorted(doubtful, key=lambda i: -doubtful[i])[: LIMITS.doubts]
-                self.indices |= self._look_again(most)
+        kinds = (self._doubtful, self._faint, self._in_steps, self._single)
+        most = (sorted(kind, key=lambda i: -kind[i])[: LIMITS.doubts] for kind in kinds)
+        asked = dict.fromkeys(i for those in zip_longest(*most) for i in those if i is not None)
+        if self._look_again and asked:
+            self.indices |= self._look_again(list(asked))
 
     def as_record(self) -> dict[str, list[int]]:
         """What is to be recorded of it: nothing where no picture is damaged."""
@@ -190,17 +200,21 @@ class DamagedPictures:
         if self._usual is None:
             self._usual = np.ones_like(change)
         usual = self._usual
-        out = change > np.maximum(LIMITS.change, LIMITS.times * usual)
+        limit = np.maximum(LIMITS.change, LIMITS.times * usual)
+        out = change > limit
         usual += LIMITS.memory * (np.minimum(change, 2 * usual + 1) - usual)
         many = int(np.count_nonzero(out))
         unusual = many >= LIMITS.blocks + LIMITS.crowd * self._crowd
         expected = LIMITS.few + LIMITS.more * max(self._crowd, self._many)
-        apart = 0 if self._out is None else int(np.count_nonzero(out & ~around(self._out)))
+        new = np.zeros_like(out) if self._out is None else out & ~around(self._out)
+        apart = int(np.count_nonzero(new))
         self._many, self._out = many, out
         if many >= expected:
             self._doubtful[frame.index] = many / expected
         elif (most := apart / (LIMITS.few + LIMITS.more * self._apart)) >= 1:
             self._faint[frame.index] = most
+        elif apart:
+            self._single[frame.index] = float((change[new] / limit[new]).max())
         self._apart += LIMITS.memory * (min(apart, 2 * self._apart + LIMITS.few) - self._apart)
         self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
         if unusual:

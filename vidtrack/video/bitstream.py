@@ -32,8 +32,9 @@ class Bitstream:
         place = {"h264": 4, "hevc": 21}.get(codec)  # of the low bits that say how long the lengths are
         counted = place is not None and extradata is not None and len(extradata) > place and extradata[0] == 1
         self._key = b"\x65" if codec == "h264" else b"\x26"  # how a unit of a key frame begins
-        self._length = (extradata[place] & 3) + 1 if counted and extradata and place else 0
-        self.fault = {"dvvideo": _dv_fault}.get(codec) or (self._unit_fault if self._length else None)
+        self.length = (extradata[place] & 3) + 1 if counted and extradata and place else 0
+        """Bytes of the length before each unit of H.264 or HEVC; 0 where start codes part them."""
+        self.fault = {"dvvideo": _dv_fault}.get(codec) or (self._unit_fault if self.length else None)
         """From a packet to what is wrong in it ("" where nothing is); None where nothing can be checked."""
 
     def is_reference(self, packet: Any) -> bool | None:
@@ -52,11 +53,11 @@ class Bitstream:
 
     def _units(self, data: bytes) -> Iterator[bytes]:
         """The beginnings of a packet's units."""
-        if self._length:
+        if self.length:
             at = 0
-            while at + self._length < len(data):
-                size = int.from_bytes(data[at : at + self._length])
-                at += self._length
+            while at + self.length < len(data):
+                size = int.from_bytes(data[at : at + self.length])
+                at += self.length
                 yield data[at : at + 2] if at + size <= len(data) else self._key
                 at += size
             return
@@ -66,13 +67,13 @@ class Bitstream:
     def places(self, data: bytes) -> list[tuple[int, int]]:
         """Where the units of a packet of H.264 or HEVC begin and end; those that do not fit into it are left out."""
         out, at = list[tuple[int, int]](), 0
-        while self._length and at + self._length < len(data):
-            begin = at + self._length
+        while self.length and at + self.length < len(data):
+            begin = at + self.length
             at = begin + int.from_bytes(data[at:begin])
             if begin < at <= len(data):
                 out.append((begin, at))
-        at = 0 if self._length else data.find(b"\0\0\1")
-        while not self._length and at >= 0:
+        at = 0 if self.length else data.find(b"\0\0\1")
+        while not self.length and at >= 0:
             begin, at = at + 3, data.find(b"\0\0\1", at + 3)
             if begin < (end := len(data) if at < 0 else at):
                 out.append((begin, end))
@@ -81,8 +82,8 @@ class Bitstream:
     def _unit_fault(self, packet: Any) -> str:
         data, at = bytes(packet), 0
         while at < len(data):
-            size = int.from_bytes(data[at : at + self._length])
-            at += self._length
+            size = int.from_bytes(data[at : at + self.length])
+            at += self.length
             if size == 0 or at + size > len(data):
                 return "a unit of the stream does not fit its packet"
             if any(data.find(three, at, at + size) >= 0 for three in (b"\0\0\0", b"\0\0\1", b"\0\0\2")):

@@ -51,3 +51,30 @@ class CodingOrder:
         if coded is not None and self._bitstream.b_is_no_reference:
             return coded._replace(alone=picture.pict_type == _B)
         return coded
+
+
+class LongWaits:
+    """Packets of MPEG-PS whose pictures wait longer than any before, from their decoding until they are shown.
+
+    Where a packet bears no stamp, libavformat shows a reference when the next one is decoded: where that is lost, at
+    the one behind it, with a stamp that is not its own.
+    `odd`: their time stamps; container: libavformat's name of it
+    """
+
+    def __init__(self, container: str) -> None:
+        self._off, self._longest, self._n = container != "mpeg", 0, 0
+        self.odd = set[int]()
+
+    def sent(self, packet: Any) -> None:
+        """A packet goes to the decoder."""
+        if self._off or packet.pts is None or packet.dts is None:
+            return
+        wait = packet.pts - packet.dts
+        self._n += 1
+        if wait > self._longest and self._n > _USUAL:
+            self.odd.add(packet.pts)
+        self._longest = max(self._longest, wait)
+
+
+_USUAL = 6
+"""Packets that show how long pictures wait."""

@@ -8,7 +8,7 @@ counts are never relied on. Memory does not grow with length but for 8 bytes a f
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -26,7 +26,7 @@ from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.account import ReadingLog
 from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.coding_order import CodingOrder
+from vidtrack.video.coding_order import CodingOrder, LongWaits
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
@@ -63,7 +63,7 @@ ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
 
-LOOKED_AGAIN = 60, 40
+LOOKED_AGAIN = 240, 10
 """Pictures that are decoded for a second look at healthy ones: so many, and one for so many of the recording."""
 
 AHEAD_BYTES = 32_000_000
@@ -158,13 +158,14 @@ class DecodedVideo(Video):
         """How the reading went; complete once `frames` has come to its end."""
         return self._log.account(self.info, self._damage, ended=self._ended)
 
-    def look_again(self, indices: Collection[int]) -> set[int]:
+    def look_again(self, indices: Sequence[int]) -> set[int]:
         """As `Video.look_again`: by other endings of their packets."""
         if not indices:
             return set()
         stamps, n = np.array(self._log.packets), len(self._log.packets)
-        look = SecondLook(self.path, self._number, LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1])
-        damaged = look.damaged(set(stamps[sorted(indices)].tolist()))
+        flagged = stamps[self._log.corrupt].tolist()
+        look = SecondLook(self.path, self._number, LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1], flagged)
+        damaged = look.damaged(stamps[list(indices)].tolist())
         return set(np.flatnonzero(np.isin(stamps, list(damaged))).tolist()) - set(self._log.corrupt)
 
     def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
@@ -240,6 +241,7 @@ class DecodedVideo(Video):
         codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
         decode, tape, jpeg = codec.decode, codec.name == "dvvideo", codec.name in SHARED
         by_decoding, late = coded_stamps(self._container, codec), set[int]()  # brought out by packets behind lost ones
+        waits = LongWaits(self._container.format.name)
         logged, _ = get_last_error()
         for packet, misplaced, broken in with_next(self._packets(), self._container.format.name):
             if packet.size:
@@ -250,6 +252,7 @@ class DecodedVideo(Video):
                     self.tables.saw(packet)
                 if by_decoding and misplaced:
                     late.update(self._order.waiting())
+                waits.sent(packet)
                 damage.sent(packet)
                 self._order.sent(packet)
                 if self._stamps is not None and not packet.is_discard:
@@ -272,6 +275,7 @@ class DecodedVideo(Video):
             if refused or logged != before:
                 said = last[2] if last and logged != before else str(refused)
                 damage.complained(said, refused=refused is not None)
+                late.update(waits.odd.intersection(self._order.waiting()))
             for picture in pictures:
                 yield picture, damage.may_be_damaged(picture) or picture.pts in late
         self._drained = True

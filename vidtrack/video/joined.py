@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -70,7 +70,7 @@ class JoinedVideo(Video):
                 index, ends = index + 1, time + step
             self._accounts.append(self._now.account)
 
-    def look_again(self, indices: Collection[int]) -> set[int]:
+    def look_again(self, indices: Sequence[int]) -> set[int]:
         """As `Video.look_again`; a picture is looked at in the file that it is in."""
         found, end = set[int](), max(indices, default=-1) + 1
         for first, video in reversed(self._parts):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
@@ -35,8 +35,11 @@ class Video(ABC):
     def account(self) -> ReadAccount:
         """How the reading went; complete once `frames` has come to its end."""
 
-    def look_again(self, indices: Collection[int]) -> set[int]:
-        """When all are read: damaged frames that are not flagged so, where those of `indices` changed suddenly."""
+    def look_again(self, indices: Sequence[int]) -> set[int]:
+        """When all are read: damaged frames that are not flagged so, where those of `indices` changed suddenly.
+
+        indices  the most doubtful one first: there is a limit to what is looked at
+        """
         return set()
 
     @abstractmethod

@@ -1,16 +1,17 @@
-"""Whether coded pictures that look suspicious are damaged, by decoding them again with their last bytes changed.
+"""Whether coded pictures that look suspicious are damaged, by decoding them again with another end of their data.
 
 Decoders of H.264, HEVC, VP9 and AV1 read on behind a damaged byte as if nothing had happened, and are content when the
-picture is full. But garbage does not end where the data end: a damaged picture is full before its last bytes are read,
-so that they do not matter, whereas in a whole one they do. So a few other endings are tried: if each of them gives the
-very same picture, these bytes were never read and the picture is damaged.
+picture is full. But garbage does not end where the data end. What is read as garbage is full before its last bytes are
+read, so that they do not matter, whereas in a whole picture they do; or it needs more than there are, and then bytes
+that are put behind them matter, which a whole picture never reads. So other endings are tried. Of H.264 the end itself
+can be seen: in a picture that is taller than its data, a whole slice still ends where it ended (`taller`).
 
 What is looked at again costs a decoding from its key frame on, so the caller names few pictures, and there is a limit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -18,9 +19,10 @@ import av
 import numpy as np
 from av.logging import get_last_error
 
-from vidtrack.video.bitstream import Bitstream, unit_places
+from vidtrack.video.coded_units import SHORTEST, CodedUnits
 from vidtrack.video.container import open_container
 from vidtrack.video.luma import bits_of
+from vidtrack.video.taller import taller_headers, taller_packet
 
 TESTED = ("h264", "hevc", "vp9", "av1", "libdav1d", "mpeg4")
 """Codecs whose units are read serially to their last bytes."""
@@ -31,28 +33,39 @@ class Limits:
     """How it is looked.
 
     tail      bytes at the end of a unit that are replaced: three times as many as did not matter in any whole picture
-    block     so many times the bytes of a macroblock more: of the last one most may lie below the picture
+    boolean   the same of VP9 and AV1: four times
+    block     so many times the bytes of the smallest block more: of the last one most may lie below the picture
     tries     other endings that are tried
     other     of them, such as may give another picture of a damaged one: garbage may use memory that nothing was
               written to; and such as may give the same of the whole one beside it
     shown     of the last macroblock, share from which on what is cut off of it does not count: else it has most of the
               last bytes
-    shortest  bytes of a unit that is tested: of shorter ones the tail is the header
-    vp9       bytes of VP9's units, at least, and of their tails more: its last 4 are padding
+    shortest  bytes of a unit whose tail is replaced: of shorter ones the tail is the header
+    vp9       bytes of VP9's units, at least
+    end       bytes that hold the end of a slice of H.264
+    more      bytes that are put behind a unit; longer: how often others
+    beside    pictures with which one is compared, at most
     units     of a picture that are tested, at most
     far, room pictures and bytes from a key frame on in which it is looked
+    held      bytes of groups at once, as soon as there are more than two
     """
 
     tail: int = 24
+    boolean: int = 16
     block: float = 0.5
     tries: int = 6
     other: int = 1
     shown: float = 0.5
     shortest: int = 72
-    vp9: tuple[int, int] = (256, 4)
+    vp9: int = 256
+    end: int = 4
+    more: int = 6
+    longer: int = 2
+    beside: int = 3
     units: int = 8
     far: int = 300
     room: int = 64_000_000
+    held: int = 128_000_000
 
 
 LIMITS = Limits()
@@ -65,44 +78,76 @@ class _Coded(NamedTuple):
     pts: int
 
 
+class _Decoded(NamedTuple):
+    """A picture: how many errors were logged of it; whether the decoder filled in what is missing; its levels."""
+
+    errors: int
+    filled_in: bool
+    levels: bytes
+
+
 class SecondLook:
     """Looks at some pictures of a recording again.
 
-    path    its file
-    stream  number of the stream in the file
-    most    pictures that are decoded for those that turn out to be in order; the look that takes it beyond is the last
+    path     its file
+    stream   number of the stream in the file
+    most     pictures that are decoded for those that turn out to be in order; the look that takes it beyond is the last
+    flagged  time stamps of pictures that the decoder found damaged: it may have given some built on them before
     """
 
-    def __init__(self, path: str, stream: int, most: int) -> None:
-        self._path, self._stream, self._left = path, stream, most
-        self._name, self._spoilt = "", False  # _spoilt: what the next group's leading pictures are built on
-        self._share = 0.0  # of a picture that is a macroblock
+    def __init__(self, path: str, stream: int, most: int, flagged: Collection[int] = ()) -> None:
+        self._path, self._stream, self._left, self._flagged = path, stream, most, frozenset(flagged)
+        self._name, self._whole = "", set[int]()  # _whole: pictures that were looked at, and are in order
+        self._share = 0.0  # of a picture that is the smallest block
         self._shown = 1.0  # of the last macroblock
         self._extradata: bytes | None = None
-        self._bitstream = Bitstream("", None)
+        self._taller: bytes | None = None  # the same of pictures that are taller
+        self._units = CodedUnits("", None)
 
-    def damaged(self, suspects: Collection[int]) -> set[int]:
-        """Time stamps of pictures that are damaged or built on such, where those of `suspects` changed suddenly."""
+    def damaged(self, suspects: Sequence[int]) -> set[int]:
+        """Time stamps of pictures that are damaged or built on such, where those of `suspects` changed suddenly.
+
+        suspects  the most doubtful one first: as long as pictures may be decoded, they are looked at in this order
+        """
         found: set[int] = set()
-        before: list[_Coded] = []
         container = open_container(self._path)
         try:
             codec = container.streams[self._stream].codec_context
             self._name, self._extradata = codec.name, codec.extradata
             if self._name not in TESTED:
                 return set()
-            self._bitstream = Bitstream(self._name, self._extradata)
-            self._share = 256 / max(codec.width * codec.height, 256)
+            self._units = CodedUnits(self._name, self._extradata)
+            self._taller = taller_headers(self._extradata) if self._name == "h264" else None
+            block = 256 if self._name in ("h264", "mpeg4") else 64  # px that are coded at once, though none is shown
+            self._share = block / max(codec.width * codec.height, block)
             self._shown = (-codec.width % 16 - 16) * (-codec.height % 16 - 16) / 256
-            wanted, latest = set(suspects), max(suspects, default=-1)
-            for group in self._groups(container):
-                found |= self._of_group(group, before, wanted)
-                if (self._left <= 0 or group[0].pts > latest) and not self._spoilt:
+            for groups, looked in self._batches(container, set(suspects)):
+                self._look_at(groups, looked, suspects, found)
+                if self._left <= 0:
                     break
-                before = group
         finally:
             container.close()
         return found
+
+    def _batches(self, container: Any, wanted: set[int]) -> Iterator[tuple[list[list[_Coded]], range]]:
+        """As many groups as may be held at once, and which of them are looked at: the others were, or come again.
+
+        Of groups that are not beside one with a picture that is wanted the packets are not held.
+        """
+        batch, held, begin, latest = list[list[_Coded]](), 0, 0, max(wanted, default=-1)
+        for group in self._groups(container):
+            batch.append(group)
+            held += _size(group)
+            if len(batch) > 1 and not any(one.pts in wanted for near in batch[-3:] for one in near):
+                held -= _size(batch[-2])
+                batch[-2] = [one._replace(packet=None) for one in batch[-2]]
+            if len(batch) > 2 and group[0].pts > latest and batch[-2][0].pts > latest:
+                break
+            if held > LIMITS.held and len(batch) > 2:
+                yield batch, range(begin, len(batch) - 1)
+                batch, begin = batch[-2:], 1
+                held = sum(map(_size, batch))
+        yield batch, range(begin, len(batch))
 
     def _groups(self, container: Any) -> Iterator[list[_Coded]]:
         """Packets from key frame to key frame, in the order of coding."""
@@ -121,108 +166,175 @@ class SecondLook:
         if group:
             yield group
 
-    def _of_group(self, group: list[_Coded], before: list[_Coded], wanted: set[int]) -> set[int]:
-        leading = {one.pts for one in group if one.pts < group[0].pts}
-        found = leading if self._spoilt else set[int]()
-        self._spoilt = False
-        begins = wanted & {group[0].pts, *leading}  # here what was damaged up to now comes back
-        if begins and before and before[0].pts not in wanted and self._ends_early(before, 0, group[:1]):
-            found |= {one.pts for one in before} | leading
-        at = sorted({i for j, one in enumerate(group) if one.pts in wanted for i in _behind(group, j)})
-        for i in at:
-            if group[i].pts not in found and self._ends_early(group, i, group[:i] or before[:1] or group[:2]):
-                reference = self._bitstream.is_reference(group[i].packet) is not False
-                found |= {one.pts for one in group[i:]} if reference else {group[i].pts}
-                self._spoilt |= reference
-        return found
+    def _look_at(self, groups: list[list[_Coded]], looked: range, suspects: Sequence[int], found: set[int]) -> None:
+        """Add what is found damaged in those of the groups that are looked at."""
+        places = {one.pts: (g, j) for g in looked for j, one in enumerate(groups[g])}
+        for g, j in (places[pts] for pts in suspects if pts in places):
+            group, before, after = groups[g], groups[g - 1] if g else [], groups[g + 1] if g + 1 < len(groups) else []
+            if before and group[j].pts <= group[0].pts:  # here what was damaged up to now comes back
+                self._look(before, 0, group[:1], group, found)
+            for i in _behind(group, j):
+                begin = before[:1] if group[i].pts < group[0].pts else []  # it is shown where that is decoded too
+                control = group[:i] or before[:1] or after[:1] or group[:2]
+                self._look(begin + group, len(begin) + i, control, after, found)
+
+    def _look(self, group: list[_Coded], i: int, control: list[_Coded], after: list[_Coded], found: set[int]) -> None:
+        """Add packet i of a group, if it is damaged, and what may be built on it; after: the group behind."""
+        pts, packet = group[i].pts, group[i].packet
+        if pts in found or pts in self._whole or packet is None:
+            return
+        alone = self._units.bitstream.is_reference(packet) is False
+        if pts in self._flagged:  # what is shown after it is flagged too
+            found.update(one.pts for one in group[i:] if one.pts < pts and not alone)
+        elif not self._is_damaged(group, i, control):
+            self._whole.add(pts)
+        elif alone:
+            found.add(pts)
+        else:
+            found.update(one.pts for one in group[i:])
+            found.update(one.pts for one in after if one.pts < after[0].pts)
+
+    def _is_damaged(self, group: list[_Coded], i: int, control: list[_Coded]) -> bool:
+        """Whether packet i of the group ends elsewhere than its data, and those of `control` do not.
+
+        control  packets from their key frame on, of which the last ones that are long enough are taken
+        """
+        left = self._left
+        if left <= 0:
+            return False
+        shown = self._ends_where_it_should if self._taller else self._needs_no_more
+        whole = shown(group, i)
+        if whole is False:
+            last = {*range(len(control))[-LIMITS.beside :], 0}
+            damaged = any(control[j].pts != group[i].pts and shown(control, j) for j in sorted(last, reverse=True))
+        else:
+            damaged = not (whole and self._taller) and self._ends_early(group, i, control)
+        if damaged:
+            self._left = left  # damage is looked for as long as there is any
+        return damaged
+
+    def _ends_where_it_should(self, group: list[_Coded], i: int) -> bool | None:
+        """Whether the last slice of H.264 ends with the picture; None where that is not shown."""
+        places = self._places(group[i], SHORTEST)
+        if not places:
+            return None
+        data = bytes(group[i].packet)
+        for few in (self._read_with(group, i), group[: i + 1]):  # some miss what they are built on
+            own = self._decoded(few, data)
+            if own is not None and not own.errors and not own.filled_in:
+                break
+        else:
+            return None
+        taller = self._decoded(few, data, taller=True)
+        if taller is None:
+            return None
+        if taller.errors > own.errors or not taller.filled_in:
+            return False
+        tails = (self._units.with_tail(data, places[-1], LIMITS.end, seed) for seed in range(LIMITS.tries))
+        return any(self._decoded(few, other, taller=True) != taller for other in tails)  # else it ends by chance
+
+    def _needs_no_more(self, group: list[_Coded], i: int) -> bool | None:
+        """Whether bytes behind the units of packet i do not matter; None where that is not shown."""
+        places = self._places(group[i], SHORTEST)
+        data = bytes(group[i].packet) if places else b""
+        longer = [self._units.longer(data, places, LIMITS.more, seed) for seed in range(LIMITS.longer if places else 0)]
+        others = [other for other in longer if other]
+        if not others:
+            return None
+        few = self._read_with(group, i)
+        if len(few) <= i and (own := self._decoded(few, data)) and self._all_are(own, few, others):
+            return True  # at little cost
+        own = self._decoded(group[: i + 1], data)
+        if own is None or own.errors or own != self._decoded(group[: i + 1], data):
+            return None
+        return self._all_are(own, group[: i + 1], others)
+
+    def _all_are(self, own: _Decoded, group: list[_Coded], others: list[bytes]) -> bool:
+        return all(self._decoded(group, other) == own for other in others)
+
+    def _read_with(self, group: list[_Coded], i: int) -> list[_Coded]:
+        """Packet i of a group, and those before it without which it is read otherwise.
+
+        How H.264 and HEVC are read does not depend on the pictures before, but for the headers of the key frame.
+        """
+        return [group[0], group[i]] if i and self._name in ("h264", "hevc") else group[: i + 1]
 
     def _ends_early(self, group: list[_Coded], i: int, control: list[_Coded]) -> bool:
         """Whether the last bytes of packet i of the group do not matter, but those of the last of `control` do.
 
         control  packets from their key frame on, of which the last one that is long enough is taken
         """
-        left = self._left
-        if left <= 0 or not any(self._unread(group, i, end) for end in self._ends(group[i])):
+        shortest = LIMITS.vp9 if self._name == "vp9" else LIMITS.shortest
+        if not any(self._unread(group, i, end) for end in self._places(group[i], shortest)):
             return False
         for j in reversed(range(len(control))):
-            if ends := self._ends(control[j], beside=True):
+            if ends := self._places(control[j], shortest, any_type=True):
                 others = self._others(control[: j + 1], ends[-1], LIMITS.tries)
-                if others is None or others < LIMITS.tries - LIMITS.other:
-                    return False
-                self._left = left  # damage is looked for as long as there is any
-                return True
+                return others is not None and others >= LIMITS.tries - LIMITS.other
         return False
 
     def _unread(self, group: list[_Coded], i: int, place: tuple[int, int]) -> bool:
-        """Whether the end of a unit of packet i does not matter.
-
-        How H.264 and HEVC are read does not depend on the pictures before: with the key frame alone the same bytes are
-        read, at little cost.
-        """
-        if i > 1 and self._name in ("h264", "hevc"):
-            others = self._others([group[0], group[i]], place, LIMITS.other)
+        """Whether the end of a unit of packet i does not matter."""
+        few = self._read_with(group, i)
+        if len(few) <= i:  # at little cost
+            others = self._others(few, place, LIMITS.other)
             if others is not None and others > LIMITS.other:
                 return False
-        others = self._others(group[: i + 1], place, LIMITS.other)
+        others = self._others(group[: i + 1], place, LIMITS.other, in_order=True)
         return others is not None and others <= LIMITS.other
 
-    def _ends(self, one: _Coded, *, beside: bool = False) -> list[tuple[int, int]]:
-        """Where units of a packet that hold pictures begin and end; beside: of one that others are compared with."""
-        if one.packet is None:
-            return []
-        data = bytes(one.packet)
-        if self._name in ("h264", "hevc"):
-            places = []
-            for begin, end in self._bitstream.places(data):
-                kind = data[begin] & 31 if self._name == "h264" else data[begin] >> 1 & 63
-                if (1 <= kind <= 5) if self._name == "h264" else kind < 32:
-                    places.append((begin, begin + len(_without_stuffing(data[begin:end]))))
-        elif self._name == "mpeg4":
-            places = _alone_in_mpeg4(data, any_type=beside)
-        elif self._name == "vp9":
-            places = [_last_of_superframe(data)]
-        else:
-            places = unit_places(data)
-        shortest = LIMITS.vp9[0] if self._name == "vp9" else LIMITS.shortest
+    def _places(self, one: _Coded, shortest: int, *, any_type: bool = False) -> list[tuple[int, int]]:
+        """Where units of a packet that hold pictures begin and end, those that are long enough."""
+        places = [] if one.packet is None else self._units.places(bytes(one.packet), any_type=any_type)
         return [place for place in places if place[1] - place[0] >= shortest][-LIMITS.units :]
 
-    def _others(self, group: list[_Coded], place: tuple[int, int], enough: int) -> int | None:
+    def _others(
+        self, group: list[_Coded], place: tuple[int, int], enough: int, *, in_order: bool = False
+    ) -> int | None:
         """How many other endings of one of its units, up to one more than `enough`, make another picture of a group's
-        last; None where that is not shown."""
+        last; None where that is not shown, as where it has errors and should be in order."""
         data, (begin, end) = bytes(group[-1].packet), place
         own, others = self._decoded(group, data), 0
-        if own is None:
+        if own is None or (in_order and own.errors):
             return None
-        length = LIMITS.tail + round(LIMITS.block * len(data) * self._share)
-        length = min(length + (LIMITS.vp9[1] if self._name == "vp9" else 0), (end - begin) // 3)
+        fixed = LIMITS.boolean if self._name in ("vp9", "av1", "libdav1d") else LIMITS.tail
+        length = min(fixed + round(LIMITS.block * len(data) * self._share), (end - begin) // 3)
         for seed in range(LIMITS.tries):
-            tail = np.random.default_rng(seed).integers(4, 256, length, dtype=np.uint8).tobytes()
-            others += self._decoded(group, data[: end - length] + tail + data[end:]) != own
+            others += self._decoded(group, self._units.with_tail(data, place, length, seed)) != own
             if others > enough:
                 break
         return others
 
-    def _decoded(self, group: list[_Coded], data: bytes) -> tuple[int, bytes] | None:
-        """The levels of the last picture of a group, coded as `data`, and how many errors were logged; None where there
-        is none."""
+    def _decoded(self, group: list[_Coded], data: bytes, *, taller: bool = False) -> _Decoded | None:
+        """The last picture of a group, coded as `data`; None where there is none."""
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
-        codec.extradata, codec.thread_count = self._extradata, 1
-        codec.options = {"apply_cropping": str(int(self._shown >= LIMITS.shown))}
-        last = av.Packet(data)
-        last.pts = group[-1].pts
-        before, _ = get_last_error()
-        levels = None
-        for packet in [*(one.packet for one in group[:-1]), last, None]:
+        codec.extradata, codec.thread_count = self._taller if taller else self._extradata, 1
+        codec.options = {"apply_cropping": str(int(self._shown >= LIMITS.shown)), "flags": "+output_corrupt"}
+        sent = [self._packet(bytes(one.packet), one.pts, taller) if taller else one.packet for one in group[:-1]]
+        last, decoded, before = self._packet(data, group[-1].pts, taller), None, 0
+        for packet in [*sent, last, None]:
+            if packet is last:
+                before, _ = get_last_error()
             try:
                 for picture in codec.decode(packet):
                     if picture.pts == last.pts:
                         deep = bits_of(picture.format) > 8
                         levels = b"".join(_levels(plane, deep) for plane in picture.planes)
+                        decoded = _Decoded(0, bool(picture.is_corrupt), levels)
             except (av.error.FFmpegError, EOFError):
                 continue
         errors, _ = get_last_error()
-        return None if levels is None else (errors - before, levels)
+        return decoded and decoded._replace(errors=errors - before)
+
+    def _packet(self, data: bytes, pts: int, taller: bool) -> Any:
+        packet = av.Packet((taller and taller_packet(data, self._units.bitstream)) or data)
+        packet.pts = pts
+        return packet
+
+
+def _size(group: list[_Coded]) -> int:
+    return sum(one.packet.size for one in group if one.packet is not None)
 
 
 def _behind(group: list[_Coded], j: int) -> list[int]:
@@ -233,39 +345,3 @@ def _behind(group: list[_Coded], j: int) -> list[int]:
 def _levels(plane: Any, deep: bool) -> bytes:
     rows = np.frombuffer(plane, np.uint8)[: plane.height * plane.line_size].reshape(plane.height, plane.line_size)
     return rows[:, : min((1 + deep) * plane.width, plane.line_size)].tobytes()
-
-
-def _without_stuffing(unit: bytes) -> bytes:
-    """A unit without the zeros that an encoder may put behind it."""
-    while unit.endswith((b"\0", b"\0\0\3")):
-        unit = unit[: -3 if unit.endswith(b"\0\0\3") else -1]
-    return unit
-
-
-def _alone_in_mpeg4(data: bytes, *, any_type: bool) -> list[tuple[int, int]]:
-    """Where the picture of an MPEG-4 packet lies, if it is one alone, and built on no other.
-
-    Where B pictures are held back or packed with others, a packet's time stamp is not that of its picture.
-    any_type  whether it may be built on others
-    """
-    begin = data.find(_VOP)
-    if begin < 0 or data.count(_VOP) > 1 or len(data) < begin + 5 or (data[begin + 4] >> 6 and not any_type):
-        return []
-    return [(begin, len(data.rstrip(b"\0")))]
-
-
-_VOP = b"\0\0\1\xb6"
-"""Before each picture of MPEG-4 part 2 (ISO/IEC 14496-2, 6.2.1); the two bits behind it are 0 in key frames."""
-
-
-def _last_of_superframe(data: bytes) -> tuple[int, int]:
-    """Where the last frame of a VP9 packet, the one that is shown, lies: before an index of sizes, if there is one."""
-    last = data[-1]
-    if last & 0xE0 == 0xC0:
-        frames, width = (last & 7) + 1, (last >> 3 & 3) + 1
-        size = 2 + frames * width
-        if len(data) > size and data[-size] == last:
-            index = data[1 - size : -1]
-            sizes = [int.from_bytes(index[at : at + width], "little") for at in range(0, len(index), width)]
-            return sum(sizes[:-1]), min(sum(sizes), len(data) - size)
-    return 0, len(data)
