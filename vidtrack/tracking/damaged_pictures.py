@@ -105,6 +105,15 @@ class _Change(NamedTuple):
     blocks: Bools
 
 
+class _New(NamedTuple):
+    """Blocks that changed far from those that did in the picture before; limit: of their change, grey levels."""
+
+    index: int
+    before: Luma
+    blocks: Bools
+    limit: Array
+
+
 class _Now(NamedTuple):
     """A picture in which unusually much changed.
 
@@ -141,7 +150,10 @@ class DamagedPictures:
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._in_steps = dict[int, float]()  # of those up to which the background changed in steps
-        self._single = dict[int, float]()  # frame -> by how many times its limit a block far from those changed
+        self._single = dict[
+            int, float
+        ]()  # frame -> by how many times its limit a block far from those changed, and stays
+        self._new: _New | None = None
         self._steps = StepwiseChanges(_by_block)
         self._look_again = look_again
         self._shift = bits - 8
@@ -213,8 +225,9 @@ class DamagedPictures:
             self._doubtful[frame.index] = many / expected
         elif (most := apart / (LIMITS.few + LIMITS.more * self._apart)) >= 1:
             self._faint[frame.index] = most
-        elif apart:
-            self._single[frame.index] = float((change[new] / limit[new]).max())
+        self._stay(frame.index, few, last, out)
+        if self._new is None and apart and frame.index not in self._doubtful and frame.index not in self._faint:
+            self._new = _New(frame.index, last, new, limit)
         self._apart += LIMITS.memory * (min(apart, 2 * self._apart + LIMITS.few) - self._apart)
         self._crowd += LIMITS.memory * (min(many, 2 * self._crowd + LIMITS.blocks) - self._crowd)
         if unusual:
@@ -225,6 +238,14 @@ class DamagedPictures:
         first = self._changes[0].first if self._changes else frame.index
         while self._seen[0][0] < first:
             self._seen.pop(0)
+
+    def _stay(self, index: int, few: Luma, last: Luma, out: Bools) -> None:
+        """Whether blocks that were new in the picture before stay as they were there."""
+        new, self._new = self._new, None
+        if new is not None and (stay := new.blocks & ~out).any():
+            by = _by_block(few, new.before)[stay] / new.limit[stay]
+            if (most := float(by.max())) > 1:
+                self._single[new.index] = most
 
     def _returned(self, now: _Now) -> None:
         """Find changes that are undone by this picture, and note those that were before it."""

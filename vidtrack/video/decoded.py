@@ -63,7 +63,7 @@ ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
 
-LOOKED_AGAIN = 240, 10
+LOOKED_AGAIN = 100, 40
 """Pictures that are decoded for a second look at healthy ones: so many, and one for so many of the recording."""
 
 AHEAD_BYTES = 32_000_000

@@ -60,7 +60,7 @@ class Limits:
     vp9: int = 256
     end: int = 4
     more: int = 6
-    longer: int = 2
+    longer: int = 1
     beside: int = 3
     units: int = 8
     far: int = 300
@@ -219,16 +219,16 @@ class SecondLook:
         if not places:
             return None
         data = bytes(group[i].packet)
-        for few in (self._read_with(group, i), group[: i + 1]):  # some miss what they are built on
-            own = self._decoded(few, data)
-            if own is not None and not own.errors and not own.filled_in:
+        for few in (self._read_with(group, i), group[: i + 1]):
+            taller = self._decoded(few, data, taller=True)
+            if taller is not None and not taller.errors:
                 break
-        else:
+            own = self._decoded(few, data)
+            if taller and own and not own.errors and not own.filled_in:
+                return False
+        else:  # what it is built on is not at hand
             return None
-        taller = self._decoded(few, data, taller=True)
-        if taller is None:
-            return None
-        if taller.errors > own.errors or not taller.filled_in:
+        if not taller.filled_in:
             return False
         tails = (self._units.with_tail(data, places[-1], LIMITS.end, seed) for seed in range(LIMITS.tries))
         return any(self._decoded(few, other, taller=True) != taller for other in tails)  # else it ends by chance
@@ -310,7 +310,7 @@ class SecondLook:
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
         codec.extradata, codec.thread_count = self._taller if taller else self._extradata, 1
-        codec.options = {"apply_cropping": str(int(self._shown >= LIMITS.shown)), "flags": "+output_corrupt"}
+        codec.options = _OPTIONS | {"apply_cropping": str(int(self._shown >= LIMITS.shown))}
         sent = [self._packet(bytes(one.packet), one.pts, taller) if taller else one.packet for one in group[:-1]]
         last, decoded, before = self._packet(data, group[-1].pts, taller), None, 0
         for packet in [*sent, last, None]:
@@ -331,6 +331,9 @@ class SecondLook:
         packet = av.Packet((taller and taller_packet(data, self._units.bitstream)) or data)
         packet.pts = pts
         return packet
+
+
+_OPTIONS = {"flags": "+output_corrupt", "skip_loop_filter": "all"}  # they come though what they are built on is missing
 
 
 def _size(group: list[_Coded]) -> int:
