@@ -11,7 +11,8 @@ that has no such moment. Wrong and not flagged, by the decoder or by what the ba
 With --centroids two targets are followed as well: off is a centroid with an empty flag that is more than 5 sd and
 0.05 px from where the scene has its balls at that moment, and `by damage` those of them that are as far from where the
 undamaged reading has them: texture behind a ball moves both, by 0.4 px (median). Everything is seeded: one number makes
-one recording again (--seed).
+one recording again (--seed). But the encoder of H.264 does not make the same file twice (38,087 or 38,100 bytes), so
+that another picture is hit: to compare two versions, keep the undamaged recordings (--clips).
 """
 
 from __future__ import annotations
@@ -219,14 +220,18 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--centroids", action="store_true", help="follow the targets as well")
     parser.add_argument("--seed", type=int, help="one recording alone, with all that is said of it")
+    parser.add_argument("--clips", type=Path, help="folder for the undamaged recordings: those in it are used again")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         clips: dict[str, tuple[bytes, Reading]] = {}
+        kept = arguments.clips or Path(folder)
+        kept.mkdir(parents=True, exist_ok=True)
         for name in arguments.kinds:
             kind = KINDS[name]
-            path = Path(folder) / name
+            path = kept / name
             picture = scene(kind.size, kind.pix_fmt.endswith("10le"))
-            make_clip(path, kind.codec, kind.pix_fmt, n=N, size=kind.size, picture=picture, options=kind.options)
+            if not path.exists():
+                make_clip(path, kind.codec, kind.pix_fmt, n=N, size=kind.size, picture=picture, options=kind.options)
             clips[name] = path.read_bytes(), read(path, centroids=arguments.centroids)
         found: dict[str, list[Outcome]] = {name: [] for name in arguments.kinds}
         seeds = (
