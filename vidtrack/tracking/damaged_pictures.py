@@ -108,7 +108,7 @@ class _Change(NamedTuple):
 class _New(NamedTuple):
     """Blocks that changed far from those that did in the picture before; limit: of their change, grey levels."""
 
-    index: int
+    first: int
     before: Luma
     blocks: Bools
     limit: Array
@@ -245,7 +245,7 @@ class DamagedPictures:
         if new is not None and (stay := new.blocks & ~out).any():
             by = _by_block(few, new.before)[stay] / new.limit[stay]
             if (most := float(by.max())) > 1:
-                self._single[new.index] = most
+                self._single[new.first] = most
 
     def _returned(self, now: _Now) -> None:
         """Find changes that are undone by this picture, and note those that were before it."""
