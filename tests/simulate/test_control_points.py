@@ -19,7 +19,9 @@ def refused(points):
 
 
 def test_balls_on_wires_and_balls_by_name():
-    tags, places = tags_and_places(plan_from(Holder, {"points": {"rows": 1, "wires": 2, "spacing": SPACING}}, "").points)
+    tags, places = tags_and_places(
+        plan_from(Holder, {"points": {"rows": 1, "wires": 2, "spacing": SPACING}}, "").points
+    )
     assert tags == [str(n) for n in range(1, 9)]
     assert places.mean(0) == pytest.approx([0, 0, 0])
     named = plan_from(Holder, {"points": {"a": [0, 0, 0], "rows": [1, 2, 3]}}, "").points
@@ -32,7 +34,10 @@ def test_balls_on_wires_and_balls_by_name():
 @pytest.mark.parametrize(
     ("points", "says"),
     [
-        ({"rows": 0, "spacing": SPACING}, "rig.yaml: points.rows: Input should be greater than or equal to 1, not '0'."),
+        (
+            {"rows": 0, "spacing": SPACING},
+            "rig.yaml: points.rows: Input should be greater than or equal to 1, not '0'.",
+        ),
         ({"rows": 4}, "rig.yaml: points.spacing: missing. Give it; it has no default."),
         ({"bals": 3, "spacing": SPACING}, "rig.yaml: points.bals: no such setting; did you mean 'balls'?"),
         ({"a": [1, 2]}, "rig.yaml: points.a.2: missing. Give it; it has no default."),

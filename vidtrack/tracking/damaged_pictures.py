@@ -20,6 +20,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.timing.frame import Coded, Frame, Luma
+from vidtrack.tracking.few_pixels import by_block, every, step_of
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.shaken import explained
 from vidtrack.tracking.state import CORRUPT, PREDICTED, Rows
@@ -30,7 +31,6 @@ from vidtrack.tracking.stepwise_changes import StepwiseChanges, around
 class Limits:
     """What counts as damage; grey levels are of 255.
 
-    wide, coarse   px of width above which one pixel in 4 x 4 is looked at; else one in 2 x 2; a block is 4 x 4 of them
     change, times  grey levels, mean over a block, and multiples of what is usual, that a block changes in one picture
     blocks         that do so at once, at least
     crowd          and multiples of how many usually do
@@ -48,7 +48,6 @@ class Limits:
     light          share of the change, at least, that one gain and one offset explain where it is light
     """
 
-    wide: int = 960
     change: float = 4.0
     times: float = 4.0
     blocks: int = 5
@@ -154,7 +153,7 @@ class DamagedPictures:
             int, float
         ]()  # frame -> by how many times its limit a block far from those changed, and stays
         self._new: _New | None = None
-        self._steps = StepwiseChanges(_by_block)
+        self._steps = StepwiseChanges(by_block)
         self._look_again = look_again
         self._shift = bits - 8
         self._last: Luma | None = None
@@ -208,7 +207,7 @@ class DamagedPictures:
             self._usual, self._out, self._changes, self._seen = None, None, [], [(frame.index, frame.coded)]
             self._faint[frame.index] = 1.0  # before it there is none to compare with
             return
-        change = _by_block(few, last)
+        change = by_block(few, last)
         if self._usual is None:
             self._usual = np.ones_like(change)
         usual = self._usual
@@ -243,7 +242,7 @@ class DamagedPictures:
         """Whether blocks that were new in the picture before stay as they were there."""
         new, self._new = self._new, None
         if new is not None and (stay := new.blocks & ~out).any():
-            by = _by_block(few, new.before)[stay] / new.limit[stay]
+            by = by_block(few, new.before)[stay] / new.limit[stay]
             if (most := float(by.max())) > 1:
                 self._single[new.first] = most
 
@@ -254,7 +253,7 @@ class DamagedPictures:
             between = [coded for index, coded in self._seen[:-1] if index >= one.first]
             if not _can_end(between, now.frame.coded):
                 continue
-            here, gone = _by_block(now.few, one.before), _by_block(now.last, one.before)
+            here, gone = by_block(now.few, one.before), by_block(now.last, one.before)
             back = now.out & (here < np.maximum(LIMITS.near, LIMITS.back * now.change))
             again = one.blocks & (gone > LIMITS.change) & (here < np.maximum(LIMITS.near, LIMITS.back * gone))
             enough_back = np.count_nonzero(back) >= enough and np.count_nonzero(back[1:-1, 1:-1]) >= LIMITS.blocks
@@ -279,7 +278,7 @@ class DamagedPictures:
         before, after = (
             p if self._shift <= 0 else (p >> self._shift).astype(np.uint8) for p in (now.whole, now.frame.luma)
         )
-        by_motion = explained(before, after, 4 * _step(after), back.shape)
+        by_motion = explained(before, after, 4 * step_of(after), back.shape)
         return int(np.count_nonzero(by_motion & back)) > LIMITS.shaken * int(np.count_nonzero(back))
 
     def _note(self, frame: Frame) -> None:
@@ -296,7 +295,7 @@ class DamagedPictures:
                 self.indices.add(frame.index)
 
     def _few(self, luma: Luma) -> Luma:
-        few = _every(luma, _step(luma))
+        few = every(luma, step_of(luma))
         return few if self._shift <= 0 else (few >> self._shift).astype(np.uint8)
 
 
@@ -312,34 +311,6 @@ def _can_end(damaged: Sequence[Coded | None], now: Coded | None) -> bool:
     if now is None or now.key or not origins:
         return True
     return now.group > max(one.group for one in origins) or now.number < min(one.number for one in origins)
-
-
-def _step(luma: Luma) -> int:
-    return 4 if luma.shape[1] > LIMITS.wide else 2
-
-
-def _every(luma: Luma, step: int) -> Luma:
-    """Every step-th pixel of every step-th row, as many as make whole blocks.
-
-    The first of pixels side by side is the lowest byte of one number: its cast is faster than a copy by steps.
-    """
-    rows, columns = luma.shape
-    height, width = (4 * (-(-n // step) // 4) for n in (rows, columns))
-    lowest = np.dtype(f"<u{step * luma.itemsize}")
-    if luma.strides[1] != luma.itemsize or width * step > columns or lowest.itemsize > 8:
-        return np.ascontiguousarray(luma[::step, ::step][:height, :width])
-    return luma[: height * step : step, : width * step].view(lowest).astype(luma.dtype)
-
-
-def _by_block(a: Luma, b: Luma) -> Array:
-    """Mean absolute difference (h/4, w/4) over blocks, grey levels, rounded.
-
-    The sums are taken in halves of 32 bits, four pixels at a time.
-    """
-    four = cv2.absdiff(a, b).view(np.uint32)
-    two = (four & 0xFF00FF) + (four >> 8 & 0xFF00FF)
-    two = two[0::4] + two[1::4] + two[2::4] + two[3::4]
-    return np.asarray(np.rint(((two & 0xFFFF) + (two >> 16)).astype(np.float32) / 16))
 
 
 def _is_light(before: Luma, after: Luma, blocks: Bools) -> bool:

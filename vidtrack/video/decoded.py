@@ -59,7 +59,6 @@ PEEK = 6
 ERRORS = "crccheck+bitstream+buffer+careful+aggressive"
 """What decoders look for: check sums where a stream has them, wrong lengths, and what no encoder writes."""
 
-
 _PATIENCE = 100
 """How often in a row reading is taken up again where a container is damaged."""
 
@@ -163,9 +162,8 @@ class DecodedVideo(Video):
         if not indices:
             return set()
         stamps, n = np.array(self._log.packets), len(self._log.packets)
-        flagged = stamps[self._log.corrupt].tolist()
-        look = SecondLook(self.path, self._number, LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1], flagged)
-        damaged = look.damaged(stamps[list(indices)].tolist())
+        flagged, most = stamps[self._log.corrupt].tolist(), LOOKED_AGAIN[0] + n // LOOKED_AGAIN[1]
+        damaged = SecondLook(self.path, self._number, most, flagged).damaged(stamps[list(indices)].tolist())
         return set(np.flatnonzero(np.isin(stamps, list(damaged))).tolist()) - set(self._log.corrupt)
 
     def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
@@ -240,8 +238,7 @@ class DecodedVideo(Video):
         """
         codec, damage, fault = self._stream.codec_context, self._damage, self._bitstream.fault
         decode, tape, jpeg = codec.decode, codec.name == "dvvideo", codec.name in SHARED
-        by_decoding, late = coded_stamps(self._container, codec), set[int]()  # brought out by packets behind lost ones
-        waits = LongWaits(self._container.format.name)
+        waits, late = LongWaits(self._container.format.name), set[int]()  # brought out by packets behind lost ones
         logged, _ = get_last_error()
         for packet, misplaced, broken in with_next(self._packets(), self._container.format.name):
             if packet.size:
@@ -250,7 +247,7 @@ class DecodedVideo(Video):
                     continue
                 if jpeg:
                     self.tables.saw(packet)
-                if by_decoding and misplaced:
+                if misplaced and coded_stamps(self._container, codec):
                     late.update(self._order.waiting())
                 waits.sent(packet)
                 damage.sent(packet)
