@@ -69,9 +69,8 @@ def test_a_key_frame_that_comes_late_because_the_next_reference_is_lost_is_flagg
     data = bytearray(path.read_bytes())
     pictures = [i for i in range(len(data)) if data[i : i + 4] == b"\0\0\1\0"]
     kinds = [data[i + 5] >> 3 & 7 for i in pictures]  # 1 of a key frame, 2 of one built on one before, 3 of B
-    key = kinds.index(1, 20)
-    lost = pictures[kinds.index(2, key)]
-    data[lost : lost + 40] = bytes(range(9, 49))
+    lost = pictures[kinds.index(2, kinds.index(1, 1))]  # the next reference behind the second key frame
+    data[lost : lost + 200] = bytes(range(9, 209))
     path.write_bytes(data)
     with open_video(str(path)) as video:
         wrong = [f.corrupt for f in video.frames() if f.time not in whole or not np.array_equal(f.luma, whole[f.time])]
