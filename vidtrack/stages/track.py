@@ -231,6 +231,7 @@ def track(
     pieces = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(pieces, columns, clip.detection.noise, grown, exposure)
     diagnostics["problems"] = [line(finding) for finding in found]
+    keep_freed_memory(PICTURES.kept_bytes // 16)
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 
