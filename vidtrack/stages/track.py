@@ -77,7 +77,7 @@ class Pictures:
     held_bytes: int = 64_000_000
     searched: int = 48
     at_once: int = 4
-    kept_bytes: int = 64_000_000
+    kept_bytes: int = 32_000_000
 
 
 PICTURES = Pictures()
@@ -231,7 +231,7 @@ def track(
     pieces = [one for one in pieces if not damaged[one.sample]]
     windows = _window_table(pieces, columns, clip.detection.noise, grown, exposure)
     diagnostics["problems"] = [line(finding) for finding in found]
-    keep_freed_memory(PICTURES.kept_bytes // 16)
+    keep_freed_memory(PICTURES.kept_bytes // 8)
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 
