@@ -200,6 +200,8 @@ def test_the_first_camera_of_a_stereo_pair_is_a_lens_and_no_camera_with_a_pose(t
         ("lens.xml", "<calibration><f>many</f><width>9</width><height>9</height></calibration>"),
         ("lens.json", '{"camera_matrix": [[1, 2], [3, 4]]}'),
         ("lens.json", "not json"),
+        ("lens.json", "[" * 20_000),
+        ("lens.json", '{"a":' * 20_000),
         ("lens.yml", "%YAML:1.0\n---\ncamera_matrix: [a, b"),
         ("lens.xml", "<!DOCTYPE x [<!ENTITY a 'b'>]><calibration/>"),
         ("lens.xml", "<calibration><f>900</f></calibration>"),

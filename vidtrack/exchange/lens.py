@@ -44,7 +44,7 @@ def known_lens(given: Mapping[str, Any], path: str | None, camera: str, image_si
         lens = _scaled(lens, image_size, where)
         done = camera_from_brown(lens)
         names, covariance = inner_covariance(lens, sd, done.model) if sd else ((), None)
-    except (ValueError, KeyError, TypeError, IndexError, OverflowError) as error:
+    except (ValueError, KeyError, TypeError, IndexError, OverflowError, RecursionError) as error:
         raise VidtrackError(f"{where}: holds no lens that can be used: {str(error)[:150]}.") from None
     source = where if done.covered > 0.999 else f"{where} (it sees {100 * done.covered:.0f} % of the picture)"
     return _used(
@@ -83,7 +83,7 @@ def _own_camera(path: str) -> KnownLens | None:
     try:
         with open(path, encoding="utf-8-sig") as file:
             record = json.load(file)
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     if not isinstance(record, dict) or not {"Cx", "f", "kappa1", "Sx"} <= set(record):
         return None

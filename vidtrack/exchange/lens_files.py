@@ -46,7 +46,7 @@ def read_lens(path: str, camera: str) -> tuple[BrownLens, dict[str, float]]:
     camera  which one, of a file that holds several
     The parsers are those of whole cameras (exchange.cameras), which need a pose; COLMAP's is here. The size of the
     picture is (0, 0) where the file does not say it. Raises VidtrackError where the file cannot be
-    read, ValueError, KeyError, TypeError or OverflowError where it holds no lens.
+    read, ValueError, KeyError, TypeError, OverflowError or RecursionError where it holds no lens.
     """
     text = text_of(path)
     if text.lstrip().startswith("<"):

@@ -104,7 +104,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         try:
             given = json.loads(body)
-        except ValueError:
+        except (ValueError, RecursionError):
             self._send(HTTPStatus.BAD_REQUEST, _json({"problem": "a request is JSON"}))
             return
         self._answer(_POST.get(url.path), given)

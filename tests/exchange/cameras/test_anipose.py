@@ -55,6 +55,8 @@ def test_a_camera_is_chosen_by_its_name_and_not_by_the_order_of_the_file(tmp_pat
     ("change", "what"),
     [
         (lambda t: t[:150], "not TOML|has no"),
+        (lambda t: "a = " + "[" * 20_000, "nested|not TOML"),
+        (lambda t: "a = " + "{a=" * 20_000, "nested|not TOML"),
         (lambda t: t.replace("rotation", "rotatio"), "has no rotation"),
         (lambda t: t.replace("matrix", "matrx"), "no camera with a matrix"),
         (lambda t: t.replace("size = [ 1280, 960,]", "size = [ 1280,]"), "size of camera cam1 is not 2 numbers"),

@@ -26,6 +26,8 @@ def read(path: Path, said: Said) -> Given:
         sections = tomllib.loads(text_of(path))
     except tomllib.TOMLDecodeError as error:
         raise VidtrackError(f"{path}: not TOML ({error}). Copy the whole file again.") from None
+    except RecursionError:
+        raise VidtrackError(f"{path}: not a camera's TOML (nested too deep). Copy the whole file again.") from None
     cameras = [own for own in sections.values() if isinstance(own, dict) and "matrix" in own]
     if not cameras:
         raise VidtrackError(f"{path}: no camera with a matrix in it. Put anipose's calibration.toml there.")
