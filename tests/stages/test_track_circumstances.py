@@ -200,3 +200,35 @@ def test_nothing_is_measured_in_pictures_whose_damage_the_decoder_does_not_repor
     assert not tracked.tracklets["frame"].isin(hurt).any()
     (finding,) = [one for one in tracked.findings if one.code == "damage-seen"]
     assert finding.text.startswith("7 pictures are damaged, though their decoder reports nothing (frame 30 to 36)")
+
+
+def beginning(kind, *, flagged):
+    """A film of two balls over texture whose first pictures show something else; the second ball comes in late."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    texture = 70 + 18 * np.sin(x / 7) * np.cos(y / 9)
+    t = np.arange(60)[:, None]
+    path = np.stack([np.hstack([40 + 2 * t, 262 - 2 * t]), np.hstack([60 + 12 * np.sin(t / 9), 140 + 0 * t])], axis=-1)
+    frames, about = recorded(path, contrast=130, noise=4, level=texture)
+    rng = np.random.default_rng(7)
+    for k in range(6 if flagged else 1):
+        luma = np.full(SHAPE, {"black": 16, "grey": 128}.get(kind, 0), np.uint8)
+        if kind == "garbage":
+            luma[:] = frames[k].luma
+            luma[60:] = np.repeat(rng.integers(90, 110, (1, SHAPE[1])), SHAPE[0] - 60, axis=0)
+        frames[k] = frames[k]._replace(luma=luma, corrupt=flagged)
+    return frames, about, path
+
+
+@pytest.mark.parametrize(
+    ("kind", "flagged"), [("grey", True), ("garbage", True), ("black", True), ("black", False), ("grey", False)]
+)
+def test_a_beginning_that_shows_something_else_sets_no_limits(kind, flagged):
+    frames, about, path = beginning(kind, flagged=flagged)
+    tracked = track(frames, about, targets=2)
+    assert tracked.diagnostics["noise"] == pytest.approx(4.0, rel=0.25)
+    apart = off(tracked, path)
+    plain = (tracked.centroids["flag"] == "").to_numpy().reshape(apart.shape)
+    assert np.isfinite(apart[20:]).all()
+    assert np.nanmax(apart[plain]) < 1
+    if flagged:
+        assert (tracked.centroids["flag"].str.contains("corrupt")[: 2 * 6]).all()

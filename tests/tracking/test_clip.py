@@ -215,3 +215,27 @@ def test_the_field_that_the_config_names_is_that_of_the_stored_picture(turn, fir
 def test_fields_of_a_picture_on_its_side_are_refused(rotation):
     with pytest.raises(VidtrackError, match=r"are columns.*fields: frame"):
         Clip(batches(iter(frames()), 4), info(rotation=rotation), settings(fields="bottom"))
+
+
+def begun_with(luma, corrupt, n=1):
+    return [f._replace(luma=luma, corrupt=corrupt) for f in frames(20)[:n]] + frames(20)[n:]
+
+
+@pytest.mark.parametrize("corrupt", [True, False])
+@pytest.mark.parametrize("level", [0, 128])
+def test_a_first_picture_that_is_unlike_the_others_sets_no_noise_and_no_threshold(level, corrupt):
+    own, whole = clip(begun_with(np.full(SHAPE, level, np.uint8), corrupt)), clip(frames(20))
+    assert own.detection.noise == pytest.approx(whole.detection.noise, rel=0.2)
+    assert own.level == pytest.approx(whole.level, abs=3)
+
+
+def test_damaged_pictures_are_no_part_of_what_the_opening_says_and_more_are_read_for_them():
+    own = clip(begun_with(np.full(SHAPE, 128, np.uint8), corrupt=True, n=6), size=1)
+    assert len(own.opening) == 12 + 6
+    samples, order = own.undamaged()
+    assert order.tolist() == list(range(6, 18))
+    assert [one.time for one in samples] == [one.time for one in own.samples(own.opening)[6:]]
+    ruined = clip([f._replace(corrupt=True) for f in frames(20)], size=1)
+    assert len(ruined.opening) == 20
+    assert ruined.undamaged()[1].tolist() == list(range(20))
+    assert np.isfinite(ruined.level)

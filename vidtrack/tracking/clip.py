@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
+from vidtrack.arrays import Ints
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
 from vidtrack.timing.frame import Frame, Luma, VideoInfo
@@ -17,6 +18,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
 from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
 from vidtrack.tracking.sample import Sample
+from vidtrack.tracking.trails import LINKING
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,9 @@ class Opening:
     """How a clip is opened.
 
     grainy    grey levels of noise above which a part of it may be a still grain of the scene
-    frames    that a clip is opened with
+    frames    that a clip is opened with; damaged: more of them that are read where some are damaged
+    alike     factor by which the noise of a picture differs from that of the others at most: a black one, or one that
+              was never decoded, says nothing of the recording
     examined  frames of it in which the order of fields is looked for
     combed    by how much the fields of a frame must differ, as `Order` has it, before a flag that says that they were
               taken at once is overruled
@@ -33,6 +37,8 @@ class Opening:
 
     grainy: float = 5.0
     frames: int = 12
+    damaged: int = 60
+    alike: float = 2.0
     examined: int = 16
     combed: float = 0.4
     moving: float = 0.3
@@ -70,14 +76,14 @@ class Clip:
     def __init__(
         self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
     ) -> None:
-        self.opening, self.batches = _more([], batches, OPENING.frames), batches
+        self.opening, self.batches = _opened(batches), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
         self._repeated = repeated
         self._info, self._settings, self._levels = info, detect, self._wanted(info, detect)
-        self._noise = noise_sd(self.opening[0].luma, scale=255.0 / (2**info.bits - 1))
+        self._typical, self._noise = _typical(self.opening, 255.0 / (2**info.bits - 1))
         self._stretch()
-        self.order, self._why = field_order(detect.fields, info, self.opening)
+        self.order, self._why = field_order(detect.fields, info, self._whole())
         self._judge()
 
     def read_on(self, most: int) -> None:
@@ -100,6 +106,18 @@ class Clip:
             for f, d in fields
         ]
 
+    def undamaged(self) -> tuple[list[Sample], Ints]:
+        """The opening's samples but those of damaged pictures, and their places in it; all where few are left."""
+        samples = self.samples(self.opening)
+        whole = [k for k, one in enumerate(samples) if not one.corrupt]
+        if len(whole) < LINKING.shortest * samples[0].lines:
+            whole = list(range(len(samples)))
+        return [samples[k] for k in whole], np.array(whole, np.intp)
+
+    def _whole(self) -> list[Frame]:
+        """The opening's frames that are not damaged; all of them where there are no others."""
+        return [frame for frame in self.opening if not frame.corrupt] or self.opening
+
     def as_record(self) -> dict[str, Any]:
         """How it is seen, for the diagnostics."""
         gain, offset = (self._levels.gain, self._levels.offset) if self._levels else (1.0, 0.0)
@@ -111,8 +129,8 @@ class Clip:
         }
 
     def _wanted(self, info: VideoInfo, detect: DetectSettings) -> Stretch | None:
-        """The stretch of grey levels that the opening needs; damaged pictures count where there are no others."""
-        whole = [frame.luma for frame in self.opening if not frame.corrupt] or [frame.luma for frame in self.opening]
+        """The stretch of grey levels that the opening needs."""
+        whole = [frame.luma for frame in self._whole()]
         return stretch(whole, info.bits, dark=detect.polarity == "dark", gain=detect.gain, offset=detect.offset)
 
     def _stretch(self) -> None:
@@ -129,7 +147,7 @@ class Clip:
 
     def _flicker(self, scale: float) -> float:
         """How much pixels change from picture to picture, grey levels, where that is plainly less than the noise."""
-        samples = self.samples(self.opening)
+        samples = self.samples(self._whole())
         pairs = list(zip(samples, samples[samples[0].lines :], strict=False))
         if self._noise < OPENING.grainy or not pairs:
             return 0.0
@@ -138,7 +156,7 @@ class Clip:
         return max(change, self._noise / 4) if change < self._noise / 2 else 0.0
 
     def _judge(self) -> None:
-        """Set detection and level by the first frame."""
+        """Set detection and level by the first frame that is like the others."""
         full, detect = float(2**self._info.bits - 1), self._settings
         level = None if detect.threshold == "auto" else float(detect.threshold)
         dark = detect.polarity == "dark"
@@ -156,7 +174,7 @@ class Clip:
             max_clutter=detect.max_clutter,
             max_occlusion=detect.max_occlusion,
         )
-        self.level = _level(self.samples(self.opening[:1])[0], self.detection)
+        self.level = _level(self.samples([self.opening[self._typical]])[0], self.detection)
 
 
 def batches(frames: Iterable[Frame], size: int) -> Iterator[list[Frame]]:
@@ -171,6 +189,26 @@ def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> lis
     while len(frames) < most and (batch := next(batches, None)) is not None:
         frames += batch
     return frames
+
+
+def _opened(batches: Iterator[list[Frame]]) -> list[Frame]:
+    """The first frames, and about as many more as some of them are damaged."""
+    frames = _more([], batches, OPENING.frames)
+    known = 0
+    while len(frames) > known and any(frame.corrupt for frame in frames[known:]):
+        known = len(frames)
+        hurt = sum(frame.corrupt for frame in frames)
+        frames = _more(frames, batches, OPENING.frames + min(hurt, OPENING.damaged))
+    return frames
+
+
+def _typical(opening: Sequence[Frame], scale: float) -> tuple[int, float]:
+    """The place of the first frame that is not damaged and as noisy as the others, and its noise, grey levels."""
+    whole = [k for k, frame in enumerate(opening) if not frame.corrupt] or list(range(len(opening)))
+    noise = np.array([noise_sd(opening[k].luma, scale=scale) for k in whole])
+    usual = float(np.median(noise))
+    k = int(np.argmax((noise * OPENING.alike >= usual) & (noise <= usual * OPENING.alike)))
+    return whole[k], float(noise[k])
 
 
 def field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
