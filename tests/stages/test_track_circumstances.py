@@ -210,7 +210,7 @@ def beginning(kind, *, flagged):
     path = np.stack([np.hstack([40 + 2 * t, 262 - 2 * t]), np.hstack([60 + 12 * np.sin(t / 9), 140 + 0 * t])], axis=-1)
     frames, about = recorded(path, contrast=130, noise=4, level=texture)
     rng = np.random.default_rng(7)
-    for k in range(6 if flagged else 1):
+    for k in range(6 if flagged else 10):
         luma = np.full(SHAPE, {"black": 16, "grey": 128}.get(kind, 0), np.uint8)
         if kind == "garbage":
             luma[:] = frames[k].luma

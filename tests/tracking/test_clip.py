@@ -229,13 +229,14 @@ def test_a_first_picture_that_is_unlike_the_others_sets_no_noise_and_no_threshol
     assert own.level == pytest.approx(whole.level, abs=3)
 
 
-def test_damaged_pictures_are_no_part_of_what_the_opening_says_and_more_are_read_for_them():
-    own = clip(begun_with(np.full(SHAPE, 128, np.uint8), corrupt=True, n=6), size=1)
+@pytest.mark.parametrize("corrupt", [True, False])
+def test_pictures_that_show_nothing_are_no_part_of_what_the_opening_says_and_more_are_read_for_them(corrupt):
+    own = clip(begun_with(np.full(SHAPE, 128, np.uint8), corrupt=corrupt, n=6), size=1)
     assert len(own.opening) == 12 + 6
-    samples, order = own.undamaged()
+    samples, order = own.shown()
     assert order.tolist() == list(range(6, 18))
     assert [one.time for one in samples] == [one.time for one in own.samples(own.opening)[6:]]
     ruined = clip([f._replace(corrupt=True) for f in frames(20)], size=1)
     assert len(ruined.opening) == 20
-    assert ruined.undamaged()[1].tolist() == list(range(20))
+    assert ruined.shown()[1].tolist() == list(range(20))
     assert np.isfinite(ruined.level)

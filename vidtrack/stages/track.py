@@ -170,7 +170,7 @@ def track(
             targets = count_movers(clip, searched)
         names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
         begun = begun_anywhere(clip, len(names), box, searched)
-    samples, (opened, _) = clip.samples(clip.opening), clip.undamaged()
+    samples, (opened, _) = clip.samples(clip.opening), clip.shown()
     backgrounds = begun.backgrounds or background_of(opened, clip.detection)
     mixed = lateness_of_mixed(opened, clip.detection.scale, copied=damage.copied)
     static = static_clutter(opened, backgrounds, clip.detection, begun.places, begun.contrast, alone=boxes is None)

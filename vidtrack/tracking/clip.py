@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from vidtrack.arrays import Ints
+from vidtrack.arrays import Bools, Ints
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.fields import chosen_order, order_from_pictures, split
 from vidtrack.timing.frame import Frame, Luma, VideoInfo
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, Stretch, stretch
-from vidtrack.tracking.detection.threshold import automatic, background_level, noise_sd, sample
+from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level, noise_sd, sample
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.trails import LINKING
 
@@ -26,7 +26,8 @@ class Opening:
     """How a clip is opened.
 
     grainy    grey levels of noise above which a part of it may be a still grain of the scene
-    frames    that a clip is opened with; damaged: more of them that are read where some are damaged
+    frames    that a clip is opened with; more: of them that are read where some are damaged or show nothing, at most
+    even      of the widest range of levels of a picture, below which another one may show nothing
     alike     factor by which the noise of a picture differs from that of the others at most: a black one, or one that
               was never decoded, says nothing of the recording
     examined  frames of it in which the order of fields is looked for
@@ -37,7 +38,8 @@ class Opening:
 
     grainy: float = 5.0
     frames: int = 12
-    damaged: int = 60
+    more: int = 60
+    even: float = 0.25
     alike: float = 2.0
     examined: int = 16
     combed: float = 0.4
@@ -76,12 +78,13 @@ class Clip:
     def __init__(
         self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
     ) -> None:
-        self.opening, self.batches = _opened(batches), batches
+        self.opening, self.batches = _opened(batches, info.bits), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
         self._repeated = repeated
-        self._info, self._settings, self._levels = info, detect, self._wanted(info, detect)
-        self._typical, self._noise = _typical(self.opening, 255.0 / (2**info.bits - 1))
+        self._info, self._settings = info, detect
+        self._levels = self._wanted(info, detect)
+        self._typical, self._noise = _typical(self.opening, info.bits)
         self._stretch()
         self.order, self._why = field_order(detect.fields, info, self._whole())
         self._judge()
@@ -106,17 +109,18 @@ class Clip:
             for f, d in fields
         ]
 
-    def undamaged(self) -> tuple[list[Sample], Ints]:
-        """The opening's samples but those of damaged pictures, and their places in it; all where few are left."""
-        samples = self.samples(self.opening)
-        whole = [k for k, one in enumerate(samples) if not one.corrupt]
-        if len(whole) < LINKING.shortest * samples[0].lines:
-            whole = list(range(len(samples)))
-        return [samples[k] for k in whole], np.array(whole, np.intp)
+    def shown(self) -> tuple[list[Sample], Ints]:
+        """The opening's samples in pictures that show something, and their places in it; all where there are few."""
+        samples, lines = self.samples(self.opening), 1 if self.order == "frame" else 2
+        some = np.repeat(_shows(self.opening, self._info.bits), lines)
+        if np.count_nonzero(some) < LINKING.shortest * lines:
+            some[:] = True
+        return [one for one, good in zip(samples, some.tolist(), strict=True) if good], np.flatnonzero(some)
 
     def _whole(self) -> list[Frame]:
-        """The opening's frames that are not damaged; all of them where there are no others."""
-        return [frame for frame in self.opening if not frame.corrupt] or self.opening
+        """The opening's frames that show something; all of them where none does."""
+        some = _shows(self.opening, self._info.bits)
+        return [frame for frame, good in zip(self.opening, some.tolist(), strict=True) if good]
 
     def as_record(self) -> dict[str, Any]:
         """How it is seen, for the diagnostics."""
@@ -191,24 +195,38 @@ def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> lis
     return frames
 
 
-def _opened(batches: Iterator[list[Frame]]) -> list[Frame]:
-    """The first frames, and about as many more as some of them are damaged."""
+def _opened(batches: Iterator[list[Frame]], bits: int) -> list[Frame]:
+    """The first frames, and about as many more as some of them are damaged or show nothing."""
     frames = _more([], batches, OPENING.frames)
     known = 0
-    while len(frames) > known and any(frame.corrupt for frame in frames[known:]):
+    while len(frames) > known:
         known = len(frames)
-        hurt = sum(frame.corrupt for frame in frames)
-        frames = _more(frames, batches, OPENING.frames + min(hurt, OPENING.damaged))
+        frames = _more(frames, batches, OPENING.frames + min(_even(frames, bits).sum(), OPENING.more))
     return frames
 
 
-def _typical(opening: Sequence[Frame], scale: float) -> tuple[int, float]:
-    """The place of the first frame that is not damaged and as noisy as the others, and its noise, grey levels."""
-    whole = [k for k, frame in enumerate(opening) if not frame.corrupt] or list(range(len(opening)))
-    noise = np.array([noise_sd(opening[k].luma, scale=scale) for k in whole])
+def _shows(frames: Sequence[Frame], bits: int) -> Bools:
+    """Which frames (n,) show something; where none does, all."""
+    even = _even(frames, bits)
+    return np.ones_like(even) if even.all() else ~even
+
+
+def _even(frames: Sequence[Frame], bits: int) -> Bools:
+    """Which frames (n,) are damaged, or all but even beside others that are not: no target can stand out of them."""
+    corrupt = np.array([frame.corrupt for frame in frames], bool)
+    extremes = [cv2.minMaxLoc(frame.luma)[:2] for frame in frames]
+    span = np.array([high - low for low, high in extremes], float) * 255 / (2**bits - 1)
+    most = span[~corrupt].max(initial=0.0)
+    return np.asarray(corrupt | (span < min(THRESHOLD.least_contrast, OPENING.even * most)))
+
+
+def _typical(opening: Sequence[Frame], bits: int) -> tuple[int, float]:
+    """The place of the first frame that shows something and is as noisy as the others, and its noise, grey levels."""
+    some = np.flatnonzero(_shows(opening, bits))
+    noise = np.array([noise_sd(opening[k].luma, scale=255.0 / (2**bits - 1)) for k in some.tolist()])
     usual = float(np.median(noise))
     k = int(np.argmax((noise * OPENING.alike >= usual) & (noise <= usual * OPENING.alike)))
-    return whole[k], float(noise[k])
+    return int(some[k]), float(noise[k])
 
 
 def field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:

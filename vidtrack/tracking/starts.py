@@ -88,12 +88,12 @@ def named_boxes(
 def count_movers(clip: Clip, most: int) -> int:
     """How many things move in the opening of a recording, of up to `most` frames; at least one."""
     clip.read_on(most)
-    return max(1, find_targets(clip.undamaged()[0], MANY, clip.detection).moving)
+    return max(1, find_targets(clip.shown()[0], MANY, clip.detection).moving)
 
 
 def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
     """Targets in start boxes (n, 4), middle, width and height, px."""
-    samples, _ = clip.undamaged()
+    samples, _ = clip.shown()
     clutter = clutter_besides(samples, boxes[:, :2], boxes[:, 2:], clip.detection)
     corners = np.hstack([boxes[:, :2] - boxes[:, 2:] / 2, boxes[:, :2] + boxes[:, 2:] / 2])
     own = start_places(samples[0], corners, clip.detection)
@@ -105,11 +105,11 @@ def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
 
 def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> Begun:
     """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
-    samples, order = clip.undamaged()
+    samples, order = clip.shown()
     found = find_targets(samples, n, clip.detection)
     if found.moving < INITIALISATION.enough_moving * n:
         clip.read_on(most)
-        samples, order = clip.undamaged()
+        samples, order = clip.shown()
         found = find_targets(samples, n, clip.detection)
     trails = [trail._replace(sample=order[trail.sample]) for trail in found.trails]
     own = places([trail.position for trail in trails], [trail.size for trail in trails], samples[0].lines)
