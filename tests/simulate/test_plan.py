@@ -45,6 +45,14 @@ def test_tags_are_a_range_or_a_list(written, meant):
     assert lab(tags=written).tags == tuple(meant.split())
 
 
+@pytest.mark.parametrize("written", [[30], {"a": 1}, None, "30/0", float("inf"), "1e400", 0, "-3/1"])
+def test_what_is_no_rate_is_a_line(written):
+    with pytest.raises(VidtrackError, match=r"rate: .*(number of frames a second|must be positive)") as said:
+        lab(rate=written)
+    assert len(str(said.value)) < 250
+    assert "\n" not in str(said.value)
+
+
 def test_a_range_that_nobody_means_takes_no_memory():
     with pytest.raises(VidtrackError, match=r"tags: more than 10,000 tags\. Correct the range, not '1-99999999999'"):
         lab(tags="1-99999999999")

@@ -15,6 +15,7 @@ from vidtrack.timing.timecode import exact_rate
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Field(gt=0)]
 MOST_TAGS = 10_000
+FASTEST = 1_000_000
 NotNegative = Annotated[float, Field(ge=0)]
 
 
@@ -25,7 +26,13 @@ class Plan(BaseModel):
 
 
 def _rate(value: Any) -> Any:
-    return value if isinstance(value, Fraction) else exact_rate(value)
+    try:
+        rate = value if isinstance(value, Fraction) else exact_rate(value)
+    except (TypeError, ZeroDivisionError, OverflowError):
+        rate = Fraction(0)
+    if not 0 < rate <= FASTEST:
+        raise ValueError(f"a rate is a number of frames a second up to {FASTEST:,}, or a fraction as 30000/1001")
+    return rate
 
 
 def _tags(value: Any) -> Any:
