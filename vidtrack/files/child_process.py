@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import multiprocessing
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -41,6 +42,7 @@ def in_child(work: Callable[[str], T], given: str) -> T:
 
 
 def _answer(sender: Connection, work: Callable[[str], Any], given: str) -> None:
+    faulthandler.disable()  # that it died is said by its parent, in a line
     answer: tuple[Any, str | None]
     try:
         answer = work(given), None
