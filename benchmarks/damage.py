@@ -10,7 +10,7 @@ of 8 x 8 pixels is off by more than 6 grey levels on the mean from the same mome
 that has no such moment. Wrong and not flagged, by the decoder or by what the background shows, is what must not be.
 With --centroids two targets are followed as well: off is a centroid with an empty flag that is more than 5 sd and
 0.05 px from where the scene has its balls at that moment, and `by damage` those of them that are as far from where the
-undamaged reading has them: texture behind a ball moves both, by 0.4 px (median). Everything is seeded: one number makes
+undamaged reading has them: texture behind a ball's soft rim moves both. Everything is seeded: one number makes
 one recording again (--seed). But the encoder of H.264 does not make the same file twice (38,087 or 38,100 bytes), so
 that another picture is hit: to compare two versions, keep the undamaged recordings (--clips).
 """
@@ -86,8 +86,8 @@ def balls(size: tuple[int, int], i: int) -> np.ndarray:
     )
 
 
-def scene(size: tuple[int, int], deep: bool) -> Callable[[int], np.ndarray]:
-    """Pictures of two balls that move over a still texture, with noise."""
+def scene(size: tuple[int, int], deep: bool, *, opaque: bool = False) -> Callable[[int], np.ndarray]:
+    """Pictures of two balls that move over a still texture, with noise; the texture shows through those not opaque."""
     width, height = size
     Y, X = np.mgrid[:height, :width].astype(np.float32)
     still = 70 + 25 * np.sin(X / 7) * np.cos(Y / 9) + np.random.default_rng(1).normal(0, 6, (height, width))
@@ -95,7 +95,8 @@ def scene(size: tuple[int, int], deep: bool) -> Callable[[int], np.ndarray]:
     def picture(i: int) -> np.ndarray:
         levels = still.copy()
         for x, y in balls(size, i):
-            levels += 120 / (1 + np.exp(np.clip(1.2 * (np.hypot(X - x, Y - y) - 6), -50, 50)))
+            cover = 1 / (1 + np.exp(np.clip(1.2 * (np.hypot(X - x, Y - y) - 6), -50, 50)))
+            levels += cover * (190 - levels if opaque else 120)
         levels = np.clip(levels + np.random.default_rng(i).normal(0, 1.5, levels.shape), 16, 235)
         return np.rint(levels * 4).astype(np.uint16) if deep else np.rint(levels).astype(np.uint8)
 
@@ -229,7 +230,7 @@ def main() -> None:
         for name in arguments.kinds:
             kind = KINDS[name]
             path = kept / name
-            picture = scene(kind.size, kind.pix_fmt.endswith("10le"))
+            picture = scene(kind.size, kind.pix_fmt.endswith("10le"), opaque=True)
             if not path.exists():
                 make_clip(path, kind.codec, kind.pix_fmt, n=N, size=kind.size, picture=picture, options=kind.options)
             clips[name] = path.read_bytes(), read(path, centroids=arguments.centroids)
