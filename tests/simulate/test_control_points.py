@@ -49,6 +49,6 @@ def test_a_mistake_is_told_of_the_form_that_was_written_alone(points, says):
 
 @pytest.mark.parametrize("many", [{"balls": 2**31}, {"balls": 2**62, "rows": 3}, {"rows": 400, "wires": 400}])
 def test_more_balls_than_anyone_hangs_are_refused_before_they_take_memory(many):
-    assert "100000" in refused({**many, "spacing": SPACING}).replace(",", "")
-    assert "\n" not in refused({**many, "spacing": SPACING})
-    assert MOST_BALLS == 100_000
+    line = refused({**many, "spacing": SPACING})
+    assert str(MOST_BALLS) in line.replace(",", "")
+    assert "\n" not in line

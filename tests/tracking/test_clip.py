@@ -42,8 +42,8 @@ def settings(**changes):
     return DetectSettings(**{**usual, **changes})
 
 
-def clip(pictures, size=5, about=None, repeated=(), **changes):
-    return Clip(batches(pictures, size), about or info(), settings(**changes), repeated)
+def clip(pictures, size=5, about=None, repeated=(), most=100, **changes):
+    return Clip(batches(pictures, size), about or info(), settings(**changes), repeated, most)
 
 
 def test_frames_come_in_batches_the_last_of_which_may_be_short():
@@ -236,6 +236,7 @@ def test_pictures_that_show_nothing_are_no_part_of_what_the_opening_says_and_mor
     samples, order = own.shown()
     assert order.tolist() == list(range(6, 18))
     assert [one.time for one in samples] == [one.time for one in own.samples(own.opening)[6:]]
+    assert len(clip(begun_with(np.full(SHAPE, 128, np.uint8), corrupt=corrupt, n=6), size=1, most=15).opening) == 15
     ruined = clip([f._replace(corrupt=True) for f in frames(20)], size=1)
     assert len(ruined.opening) == 20
     assert ruined.shown()[1].tolist() == list(range(20))

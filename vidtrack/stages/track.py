@@ -161,7 +161,7 @@ def track(
     limits = (max_step, min_motion, max_clutter, max_occlusion)
     detect = DetectSettings(polarity, threshold, centroid, min_pixels, fields, gain, offset, *limits)
     at_once = max(1, min(PICTURES.at_once, PICTURES.held_bytes // (8 * size)))
-    clip = Clip(batches(repeats.over(used), at_once), info, detect, repeats.indices)
+    clip = Clip(batches(repeats.over(used), at_once), info, detect, repeats.indices, PICTURES.held_bytes // size)
     searched = max(OPENING.frames, min(PICTURES.searched, PICTURES.held_bytes // (2 * size)))
     if boxes is not None:
         names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))

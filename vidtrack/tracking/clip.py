@@ -69,22 +69,27 @@ class DetectSettings(NamedTuple):
 class Clip:
     """A recording as it is tracked.
 
-    opening, batches  frames that were read to begin with, and those to come; stretched where that is needed
+    opening, batches  frames that were read to begin with, `most` at most, and those to come; stretched where needed
     repeated   indices of frames that repeat the one before; it may grow while frames are read
     order      "frame", or the field that comes first
     detection  for its samples; level: the clip's threshold, grey level of pictures turned bright
     """
 
     def __init__(
-        self, batches: Iterator[list[Frame]], info: VideoInfo, detect: DetectSettings, repeated: Container[int] = ()
+        self,
+        batches: Iterator[list[Frame]],
+        info: VideoInfo,
+        detect: DetectSettings,
+        repeated: Container[int] = (),
+        most: int = OPENING.frames + OPENING.more,
     ) -> None:
-        self.opening, self.batches = _opened(batches, info.bits), batches
+        self.opening, self._even, self.batches = *_opened(batches, info.bits, most), batches
         if not self.opening:
             raise VidtrackError("the recording has no frame to track in. Give one that has.")
         self._repeated = repeated
         self._info, self._settings = info, detect
         self._levels = self._wanted(info, detect)
-        self._typical, self._noise = _typical(self.opening, info.bits)
+        self._typical, self._noise = self._like_the_others()
         self._stretch()
         self.order, self._why = field_order(detect.fields, info, self._whole())
         self._judge()
@@ -92,6 +97,7 @@ class Clip:
     def read_on(self, most: int) -> None:
         """Take more frames into the opening, `most` in all or a few more."""
         self.opening = _more(self.opening, self.batches, most)
+        self._even = _even(self.opening, self._info.bits)
         if self._levels is None:
             self._levels = self._wanted(self._info, self._settings)
             if self._levels is not None:
@@ -112,15 +118,24 @@ class Clip:
     def shown(self) -> tuple[list[Sample], Ints]:
         """The opening's samples in pictures that show something, and their places in it; all where there are few."""
         samples, lines = self.samples(self.opening), 1 if self.order == "frame" else 2
-        some = np.repeat(_shows(self.opening, self._info.bits), lines)
-        if np.count_nonzero(some) < LINKING.shortest * lines:
-            some[:] = True
-        return [one for one, good in zip(samples, some.tolist(), strict=True) if good], np.flatnonzero(some)
+        order = np.flatnonzero(np.repeat(~self._even, lines))
+        if order.size < LINKING.shortest * lines:
+            order = np.arange(len(samples))
+        return [samples[k] for k in order.tolist()], order
 
     def _whole(self) -> list[Frame]:
         """The opening's frames that show something; all of them where none does."""
-        some = _shows(self.opening, self._info.bits)
-        return [frame for frame, good in zip(self.opening, some.tolist(), strict=True) if good]
+        return [self.opening[k] for k in self._places()]
+
+    def _places(self) -> list[int]:
+        return np.flatnonzero(~self._even | self._even.all()).tolist()
+
+    def _like_the_others(self) -> tuple[int, float]:
+        """The place of the first frame that shows something and is as noisy as others, and its noise, grey levels."""
+        noise = np.array([noise_sd(one.luma, scale=255.0 / (2**self._info.bits - 1)) for one in self._whole()])
+        usual = float(np.median(noise))
+        k = int(np.argmax((noise * OPENING.alike >= usual) & (noise <= usual * OPENING.alike)))
+        return self._places()[k], float(noise[k])
 
     def as_record(self) -> dict[str, Any]:
         """How it is seen, for the diagnostics."""
@@ -195,20 +210,15 @@ def _more(frames: list[Frame], batches: Iterator[list[Frame]], most: int) -> lis
     return frames
 
 
-def _opened(batches: Iterator[list[Frame]], bits: int) -> list[Frame]:
-    """The first frames, and about as many more as some of them are damaged or show nothing."""
+def _opened(batches: Iterator[list[Frame]], bits: int, most: int) -> tuple[list[Frame], Bools]:
+    """The first frames, about as many more as some of them show nothing, `most` in all; and which show nothing."""
     frames = _more([], batches, OPENING.frames)
-    known = 0
-    while len(frames) > known:
+    even, known = _even(frames, bits), 0
+    while even.any() and len(frames) > known:
         known = len(frames)
-        frames = _more(frames, batches, OPENING.frames + min(_even(frames, bits).sum(), OPENING.more))
-    return frames
-
-
-def _shows(frames: Sequence[Frame], bits: int) -> Bools:
-    """Which frames (n,) show something; where none does, all."""
-    even = _even(frames, bits)
-    return np.ones_like(even) if even.all() else ~even
+        frames = _more(frames, batches, min(OPENING.frames + min(int(even.sum()), OPENING.more), most))
+        even = even if len(frames) == known else _even(frames, bits)
+    return frames, even
 
 
 def _even(frames: Sequence[Frame], bits: int) -> Bools:
@@ -218,15 +228,6 @@ def _even(frames: Sequence[Frame], bits: int) -> Bools:
     span = np.array([high - low for low, high in extremes], float) * 255 / (2**bits - 1)
     most = span[~corrupt].max(initial=0.0)
     return np.asarray(corrupt | (span < min(THRESHOLD.least_contrast, OPENING.even * most)))
-
-
-def _typical(opening: Sequence[Frame], bits: int) -> tuple[int, float]:
-    """The place of the first frame that shows something and is as noisy as the others, and its noise, grey levels."""
-    some = np.flatnonzero(_shows(opening, bits))
-    noise = np.array([noise_sd(opening[k].luma, scale=255.0 / (2**bits - 1)) for k in some.tolist()])
-    usual = float(np.median(noise))
-    k = int(np.argmax((noise * OPENING.alike >= usual) & (noise <= usual * OPENING.alike)))
-    return int(some[k]), float(noise[k])
 
 
 def field_order(fields: str, info: VideoInfo, opening: list[Frame]) -> tuple[str, str]:
