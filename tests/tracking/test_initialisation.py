@@ -74,6 +74,20 @@ def test_a_target_that_creeps_is_not_lost_to_its_own_ghost_in_the_background():
     assert np.linalg.norm(found_at(opening)[0] - path[0, 0]) < 1.5
 
 
+def test_a_part_of_what_moves_is_no_target_of_its_own():
+    """Three large balls in one blob that creeps: parts of it stand out of surroundings that it makes bright itself."""
+    rng, way = np.random.default_rng(3), np.array([(-4.0, -1.0), (-1.0, -2.0), (-3.0, 2.0)])
+    at = np.array([(380.0, 230.0), (368.0, 212.0), (416.0, 280.0)])
+    samples = []
+    for k in range(10):
+        light = picture((480, 640), [(*p, 38.0) for p in at + k * way], level=30, contrast=190, dtype=float)
+        luma = np.clip(np.minimum(light, 220) + rng.normal(0, 2, light.shape), 0, 255).astype(np.uint8)
+        samples.append(Sample(luma, float(k)))
+    opening = find_targets(samples, 3, Detection(noise=2.0))
+    assert opening.moving == 2
+    assert min(trail.pixels.min() for trail in opening.trails) > 0.9 * np.pi * 38**2
+
+
 def test_movers_are_the_best_where_there_are_more_than_are_asked_for():
     path = circle(INITIALISATION.samples + 1, 5, period=40.0)
     samples = samples_of(path)

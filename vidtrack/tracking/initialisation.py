@@ -131,7 +131,8 @@ def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detecti
     """Trails that move so slowly that the background has hidden them, and are none of the chosen; best first."""
     sample = np.concatenate([np.empty(0, np.intp), *(trail.sample for trail in chosen)])
     position = np.concatenate([np.empty((0, 2)), *(trail.position for trail in chosen)])
-    places = [position[sample == j] for j in range(len(samples))]
+    half = np.concatenate([np.empty((0, 2)), *(trail.size * (1, samples[0].lines) / 2 for trail in chosen)])
+    places = [(position[sample == j], half[sample == j]) for j in range(len(samples))]
     found = [_blobs_above(sample, sample.luma, detection, None) for sample in samples]
     trails = link(found, samples, detection.max_step)
     others = [
@@ -139,13 +140,18 @@ def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detecti
         for trail in trails
         if moves(trail, detection.min_motion)
         and compactness(trail) > INITIALISATION.compact
-        and not any(
-            (np.hypot(*(places[j] - at).T) < 3).any() for j, at in zip(trail.sample, trail.position, strict=True)
-        )
+        and not any(_within(at, *places[j]) for j, at in zip(trail.sample, trail.position, strict=True))
     ]
-    seen = {j for j, place in enumerate(places) if len(place)}  # in any other sample it is not known whose blob it is
+    # in any other sample it is not known whose blob it is
+    seen = {j for j, (place, _) in enumerate(places) if len(place)}
     others = [trail for trail in others if not seen or seen & set(trail.sample.tolist())]
     return best_together(sorted(others, key=merit, reverse=True), len(others), len(samples))
+
+
+def _within(at: Array, places: Array, half: Array) -> bool:
+    """Whether a place (2,) is one of the places (m, 2), or lies in what is there, of sizes 2 half: is a part of it."""
+    off = np.abs(places - at)
+    return bool(((off < np.maximum(half, 2.1)).all(axis=-1)).any())
 
 
 def _lasting(still: Blobs, samples: Sequence[Sample], detection: Detection) -> Blobs:

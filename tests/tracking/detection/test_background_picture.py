@@ -1,5 +1,6 @@
 """What is left of the picture where targets move, and that no target leaves a ghost in it."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -62,6 +63,39 @@ def test_a_ghost_is_filled_with_what_is_about_it_and_nothing_else_changes():
     changed = np.argwhere(filled != ghost)
     assert np.hypot(*(changed - [40, 51]).T).max() < 12
     assert (filled[:, :30] == ghost[:, :30]).all()
+
+
+def balls(paths, *, radius, shape=(200, 320)):
+    rng = np.random.default_rng(1)
+    return [
+        Sample(picture(shape, [(*at, radius) for at in places], level=30, contrast=150, noise=2, rng=rng), float(i))
+        for i, places in enumerate(zip(*paths, strict=True))
+    ]
+
+
+def test_large_balls_that_come_to_touch_leave_no_ghosts():
+    """Neither is seen alone in most pictures: both go 3 px a sample towards each other."""
+    samples = balls([line(3.0, start=(80.0, 95.0)), line(-3.0, start=(190.0, 105.0))], radius=30.0)
+    assert background_of(samples, DETECTION)[0].max() < 30 + 8 * 2
+
+
+def test_a_ball_as_large_as_the_surroundings_that_it_is_compared_with_leaves_no_ghost():
+    samples = balls([line(0.5, start=(150.0, 240.0))], radius=70.0, shape=(480, 320))
+    assert background_of(samples, DETECTION)[0].max() < 30 + 8 * 2
+
+
+def test_a_hoop_that_stands_still_stays_in_the_background():
+    samples = films(line(0.4, start=(20.0, 15.0)))
+    outer, inner = (picture(SHAPE, [(70, 45, radius)], level=0, contrast=150) for radius in (16.0, 11.0))
+    background = background_of([s._replace(luma=cv2.add(s.luma, outer - inner)) for s in samples], DETECTION)[0]
+    assert int(background[45, 83]) == pytest.approx(180, abs=10)
+
+
+def test_a_lamp_that_a_target_touches_in_passing_stays_in_the_background():
+    """It makes the lamp's blob larger and moves its middle, in two of the five pictures."""
+    lamp = (60.0, 40.0, 7.0)
+    background = background_of(films(line(6.0, start=(13.0, 29.0)), still=[lamp], radius=4.0), DETECTION)[0]
+    assert int(background[40, 60]) == pytest.approx(180, abs=8)
 
 
 def test_fields_have_backgrounds_of_their_own():

@@ -3,7 +3,8 @@
 A target that moves by less than its own size while the background is taken leaves its ghost in it: the part of the
 picture that it covers in every sample. A ghost hides most of the target, and looks like a thing that stands still.
 So what is compact in the background, and has shifted between the pictures that it was taken from, is filled up with
-the grey levels about it.
+the grey levels about it. Of targets that touch meanwhile no picture shows the ghost alone: there it counts that the
+ghost's outline is nobody's edge, as what covers it goes on beyond it in some picture, at most places all around.
 """
 
 from __future__ import annotations
@@ -30,19 +31,30 @@ class Ghosts:
 
     shift_px  between two of the pictures, at least: less is what noise does to a blob's middle
     alike     log of the ratio of its pixel counts in them, at most: what changes more is joined with something else
+    joined    the same, and twice the error of a count, whose share is rim_px of its rim: where it is larger in some
+              pictures, what touches it there has moved its middle, and only the others count
     largest   of the picture's height or width, the smaller: a patch of more is scenery
-    slim      shorter over longer side of its box, at least; fill: share of the box that it covers, at least
+    slim      shorter over longer side of its box, at least; fill: share of the box that it covers, at least, with the
+              holes in it: of what is as large as the surroundings that it is compared with only the rim stands out
+    outlined  px, of its shorter side, at least, where its outline counts
+    standing  share of the outline beyond which all pictures are dark, at most: 0.75 to 1 for things that stand still,
+              up to 0.3 for ghosts
     """
 
     shift_px: float = 0.8
     alike: float = 0.4
+    joined: float = 0.1
+    rim_px: float = 0.45
     largest: float = 0.5
     slim: float = 0.5
     fill: float = 0.45
+    outlined: int = 16
+    standing: float = 0.4
 
 
 GHOSTS = Ghosts()
 _SOFT = np.ones((9, 9), np.uint8)  # four px about a patch for its soft edge
+_ROUND5, _ROUND9 = (cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)).astype(np.uint8) for size in (5, 9))
 
 
 def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, NDArray[Any]]:
@@ -71,6 +83,7 @@ def without_ghosts(
     lines  px of the frame buffer to a row: 2 for fields
     """
     mask = bright_mask(background, detection)
+    mask = _without_holes(mask)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     filled = background
     small = stats[:, 2:4].max(axis=1) < GHOSTS.largest * min(mask.shape)
@@ -81,10 +94,24 @@ def without_ghosts(
             continue
         beside = float(np.median(about[~lit]))
         level = (beside + float(about[own].mean())) / 2
-        if _shifted([picture[here] for picture in pictures], own, level, lines):
+        pieces, bright = [picture[here] for picture in pictures], own & (about > level)
+        if _shifted(pieces, bright, level, lines) or _nobodys_outline(pieces, bright, level):
             filled = background.copy() if filled is background else filled
             soft = cv2.dilate(own.astype(np.uint8), _SOFT) > 0
             filled[here][soft & (own | ~lit)] = beside
+    return filled
+
+
+def _without_holes(mask: Mask) -> Mask:
+    """The mask with the holes filled of what is large enough to have any."""
+    filled = mask
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    for outline in outlines:
+        _, _, width, height = cv2.boundingRect(outline)
+        high, low = max(width, height), min(width, height)
+        if low >= max(GHOSTS.outlined, GHOSTS.slim * high) and high < GHOSTS.largest * min(mask.shape):
+            filled = mask.copy() if filled is mask else filled
+            cv2.drawContours(filled, [outline], 0, 1, cv2.FILLED)
     return filled
 
 
@@ -128,5 +155,20 @@ def _shifted(pictures: Sequence[Picture], own: Bools, level: float, lines: int) 
             return False
         middles.append(middle[one])
         counts.append(stats[one, cv2.CC_STAT_AREA])
-    steady = np.log(max(counts) / min(counts)) < GHOSTS.alike
-    return bool(steady and np.ptp(middles, axis=0).max() > GHOSTS.shift_px)
+    least, more = min(counts), np.log(np.array(counts) / min(counts))
+    alone = more < GHOSTS.joined + 2 * GHOSTS.rim_px * np.sqrt(2 * np.sqrt(np.pi * least)) / least
+    place = np.array(middles)[alone if alone.sum() > 1 else more >= 0]
+    return bool(more.max() < GHOSTS.alike and np.ptp(place, axis=0).max() > GHOSTS.shift_px)
+
+
+def _nobodys_outline(pictures: Sequence[Picture], own: Bools, level: float) -> bool:
+    """Whether in these pieces of pictures something bright goes on beyond the patch `own` at most of its outline."""
+    core = own.astype(np.uint8)
+    rows, columns = np.nonzero(core)
+    if not rows.size or min(np.ptp(rows), np.ptp(columns)) < GHOSTS.outlined:
+        return False
+    beyond = cv2.dilate(core, _ROUND9) > cv2.dilate(core, _ROUND5)
+    dark = np.ones(own.shape, bool)
+    for picture in pictures:
+        dark &= above(picture, level) == 0
+    return bool(dark[beyond].mean() < GHOSTS.standing)
