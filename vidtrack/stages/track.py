@@ -206,7 +206,7 @@ def track(
     take_off_pull(rows, 1 * (moment.field == "bottom"), backgrounds, samples or late, clip.detection, lines)
     shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
-    others = others_with_grown_sd(kept_others(others, damaged), time, noise, shapes, lines=lines)
+    others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
     seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
-from vidtrack.tracking.measurement.sd_scaling import grow_sd
+from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence
-from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
-from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, Rows, X, Y
+from vidtrack.tracking.measurement.shared_blob import lost_pairs_sd, shared_blob_sd
+from vidtrack.tracking.record import Others
+from vidtrack.tracking.state import MASS, MEASURED, MERGED, PIXELS, SD_X, SD_Y, XX, XY, YY, Rows, X, Y
 
 N = 12
 TIME = np.arange(N, dtype=float)
@@ -61,3 +62,47 @@ def test_it_is_in_the_sd_that_the_tracks_have():
     none = ShapeEvidence(blob.values[[X, Y]], np.zeros((2, N, 2)), 0.0, np.full((5, 2), np.nan))
     grow_sd(blob, TIME, none, lines=1, kind="weighted")
     assert (blob.values[[SD_X, SD_Y], :, 0] > 0.99).all()
+
+
+def lost_in_each_other(second, *, flag=MERGED, again=N, at=(32.0, 30.0)):
+    """Two round targets that are lost from sample 3 on, one of them to `again`, and a track that begins in sample 6."""
+    alone = rows((2.0, 2.0, 0.0), other_from=0)
+    alone.values[:, 3:again, 0] = alone.values[:, 3:, 1] = np.nan
+    alone.flag[3:] = flag
+    other = np.full((MEASURED, N - 6), np.nan)
+    for row, value in zip((X, Y, PIXELS, XX, YY, XY), (*at, 40.0, *second), strict=True):
+        other[row] = value
+    sample = np.arange(6, N)
+    return Others(np.full(sample.size, 7), sample, other, np.zeros(sample.size, np.int64)), alone
+
+
+def test_what_is_found_where_two_were_lost_in_each_other_may_be_both():
+    others, targets = lost_in_each_other((3.0, 2.0, 0.0))
+    np.testing.assert_allclose(lost_pairs_sd(others, targets, TIME, 0.0), 1.0)
+    others, targets = lost_in_each_other((3.0, 2.0, 0.0), again=9)
+    np.testing.assert_allclose(lost_pairs_sd(others, targets, TIME, 0.0), [1, 1, 1, 0, 0, 0])
+
+
+def test_what_is_round_or_elsewhere_or_where_targets_were_lost_otherwise_is_one():
+    for changed in (
+        lost_in_each_other((2.01, 2.0, 0.0)),
+        lost_in_each_other((3.0, 2.0, 0.0), at=(90.0, 30.0)),
+        lost_in_each_other((3.0, 2.0, 0.0), flag=0),
+    ):
+        assert not lost_pairs_sd(*changed, TIME, 0.0).any()
+
+
+def test_what_targets_look_like_alone_makes_no_pair():
+    """Pixels that are no squares make every disc as long."""
+    others, targets = lost_in_each_other((3.0, 2.0, 0.0))
+    targets.values[XX] *= 1.5
+    assert not lost_pairs_sd(others, targets, TIME, 0.0).any()
+
+
+def test_it_is_in_the_sd_that_other_tracks_have():
+    others, targets = lost_in_each_other((3.0, 2.0, 0.0))
+    others.values[[MASS, SD_X, SD_Y]] = np.array([[2000.0], [0.02], [0.02]])
+    none = ShapeEvidence(targets.values[[X, Y]], np.zeros((2, N, 2)), 0.0, np.full((5, 2), np.nan))
+    grown = grow_sd(targets, TIME, none, lines=1, kind="weighted")
+    found = others_with_grown_sd(others, targets, TIME, grown, none, lines=1)
+    assert (found.values[[SD_X, SD_Y]] > 0.99).all()

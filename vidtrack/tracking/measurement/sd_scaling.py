@@ -11,7 +11,7 @@ from vidtrack.tracking.measurement.coding_noise import Coded, others_with_level,
 from vidtrack.tracking.measurement.empirical_sd import scatter
 from vidtrack.tracking.measurement.rims import Rims
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
-from vidtrack.tracking.measurement.shared_blob import shared_blob_sd
+from vidtrack.tracking.measurement.shared_blob import lost_pairs_sd, shared_blob_sd
 from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.state import MASS, PIXELS, SATURATED, SD_X, SD_Y, Rows, X, Y
@@ -76,15 +76,17 @@ def grow_sd(
     return grown
 
 
-def others_with_grown_sd(others: Others, time: Array, grown: Coded, shapes: ShapeEvidence, *, lines: int) -> Others:
+def others_with_grown_sd(
+    others: Others, rows: Rows, time: Array, grown: Coded, shapes: ShapeEvidence, *, lines: int
+) -> Others:
     """The samples of all other tracks, as those of the targets: with the sd grown, and with what their shapes say.
 
-    time  (samples,); grown, shapes: of the targets
+    time  (samples,); rows, grown, shapes: of the targets
     """
-    values = others.values.copy()
+    values, shared = others.values.copy(), lost_pairs_sd(others, rows, time, shapes.exposure)
     position, sd = shape_evidence_of_others(values, others.track, others.sample, time, shapes, lines)
     own = others_with_level(values[[SD_X, SD_Y]], values[MASS], values[PIXELS], grown, lines)
-    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(own, sd)
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(np.hypot(own, sd), shared)
     return others._replace(values=values)
 
 
