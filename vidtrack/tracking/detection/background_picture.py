@@ -4,7 +4,7 @@ A target that moves by less than its own size while the background is taken leav
 picture that it covers in every sample. A ghost hides most of the target, and looks like a thing that stands still.
 So what is compact in the background, and has shifted between the pictures that it was taken from, is filled up with
 the grey levels about it. Of targets that touch meanwhile no picture shows the ghost alone: there it counts that the
-ghost's outline is nobody's edge, as what covers it goes on beyond it in some picture, at most places all around.
+ghost's outline is no edge: at most of it, what covers the ghost goes on beyond it in some picture.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def without_ghosts(
         beside = float(np.median(about[~lit]))
         level = (beside + float(about[own].mean())) / 2
         pieces, bright = [picture[here] for picture in pictures], own & (about > level)
-        if _shifted(pieces, bright, level, lines) or _nobodys_outline(pieces, bright, level):
+        if _shifted(pieces, bright, level, lines) or _no_edge(pieces, bright, level):
             filled = background.copy() if filled is background else filled
             soft = cv2.dilate(own.astype(np.uint8), _SOFT) > 0
             filled[here][soft & (own | ~lit)] = beside
@@ -161,7 +161,7 @@ def _shifted(pictures: Sequence[Picture], own: Bools, level: float, lines: int) 
     return bool(more.max() < GHOSTS.alike and np.ptp(place, axis=0).max() > GHOSTS.shift_px)
 
 
-def _nobodys_outline(pictures: Sequence[Picture], own: Bools, level: float) -> bool:
+def _no_edge(pictures: Sequence[Picture], own: Bools, level: float) -> bool:
     """Whether in these pieces of pictures something bright goes on beyond the patch `own` at most of its outline."""
     core = own.astype(np.uint8)
     rows, columns = np.nonzero(core)
