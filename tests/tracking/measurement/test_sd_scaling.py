@@ -38,10 +38,20 @@ def test_saturated_targets_alone_are_less_sure_down_the_rows_of_a_field_twice_as
     of.flag[50:60, 1] = SATURATED
     sd = grown(of, lines=2, kind=kind)
     rim = dict(GROWTH.clipped)[kind] * PIXEL_COUNT**-0.25
-    assert sd[:, 50:60, 1] / sd[:, 40:50, 1] == pytest.approx(
-        np.hypot(1, np.array([1, 2]) * rim / SD)[:, None] * np.ones((2, 10)), rel=0.01
-    )
+    grid = GROWTH.grid * (2 * PIXEL_COUNT / GROWTH.grid_pixels) ** -GROWTH.grid_power if kind == "weighted" else 0.0
+    more = np.hypot(1, np.array([1, 2]) * rim / SD) / np.hypot(1, np.array([1, 2]) * grid / SD)
+    assert sd[:, 50:60, 1] / sd[:, 40:50, 1] == pytest.approx(more[:, None] * np.ones((2, 10)), rel=0.01)
     assert sd[:, 50:60, 0] == pytest.approx(sd[:, 40:50, 0])
+
+
+def test_the_grid_of_pixels_limits_the_weighted_mean_of_tiny_targets_alone():
+    of = rows()
+    of.values[PIXELS, :, 1] = 7.0  # a disc of 1.5 px
+    of.values[[SD_X, SD_Y]] = 1e-3
+    of.values[[X, Y]] = 100 + np.arange(200)[:, None] / 3 + np.zeros(3)
+    sd = grown(of)
+    assert sd[0, :, 1] == pytest.approx(np.full(200, np.hypot(1e-3, 0.0055 * (12.6 / 7) ** 0.65)), rel=1e-6)
+    assert sd[:, :, 0].max() < 0.003
 
 
 def test_a_shadow_widens_the_sd_while_its_edge_goes_over_the_target():

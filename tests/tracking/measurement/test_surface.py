@@ -47,8 +47,21 @@ def test_a_highlight_that_wanders_is_in_the_sd_of_every_sample_that_it_moves():
 
 def test_a_plain_ball_keeps_its_small_sd(monkeypatch):
     sd = film(glossy=False)[1]
-    monkeypatch.setattr(Surfaces, "sd", lambda self, sd: np.zeros_like(sd))
+    monkeypatch.setattr(Surfaces, "sd", lambda self, sd, radius: np.zeros_like(sd))
     np.testing.assert_array_equal(sd, film(glossy=False)[1])
+
+
+@pytest.mark.parametrize("radius", [2.0, 3.0, 6.0, 9.0])
+def test_the_grid_of_pixels_on_razor_sharp_edges_is_no_light_on_the_target(radius):
+    rng, surfaces, size = np.random.default_rng(4), Surfaces(1), np.array([[2 * radius, 2 * radius]])
+    for k in range(40):
+        luma = discs((60, 60), [(25 + 0.31 * k, 30.0 + 0.17 * k, radius, 150.0)], level=LEVEL, noise=0.4, rng=rng)
+        at, pixels = np.array([[[25 + 0.31 * k, 30.0 + 0.17 * k]]]), np.array([np.pi * radius**2])
+        level, detection = np.array([LEVEL + 75]), Detection(noise=0.4)
+        seen = segment_windows([Sample(luma, 0.0)], at, size=size, pixels=pixels, threshold=level, detection=detection)
+        surfaces.seen(k, np.array([0]), seen.values[-2:, 0], seen.clear[0])
+    assert not surfaces.sd(np.full((2, 40, 1), 0.002), np.array([radius])).any()
+    assert surfaces.sd(np.full((2, 40, 1), 0.002)).any() == (radius < 9)  # it is not too little for nothing
 
 
 def by_hand(right):

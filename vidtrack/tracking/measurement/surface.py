@@ -29,7 +29,9 @@ class SurfaceShift:
 
     fewest    looks at a target, from which on its surface is judged
     plainly   times the sd of a centroid that s scatters by at least; 0.3 to 0.5 of plain balls, 1 to 20 of glossy ones
-    grid_px   that the grid of pixels adds to that sd: edges that are cut off half-way up are sampled by fewer of them
+    grid_px   that the grid of pixels adds to that sd, at least and at most: edges that are cut off half-way up are
+              sampled by fewer of them; and grid_of, between, over the root of the radius in px: of razor-sharp discs of
+    grid_of   1.5 to 15 px s scatters by 0.033 to 0.01 px
     for_once  the same of a single look, where most show nothing
     between   share of that scatter that counts between any two looks
     whole     px that a centroid moves for a px of s: the cut is half-way up, so that s is half of what the two middles
@@ -38,7 +40,8 @@ class SurfaceShift:
 
     fewest: int = 4
     plainly: float = 1.0
-    grid_px: float = 0.015
+    grid_px: tuple[float, float] = (0.015, 0.03)
+    grid_of: float = 0.05
     for_once: float = 2.0
     between: float = 0.5
     whole: float = 3.0
@@ -85,14 +88,19 @@ class Surfaces:
             self._x.extend(shift[0, good].tolist())
             self._y.extend(shift[1, good].tolist())
 
-    def sd(self, sd: Array) -> Array:
-        """px (2, k, n), what surfaces add to the sd (2, k, n) of centroids; 0 where nothing of it is seen."""
+    def sd(self, sd: Array, radius: Array | float = np.inf) -> Array:
+        """px (2, k, n), what surfaces add to the sd (2, k, n) of centroids; 0 where nothing of it is seen.
+
+        radius  (n,) px
+        """
         out = np.zeros(sd.shape)
         if not self._places:
             return out
         sample, place = np.array(self._samples), np.array(self._places)
         shift = np.array([self._x, self._y])
-        usual = np.hypot(np.fmax(*median(sd)), SURFACE.grid_px)
+        with np.errstate(divide="ignore"):
+            grid = np.fmin(np.fmax(SURFACE.grid_of / np.sqrt(radius), SURFACE.grid_px[0]), SURFACE.grid_px[1])
+        usual = np.hypot(np.fmax(*median(sd)), grid)
         order, every = np.argsort(place, kind="stable"), np.arange(sd.shape[1])
         cuts = np.flatnonzero(np.diff(place[order], prepend=-1))
         reach = [extreme.reduceat(shift[:, order], cuts, axis=1) for extreme in (np.maximum, np.minimum)]
