@@ -15,6 +15,16 @@ Pictures = list[np.ndarray]
 Rows = list[dict[str, str]]
 
 
+def _every_film(change: Callable[[Pictures, Rng], Pictures]) -> Callable[[Path, Rng], None]:
+    """The run's recordings of all cameras, changed."""
+
+    def done(folder: Path, rng: Rng) -> None:
+        for path in run_videos(folder):
+            refilmed(path, lambda pictures: change(pictures, rng))
+
+    return done
+
+
 def _film(change: Callable[[Pictures, Rng], Pictures], camera: int = 0) -> Callable[[Path, Rng], None]:
     """The run's recording of one camera, changed."""
     return lambda folder, rng: refilmed(run_videos(folder)[camera], lambda pictures: change(pictures, rng))
@@ -67,6 +77,11 @@ def _blended(pictures: Pictures, rng: Rng) -> Pictures:
         p if k % 3 or not k else ((p.astype(int) + pictures[k - 1]) // 2).astype(np.uint8)
         for k, p in enumerate(pictures)
     ]
+
+
+def _averaged(pictures: Pictures, rng: Rng) -> Pictures:
+    """Noise reduction over time: each picture is the mean of the last three."""
+    return [np.mean(pictures[max(k - 2, 0) : k + 1], axis=0).astype(np.uint8) for k in range(len(pictures))]
 
 
 def _out_of_order(pictures: Pictures, rng: Rng) -> Pictures:
@@ -250,6 +265,7 @@ REPORTED: dict[str, Circumstance] = {
     "frames-blended": Circumstance(
         SIGHTS + "|blend|mixture|merged|residual|miss", after=_film(_blended), harmless=True
     ),
+    "all-averaged": Circumstance(r"mean of several|mixed|late", after=_every_film(_averaged), harmless=True),
     "frames-out-of-order": Circumstance(SIGHTS + "|order|" + TIME, after=_film(_out_of_order), harmless=True),
     "black-first": Circumstance(r"black|dark|located|measured|lost", after=_film(_black_first), harmless=True),
     "flash": Circumstance(r"flash|light|located|measured|lost", after=_film(_flash), harmless=True),

@@ -73,6 +73,15 @@ def test_a_clock_that_is_not_known_has_its_part():
     assert budget()[0]["axes"]["x"]["clock"] == 0.0
 
 
+def test_what_mixed_pictures_show_late_counts_as_the_clocks():
+    _, b, sd = moving()
+    aged = np.zeros((2, 60, 3, 3))
+    aged[..., 1, 1] = 0.2**2
+    axes = error_budget(CAMERAS, b, sd, [None, None], None, None, None, aged)["axes"]
+    assert [axes[axis]["clock"] for axis in "xyz"] == pytest.approx([0.0, 0.2, 0.0])
+    assert axes["y"]["combined"] == pytest.approx(np.hypot(axes["y"]["centroid"], 0.2))
+
+
 def test_without_a_calibration_s_covariance_the_centroids_are_all_there_is():
     _, b, sd = moving()
     axes = error_budget(CAMERAS, b, sd, [None, None], None, None, None)["axes"]

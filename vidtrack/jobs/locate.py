@@ -111,6 +111,7 @@ def _in_space(job: Job) -> Locations:
         kept=kept,
         points=points or None,
         widths=_widths(readings, scale.shift),
+        late={name: own.get("late", 0.0) for name, own in readings.items()},
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
         where=where,

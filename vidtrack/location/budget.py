@@ -50,11 +50,13 @@ def error_budget(
     joint: Array | None,
     of_survey: Array | None,
     slips: Array | None,
+    aged: Array | None = None,
 ) -> dict[str, Any]:
     """For each axis of the world the standard uncertainty of a position by part, of a usual (median) sample, world
     units.
 
     b, sd        (n_cameras, m, M, 2) px; slips likewise, or None; joint, of_survey: see `location.shared_survey`
+    aged         (m, M, 3, 3) what `location.seen_late` adds to the covariance; it counts as the clocks'
     Keys: axes: {x, y, z: {survey, calibration, centroid, clock, combined}}; samples. None where no sample has a sigma.
     """
     every = max(1, -(-b.shape[2] // MOST))
@@ -75,6 +77,8 @@ def error_budget(
     if slipped is not None:
         late = _diagonal(locate_points(cameras, b, sd=sd, slips=slipped).covariance)
         variance["clock"] = np.clip(late - variance["centroid"], 0, None)
+    if aged is not None and aged.any():
+        variance["clock"] = variance.get("clock", 0.0) + _diagonal(aged[:, ::every])
     good = np.isfinite(variance["centroid"]).all(-1)
     for part in variance.values():
         good &= np.isfinite(part).all(-1)

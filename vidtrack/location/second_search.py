@@ -19,7 +19,7 @@ from vidtrack.association.tracklets import pieces_of
 from vidtrack.location.expected import InPicture, bridged_gaps, expected, in_picture, located_by_all, moments_of
 from vidtrack.location.matching import Match
 from vidtrack.location.views import Labels, View, brought, by_target, of_samples, owners
-from vidtrack.tracking.measurement.shape_change import lateness
+from vidtrack.tracking.measurement.exposure_time import lateness
 
 Columns = Mapping[str, NDArray[Any]]
 LOOKS = ("tracklet", "pixels", "brightness")

@@ -40,6 +40,7 @@ from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown
 from vidtrack.location.run_sights import RunSights
 from vidtrack.location.sample_flags import sample_flags
 from vidtrack.location.second_search import LOOKS, searched_again
+from vidtrack.location.seen_late import with_lateness
 from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
@@ -54,6 +55,7 @@ from vidtrack.tags.poses import TagOrder, TagPoses, tag_poses, trajectory_rows
 from vidtrack.timing.clock import Clock
 from vidtrack.timing.clock_methods import methods_of
 from vidtrack.timing.readout import Readout, at_frame_time
+from vidtrack.timing.resample import interval
 
 SD_PX = 0.1
 """ASSUME: noise of a centroid, where neither the tracker nor the reprojection errors show it."""
@@ -91,6 +93,7 @@ def locate(
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     widths: Mapping[str, Any] | None = None,
+    late: Mapping[str, float] | None = None,
     units: str = "in",
     where: str = "locate",
 ) -> Locations:
@@ -114,6 +117,7 @@ def locate(
     kept           camera: pieces of its pictures, `tracking.windows.COLUMNS`, in which targets that other cameras show
                    are sought again
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
+    late           camera: samples by which what moves is seen late at most, where its pictures are mixed
     widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
@@ -173,6 +177,8 @@ def locate(
     if max_miss is not None:
         located = without_far(located, max_miss)
     located, sudden = with_grown_sigma(located, sd)
+    old = [late[v.name] * interval(t) for v, t in zip(views, times, strict=True) if late and late.get(v.name)]
+    located, aged = with_lateness(located, at, max(old, default=0.0))
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
     nothing = [unseen(v, own, t, at, located.point) for v, own, t in zip(views, seen, times, strict=True)]
     table["flag"] = sample_flags(views, seen, match, located, max_miss, nothing).ravel()
@@ -189,7 +195,7 @@ def locate(
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
-    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips)}
+    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged)}
     field = calibration_field(rig, located.point, uncertainties, joint)
     record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
     findings += findings_of(record, units)

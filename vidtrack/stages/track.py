@@ -208,11 +208,11 @@ def track(
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)
-    seen, exposure, grown = noise.seen, shapes.exposure, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
+    seen, blur, grown = noise.seen, shapes.blur, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks
     columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
-    diagnostics |= {"begun": begun.how, "exposure": exposure, "widths": widths.as_record(names, columns.time_s)}
+    diagnostics |= {"begun": begun.how, "widths": widths.as_record(names, columns.time_s)} | blur.as_record()
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
@@ -220,7 +220,7 @@ def track(
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
         *order_findings(rows, moment.field),
         *uneven,
-        *mixed_pictures(mixed),
+        *mixed_pictures(blur.late, blur.drawn),
         *repeated_pictures(repeats.flags, rows),
         *damaged_pictures(damage.indices),
     ]
@@ -229,7 +229,7 @@ def track(
     give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     pieces = [one for one in pieces if not damaged[one.sample]]
-    windows = _window_table(pieces, columns, clip.detection.noise, grown, exposure)
+    windows = _window_table(pieces, columns, clip.detection.noise, grown, blur.exposure)
     diagnostics["problems"] = [line(finding) for finding in found]
     keep_freed_memory(PICTURES.kept_bytes // 8)
     return Tracked(table, tracklets, windows, diagnostics, found, clock)

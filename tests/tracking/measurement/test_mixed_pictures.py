@@ -10,6 +10,7 @@ from tests.discs import picture as discs
 from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.measurement.exposure_time import Exposure
 from vidtrack.tracking.measurement.mixed_pictures import MIXTURE, lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.uneven_light import Ways
 from vidtrack.tracking.sample import Sample
@@ -82,10 +83,14 @@ def test_a_lossy_coder_and_fields_are_not_judged():
     assert lateness_of_mixed(samples(pictures, lines=2)) == 0
 
 
-def film(share, n=40):
-    rng, where = np.random.default_rng(3), [(25 + 1.9 * k, 60 + 25 * np.sin(k / 9)) for k in range(n)]
+COURSE = [(25 + 1.9 * k, 60 + 25 * np.sin(k / 9)) for k in range(40)]
+SWINGS = [(65 + 30 * np.sin(k / 8), 60 + 25 * np.sin(k / 9)) for k in range(120)]
+
+
+def film(share, how=mixed, where=COURSE):
+    rng = np.random.default_rng(3)
     made = [discs(SHAPE, [(x, y, 6.0, 100.0)], level=40.0, noise=2.0, rng=rng, dtype=float) for x, y in where]
-    frames = [Frame(k, Fraction(k, 25), one.luma, False, None) for k, one in enumerate(samples(mixed(made, share)))]
+    frames = [Frame(k, Fraction(k, 25), one.luma, False, None) for k, one in enumerate(samples(how(made, share)))]
     found = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1)
     table = found.centroids
     assert (table["flag"] == "").all()
@@ -111,6 +116,24 @@ def test_a_film_whose_pictures_stand_for_themselves_is_as_it_was(monkeypatch):
     np.testing.assert_array_equal(film(0.0)[1], before[1])
 
 
+def averaged(pictures, n):
+    return [np.mean(pictures[max(k - n + 1, 0) : k + 1], axis=0) for k in range(len(pictures))]
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_what_moves_in_means_of_pictures_is_late_by_no_more_than_its_sd_says(n, monkeypatch):
+    """Where a coder copies noise, the streaks alone show it."""
+    monkeypatch.setattr(stage, "lateness_of_mixed", lambda *given, **more: 0.0)
+    wrong, sd, codes = film(n, averaged, SWINGS)
+    assert (wrong, codes) == (0, ["pictures-mixed"])
+    assert np.median(sd[:, 0]) < 1.3 * 30 / 8 * (n - 1) / 2
+    monkeypatch.setattr(Exposure, "late", 0.0)
+    assert film(n, averaged, SWINGS)[0] > 60
+
+
 def test_the_finding_says_by_how_much():
     assert mixed_pictures(0.0) == []
     assert "0.31 pictures late" in mixed_pictures(0.31)[0].text
+    (drawn,) = mixed_pictures(1.04, 2.9)
+    assert "over their way in 2.9 pictures" in drawn.text
+    assert [one.level for one in (drawn, *mixed_pictures(0.1))] == ["doubtful", "note"]

@@ -36,6 +36,7 @@ class Mixture:
                   (0 +- 0.02 where they are not)
     falling       r_2 / r_1 at most: more is something that moves slowly
     kept          share that a recursive filter keeps, at most
+    slight        pictures of lateness that sigma holds, and no more need be said of
     """
 
     fewest: int = 7
@@ -48,6 +49,7 @@ class Mixture:
     of_most: float = 0.05
     falling: float = 0.6
     kept: float = 0.75
+    slight: float = 0.25
 
 
 MIXTURE = Mixture()
@@ -95,13 +97,18 @@ def _pairs(pictures: Sequence[NDArray[np.generic]]) -> NDArray[np.float32]:
     return out
 
 
-def mixed_pictures(late: float) -> list[Finding]:
-    """What to know of pictures in which what moves is seen so late."""
+def mixed_pictures(late: float, drawn: float = 0.0) -> list[Finding]:
+    """What to know of pictures in which what moves is seen so late, in pictures; drawn: over how many of them streaks
+    go, where that is longer than any exposure.
+    """
     if not late:
         return []
-    text = (
-        f"the noise of each picture goes on in the next, as where pictures are mixed: what moves may be seen up to "
-        f"{late:.2f} pictures late. sd_x and sd_y hold that."
-    )
+    seen = "the noise of each picture goes on in the next, as where pictures are mixed"
+    if drawn:
+        seen = (
+            f"targets are drawn out over their way in {drawn:.1f} pictures, longer than any exposure, as where each "
+            "picture is a mean of several"
+        )
+    text = f"{seen}: what moves may be seen up to {late:.2f} pictures late. Its sd and sigma hold that."
     cure = "Record without noise reduction over time, and track what the camera wrote, no copy at another rate."
-    return [Finding("note", "pictures-mixed", text, cure)]
+    return [Finding("doubtful" if late > MIXTURE.slight else "note", "pictures-mixed", text, cure)]

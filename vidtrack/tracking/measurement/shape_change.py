@@ -6,9 +6,7 @@ from what is usual of the target, by far more than they scatter, a part of it is
 Where something bright is beside the target a disc is fitted, which has no second moments. Then its light and its pixels
 say what is hidden: a part of the share s of a disc that is hidden at its rim moves the middle by about 0.85 s radii.
 
-An exposure of T samples draws a moving target out: with the velocity v (px a sample) the second moments grow by
-T^2 v v^T / 12. The middle of such a streak is the mean over the exposure, which differs from the position in the middle
-of the exposure by T^2/24 times the acceleration; T shows in how the moments go with the velocity.
+What motion draws out during the exposure (`exposure_time`) is taken off first.
 """
 
 from __future__ import annotations
@@ -19,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.measurement.empirical_sd import spread
-from vidtrack.tracking.measurement.order_statistics import median, median_of, middle_and_nearest, quantile, row_medians
+from vidtrack.tracking.measurement.exposure_time import EXPOSURE, UNSEEN, Blur, exposure_of
+from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile, row_medians
 from vidtrack.tracking.measurement.streak import drawn_out
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
 
@@ -29,7 +27,7 @@ from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
 class Shapes:
     """When a shape says something.
 
-    fewest     samples of a target that say what is usual of it, and of blur that say how long the exposure was
+    fewest     samples of a target that say what is usual of it
     nearest    share of the samples whose shapes are nearest to the usual one: they say how much it scatters, since in
                many of the others a part may be hidden; nearest_sd: of a normal distribution within which so many are
     beyond     standard deviations from the usual shape that are no chance; doubtful: up to which they may well be;
@@ -44,12 +42,6 @@ class Shapes:
     about      samples with second moments about one without, whose light and pixels are usual there
     grain      scatter of the logarithms of light and pixels, at least
     at_once    tracks that are looked at together; in_cache: numbers, about, of which the processor's caches hold a few
-    at_most    samples that the exposure is estimated from
-    longest    exposure, samples
-    sure       standard deviations of its square from which on an exposure is corrected
-    unknown    share of that correction that is not known
-    ends       of a streak's length, by which it may be seen further at one end, where it is slower (measured 0.01 to
-               0.02 on drawn balls)
     """
 
     fewest: int = 16
@@ -68,11 +60,6 @@ class Shapes:
     grain: float = 0.01
     at_once: int = 64
     in_cache: int = 12_000
-    at_most: int = 50_000
-    longest: float = 1.1
-    sure: float = 6.0
-    unknown: float = 0.3
-    ends: float = 0.015
 
 
 SHAPES = Shapes()
@@ -84,6 +71,7 @@ class ShapeEvidence(NamedTuple):
     position  (2, k, n) px, in the middle of the exposure; sd (2, k, n) px, what shapes add to that of x and y
     exposure  samples; 0: too short to be seen
     mixed     samples by which what moves is seen late at most, where pictures are mixed: no exposure is seen in them
+    drawn     over so many samples targets are drawn out where that is longer than any exposure; else 0
     usual     (5, 2) of the targets' shapes, and of two of their running medians, median and scatter; NaN: not known
     """
 
@@ -92,6 +80,12 @@ class ShapeEvidence(NamedTuple):
     exposure: float
     usual: Array
     mixed: float = 0.0
+    drawn: float = 0.0
+
+    @property
+    def blur(self) -> Blur:
+        """What motion does to what is seen."""
+        return Blur(self.exposure, self.mixed, self.drawn)
 
 
 def shape_evidence(
@@ -105,33 +99,27 @@ def shape_evidence(
     """
     second, position = values[XX : XY + 1], values[[X, Y]]
     velocity, acceleration = _motion(position, time.reshape(len(time), -1))
-    sd = mixed * np.abs(np.nan_to_num(velocity)) if mixed else np.zeros(velocity.shape)
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
+    exposure = UNSEEN if of else exposure_of(second, velocity, acceleration, seen, lines)
+    mixed = max(mixed, exposure.late)
+    sd = mixed * np.abs(np.nan_to_num(velocity)) if mixed else np.zeros(velocity.shape)
     if not seen.any():
         return ShapeEvidence(position, sd, 0.0, np.full((5, 2), np.nan), mixed)
-    square = of.exposure**2 if of else 0.0 if mixed else _exposure(second, velocity, seen)
+    square = of.exposure**2 if of else 0.0 if mixed else exposure.square
     if square:  # in place: the system fills each new array with zeros first
         late = np.multiply(acceleration, square / 24, out=acceleration)
         position -= np.nan_to_num(late)
         sd, ends, streak = np.abs(late), np.abs(velocity), np.nan_to_num(drawn_out(velocity), copy=False)
-        sd *= SHAPES.unknown
+        sd *= EXPOSURE.unknown
         np.copyto(sd, _rms(late), where=~np.isfinite(late))
-        ends *= SHAPES.ends * np.sqrt(square)
+        ends *= EXPOSURE.ends * np.sqrt(square)
         np.hypot(sd, np.nan_to_num(ends, copy=False), out=sd)
         second = np.subtract(second, np.multiply(streak, square, out=streak), out=streak)
     area = np.where(seen, values[PIXELS], np.nan) * lines
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
     shift = np.where(seen, shift, _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines))
     np.hypot(sd, np.nan_to_num(shift, copy=False), out=sd)
-    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed)
-
-
-def lateness(velocity: Array, acceleration: Array, exposure: float) -> tuple[Array, Array]:
-    """px by which the middle of a streak differs from the position in the middle of its exposure (samples), and one
-    standard deviation of that; velocity and acceleration in px a sample and its square.
-    """
-    late = exposure**2 / 24 * acceleration
-    return late, np.hypot(SHAPES.unknown * late, SHAPES.ends * exposure * velocity)
+    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed, exposure.drawn)
 
 
 def shape_evidence_of_others(
@@ -189,37 +177,6 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
     for side in (slice(1, None), slice(None, -1)):
         np.copyto(velocity[:, side], rate, where=~np.isfinite(velocity[:, side]))
     return velocity, acceleration
-
-
-def _exposure(second: Array, velocity: Array, seen: Bools) -> float:
-    """The square of the exposure, samples^2; 0 where it is too short to be seen."""
-    which = spread(np.flatnonzero(seen & np.isfinite(velocity[0] * velocity[1])), SHAPES.at_most)
-    half = which.size
-    if half < SHAPES.fewest:
-        return 0.0
-    second, streak = second.reshape(3, -1)[:, which], drawn_out(velocity.reshape(2, -1)[:, which])
-    # what is alike in both directions is the target's size, whatever the distance
-    seen_as = np.concatenate([second[0] - second[1], 2 * second[2]])
-    made = np.concatenate([streak[0] - streak[1], 2 * streak[2]])
-    mean = median_of(seen_as[:half])
-    weight, square, sd = np.ones(seen_as.size), 0.0, np.inf
-    for _ in range(10):
-        w = weight * (made != 0)
-        a, b = w[:half].sum(), (w[:half] * made[:half]).sum()
-        c, d = (w[:half] * seen_as[:half]).sum(), (w * made * made).sum()
-        e = (w * made * seen_as).sum()
-        determinant = a * d - b * b
-        if not determinant > 0:
-            return 0.0
-        mean, square = (c * d - b * e) / determinant, (a * e - b * c) / determinant
-        left = seen_as - square * made
-        left[:half] -= mean
-        usual = max(1.4826 * median_of(np.abs(left)), 1e-9)
-        weight = 1 / np.maximum(np.abs(left) / (2 * usual), 1.0)
-        sd = usual * np.sqrt(a / determinant)
-    if not square > SHAPES.sure * sd or square > SHAPES.longest**2:
-        return 0.0
-    return float(square)
 
 
 def _shift(second: Array, area: Array, noise: Array, known: Array | None) -> tuple[Array, Array]:
