@@ -42,7 +42,7 @@ from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_
 from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
-from vidtrack.tracking.measurement.still_pattern import take_off_pull
+from vidtrack.tracking.measurement.still_pattern import StillPattern
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -166,8 +166,7 @@ def track(
     if boxes is not None:
         names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))
     else:
-        if every:
-            targets = count_movers(clip, searched)
+        targets = count_movers(clip, searched) if every else targets
         names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
         begun = begun_anywhere(clip, len(names), box, searched)
     samples, (opened, _) = clip.samples(clip.opening), clip.shown()
@@ -179,12 +178,14 @@ def track(
     tracker.follow(samples)
     earlier = Earlier(tracker, samples, searched * (1 if clip.order == "frame" else 2))
     stamps, waiting, late = Stamps(), begun.waiting, samples[-2:]
+    pattern = StillPattern(backgrounds, clip.detection, samples[0].lines)
     stamps.add(clip.opening)
     clip.opening, samples = [], []
     for batch in clip.batches:
         samples = clip.samples(batch)
         tracker.follow(samples)
         earlier.add(tracker, samples)
+        pattern.prepare(tracker.rows, samples)
         stamps.add(batch)
         if waiting:
             tracker.finish()
@@ -203,7 +204,7 @@ def track(
     time = lines * (elapsed * float(info.rate) + moment.offset)
     damaged = np.isin(moment.frame, list(damage.indices))
     rows = without_damaged(with_resting(rows, np.repeat(np.array(repeats.flags, bool), lines), lines), damaged)
-    take_off_pull(rows, 1 * (moment.field == "bottom"), backgrounds, samples or late, clip.detection, lines)
+    pattern.take_off(rows, 1 * (moment.field == "bottom"), samples or late)
     shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines)
@@ -316,7 +317,6 @@ def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> D
 def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
     """The table of tracklets; in_boxes: the user has named where each target begins."""
     each = cut.tracklet
-    bound = in_boxes & (cut.began == "first") & (cut.target >= 0)
     table = {
         **columns.of(cut.sample),
         "tracklet": each,
@@ -331,7 +331,7 @@ def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxe
         "ended": _Words(_as_column(cut.ended), lambda: each),
         "met": _Words(_as_column(cut.met), lambda: each),
         "target": _Words(_as_column([*names, ""]), lambda: cut.target[each]),
-        "bound": bound[each],
+        "bound": (in_boxes & (cut.began == "first") & (cut.target >= 0))[each],
     }
     return _written(table, COLUMNS)
 

@@ -6,7 +6,8 @@ import pytest
 from scipy.special import ndtr
 
 from vidtrack.tracking.detect_settings import Detection
-from vidtrack.tracking.measurement.still_pattern import kernels, take_off_pull
+from vidtrack.tracking.measurement import still_pattern
+from vidtrack.tracking.measurement.still_pattern import StillPattern, kernels
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import BACKGROUND, MASS, MEASURED, PIXELS, SD_X, SD_Y, Rows, X, Y
 
@@ -56,7 +57,7 @@ def measured(pattern: np.ndarray) -> tuple[Rows, np.ndarray]:
 
 def taken_off(rows: Rows, pattern: np.ndarray, late: np.ndarray) -> bool:
     none = np.zeros(len(rows.flag), int)
-    return take_off_pull(rows, none, {0: noisy(pattern, 1)}, [Sample(late, 99.0)], Detection(noise=NOISE))
+    return StillPattern({0: noisy(pattern, 1)}, Detection(noise=NOISE)).take_off(rows, none, [Sample(late, 99.0)])
 
 
 def changed(pattern: np.ndarray, late: np.ndarray) -> tuple[Rows, Rows, np.ndarray]:
@@ -125,3 +126,42 @@ def test_rows_of_hours_need_no_second_copy_and_a_part_at_a_time_gives_the_same()
     tracemalloc.stop()
     assert most < 0.7 * rows.values.nbytes
     np.testing.assert_array_equal(rows.values, np.tile(short.values, (1, many, 1)))
+
+
+def prepared(pattern: np.ndarray, rows: Rows, late: np.ndarray, calls: int = 40) -> StillPattern:
+    still = StillPattern({0: noisy(pattern, 1)}, Detection(noise=NOISE))
+    for _ in range(calls):
+        still.prepare(lambda: Rows(rows.values[:, :20], *(column[:20] for column in rows[1:])), [Sample(late, 20.0)])
+    return still
+
+
+def made_once_more(*_):
+    raise AssertionError
+
+
+def test_pictures_that_are_made_while_the_recording_is_read_change_no_digit_and_are_not_made_again(monkeypatch):
+    pattern = rough(3, 3.0, 15.0)
+    late, none = noisy(pattern, 2), np.zeros(60, int)
+    at_the_end, rows = measured(pattern)[0], measured(pattern)[0]
+    assert taken_off(at_the_end, pattern, late)
+    still = prepared(pattern, rows, noisy(pattern, 5))
+    monkeypatch.setattr(still_pattern, "_pull_and_size", made_once_more)
+    assert still.take_off(rows, none, [Sample(late, 99.0)])
+    np.testing.assert_array_equal(rows.values, at_the_end.values)
+
+
+def test_where_no_pattern_shows_when_it_is_looked_for_none_is_prepared(monkeypatch):
+    monkeypatch.setattr(still_pattern, "_pull_and_size", made_once_more)
+    pattern = rough(3, 3.0, 15.0)
+    prepared(pattern, measured(pattern)[0], noisy(rough(4, 3.0, 15.0), 5))
+
+
+def test_pictures_that_would_take_too_much_memory_are_made_at_the_end(monkeypatch):
+    pattern = rough(3, 3.0, 15.0)
+    late, rows = noisy(pattern, 2), measured(pattern)[0]
+    settings = still_pattern.StillPatterns(ahead_bytes=pattern.size * 16 - 1)
+    monkeypatch.setattr(still_pattern, "STILL_PATTERN", settings)
+    still = prepared(pattern, rows, late)
+    monkeypatch.setattr(still_pattern, "_pull_and_size", made_once_more)
+    with pytest.raises(AssertionError):
+        still.take_off(rows, np.zeros(60, int), [Sample(late, 99.0)])

@@ -11,7 +11,7 @@ A codec's noise may stand still for a while. So the pattern must be there at the
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.side_by_side import side_by_side
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.order_statistics import median_of
@@ -45,6 +45,8 @@ class StillPatterns:
     about        radii of the target about a place, even, over which the local size of the pull is taken
     unknown      share of the pull, and of its local size, that is not known
     at_once      places that are worked on together
+    looks        calls, of those while the recording is read, at which it is looked whether there is a pattern
+    ahead_bytes  of pictures of the pull, at most, that are made meanwhile
     """
 
     soft_px: float = 0.8
@@ -61,9 +63,14 @@ class StillPatterns:
     about: int = 6
     unknown: float = 0.45
     at_once: int = 50_000
+    looks: tuple[int, ...] = (1, 2, 4, 8)
+    ahead_bytes: int = 32_000_000
 
 
 STILL_PATTERN = StillPatterns()
+
+Pull = tuple[NDArray[np.float32], NDArray[np.float32]]
+"""Pictures of the moment that a pattern makes of a target at each place, and of its size thereabouts."""
 
 
 @lru_cache(maxsize=64)
@@ -86,44 +93,116 @@ def kernels(half_width: float, half_height: float) -> Array:
     return np.stack(pulls)
 
 
-def take_off_pull(
-    rows: Rows,
-    parity: Ints,
-    backgrounds: Mapping[int, NDArray[Any]],
-    late: Sequence[Sample],
-    detection: Detection,
-    lines: int = 1,
-) -> bool:
-    """Take the pull of a still pattern off the positions and add what is not known of it to the sd, in place: rows of
-    two hours are too large for a second copy. Whether anything was done.
+class StillPattern:
+    """The still pattern of a recording, and pictures of its pull.
 
-    parity       (samples,) of their fields; lines: of the frame buffer to a row of a sample
-    backgrounds  from the opening of the recording, as `background_of` makes them; late: its last samples
-    Where no pattern shows, or one too weak to matter, the rows stay as they are.
+    backgrounds  from the opening of the recording, by parity, as `background_of` makes them
+    lines        of the frame buffer to a row of a sample
     """
-    values = rows.values
-    mass, pixels = values[MASS], values[PIXELS]
-    measured = np.isfinite(values[X]) & (mass > 0) & (pixels > 0)
-    if not measured.any():
-        return False
-    radius = np.sqrt(lines * pixels / np.pi)
-    mass = mass[measured]
-    usual = _rounded(median_of(radius[measured]))
-    sds = [median_of(values[row][measured] * mass) for row in (SD_X, SD_Y)]
-    weights = kernels(usual, usual / lines)
-    least = STILL_PATTERN.worth * np.array(sds) / (1, lines)  # of a centroid along x and along y
-    changed = False
-    for one, background in backgrounds.items():
-        last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
-        own = measured & (parity == one)[:, None]
-        if last is None or not own.any():
-            continue
-        grey = _grey(background, detection)
-        if not (_pull(grey, _grey(detection.bright(last.luma), detection), weights) > least).any():
-            continue
-        _correct(values, own, radius, one, _pattern(grey), lines)
-        changed = True
-    return changed
+
+    def __init__(self, backgrounds: Mapping[int, NDArray[Any]], detection: Detection, lines: int = 1) -> None:
+        self._backgrounds, self._detection, self._lines = backgrounds, detection, lines
+        self._patterns: dict[int, NDArray[np.float32]] = {}  # by parity
+        self._pulls: dict[tuple[int, float], list[Pull]] = {}  # by parity and radius: along x, along y
+        self._early: dict[tuple[int, float], Array] = {}  # the same: moments at some places of the background
+        self._ahead: Iterator[None] | None = None
+        self._calls = 0
+
+    def prepare(self, rows: Callable[[], Rows], late: Sequence[Sample]) -> None:
+        """Make one of the pictures that `take_off` will need: a decoder works meanwhile, and waits for nothing.
+
+        rows, late  what was measured until now, and the latest samples: they say, when this is called for the first
+                    few times, whether there is a pattern, and how large the targets are
+        """
+        self._calls += 1
+        if self._ahead is not None:
+            next(self._ahead, None)
+        elif self._calls in STILL_PATTERN.looks:
+            now = rows()
+            measured, radius = self._measured(now)
+            if len(shown := list(self._shown(now, measured, radius, late))) == len(self._backgrounds):
+                self._ahead = self._made_ahead(_all_rounded(radius[measured]), shown)
+
+    def take_off(self, rows: Rows, parity: Ints, late: Sequence[Sample]) -> bool:
+        """Take the pull of the pattern off the positions and add what is not known of it to the sd, in place: rows of
+        two hours are too large for a second copy. Whether anything was done.
+
+        parity  (samples,) of their fields; late: the last samples of the recording
+        Where no pattern shows, or one too weak to matter, the rows stay as they are.
+        """
+        measured, radius = self._measured(rows)
+        changed = False
+        for one in self._shown(rows, measured, radius, late):
+            own = measured & (parity == one)[:, None]
+            if own.any():
+                self._correct(rows.values, own, radius, one)
+                changed = True
+        self._pulls.clear()
+        return changed
+
+    def _measured(self, rows: Rows) -> tuple[Bools, Array]:
+        """Where targets (k, n) were measured, and their radii, px."""
+        mass, pixels = rows.values[MASS], rows.values[PIXELS]
+        return np.isfinite(rows.values[X]) & (mass > 0) & (pixels > 0), np.sqrt(self._lines * pixels / np.pi)
+
+    def _shown(self, rows: Rows, measured: Bools, radius: Array, late: Sequence[Sample]) -> Iterator[int]:
+        """The parities of the fields in which a pattern shows that matters."""
+        if not measured.any():
+            return
+        mass = rows.values[MASS][measured]
+        usual = _rounded(median_of(radius[measured]))
+        sds = [median_of(rows.values[row][measured] * mass) for row in (SD_X, SD_Y)]
+        weights = kernels(usual, usual / self._lines)
+        least = STILL_PATTERN.worth * np.array(sds) / (1, self._lines)  # of a centroid along x and along y
+        for one, background in self._backgrounds.items():
+            last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
+            if last is None:
+                continue
+            if (one, usual) not in self._early:
+                self._early[one, usual] = _moments(_grey(background, self._detection), weights)
+            now = _moments(_grey(self._detection.bright(last.luma), self._detection), weights)
+            if (_pull(self._early[one, usual], now) > least).any():
+                yield one
+
+    def _made_ahead(self, radii: Array, parities: Sequence[int]) -> Iterator[None]:
+        """Makes a picture at each step, those of the usual radii first, as long as they take no more than they may."""
+        sizes, count = np.unique(radii, return_counts=True)
+        left = STILL_PATTERN.ahead_bytes
+        for size in sizes[np.argsort(-count, kind="stable")].tolist():
+            for one in parities:
+                left -= 4 * self._backgrounds[one].size * np.dtype(np.float32).itemsize
+                if left < 0:
+                    return
+                pulls = []
+                for weights in kernels(size, size / self._lines):
+                    pulls.append(_pull_and_size(self._pattern(one), (weights, size)))
+                    yield
+                self._pulls[one, size] = pulls
+
+    def _pattern(self, parity: int) -> NDArray[np.float32]:
+        if parity not in self._patterns:
+            self._patterns[parity] = _pattern(_grey(self._backgrounds[parity], self._detection))
+        return self._patterns[parity]
+
+    def _correct(self, values: Array, own: Bools, radius: Array, parity: int) -> None:
+        """Take the pull off values (MEASURED, samples, n), in place, where they are measurements of this parity."""
+        rounded = np.where(own, _all_rounded(radius), 0.0)
+        several = max(1, STILL_PATTERN.at_once // max(rounded.shape[1], 1))
+        sizes, lines = np.unique(rounded[own]).tolist(), self._lines
+        new = [size for size in sizes if (parity, size) not in self._pulls]
+        parts = [(weights, size) for size in new for weights in kernels(size, size / lines)]
+        made = side_by_side(partial(_pull_and_size, self._pattern(parity)), parts)
+        pulls = {size: made[2 * i : 2 * i + 2] for i, size in enumerate(new)}
+        for size in sizes:
+            along = pulls.get(size) or self._pulls[parity, size]
+            for first in range(0, len(rounded), several):
+                here = rounded[first : first + several] == size
+                part = values[:, first : first + several]
+                x, y, mass = part[X][here], (part[Y][here] - parity) / lines, part[MASS][here]
+                for pull, place, sd, unit in zip(along, (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
+                    off, unknown = (_at(picture, x, y) / mass * unit for picture in pull)
+                    part[place][here] -= off
+                    part[sd][here] = np.hypot(part[sd][here], STILL_PATTERN.unknown * unknown)
 
 
 def _grey(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
@@ -134,21 +213,27 @@ def _rounded(radius: float) -> float:
     return max(1.0, round(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px)
 
 
-def _pull(early: NDArray[np.float32], late: NDArray[np.float32], weights: Array) -> Array:
-    """sd (2,) of the moments that what stands still makes at places of the picture; 0 where it may be chance."""
+def _all_rounded(radius: Array) -> Array:
+    return np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0)
+
+
+def _moments(picture: NDArray[np.float32], weights: Array) -> Array:
+    """The moments (m, 2) that a picture makes at some places; none where it is too small."""
     height, width = weights.shape[1:]
-    rows, columns = early.shape[0] - height, early.shape[1] - width
+    rows, columns = picture.shape[0] - height, picture.shape[1] - width
     if rows < 1 or columns < 1:
-        return np.zeros(2)
+        return np.zeros((0, 2))
     step = max(1, int(np.sqrt(rows * columns / STILL_PATTERN.places)))
-    moments = []
-    for picture in (early, late):
-        views = np.lib.stride_tricks.sliding_window_view(picture, (height, width))[::step, ::step]
-        moments.append(np.tensordot(views.astype(float), weights, ((2, 3), (1, 2))).reshape(-1, 2))
-    count = len(moments[0])
+    views = np.lib.stride_tricks.sliding_window_view(picture, (height, width))[::step, ::step]
+    return np.asarray(np.tensordot(views.astype(float), weights, ((2, 3), (1, 2))).reshape(-1, 2))
+
+
+def _pull(early: Array, late: Array) -> Array:
+    """sd (2,) of the moments (m, 2) that what stands still makes at places of the picture; 0 where it may be chance."""
+    count = len(early)
     if count < STILL_PATTERN.fewest:
         return np.zeros(2)
-    alike, unlike = (_spread((moments[0] + sign * moments[1]) / 2) ** 2 for sign in (1, -1))
+    alike, unlike = (_spread((early + sign * late) / 2) ** 2 for sign in (1, -1))
     still = alike - unlike  # the covariance of both
     chance = 2.33 / np.sqrt(count) * np.hypot(alike, unlike)  # of a variance by the median of deviations
     return np.where(still > STILL_PATTERN.significant * chance, np.sqrt(np.maximum(still, 0.0)), 0.0)
@@ -172,30 +257,7 @@ def _pattern(grey: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(light + over, np.float32)
 
 
-def _correct(
-    values: Array, own: NDArray[np.bool_], radius: Array, parity: int, pattern: NDArray[np.float32], lines: int
-) -> None:
-    """Take the pull off values (MEASURED, samples, n), in place, where they are measurements of this parity."""
-    rounded = np.where(own, np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0), 0.0)
-    several = max(1, STILL_PATTERN.at_once // max(rounded.shape[1], 1))
-    sizes = np.unique(rounded[own]).tolist()
-    pulls = side_by_side(
-        partial(_pull_and_size, pattern), [(weights, size) for size in sizes for weights in kernels(size, size / lines)]
-    )
-    for size, *along in zip(sizes, pulls[::2], pulls[1::2], strict=True):
-        for first in range(0, len(rounded), several):
-            here = rounded[first : first + several] == size
-            part = values[:, first : first + several]
-            x, y, mass = part[X][here], (part[Y][here] - parity) / lines, part[MASS][here]
-            for pictures, place, sd, unit in zip(along, (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
-                pull, unknown = (_at(picture, x, y) / mass * unit for picture in pictures)
-                part[place][here] -= pull
-                part[sd][here] = np.hypot(part[sd][here], STILL_PATTERN.unknown * unknown)
-
-
-def _pull_and_size(
-    pattern: NDArray[np.float32], target: tuple[Array, float]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _pull_and_size(pattern: NDArray[np.float32], target: tuple[Array, float]) -> Pull:
     """Pictures of the moment that a pattern makes of a target at each place, and of its size thereabouts.
 
     target  weights of the moment and radius, px
