@@ -1,4 +1,5 @@
 from fractions import Fraction
+from types import SimpleNamespace
 
 import av
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from benchmarks.damage import WRONG, off, scene
 from tests.files.clips import make_clip
 from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.video import second_look
 from vidtrack.video.bitstream import Bitstream
 from vidtrack.video.reader import open_video
 from vidtrack.video.second_look import Limits, SecondLook, _Decoded
@@ -222,6 +224,44 @@ def test_a_healthy_picture_far_from_its_key_frame_costs_little(clips, monkeypatc
     monkeypatch.setattr(SecondLook, "_decoded", lambda self, *a, **k: decoded.append(len(a[0])) or own(self, *a, **k))
     SecondLook(str(clips("h264.ts")), 0, 100).damaged([packets(clips("h264.ts"))[9][1]])
     assert sum(decoded) <= 3 * 1 + 3 * 2  # the key frame, and the picture behind it alone
+
+
+class Counted:
+    """A decoder that counts the pictures that it gives."""
+
+    given = 0
+
+    def __init__(self, codec):
+        self.__dict__["codec"] = codec
+
+    def __getattr__(self, name):
+        return getattr(self.codec, name)
+
+    def __setattr__(self, name, value):
+        setattr(self.codec, name, value)
+
+    def decode(self, packet):
+        pictures = self.codec.decode(packet)
+        Counted.given += len(pictures)
+        return pictures
+
+
+def test_pictures_that_nothing_is_built_on_are_not_decoded_on_the_way_and_change_nothing(clips, monkeypatch):
+    path = clips("h264.mp4")
+    look = SecondLook(str(path), 0, 100)
+    look.damaged([])
+    with av.open(str(path)) as container:
+        group = next(look._groups(container))
+    references = [one for one in group if look._units.bitstream.is_reference(one.packet)]
+    alone = next(one for one in reversed(group) if one not in references)
+    assert len(group) - len(references) > 1
+    data = bytes(alone.packet)
+    without = look._decoded([*references, alone], data)
+    own = av.CodecContext.create
+    counting = SimpleNamespace(create=lambda *kind: Counted(own(*kind)))
+    monkeypatch.setattr(second_look, "av", SimpleNamespace(Packet=av.Packet, error=av.error, CodecContext=counting))
+    assert look._decoded([*(one for one in group if one != alone), alone], data) == without
+    assert Counted.given == len(references) + 1
 
 
 def test_damage_is_found_however_little_may_be_decoded_for_healthy_pictures_and_not_with_nothing(clips):

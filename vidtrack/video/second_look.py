@@ -12,6 +12,7 @@ What is looked at again costs a decoding from its key frame on, so the caller na
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -306,24 +307,23 @@ class SecondLook:
         return others
 
     def _decoded(self, group: list[_Coded], data: bytes, *, taller: bool = False) -> _Decoded | None:
-        """The last picture of a group, coded as `data`; None where there is none."""
+        """The last picture of a group, coded as `data`, built on the others but B that nothing is built on; or None."""
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
         codec.extradata, codec.thread_count = self._taller if taller else self._extradata, 1
         codec.options = _OPTIONS | {"apply_cropping": str(int(self._shown >= LIMITS.shown))}
+        codec.skip_frame = "NONREF" if self._name in ("h264", "mpeg4") else "DEFAULT"
         sent = [self._packet(bytes(one.packet), one.pts, taller) if taller else one.packet for one in group[:-1]]
         last, decoded, before = self._packet(data, group[-1].pts, taller), None, 0
         for packet in [*sent, last, None]:
             if packet is last:
-                before, _ = get_last_error()
-            try:
+                before, codec.skip_frame = get_last_error()[0], "DEFAULT"
+            with suppress(av.error.FFmpegError, EOFError):
                 for picture in codec.decode(packet):
                     if picture.pts == last.pts:
                         deep = bits_of(picture.format) > 8
                         levels = b"".join(_levels(plane, deep) for plane in picture.planes)
                         decoded = _Decoded(0, bool(picture.is_corrupt), levels)
-            except (av.error.FFmpegError, EOFError):
-                continue
         errors, _ = get_last_error()
         return decoded and decoded._replace(errors=errors - before)
 
