@@ -78,6 +78,21 @@ def test_a_trail_moves_when_it_is_long_enough_and_goes_far_enough():
     assert not moves(trail([10, 30]), 1.5)
 
 
+def test_what_jumps_about_one_place_does_not_move_and_what_swings_does():
+    """Digits of a running time, as in a film of `benchmarks/disturbed.py`: 4 px to and fro, 3 px wide."""
+    digits = trail([110.4, 107.9, 109.1, 109.4, 106.6], size=(3.0, 5.0))
+    assert not moves(digits, 1.5)
+    assert not moves(digits._replace(sample=np.array([0, 2, 3, 5, 6])), 1.5)
+    assert moves(trail(50 + 2 * np.sin(2 * np.pi * np.arange(12) / 6)), 1.5)
+    assert moves(trail([50, 56, 50, 56, 50, 56], size=(2.0, 2.0)), 1.5)
+
+
+def test_what_leaps_once_and_stands_before_and_after_does_not_move():
+    """A speck that a coder leaves, and another one 7 px from it."""
+    assert not moves(trail([80.3, 80.1, 73.4, 73.4, 73.4, 73.4], size=(5.0, 4.0)), 1.5)
+    assert moves(trail([80.3, 80.1, 78.4, 73.4]), 1.5)
+
+
 def test_a_square_is_compact_and_a_rope_is_not():
     assert compactness(trail([1, 2, 3], pixels=64.0)) == 1
     assert compactness(trail([1, 2, 3], size=(4.0, 16.0), pixels=64.0)) == 0.25

@@ -21,9 +21,16 @@ class Linking:
     """Which candidates make a trail, and which trails move.
 
     shortest  samples that a moving trail has at least: fewer could be chance
+    jitters   of the steps, what they change from one to the next (rms): 1.7 where a thing is about one place at random,
+              1.2 for what swings once in 5 samples; up to 0.8 was seen of balls that move by 2 px only
+    within    of its own size, a way of which such a trail is no motion: it may swing
+    leaps     of the way, what is left without its largest step: less is a thing that leaps once, and no motion
     """
 
     shortest: int = 3
+    jitters: float = 1.2
+    within: float = 2.0
+    leaps: float = 0.15
 
 
 LINKING = Linking()
@@ -106,8 +113,30 @@ def as_trail(sample: Ints, b: Blobs) -> Trail:
 
 
 def moves(trail: Trail, least_px: float) -> bool:
-    """Whether a trail is long enough, and moves by more than so many px in all."""
-    return len(trail.sample) >= LINKING.shortest and float(np.ptp(trail.position, axis=0).max()) > least_px
+    """Whether a trail is long enough, and moves by more than so many px in all.
+
+    What changes at one place is no motion: digits of a running time, a reflection, what a coder leaves of a target. Its
+    middle goes to and fro within its own size, or leaps once to another blob.
+    """
+    if len(trail.sample) < LINKING.shortest:
+        return False
+    way = _way(trail.position)
+    if not way > least_px:
+        return False
+    step = np.diff(trail.position, axis=0)
+    largest = int(np.argmax(np.hypot(*step.T))) + 1
+    if max(_way(trail.position[:largest]), _way(trail.position[largest:])) < LINKING.leaps * way:
+        return False
+    if way > LINKING.within * median_of(trail.size.max(axis=1)):
+        return True
+    velocity = step / np.diff(trail.sample)[:, None]
+    bend = np.diff(velocity, axis=0)
+    return float(np.mean(np.square(bend))) < LINKING.jitters**2 * float(np.mean(np.square(velocity)))
+
+
+def _way(position: Array) -> float:
+    """How far a thing was, px, along the axis along which that is most, at positions (m, 2) px."""
+    return float(np.ptp(position, axis=0).max())
 
 
 def merit(trail: Trail) -> float:
