@@ -53,6 +53,19 @@ def test_a_long_thing_that_a_target_passes_is_no_ghost():
     assert (background[31:33, 12:108] > 180).all()
 
 
+def test_a_ring_with_something_dim_in_its_middle_is_no_ghost():
+    """A written 0 with a thin stroke, which is always a little darker than half-way."""
+
+    def written(sample):
+        y, x = np.ogrid[: SHAPE[0], : SHAPE[1]]
+        away = np.hypot(x - 95, y - 60)
+        luma = np.where((away > 3.5) & (away < 6), 200, np.where((away < 4) & (x == 95), 103, sample.luma))
+        return sample._replace(luma=luma.astype(np.uint8))
+
+    background = background_of([written(sample) for sample in films(line(3.0))], DETECTION)[0]
+    assert background[60, 95:102].max() == 200
+
+
 def test_a_ghost_is_filled_with_what_is_about_it_and_nothing_else_changes():
     """A slope of 0.5 grey levels a pixel behind it."""
     slope = (0.5 * np.arange(120))[None] + np.zeros((80, 1))

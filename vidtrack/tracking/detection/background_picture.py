@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Bools, Picture
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import above, above_local_background
+from vidtrack.tracking.detection.ticking import darkest_and_brightest, ticking
 from vidtrack.tracking.sample import Sample
 
 Mask = NDArray[np.uint8]
@@ -60,7 +61,8 @@ _ROUND5, _ROUND9 = (cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)).a
 def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, NDArray[Any]]:
     """What stands still, turned bright: for each parity the second darkest of five pictures from first to last.
 
-    Not their median, in which what moves slowly would leave a ghost of itself; what ghosts remain are filled up.
+    Not their median, in which what moves slowly would leave a ghost of itself; what ghosts remain are filled up. Where
+    something changes at rest (`ticking`) the brightest of all pictures counts.
     """
     pictures: dict[int, NDArray[Any]] = {}
     for parity in {sample.parity for sample in samples}:
@@ -71,8 +73,17 @@ def background_of(samples: Sequence[Sample], detection: Detection) -> dict[int, 
         low, other = cv2.min(a, b), cv2.min(c, d)
         darkest = cv2.min(low, other)
         second = cv2.min(cv2.max(low, other), cv2.min(cv2.max(a, b), cv2.max(c, d)))
-        pictures[parity] = without_ghosts(cv2.min(second, cv2.max(darkest, e)), five, detection, samples[0].lines)
+        own = without_ghosts(cv2.min(second, cv2.max(darkest, e)), five, detection, samples[0].lines)
+        pictures[parity] = with_ticking(own, [detection.bright(luma) for luma in stack], detection)
     return pictures
+
+
+def with_ticking(background: NDArray[Any], pictures: Sequence[NDArray[Any]], detection: Detection) -> NDArray[Any]:
+    """The background, as bright as it ever is in the pictures where something changes at rest; all turned bright."""
+    where = ticking(pictures, detection)
+    if where is None:
+        return background
+    return np.where(where > 0, darkest_and_brightest(pictures)[1], background)
 
 
 def without_ghosts(
@@ -141,7 +152,7 @@ def _window(stats: NDArray[np.int32], shape: tuple[int, ...], room: int) -> tupl
 
 
 def _shifted(pictures: Sequence[Picture], own: Bools, level: float, lines: int) -> bool:
-    """Whether the patch `own` of the background moves through these pieces of pictures, itself and alone."""
+    """Whether a patch of the background, `own` above a level, moves through these pictures, itself and alone."""
     rows, columns = np.nonzero(own)
     nearest = int(np.argmin(np.hypot(rows - rows.mean(), columns - columns.mean())))
     at = rows[nearest], columns[nearest]

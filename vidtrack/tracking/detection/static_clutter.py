@@ -7,7 +7,7 @@ pieces of the thing look like targets. So a blob that touches one is no target u
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import cv2
@@ -19,6 +19,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import bright_mask
 from vidtrack.tracking.detection.blobs import above, background_map
 from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level
+from vidtrack.tracking.detection.ticking import ticking
 from vidtrack.tracking.sample import Sample
 
 Mask = NDArray[np.uint8]
@@ -44,9 +45,13 @@ CLUTTER = Clutter()
 
 @dataclass(frozen=True)
 class StaticClutter:
-    """Summed-area tables (integral images) of the mask of static clutter; `sums` by parity of the field."""
+    """Summed-area tables (integral images) of the mask of static clutter; `sums` by parity of the field.
+
+    ticking  1 where something changes at rest, as `ticking.ticking` has it: dark now is no sign that it is gone
+    """
 
     sums: Mapping[int, NDArray[np.int32]]
+    ticking: Mapping[int, Mask] = field(default_factory=dict)
 
     def touched(
         self, samples: Sequence[Sample], x: ArrayLike, y: ArrayLike, width: ArrayLike, height: ArrayLike
@@ -85,7 +90,7 @@ class StaticClutter:
         own = np.diff(np.diff(sums, axis=0), axis=1).astype(np.uint8)
         if not (own & mask).any():
             return self
-        return StaticClutter({**self.sums, parity: cv2.integral(own & ~mask & 1, sdepth=cv2.CV_32S)})
+        return replace(self, sums={**self.sums, parity: cv2.integral(own & ~mask & 1, sdepth=cv2.CV_32S)})
 
 
 def _any_within(sums: NDArray[np.int32], edges: Array) -> Bools:
@@ -115,7 +120,7 @@ def static_clutter(
     alone        the targets have been seen apart there, by their motion: what else lies in a box is not theirs
     contrast     grey levels, of the faintest target; NaN: not known, and what is brightest in the scene counts instead
     """
-    sums = {}
+    sums, ticks = {}, {}
     for parity, background in backgrounds.items():
         first = next(sample for sample in samples if sample.parity == parity)
         boxes = own.copy()
@@ -125,7 +130,10 @@ def static_clutter(
         mask = _without(mask, seen, boxes, alone=alone)
         if mask.any() and mask.mean() < detection.max_clutter:
             sums[parity] = cv2.integral(mask, sdepth=cv2.CV_32S)
-    return StaticClutter(sums) if sums else None
+            stack = [detection.bright(sample.luma) for sample in samples if sample.parity == parity]
+            if (where := ticking(stack, detection)) is not None:
+                ticks[parity] = where
+    return StaticClutter(sums, ticks) if sums else None
 
 
 def start_places(sample: Sample, boxes: Array, detection: Detection) -> Array:

@@ -96,6 +96,8 @@ class WholePicture:
         """
         background = self._background[parity]
         darker = above(cv2.subtract(background, image), self._drop)
+        if self.static is not None and parity in self.static.ticking:
+            darker[self.static.ticking[parity] > 0] = 0
         if not cv2.countNonZero(darker):
             return
         gone = darker
