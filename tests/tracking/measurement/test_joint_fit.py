@@ -85,15 +85,15 @@ def test_a_disc_of_which_a_third_is_hidden_is_found_by_its_rim():
     assert 0.5 < np.sqrt(np.mean(np.square(z))) < 1.4
 
 
-@pytest.mark.parametrize("again", [False, True])
-def test_a_single_disc_of_which_a_fifth_is_seen_is_measured_as_well_as_its_sigma_says(again):
+@pytest.mark.parametrize(("again", "left"), [(False, 3), (True, 3), (True, 4)])
+def test_a_single_disc_of_which_a_tenth_to_a_fifth_is_seen_is_measured_as_well_as_its_sigma_says(again, left):
     rng = np.random.default_rng(5)
     z = []
     for _ in range(20):
         data, at = drawn(rng, (6.0, 1.0), (180.0, 0.0), -3.0)
         hidden = np.zeros(data.shape, bool)
         column = int(at[0, 0])
-        hidden[:, column - 3 : column + 5] = True
+        hidden[:, column - left : column + 5] = True
         data[hidden] = 90.0
         fit = fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=again)
         assert fit.good
@@ -102,6 +102,25 @@ def test_a_single_disc_of_which_a_fifth_is_seen_is_measured_as_well_as_its_sigma
     assert 0.4 < np.sqrt(np.mean(np.square(z))) < 1.4
     hidden[:] = True
     assert not fitted(data, at[:1], (6.0,), (180.0,), rng, free=~hidden, again=again).good
+
+
+def test_of_two_discs_that_only_touch_a_fifth_of_one_is_enough():
+    """Of two that overlap it is not: which of them a part belongs to is less certain."""
+    rng = np.random.default_rng(7)
+    z, size = [], ((6.0, 6.0), (180.0, 180.0))
+    for overlap in [0.0] * 20 + [0.3] * 4:
+        data, at = drawn(rng, *size, overlap)
+        y, x = np.mgrid[: data.shape[0], : data.shape[1]]
+        way = at[1] - at[0]
+        # a rope along the line of both, over one of them
+        off = ((x - at[1, 0]) * way[0] + (y - at[1, 1]) * way[1]) / np.hypot(*way)
+        hidden = (np.abs((x - at[1, 0]) * way[1] - (y - at[1, 1]) * way[0]) / np.hypot(*way) < 3.9) & (off > -6.5)
+        data[hidden] = 90.0
+        fit = fitted(data, at, *size, rng, free=~hidden, again=True)
+        assert fit.good == (not overlap)
+        error, sd = errors(fit, at)
+        z.append(error / sd)
+    assert 0.4 < np.sqrt(np.mean(np.square(z[:20]))) < 1.4
 
 
 def test_a_disc_that_is_just_where_it_was_expected_has_its_shape_fitted_too():
