@@ -97,6 +97,18 @@ def test_a_ball_that_a_dark_rope_cuts_in_two_is_measured_within_its_sd():
     assert np.median(np.abs(error[25:32])) < 0.05
 
 
+def test_two_that_touch_behind_a_dark_rope_are_measured_by_what_it_leaves_of_them():
+    t = np.arange(50)
+    middle = np.stack([50 + 1.6 * t, 70 + 6 * np.sin(t / 8)], axis=-1)
+    apart = np.stack([np.zeros(50), 11 - 2.5 * np.sin(np.pi * t / 50)], axis=-1)  # they touch from sample 6 to 43
+    rope = np.zeros(SHAPE, bool)
+    rope[:, 90:95] = True
+    error, sd, _ = results(np.stack([middle - apart, middle + apart], axis=1), radius=9.0, clutter=rope, level=5.0)
+    seen = np.isfinite(error[..., 0])
+    assert seen.mean() > 0.9
+    assert np.nanmax(np.abs(error / sd)) < 5
+
+
 def test_a_target_that_motion_alone_has_shown_is_measured_beside_clutter():
     """What a trail of the opening has shown holds no background."""
     samples, place = along_a_rope(np.full((34, 1, 2), np.nan))

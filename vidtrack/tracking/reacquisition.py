@@ -183,10 +183,14 @@ class Reacquisition:
             now = now.missed(some, MERGED | PREDICTED)
             for part in (before, before | True) if before.any() and not before.all() else (before | True,):
                 own = some[part]
-                if (apart := self.separation.measured(now, sample, own, middle[part], scene)) is not None:
+                apart = self.separation.measured(now, sample, own, middle[part], scene)
+                course = self.separation.course[own].copy()
+                if apart is None and np.isnan(course).any():
+                    apart = self.separation.behind_dark(now, sample, own, middle[part], scene)
+                if apart is not None:
                     self.occlusions.seen(own, sample.time, apart.values[[X, Y]][:, own].T)
                     now = replace(apart, state=apart.state.still_sought(own))
-                elif np.isfinite(course := self.separation.course[own]).all():
+                elif np.isfinite(course).all():
                     self.occlusions.seen(own, sample.time, course)
                 else:
                     continue

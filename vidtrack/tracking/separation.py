@@ -89,7 +89,7 @@ class Separation:
     ) -> Searched | None:
         """With targets `who`, expected at `middle` (m, 2) px, measured by one fit; None where it does not hold.
 
-        behind  the shape of a single one, of which something dark may hide a part
+        behind  the shapes of those of which something dark may hide a part
         """
         detection, looks = scene.detection, now.state.appearance.of(who)
         self.course[who] = np.nan
@@ -122,6 +122,11 @@ class Separation:
         self._shape[:, who] = fit.shape
         self.fitted[who] = True
         return _with(now, sample, who, fit, left, top, piece, looks.pixels)
+
+    def behind_dark(self, now: Searched, sample: Sample, who: Ints, middle: Array, scene: Scene) -> Searched | None:
+        """As `measured`, of targets that touch, of which something dark hides a part."""
+        shapes = usual_disc(self._own_size.usual(who))
+        return None if shapes is None else self.measured(now, sample, who, middle, scene, behind=shapes)
 
     def several(self, now: Searched, sample: Sample, i: int, scene: Scene) -> tuple[Pair | float | None, bool]:
         """What place i shows where it is plainly two discs, or three: as `pair`, or pixels of one of the three; and
@@ -181,7 +186,7 @@ class Separation:
         behind = ~hidden & (now.state.missing[who] <= SEPARATING.hidden_for)
         if np.count_nonzero(behind) <= SEPARATING.at_most:
             for i in np.flatnonzero(behind).tolist():
-                if (shape := usual_disc(self._own_size.usual(who[i : i + 1])[:, 0])) is not None:
+                if (shape := usual_disc(self._own_size.usual(who[i : i + 1]))) is not None:
                     seen = self.measured(now, sample, who[i : i + 1], predicted[i : i + 1], scene, behind=shape)
                     if seen is not None:
                         now, chosen[i] = seen, 0

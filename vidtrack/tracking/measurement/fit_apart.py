@@ -49,7 +49,7 @@ def fit_apart(
     piece = without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
     fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise))
     holds = (fit.good or (courses and fit.course)) and explained(fit, noise)
-    return (fit if holds and _each_its_own(fit, x, y) else None), piece
+    return (fit if holds and each_its_own(fit, x, y) else None), piece
 
 
 def explained(fit: Joint, noise: float) -> bool:
@@ -79,7 +79,7 @@ def without_background(
     )
 
 
-def _each_its_own(fit: Joint, x: Array, y: Array) -> bool:
+def each_its_own(fit: Joint, x: Array, y: Array) -> bool:
     """Whether each target is so much nearer to where it was expected than to where another was that all are certain."""
     own = np.square(fit.x - x) + np.square(fit.y - y)
     for i in range(x.size):

@@ -1,10 +1,11 @@
-"""A disc of which something dark in front hides a part, measured by the pixels that show it.
+"""Discs of which something dark in front hides a part, measured by the pixels that show them.
 
 What is in front (a rope, a mast) is as dark as the background or darker, and is seen only as dark pixels of the disc.
 Where the disc is comes in two steps. Its share of each pixel is laid over the picture at places about the expected one:
 the place that takes in most of the light is where the fewest pixels contradict it, whatever the hidden ones show (a
 truncated loss, as of Blake and Zisserman 1987). Then the dark pixels in it and those about them are left out of an
-ordinary fit of a disc of known size, again until neither moves.
+ordinary fit of a disc of known size, again until neither moves. Of several discs that touch each other, each is laid
+over what the others leave of the light, and all are fitted together.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
-from vidtrack.tracking.measurement.fit_apart import Piece, explained, without_background
+from vidtrack.tracking.measurement.fit_apart import Piece, each_its_own, explained, without_background
 from vidtrack.tracking.measurement.joint_fit import Joint, Shapes, fit_together, shapes_of
 
 
@@ -36,7 +37,7 @@ class HalfHidden:
     usual         sd of log half axes, of the light (share) and of log blur, as the usual looks of a target say them
     other         |log| of the ratio of half axes by which a disc is another one
     fill, aspect  of the box that the usual looks must fill, and |log| of the ratio of its sides, beside a px over the
-                  diameter, for those of a whole disc
+                  diameter, for those of a whole disc; several: the same of those that touch, of which less is certain
     """
 
     reach: float = 0.7
@@ -56,6 +57,7 @@ class HalfHidden:
     other: float = 0.25
     fill: float = 0.68
     aspect: float = 0.3
+    several: float = 0.12
 
 
 HALF_HIDDEN = HalfHidden()
@@ -63,44 +65,44 @@ _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * HALF_HIDDEN.rim_px + 1,
 
 
 def usual_disc(usual: Array) -> Shapes | None:
-    """The shape (SHAPE, 1) of a target with usual looks (4,): pixels, contrast, width and height, px; None: not known,
-    or no disc.
+    """The shapes (SHAPE, m) of targets with usual looks (4, m): pixels, contrast, width and height, px; None where one
+    is not known, or no disc.
     """
-    pixels, _, width, height = usual
-    if not np.isfinite(usual).all() or not pixels > HALF_HIDDEN.fill * (width - 1) * (height - 1):
+    pixels, contrast, width, height = usual
+    if not np.isfinite(usual).all() or not (pixels > HALF_HIDDEN.fill * (width - 1) * (height - 1)).all():
         return None
-    if np.abs(np.log(width / height)) > HALF_HIDDEN.aspect + 1 / max(width, height):
+    most = HALF_HIDDEN.aspect if pixels.size == 1 else HALF_HIDDEN.several
+    if (np.abs(np.log(width / height)) > most + 1 / np.maximum(width, height)).any():
         return None
-    value = shapes_of(usual[:1], usual[2:, None], usual[1:2]).value
-    return Shapes(value, np.array(HALF_HIDDEN.usual)[:, None])
+    value = shapes_of(pixels, usual[2:], contrast).value
+    return Shapes(value, np.repeat(np.array(HALF_HIDDEN.usual)[:, None], pixels.size, axis=1))
 
 
 def fit_half_hidden(
     grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, known: Shapes, noise: float
 ) -> tuple[Joint | None, Piece]:
-    """The disc of a known shape (SHAPE, 1), expected at x, y (1,) px of the piece; None where the fit does not hold.
+    """The discs of known shapes (SHAPE, m), expected at x, y (m,) px of the piece; None where the fit does not hold.
 
     grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
     """
-    axes, light = np.exp(known.value[:2]), float(np.exp(known.value[2, 0]))
+    axes, light = np.exp(known.value[:2]), np.exp(known.value[2])
     piece = without_background(grey, hidden, x, y, axes, noise)
-    limit = max(4 * noise, HALF_HIDDEN.below * light)
+    limit = max(4 * noise, HALF_HIDDEN.below * float(light.min()))
     front = _about(piece.over < -limit)
     piece = without_background(grey, hidden | front, x, y, axes, noise)
     of_all, noise = noise, max(noise, piece.noise)
-    at = _sought(piece.over, ~hidden, float(x[0]), float(y[0]), axes[:, 0], light)
-    fit, step = None, np.inf
+    at, fit, step = _all_sought(piece.over, ~hidden, x, y, axes, light), None, np.inf
     for _ in range(HALF_HIDDEN.rounds):
-        inside = _inside(grey.shape, *at, axes[:, 0])
-        dark = inside & (piece.over < HALF_HIDDEN.dark * light)
+        inside = np.stack([_inside(grey.shape, x0, y0, own) for (x0, y0), own in zip(at, axes.T, strict=True)])
+        dark = inside.any(axis=0) & (piece.over < HALF_HIDDEN.dark * light.min())
         if not dark.any():
             return None, piece
         free = ~hidden & ~_about(dark | (piece.over < -limit))
-        if (free & inside).sum() < HALF_HIDDEN.shown * inside.sum():
+        if ((free & inside).sum(axis=(1, 2)) < HALF_HIDDEN.shown * inside.sum(axis=(1, 2))).any():
             return None, piece
-        fit = fit_together(piece.over, free, piece.clipped, np.array(at[:1]), np.array(at[1:]), known, noise)
-        now = float(fit.x[0]), float(fit.y[0])
-        at, step, light = now, float(np.hypot(now[0] - at[0], now[1] - at[1])), float(np.exp(fit.shape[2, 0]))
+        fit = fit_together(piece.over, free, piece.clipped, at[:, 0], at[:, 1], known, noise)
+        now = np.stack([fit.x, fit.y], axis=1)
+        at, step, light = now, float(np.hypot(*(now - at).T).max()), np.exp(fit.shape[2])
         if step < HALF_HIDDEN.settled_px:
             break
     if fit is None or not fit.good or not explained(fit, of_all) or step > HALF_HIDDEN.unsettled_px:
@@ -108,8 +110,8 @@ def fit_half_hidden(
     fit = fit._replace(sd_x=HALF_HIDDEN.grown * fit.sd_x, sd_y=HALF_HIDDEN.grown * fit.sd_y)
     away = np.abs([fit.x - x, fit.y - y])
     good = bool((np.abs(fit.shape[:2] - known.value[:2]) < HALF_HIDDEN.other).all())
-    good &= fit.left < max(2 * noise, HALF_HIDDEN.misfit * light)
-    good &= bool((away < HALF_HIDDEN.reach * axes + HALF_HIDDEN.reach_px).all())
+    good &= fit.left < max(2 * noise, HALF_HIDDEN.misfit * float(light.min()))
+    good &= bool((away < HALF_HIDDEN.reach * axes + HALF_HIDDEN.reach_px).all()) and each_its_own(fit, x, y)
     good &= bool((np.stack([fit.sd_x, fit.sd_y]) < HALF_HIDDEN.known_to * axes + HALF_HIDDEN.known_to_px).all())
     return (fit if good else None), piece
 
@@ -124,6 +126,19 @@ def _inside(shape: tuple[int, ...], x: float, y: float, axes: Array) -> Bools:
 def _about(mask: Bools) -> Bools:
     """These pixels and what lies within HALF_HIDDEN.rim_px of them."""
     return np.asarray(cv2.dilate(mask.astype(np.uint8), _RIM) > 0)
+
+
+def _all_sought(over: NDArray[np.float32], free: Bools, x: Array, y: Array, axes: Array, light: Array) -> Array:
+    """Places (m, 2) about x, y at which each disc takes in most of the light that the others leave."""
+    at = np.stack([x, y], axis=1).astype(float)
+    for _ in range(min(x.size, 2)):
+        for i in range(x.size):
+            left = free.copy()
+            for j in range(x.size):
+                if j != i:
+                    left &= ~_inside(over.shape, at[j, 0], at[j, 1], axes[:, j] + 1)
+            at[i] = _sought(over, left, float(x[i]), float(y[i]), axes[:, i], float(light[i]))
+    return at
 
 
 def _sought(

@@ -39,8 +39,8 @@ class JointFit:
     overlap        of the smaller diameter, by which two discs may overlap and still be separated
     hidden         the same, up to which a course is known; course_px: largest sd of that
     steep          overlap at which the variance is twice the linearised one: it grows as its 8th power
-    visible        share of a disc that must be seen; alone: of one that overlaps others by no more than `beside`: its sd
-                   says how little that is (430 fits behind bright ropes, 0.04 to 0.35 seen: rms of error over sd 0.96)
+    visible        share of a disc that must be seen; alone: of one that overlaps others by no more than `beside`, as
+                   its sd says how little that is: 430 with 0.04 to 0.35 behind bright ropes, rms of error over sd 0.96
     cusp           of the blur, at radius 1, falling as 1 / sqrt(radius): error in x and y where two blurred outlines
                    meet; it grows as 1 + 40 overlap^4; measured on drawn discs
     misfit         of the light of the dimmest disc: rms that a fit may leave, besides three times the noise
