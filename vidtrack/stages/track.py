@@ -42,7 +42,7 @@ from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_
 from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
-from vidtrack.tracking.measurement.still_pattern import StillPattern
+from vidtrack.tracking.measurement.still_wall import behind_targets
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
@@ -169,16 +169,16 @@ def track(
         targets = count_movers(clip, searched) if every else targets
         names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
         begun = begun_anywhere(clip, len(names), box, searched)
-    samples, (opened, _) = clip.samples(clip.opening), clip.shown()
-    backgrounds = begun.backgrounds or background_of(opened, clip.detection)
-    mixed = lateness_of_mixed(opened, clip.detection.scale, copied=damage.copied)
-    static = static_clutter(opened, backgrounds, clip.detection, begun.places, begun.contrast, alone=boxes is None)
-    whole = WholePicture(backgrounds, clip.detection, static)
-    tracker = Tracker(begun.starts, clip.detection, clip.level, clutter=begun.clutter, static=static, whole=whole)
+    samples, (opened, _), detection = clip.samples(clip.opening), clip.shown(), clip.detection
+    backgrounds = begun.backgrounds or background_of(opened, detection)
+    mixed = lateness_of_mixed(opened, detection.scale, copied=damage.copied)
+    static = static_clutter(opened, backgrounds, detection, begun.places, begun.contrast, alone=boxes is None)
+    whole = WholePicture(backgrounds, detection, static)
+    wall, pattern = behind_targets(backgrounds, opened, detection, begun.places, begun.contrast)
+    tracker = Tracker(begun.starts, detection, clip.level, clutter=begun.clutter, static=static, whole=whole, wall=wall)
     tracker.follow(samples)
     earlier = Earlier(tracker, samples, searched * (1 if clip.order == "frame" else 2))
     stamps, waiting, late = Stamps(), begun.waiting, samples[-2:]
-    pattern = StillPattern(backgrounds, clip.detection, samples[0].lines)
     stamps.add(clip.opening)
     clip.opening, samples = [], []
     for batch in clip.batches:
@@ -189,7 +189,7 @@ def track(
         stamps.add(batch)
         if waiting:
             tracker.finish()
-            waiting = late_comers(tracker, samples, backgrounds, clip.detection, waiting)
+            waiting = late_comers(tracker, samples, backgrounds, detection, waiting)
     tracker.finish()
     moment = sample_moments(stamps, clip.order)
     lines = len(set(moment.offset))
@@ -217,7 +217,7 @@ def track(
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
-        *missing_targets(rows, names, begun.expected, clip.detection),
+        *missing_targets(rows, names, begun.expected, detection),
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
         *order_findings(rows, moment.field),
         *uneven,
@@ -230,7 +230,7 @@ def track(
     give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     pieces = [one for one in pieces if not damaged[one.sample]]
-    windows = _window_table(pieces, columns, clip.detection.noise, grown, blur.exposure)
+    windows = _window_table(pieces, columns, detection.noise, grown, blur.exposure)
     diagnostics["problems"] = [line(finding) for finding in found]
     keep_freed_memory(PICTURES.kept_bytes // 8)
     return Tracked(table, tracklets, windows, diagnostics, found, clock)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Ints
 from vidtrack.tracking.following.occlusion import recent
-from vidtrack.tracking.state import MEASURED, MERGED, POSITION, PREDICTED, Rows
+from vidtrack.tracking.state import LOST, MEASURED, MERGED, POSITION, PREDICTED, Rows, TargetState
 
 
 @dataclass(frozen=True)
@@ -187,3 +187,15 @@ class Record:
 def _joined(parts: Sequence[Others]) -> Others:
     track, sample, values, flag = zip(*parts, strict=True)
     return Others(np.concatenate(track), np.concatenate(sample), np.concatenate(values, axis=1), np.concatenate(flag))
+
+
+def blank_rows(predicted: Array, state: TargetState) -> Rows:
+    """Rows in which every target is lost, its box where it is expected, (k, n, 2) px."""
+    k, n = predicted.shape[:2]
+    flag = np.full((k, n), LOST | PREDICTED, np.int64)
+    corner = predicted - state.box / 2
+    unborn = state.missing < 0
+    if unborn.any():
+        flag[:, unborn] = LOST
+        corner[:, unborn] = np.nan
+    return Rows(np.full((MEASURED, k, n), np.nan), corner, flag, np.zeros(k))

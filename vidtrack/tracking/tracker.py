@@ -27,13 +27,14 @@ from vidtrack.tracking.following.occlusion import cleared, touched
 from vidtrack.tracking.following.prediction import predict
 from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
 from vidtrack.tracking.measurement.rims import Rims
+from vidtrack.tracking.measurement.still_wall import Wall
 from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.measurement.window import Seen
 from vidtrack.tracking.newcomers import INITIATION, Newcomers
 from vidtrack.tracking.own_size import OwnSize
 from vidtrack.tracking.pace import PACE, Pacer, sought_now
 from vidtrack.tracking.reacquisition import Reacquisition
-from vidtrack.tracking.record import Others, Record
+from vidtrack.tracking.record import Others, Record, blank_rows
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.state import (
@@ -65,6 +66,7 @@ class Tracker:
     static   all static clutter: no target is measured while it touches that
     far      whether lost targets are sought in the whole picture
     whole    where else than at the targets to look; None: nothing but the targets is followed
+    wall     what is behind the targets, where it has a pattern
     """
 
     def __init__(
@@ -77,6 +79,7 @@ class Tracker:
         static: StaticClutter | None = None,
         far: bool = True,
         whole: WholePicture | None = None,
+        wall: Wall | None = None,
     ) -> None:
         n = len(starts.first)
         spare = 0 if whole is None else INITIATION.spare + int(INITIATION.share * n)
@@ -89,7 +92,7 @@ class Tracker:
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
         self.record, self.windows, self.crops = Record(n), Windows(n + spare), list[Crop]()
         self.widths, self.looks = BallWidths(n, detection), (Surfaces(n), Rims(n, detection))
-        self._pacer, self._lines = Pacer(), 1
+        self._pacer, self._lines, self._wall = Pacer(), 1, wall
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
         self._counter = PixelCounter(detection, level)
@@ -138,9 +141,12 @@ class Tracker:
             return 1
         times = np.array([sample.time for sample in samples[:k]])
         predicted = self._predicted(times)
+        raw = samples
+        if self._wall is not None:
+            samples = self._wall.evened(samples[:k], self.record.samples, predicted, self.state.appearance)
         clear_in_last = np.flatnonzero(self.state.missing == 0)
         clear, taken = np.zeros((k, 0), bool), k
-        block = self._blank(samples[:k], predicted)
+        block = blank_rows(predicted, self.state)
         if clear_in_last.size:
             seen, clear = self._measured(samples[:k], predicted, clear_in_last)
             whole = clear.all(axis=1)
@@ -167,7 +173,7 @@ class Tracker:
         if self.newcomers is not None:
             self.windows.passed(samples[:taken], self.record.samples - taken)
             self._declump(block, samples[taken - 1], taken - 1)
-            self._initiate(samples[taken - 1], taken)
+            self._initiate(raw[taken - 1], taken)
         return taken
 
     def _keep(self, block: Rows, times: Array) -> None:
@@ -313,17 +319,6 @@ class Tracker:
             block.values[:, j, self._yield(now.values[[X, Y]][:, found[found < n]], sample.lines)] = np.nan
         self.windows.sought(self.scene, sample, self.record.samples + j, who, predicted, block.values[:, j], self.state)
 
-    def _blank(self, samples: Sequence[Sample], predicted: Array) -> Rows:
-        """Rows in which every target is lost, its box where it is expected."""
-        k, n = predicted.shape[:2]
-        flag = np.full((k, n), LOST | PREDICTED, np.int64)
-        corner = predicted - self.state.box / 2
-        unborn = self.state.missing < 0
-        if unborn.any():
-            flag[:, unborn] = LOST
-            corner[:, unborn] = np.nan
-        return Rows(np.full((MEASURED, k, n), np.nan), corner, flag, np.zeros(k))
-
     def _accept(self, block: Rows, who: Ints, seen: Seen, clear: Bools, taken: int) -> Rows:
         """The block with what was clear in the first `taken` samples; the appearance follows light and distance."""
         good, every = clear[:taken], slice(None) if who.size == len(self.state.missing) else who
@@ -343,7 +338,7 @@ class Tracker:
     def _pass_over(self, sample: Sample) -> None:
         """A damaged picture, or the one before once more: whatever it shows is no measurement of this moment."""
         times = np.array([sample.time])
-        block = self._blank([sample], self._predicted(times))
+        block = blank_rows(self._predicted(times), self.state)
         block.flag[:] = (CORRUPT if sample.corrupt else REPEATED) | PREDICTED
         self.state = self.state.remembering(times, block.values[POSITION].transpose(1, 2, 0), self.starts.position)
         block.total_pixels[0] = self._totals.pop(0)

@@ -150,7 +150,7 @@ class StillPattern:
         if not measured.any():
             return
         mass = rows.values[MASS][measured]
-        usual = _rounded(median_of(radius[measured]))
+        usual = rounded_radius(median_of(radius[measured]))
         sds = [median_of(rows.values[row][measured] * mass) for row in (SD_X, SD_Y)]
         weights = kernels(usual, usual / self._lines)
         least = STILL_PATTERN.worth * np.array(sds) / (1, self._lines)  # of a centroid along x and along y
@@ -159,8 +159,8 @@ class StillPattern:
             if last is None:
                 continue
             if (one, usual) not in self._early:
-                self._early[one, usual] = _moments(_grey(background, self._detection), weights)
-            now = _moments(_grey(self._detection.bright(last.luma), self._detection), weights)
+                self._early[one, usual] = _moments(grey_levels(background, self._detection), weights)
+            now = _moments(grey_levels(self._detection.bright(last.luma), self._detection), weights)
             if (_pull(self._early[one, usual], now) > least).any():
                 yield one
 
@@ -181,7 +181,7 @@ class StillPattern:
 
     def _pattern(self, parity: int) -> NDArray[np.float32]:
         if parity not in self._patterns:
-            self._patterns[parity] = _pattern(_grey(self._backgrounds[parity], self._detection))
+            self._patterns[parity] = _pattern(grey_levels(self._backgrounds[parity], self._detection))
         return self._patterns[parity]
 
     def _correct(self, values: Array, own: Bools, radius: Array, parity: int) -> None:
@@ -200,16 +200,18 @@ class StillPattern:
                 part = values[:, first : first + several]
                 x, y, mass = part[X][here], (part[Y][here] - parity) / lines, part[MASS][here]
                 for pull, place, sd, unit in zip(along, (X, Y), (SD_X, SD_Y), (1, lines), strict=True):
-                    off, unknown = (_at(picture, x, y) / mass * unit for picture in pull)
+                    off, unknown = (between_pixels(picture, x, y) / mass * unit for picture in pull)
                     part[place][here] -= off
                     part[sd][here] = np.hypot(part[sd][here], STILL_PATTERN.unknown * unknown)
 
 
-def _grey(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
+def grey_levels(picture: NDArray[Any], detection: Detection) -> NDArray[np.float32]:
+    """A stored picture in grey levels."""
     return np.asarray(np.multiply(picture, np.float32(detection.scale), dtype=np.float32))
 
 
-def _rounded(radius: float) -> float:
+def rounded_radius(radius: float) -> float:
+    """The radius, px, of which the weights are for those about it."""
     return max(1.0, round(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px)
 
 
@@ -272,7 +274,7 @@ def _pull_and_size(pattern: NDArray[np.float32], target: tuple[Array, float]) ->
     return moment, np.sqrt(local, out=local)
 
 
-def _at(picture: NDArray[np.float32], x: Array, y: Array) -> Array:
+def between_pixels(picture: NDArray[np.float32], x: Array, y: Array) -> Array:
     """The picture between its pixels."""
     rows, columns = picture.shape
     x, y = np.clip(x, 0, columns - 1.001), np.clip(y, 0, rows - 1.001)
