@@ -60,7 +60,7 @@ class CodingNoise:
     chance       times that the differences about a sample, squared, exceed the others' by chance
     at_most      times the level that a sample may have
     rounds       of the estimate at most; close: times that the differences may be off by then
-    at_once      numbers of a table that are worked on together
+    at_once      numbers of a table that are worked on together; in_cache: of which the processor's caches hold a few
     """
 
     light: float = 5.0
@@ -78,6 +78,7 @@ class CodingNoise:
     rounds: int = 8
     close: float = 1.02
     at_once: int = 200_000
+    in_cache: int = 60_000
 
 
 CODING_NOISE = CodingNoise()
@@ -206,7 +207,10 @@ def _uneven(position: Array, sd: Array, time: Array, changes: Sequence[Changes])
     order = np.argmax(by_order <= CODING_NOISE.motionless * np.fmin.reduce(by_order), axis=0)
     for of in np.unique(order).tolist():
         own = np.flatnonzero(order == of)
-        uneven[:, own] = _uneven_by(position[..., own], sd[..., own], time, DIFFERENCES.orders[of])
+        several = max(1, CODING_NOISE.in_cache // max(len(time), 1))
+        for first in range(0, own.size, several):
+            some = own[first : first + several]
+            uneven[:, some] = _uneven_by(position[..., some], sd[..., some], time, DIFFERENCES.orders[of])
     return uneven
 
 

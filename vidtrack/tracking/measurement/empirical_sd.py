@@ -153,11 +153,11 @@ def over_sd(changes: Changes, sd: Array) -> Array:
     """rms over k of differences, over what sd (c, k, n) lets expect: (c, n)."""
     share = _over_variance(changes, sd)
     known = np.isfinite(share)
-    count = known.sum(axis=1)
+    count = _count(known)
     square = _median(share, count) / 0.6745**2
-    known &= np.nan_to_num(share) <= DIFFERENCES.knock**2 * square[:, None]
-    count = known.sum(axis=1)
-    share[~known] = 0
+    known &= share <= DIFFERENCES.knock**2 * square[:, None]  # NaN is never less
+    if not known.all():
+        count, share = _count(known), np.where(known, share, 0.0)
     square = np.minimum(share, DIFFERENCES.long_tail**2 * square[:, None]).sum(axis=1) / np.maximum(count, 1)
     return np.where(count >= DIFFERENCES.fewest, np.sqrt(square), np.nan)
 
@@ -218,12 +218,20 @@ def spread(starts: Ints, most: int) -> Ints:
     return starts[chosen]
 
 
+def _count(known: Bools) -> Ints:
+    """How many (c, n) of the second axis are known."""
+    return np.full((len(known), known.shape[2]), known.shape[1]) if known.all() else known.sum(axis=1)
+
+
 def _median(values: Array, count: Ints) -> Array:
     """Medians over the second axis, NaN left out; count (c, n) of the others."""
-    ordered = np.sort(values, axis=1)  # NaN come last
-    if not ordered.shape[1]:
+    if not values.size:
         return np.full(count.shape, np.nan)
-    return np.asarray(np.take_along_axis(ordered, np.maximum(count[:, None] - 1, 0) // 2, axis=1)[:, 0])
+    middle = np.maximum(count - 1, 0) // 2
+    if (middle == middle[0, 0]).all():  # no order of the others is needed
+        return np.asarray(np.partition(values, middle[0, 0], axis=1)[:, middle[0, 0]])
+    ordered = np.sort(values, axis=1)  # NaN come last
+    return np.asarray(np.take_along_axis(ordered, middle[:, None], axis=1)[:, 0])
 
 
 def mass_sd(sd_x: Array, mass: Array, pixels: Array, lines: int) -> Array:
