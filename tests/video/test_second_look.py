@@ -10,6 +10,8 @@ from tests.files.clips import make_clip
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.video import second_look
 from vidtrack.video.bitstream import Bitstream
+from vidtrack.video.coded_groups import groups_of
+from vidtrack.video.read_apart import CAN_FORK
 from vidtrack.video.reader import open_video
 from vidtrack.video.second_look import Limits, SecondLook, _Decoded
 
@@ -132,7 +134,7 @@ def test_in_a_taller_picture_a_whole_slice_ends_without_an_error_by_its_last_byt
     look = SecondLook(str(clips("h264.ts")), 0, 100)
     look.damaged([])
     with av.open(str(clips("h264.ts"))) as container:
-        group = next(look._groups(container))
+        group = next(groups_of(container, 0, 300, 64_000_000))
     assert look._ends_where_it_should(group, 1) is whole
 
 
@@ -149,7 +151,7 @@ def test_of_a_picture_that_the_decoder_flagged_those_built_on_it_and_shown_befor
 
 def test_the_most_doubtful_is_looked_at_first_and_once(clips, monkeypatch):
     looked = []
-    monkeypatch.setattr(SecondLook, "_is_damaged", lambda self, group, i, control: looked.append(group[i].pts) or False)
+    monkeypatch.setattr(SecondLook, "_is_damaged", lambda self, look: looked.append(look.coded.pts) or False)
     sent = packets(clips("vp9.webm"))
     SecondLook(str(clips("vp9.webm")), 0, 100).damaged([sent[25][1], sent[12][1], sent[25][1]])
     keys = [sent[i][1] for i in (20, 10)]
@@ -195,6 +197,7 @@ def test_wrong_pictures_that_no_decoder_reports_are_flagged(clips):
 
 def test_no_more_is_decoded_for_healthy_pictures_than_is_allowed(clips, monkeypatch):
     """Every picture of a healthy recording is suspicious, as under lamps that flicker."""
+    monkeypatch.setattr("vidtrack.video.looks_beside.CAN_FORK", False)  # here is counted what one process decodes
     decoded = []
     own = SecondLook._decoded
     monkeypatch.setattr(SecondLook, "_decoded", lambda self, *a, **k: decoded.append(len(a[0])) or own(self, *a, **k))
@@ -214,7 +217,7 @@ def test_what_is_coded_beside_the_picture_is_compared_too_where_the_last_macrobl
     look = SecondLook(str(path), 0, 100)
     look.damaged([])
     with av.open(str(path)) as container:
-        group = next(look._groups(container))
+        group = next(groups_of(container, 0, 300, 64_000_000))
     assert len(look._decoded(group[:1], bytes(group[0].packet)).levels) == compared[0] * compared[1] * 3 // 2
 
 
@@ -251,7 +254,7 @@ def test_pictures_that_nothing_is_built_on_are_not_decoded_on_the_way_and_change
     look = SecondLook(str(path), 0, 100)
     look.damaged([])
     with av.open(str(path)) as container:
-        group = next(look._groups(container))
+        group = next(groups_of(container, 0, 300, 64_000_000))
     references = [one for one in group if look._units.bitstream.is_reference(one.packet)]
     alone = next(one for one in reversed(group) if one not in references)
     assert len(group) - len(references) > 1
@@ -349,3 +352,30 @@ def test_a_recording_in_several_files_is_looked_at_in_the_file_that_is_damaged(t
     with open_video(str(tmp_path / "a.mp4"), parts=["b.mp4"]) as video:
         assert sum(1 for _ in video.frames()) == 2 * N
         assert video.look_again([10, N + 10]) == {N + index for index in alone}
+
+
+def test_another_process_that_looks_too_changes_nothing_however_many_pictures_may_be_decoded(clips, monkeypatch):
+    sent = packets(clips("hevc.mp4"))
+    key = [i for i, (_, _, key) in enumerate(sent) if key][1]
+    hurt = with_hole(clips("hevc.mp4"), sent[key][0], seed=7)
+    every = np.random.default_rng(1).permutation([pts for _, pts, _ in sent]).tolist()
+    for path in (clips("hevc.mp4"), hurt):
+        for most in (3, 20, 60, 10_000):
+            left, found = [], []
+            for can_fork in (True, False):
+                monkeypatch.setattr("vidtrack.video.looks_beside.CAN_FORK", can_fork)
+                look = SecondLook(str(path), 0, most)
+                found.append(look.damaged(every))
+                left.append(look._left)
+            assert found[0] == found[1]
+            assert left[0] == left[1]
+    assert found[0]
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="processes are not forked here")
+def test_half_of_the_looks_at_healthy_pictures_are_done_by_another_process(clips, monkeypatch):
+    own, looked = SecondLook._is_damaged, []
+    monkeypatch.setattr(SecondLook, "_is_damaged", lambda self, look: looked.append(1) or own(self, look))
+    every = [pts for _, pts, _ in packets(clips("h264.mp4"))]
+    SecondLook(str(clips("h264.mp4")), 0, 100_000).damaged(every)
+    assert len(looked) == N // 2

@@ -20,8 +20,10 @@ import av
 import numpy as np
 from av.logging import get_last_error
 
+from vidtrack.video.coded_groups import Coded, Look, groups_of, looks_at, size_of
 from vidtrack.video.coded_units import SHORTEST, CodedUnits
 from vidtrack.video.container import open_container
+from vidtrack.video.looks_beside import LooksBeside
 from vidtrack.video.luma import bits_of
 from vidtrack.video.taller import taller_headers, taller_packet
 
@@ -70,13 +72,6 @@ class Limits:
 
 
 LIMITS = Limits()
-
-
-class _Coded(NamedTuple):
-    """A packet, and its time stamp; None for a packet that is too far from its key frame to be looked at."""
-
-    packet: Any
-    pts: int
 
 
 class _Decoded(NamedTuple):
@@ -130,79 +125,79 @@ class SecondLook:
             container.close()
         return found
 
-    def _batches(self, container: Any, wanted: set[int]) -> Iterator[tuple[list[list[_Coded]], range]]:
+    def _batches(self, container: Any, wanted: set[int]) -> Iterator[tuple[list[list[Coded]], range]]:
         """As many groups as may be held at once, and which of them are looked at: the others were, or come again.
 
         Of groups that are not beside one with a picture that is wanted the packets are not held.
         """
-        batch, held, begin, latest = list[list[_Coded]](), 0, 0, max(wanted, default=-1)
-        for group in self._groups(container):
+        batch, held, begin, latest = list[list[Coded]](), 0, 0, max(wanted, default=-1)
+        for group in groups_of(container, self._stream, LIMITS.far, LIMITS.room):
             batch.append(group)
-            held += _size(group)
+            held += size_of(group)
             if len(batch) > 1 and not any(one.pts in wanted for near in batch[-3:] for one in near):
-                held -= _size(batch[-2])
+                held -= size_of(batch[-2])
                 batch[-2] = [one._replace(packet=None) for one in batch[-2]]
             if len(batch) > 2 and group[0].pts > latest and batch[-2][0].pts > latest:
                 break
             if held > LIMITS.held and len(batch) > 2:
                 yield batch, range(begin, len(batch) - 1)
                 batch, begin = batch[-2:], 1
-                held = sum(map(_size, batch))
+                held = sum(map(size_of, batch))
         yield batch, range(begin, len(batch))
 
-    def _groups(self, container: Any) -> Iterator[list[_Coded]]:
-        """Packets from key frame to key frame, in the order of coding."""
-        group, room = list[_Coded](), LIMITS.room
+    def _look_at(self, groups: list[list[Coded]], looked: range, suspects: Sequence[int], found: set[int]) -> None:
+        """Add what is found damaged in those of the groups that are looked at, half of it by another process."""
+        looks = list(looks_at(groups, looked, suspects))
+        first = {look.coded.pts: look for look in reversed(looks)}
+        row = [pts for pts in dict.fromkeys(look.coded.pts for look in looks) if self._is_asked(first[pts])]
+        beside = LooksBeside(row, lambda pts: self._alone_at(first[pts]), self._path)
         try:
-            for packet in container.demux(container.streams[self._stream]):
-                if not packet.size or packet.pts is None:
-                    continue
-                if packet.is_keyframe and group:
-                    yield group
-                    group, room = [], LIMITS.room
-                room -= packet.size
-                group.append(_Coded(packet if room > 0 and len(group) < LIMITS.far else None, packet.pts))
-        except (av.error.FFmpegError, IndexError):
-            pass  # what is behind was not read the first time either, or is flagged
-        if group:
-            yield group
+            for look in looks:
+                self._look(look, found, beside)
+                if found:
+                    beside.close()  # what it looks at next may be found already
+        finally:
+            beside.close()
 
-    def _look_at(self, groups: list[list[_Coded]], looked: range, suspects: Sequence[int], found: set[int]) -> None:
-        """Add what is found damaged in those of the groups that are looked at."""
-        places = {one.pts: (g, j) for g in looked for j, one in enumerate(groups[g])}
-        for g, j in (places[pts] for pts in suspects if pts in places):
-            group, before, after = groups[g], groups[g - 1] if g else [], groups[g + 1] if g + 1 < len(groups) else []
-            if before and group[j].pts <= group[0].pts:  # here what was damaged up to now comes back
-                self._look(before, 0, group[:1], group, found)
-            for i in _behind(group, j):
-                begin = before[:1] if group[i].pts < group[0].pts else []  # it is shown where that is decoded too
-                control = group[:i] or before[:1] or after[:1] or group[:2]
-                self._look(begin + group, len(begin) + i, control, after, found)
+    def _is_asked(self, look: Look) -> bool:
+        """Whether only a look at the packet may say whether it is damaged."""
+        return look.coded.packet is not None and look.coded.pts not in self._flagged | self._whole
 
-    def _look(self, group: list[_Coded], i: int, control: list[_Coded], after: list[_Coded], found: set[int]) -> None:
-        """Add packet i of a group, if it is damaged, and what may be built on it; after: the group behind."""
-        pts, packet = group[i].pts, group[i].packet
+    def _alone_at(self, look: Look) -> tuple[bool, int]:
+        """Whether a packet is damaged, and how many pictures are decoded for that if it is not."""
+        self._left = most = 1_000_000
+        return self._is_damaged(look), most - self._left
+
+    def _look(self, look: Look, found: set[int], beside: LooksBeside[tuple[bool, int]]) -> None:
+        """Add a packet, if it is damaged, and what may be built on it."""
+        pts, packet, group = look.coded.pts, look.coded.packet, look.group
         if pts in found or pts in self._whole or packet is None:
             return
         alone = self._units.bitstream.is_reference(packet) is False
         if pts in self._flagged:  # what is shown after it is flagged too
-            found.update(one.pts for one in group[i:] if one.pts < pts and not alone)
-        elif not self._is_damaged(group, i, control):
+            found.update(one.pts for one in group[look.i :] if one.pts < pts and not alone)
+        elif not self._found_damaged(look, beside):
             self._whole.add(pts)
         elif alone:
             found.add(pts)
         else:
-            found.update(one.pts for one in group[i:])
-            found.update(one.pts for one in after if one.pts < after[0].pts)
+            found.update(one.pts for one in group[look.i :])
+            found.update(one.pts for one in look.after if one.pts < look.after[0].pts)
 
-    def _is_damaged(self, group: list[_Coded], i: int, control: list[_Coded]) -> bool:
-        """Whether packet i of the group ends elsewhere than its data, and those of `control` do not.
-
-        control  packets from their key frame on, of which the last ones that are long enough are taken
-        """
-        left = self._left
-        if left <= 0:
+    def _found_damaged(self, look: Look, beside: LooksBeside[tuple[bool, int]]) -> bool:
+        """Whether the packet is damaged, as one of the processes sees it, as long as pictures may be decoded."""
+        if self._left <= 0:
             return False
+        if (seen := beside.at(look.coded.pts)) is None:
+            return self._is_damaged(look)
+        damaged, decoded = seen
+        self._left -= decoded
+        return damaged
+
+    def _is_damaged(self, look: Look) -> bool:
+        """Whether the packet ends elsewhere than its data, and those of `control` do not."""
+        group, i, control, _ = look
+        left = self._left
         shown = self._ends_where_it_should if self._taller else self._needs_no_more
         whole = shown(group, i)
         if whole is False:
@@ -214,7 +209,7 @@ class SecondLook:
             self._left = left  # damage is looked for as long as there is any
         return damaged
 
-    def _ends_where_it_should(self, group: list[_Coded], i: int) -> bool | None:
+    def _ends_where_it_should(self, group: list[Coded], i: int) -> bool | None:
         """Whether the last slice of H.264 ends with the picture; None where that is not shown."""
         places = self._places(group[i], SHORTEST)
         if not places:
@@ -234,7 +229,7 @@ class SecondLook:
         tails = (self._units.with_tail(data, places[-1], LIMITS.end, seed) for seed in range(LIMITS.tries))
         return any(self._decoded(few, other, taller=True) != taller for other in tails)  # else it ends by chance
 
-    def _needs_no_more(self, group: list[_Coded], i: int) -> bool | None:
+    def _needs_no_more(self, group: list[Coded], i: int) -> bool | None:
         """Whether bytes behind the units of packet i do not matter; None where that is not shown."""
         places = self._places(group[i], SHORTEST)
         data = bytes(group[i].packet) if places else b""
@@ -250,17 +245,17 @@ class SecondLook:
             return None
         return self._all_are(own, group[: i + 1], others)
 
-    def _all_are(self, own: _Decoded, group: list[_Coded], others: list[bytes]) -> bool:
+    def _all_are(self, own: _Decoded, group: list[Coded], others: list[bytes]) -> bool:
         return all(self._decoded(group, other) == own for other in others)
 
-    def _read_with(self, group: list[_Coded], i: int) -> list[_Coded]:
+    def _read_with(self, group: list[Coded], i: int) -> list[Coded]:
         """Packet i of a group, and those before it without which it is read otherwise.
 
         How H.264 and HEVC are read does not depend on the pictures before, but for the headers of the key frame.
         """
         return [group[0], group[i]] if i and self._name in ("h264", "hevc") else group[: i + 1]
 
-    def _ends_early(self, group: list[_Coded], i: int, control: list[_Coded]) -> bool:
+    def _ends_early(self, group: list[Coded], i: int, control: list[Coded]) -> bool:
         """Whether the last bytes of packet i of the group do not matter, but those of the last of `control` do.
 
         control  packets from their key frame on, of which the last one that is long enough is taken
@@ -274,7 +269,7 @@ class SecondLook:
                 return others is not None and others >= LIMITS.tries - LIMITS.other
         return False
 
-    def _unread(self, group: list[_Coded], i: int, place: tuple[int, int]) -> bool:
+    def _unread(self, group: list[Coded], i: int, place: tuple[int, int]) -> bool:
         """Whether the end of a unit of packet i does not matter."""
         few = self._read_with(group, i)
         if len(few) <= i:  # at little cost
@@ -284,14 +279,12 @@ class SecondLook:
         others = self._others(group[: i + 1], place, LIMITS.other, in_order=True)
         return others is not None and others <= LIMITS.other
 
-    def _places(self, one: _Coded, shortest: int, *, any_type: bool = False) -> list[tuple[int, int]]:
+    def _places(self, one: Coded, shortest: int, *, any_type: bool = False) -> list[tuple[int, int]]:
         """Where units of a packet that hold pictures begin and end, those that are long enough."""
         places = [] if one.packet is None else self._units.places(bytes(one.packet), any_type=any_type)
         return [place for place in places if place[1] - place[0] >= shortest][-LIMITS.units :]
 
-    def _others(
-        self, group: list[_Coded], place: tuple[int, int], enough: int, *, in_order: bool = False
-    ) -> int | None:
+    def _others(self, group: list[Coded], place: tuple[int, int], enough: int, *, in_order: bool = False) -> int | None:
         """How many other endings of one of its units, up to one more than `enough`, make another picture of a group's
         last; None where that is not shown, as where it has errors and should be in order."""
         data, (begin, end) = bytes(group[-1].packet), place
@@ -306,7 +299,7 @@ class SecondLook:
                 break
         return others
 
-    def _decoded(self, group: list[_Coded], data: bytes, *, taller: bool = False) -> _Decoded | None:
+    def _decoded(self, group: list[Coded], data: bytes, *, taller: bool = False) -> _Decoded | None:
         """The last picture of a group, coded as `data`, built on the others but B that nothing is built on; or None."""
         self._left -= len(group)
         codec = av.CodecContext.create(self._name, "r")
@@ -334,15 +327,6 @@ class SecondLook:
 
 
 _OPTIONS = {"flags": "+output_corrupt", "skip_loop_filter": "all"}  # they come though what they are built on is missing
-
-
-def _size(group: list[_Coded]) -> int:
-    return sum(one.packet.size for one in group if one.packet is not None)
-
-
-def _behind(group: list[_Coded], j: int) -> list[int]:
-    """The packets of which damage may first show in picture j: it, those before it that are shown later, the key."""
-    return [i for i in range(j + 1) if i == 0 or group[i].pts >= group[j].pts]
 
 
 def _levels(plane: Any, deep: bool) -> bytes:
