@@ -199,3 +199,27 @@ def test_rows_that_are_read_one_after_the_other_are_brought_to_their_frames_in_a
     record = json.loads(Path(job.outputs["record"]).read_text())
     assert [f["code"] for f in record["findings"] if "readout" in f["code"]] == ["readout-disagrees"]
     assert "readout" not in record
+
+
+LEANING = {"leaning": {"later": 0.5 / 480, "sd": 1e-5}, "video": {"width": 512, "height": 480}}
+
+
+def test_targets_that_lean_show_a_rolling_shutter_in_a_plane(plane, tmp_path):
+    job, reading = plane(scale=0.25, points=None, clip=None), str(tmp_path / "leaning.json")
+    job.inputs["readings"] = [reading]
+    for leaning, codes in ((LEANING, ["rolling-shutter"]), (LEANING | {"leaning": None}, [])):
+        write_json(reading, leaning, {})
+        run(job)
+        found = json.loads(Path(job.outputs["record"]).read_text())["findings"]
+        assert [f["code"] for f in found if f["code"] == "rolling-shutter"] == codes
+
+
+def test_targets_that_lean_show_a_rolling_shutter_of_cameras_of_one_height(space, tmp_path):
+    job, _ = space
+    job.inputs["readings"] = [str(tmp_path / f"leaning{i}.json") for i in range(2)]
+    for path in job.inputs["readings"]:
+        write_json(path, LEANING, {})
+    run(job)
+    found = json.loads(Path(job.outputs["record"]).read_text())["findings"]
+    assert [f["text"][:5] for f in found if f["code"] == "rolling-shutter"] == ["cam1:", "cam2:"]
+    assert "as in 17" in next(f["text"] for f in found if f["code"] == "rolling-shutter")

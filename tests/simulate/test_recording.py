@@ -91,6 +91,29 @@ def test_a_shaded_ball_gives_less_light_by_a_third_of_its_limbs_loss():
     assert centre_of_light(shaded) == pytest.approx(centre_of_light(plain), abs=0.01)
 
 
+@pytest.mark.parametrize("velocity", [(150.0, 0.0, 0.0), (0.0, 0.0, 150.0)])
+def test_a_ball_leans_where_rows_see_it_one_after_the_other(velocity):
+    readout = 0.02
+    actor = ball(velocity, radius=3.0)
+    leans, upright = (
+        film([actor], np.zeros(1), shutter=Shutter(open_s=0, readout_s=seconds))[0] for seconds in (readout, 0.0)
+    )
+    rows = CAMERA.image_size[1]
+    speed = np.diff(project(CAMERA, actor.path(np.array([-1e-3, 1e-3]))), axis=0)[0] / 2e-3
+    u, v = speed * readout / rows
+    _, yy, xy = moments(upright)
+    seen = moments(leans)
+    assert seen[2] - xy == pytest.approx(u * yy / (1 - v) ** 2, abs=0.05 * yy * abs(u) + 0.02)
+    assert seen[1] == pytest.approx(yy / (1 - v) ** 2, rel=0.02)  # it is nearer, too
+    assert max(abs(seen[2] - xy), abs(seen[1] - yy)) > 0.3
+
+
+def moments(image):
+    x, y = centre_of_light(image)
+    Y, X = np.mgrid[: image.shape[0], : image.shape[1]]
+    return [(image * a * b).sum() / image.sum() for a, b in ((X - x, X - x), (Y - y, Y - y), (X - x, Y - y))]
+
+
 @pytest.mark.parametrize("order", ["top", "bottom"])
 def test_each_field_shows_the_ball_at_its_own_time(order):
     velocity = np.array([80.0, 0, 0])

@@ -11,15 +11,17 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
-from vidtrack.findings import as_records
+from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.location.chosen_readout import chosen_readouts
+from vidtrack.location.leaning_targets import leaning_targets
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
 from vidtrack.tags.poses import TagOrder
 from vidtrack.timing.clock_methods import clocks_to_use
-from vidtrack.timing.readout import table_at_frame_time
+from vidtrack.timing.readout import Readout, table_at_frame_time
+from vidtrack.timing.resample import interval
 from vidtrack.timing.run_scale import code_from_record, run_scale
 from vidtrack.workflow.job import Job
 
@@ -118,8 +120,23 @@ def _in_space(job: Job) -> Locations:
         **options,
     )
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
-    located.record["findings"] = [*located.record["findings"], *as_records([*chosen.findings, *scale.findings])]
+    lean = _leaning(tables, readings, chosen.readouts, located.record)
+    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *scale.findings])]
     return located
+
+
+def _leaning(
+    tables: Mapping[str, DataFrame],
+    readings: Mapping[str, Mapping[str, Any]],
+    chosen: Mapping[str, Readout],
+    record: Mapping[str, Any],
+) -> list[Finding]:
+    """What the shapes of moving targets show of the read-outs that were used."""
+    found = record.get("readout", {})
+    used = {name: own._replace(seconds=found.get(name, own.seconds)) for name, own in chosen.items()}
+    leans = {name: own.get("leaning") for name, own in readings.items()}
+    intervals = {name: interval(table["time_s"].drop_duplicates()) for name, table in tables.items()}
+    return leaning_targets(leans, used, intervals, record["findings"])
 
 
 def _tags(job: Job) -> TagOrder | None:
@@ -195,7 +212,9 @@ def _in_plane(job: Job) -> PlaneLocations:
     )
     if any(own.seconds for own in chosen.readouts.values()):
         located.record["readout"] = {name: own.seconds for name, own in chosen.readouts.items()}
-    located.record["findings"] = [*located.record["findings"], *as_records(chosen.findings)]
+    readings = {name: read_json(path) for name, path in zip(videos, job.paths("readings"), strict=False)}
+    lean = _leaning(dict.fromkeys(videos, table), readings, chosen.readouts, located.record)
+    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings])]
     return located
 
 

@@ -34,7 +34,7 @@ class Shutter(Plan):
     samples: Annotated[int, Field(ge=1)] = Field(3, description="pictures averaged over the exposure")
     readout_s: float = Field(
         0.0,
-        description="s from the exposure of the first row to that of the last; a ball is drawn as its row sees it",
+        description="s from the exposure of the first row to that of the last; a ball is drawn as its rows see it",
     )
 
 
@@ -133,7 +133,8 @@ def _pieces(
             shown &= (times < begin) | (times >= end)
         at = np.flatnonzero(shown)
         seen = _row_times(camera, actor, times[at], shutter.readout_s)
-        for k, piece in zip(at, drawn_ball(camera, actor, seen, picture, shutter), strict=True):
+        lean = _lean(camera, actor, seen, shutter.readout_s) if shutter.readout_s else None
+        for k, piece in zip(at, drawn_ball(camera, actor, seen, picture, shutter, lean), strict=True):
             drawn[k].append((float(depth[k]), piece))
     return [[piece for _, piece in sorted(row, key=lambda entry: -entry[0])] for row in drawn]
 
@@ -147,8 +148,26 @@ def _row_times(camera: Camera, actor: Actor, times: Array, readout_s: float) -> 
     return seen
 
 
-def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter) -> list[Piece]:
-    """A ball as it looks at times (n,): smeared over the exposure, shaded toward the rim, blurred."""
+def _lean(camera: Camera, actor: Actor, times: Array, readout_s: float) -> Array:
+    """px (n, 2) by which a row of the picture shows a ball further on than the row above it does, at times (n,)."""
+    step = 1e-3
+    ahead, behind = (project(camera, actor.path(times + late)) for late in (step, -step))
+    return np.nan_to_num((ahead - behind) / (2 * step)) * readout_s / camera.image_size[1]
+
+
+def _leaning(outline: Array, centre: Array, lean: Array) -> Array:
+    """Outlines (n, ..., 2) px of balls about centres (n, 2) as rows see them that are exposed one after the other."""
+    along = tuple(range(1, outline.ndim - 1))
+    further, down = (np.expand_dims(lean[:, i], along) for i in (0, 1))
+    off = outline[..., 1] - np.expand_dims(centre[:, 1], along)
+    later = off / (1 - down)  # rows below the middle, as they are seen
+    return np.stack([outline[..., 0] + further * later, outline[..., 1] + down * later], -1)
+
+
+def drawn_ball(
+    camera: Camera, actor: Actor, times: Array, picture: Picture, shutter: Shutter, lean: Array | None = None
+) -> list[Piece]:
+    """A ball as it looks at times (n,): smeared over the exposure, shaded toward the rim, blurred; lean: of `_lean`."""
     m = shutter.samples if _smear(camera, actor, times, shutter.open_s) > NO_SMEAR else 1
     station = shutter.open_s * ((np.arange(m) + 0.5) / m - 0.5)
     centres = actor.path((times[:, None] + station).ravel()).reshape(len(times), m, 1, 3)
@@ -162,6 +181,9 @@ def drawn_ball(camera: Camera, actor: Actor, times: Array, picture: Picture, shu
         polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, n_vertices)
         while not fine_enough(polygons):  # far outside the picture a lens stretches them
             polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, 2 * polygons.shape[-2])
+        if lean is not None:
+            middle = project(camera, actor.path(times[begin : begin + block]))
+            polygons = _leaning(polygons, middle, lean[begin : begin + block])
         polygons = polygons.reshape(len(polygons), -1, *polygons.shape[-2:])
         patches = softened(polygons, picture.blur_px, np.tile(weights / m, m))
         pieces += [

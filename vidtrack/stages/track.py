@@ -205,7 +205,7 @@ def track(
     damaged = np.isin(moment.frame, list(damage.indices))
     rows = without_damaged(with_resting(rows, np.repeat(np.array(repeats.flags, bool), lines), lines), damaged)
     pattern.take_off(rows, 1 * (moment.field == "bottom"), samples or late)
-    shapes = shape_evidence(rows.values, time, lines, mixed=mixed)
+    shapes = shape_evidence(rows.values, time, lines, mixed=mixed, columns=info.rotation in (90, 270))
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines)
     cut = cut_tracks(rows, others)

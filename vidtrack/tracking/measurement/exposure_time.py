@@ -14,12 +14,13 @@ than that: s / (1 - s).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.measurement.empirical_sd import spread
+from vidtrack.tracking.measurement.leaning import UNKNOWN, Lean
 from vidtrack.tracking.measurement.order_statistics import median_of
 from vidtrack.tracking.measurement.streak import drawn_out
 
@@ -71,16 +72,18 @@ class Blur(NamedTuple):
     """What motion does to what is seen of targets, samples.
 
     exposure  0: too short to be seen; late: by which they are seen late at most, where pictures are mixed
-    drawn     as of `Exposure`
+    drawn     as of `Exposure`; lean: how the picture is read
     """
 
     exposure: float
     late: float
     drawn: float
+    lean: Lean = UNKNOWN
 
-    def as_record(self) -> dict[str, float]:
+    def as_record(self) -> dict[str, Any]:
         """For the record of the tracks."""
-        return {"exposure": self.exposure, "late": self.late}
+        lean = None if np.isnan(self.lean.sd) else self.lean._asdict()
+        return {"exposure": self.exposure, "late": self.late, "leaning": lean}
 
 
 UNSEEN = Exposure(0.0, 0.0)

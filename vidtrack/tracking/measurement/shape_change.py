@@ -18,6 +18,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.exposure_time import EXPOSURE, UNSEEN, Blur, exposure_of
+from vidtrack.tracking.measurement.leaning import UNKNOWN, Lean, leaning
 from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile, row_medians
 from vidtrack.tracking.measurement.streak import drawn_out
 from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
@@ -72,6 +73,7 @@ class ShapeEvidence(NamedTuple):
     exposure  samples; 0: too short to be seen
     mixed     samples by which what moves is seen late at most, where pictures are mixed: no exposure is seen in them
     drawn     over so many samples targets are drawn out where that is longer than any exposure; else 0
+    lean      how the picture is read, of frames
     usual     (5, 2) of the targets' shapes, and of two of their running medians, median and scatter; NaN: not known
     """
 
@@ -81,26 +83,35 @@ class ShapeEvidence(NamedTuple):
     usual: Array
     mixed: float = 0.0
     drawn: float = 0.0
+    lean: Lean = UNKNOWN
 
     @property
     def blur(self) -> Blur:
         """What motion does to what is seen."""
-        return Blur(self.exposure, self.mixed, self.drawn)
+        return Blur(self.exposure, self.mixed, self.drawn, self.lean)
 
 
 def shape_evidence(
-    values: Array, time: Array, lines: int = 1, of: ShapeEvidence | None = None, mixed: float = 0.0
+    values: Array,
+    time: Array,
+    lines: int = 1,
+    of: ShapeEvidence | None = None,
+    mixed: float = 0.0,
+    *,
+    columns: bool = False,
 ) -> ShapeEvidence:
     """What the shapes in values (MEASURED, k, n) say.
 
     time  (k,) samples, or (k, n); lines: of the frame buffer to a row of a sample
     of    what other targets of the recording show: its exposure, and its usual shape for those of few samples; mixed:
           as of `ShapeEvidence`
+    columns  of a picture that lies on its side: it was read by them, not by rows
     """
     second, position = values[XX : XY + 1], values[[X, Y]]
     velocity, acceleration = _motion(position, time.reshape(len(time), -1))
     seen = np.isfinite(second).all(axis=0) & (values[PIXELS] > 0)
     exposure = UNSEEN if of else exposure_of(second, velocity, acceleration, seen, lines)
+    lean = UNKNOWN if of or lines > 1 else leaning(second, position, velocity, seen, columns=columns)
     mixed = max(mixed, exposure.late)
     sd = mixed * np.abs(np.nan_to_num(velocity)) if mixed else np.zeros(velocity.shape)
     if not seen.any():
@@ -119,7 +130,7 @@ def shape_evidence(
     shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
     shift = np.where(seen, shift, _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines))
     np.hypot(sd, np.nan_to_num(shift, copy=False), out=sd)
-    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed, exposure.drawn)
+    return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed, exposure.drawn, lean)
 
 
 def shape_evidence_of_others(
