@@ -111,6 +111,13 @@ def test_a_lamp_that_a_target_touches_in_passing_stays_in_the_background():
     assert int(background[40, 60]) == pytest.approx(180, abs=8)
 
 
+def test_a_wide_patch_that_a_small_target_leaves_stays_in_the_background():
+    """A tenth more than its pixels, at its rim, moves its middle by 1.7 px."""
+    patch = (50.0, 40.0, 15.0)
+    samples = films(line(3.0, start=(68.0, 40.0)), still=[patch], radius=5.0)
+    assert int(background_of(samples, DETECTION)[0][40, 50]) == pytest.approx(180, abs=8)
+
+
 def test_fields_have_backgrounds_of_their_own():
     samples = films(line(0.2, 24), k=24)
     fields = [s._replace(luma=s.luma[p::2], parity=p, lines=2, time=2 * s.time + p) for s in samples for p in (0, 1)]
