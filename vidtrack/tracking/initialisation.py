@@ -138,9 +138,9 @@ def _slow(samples: Sequence[Sample], chosen: Sequence[Trail], detection: Detecti
     others = [
         trail
         for trail in trails
-        if moves(trail, detection.min_motion)
+        if not any(_within(at, *places[j]) for j, at in zip(trail.sample, trail.position, strict=True))
+        and moves(trail, detection.min_motion)  # in this order: most are what was chosen, which is soon seen
         and compactness(trail) > INITIALISATION.compact
-        and not any(_within(at, *places[j]) for j, at in zip(trail.sample, trail.position, strict=True))
     ]
     # in any other sample it is not known whose blob it is
     seen = {j for j, (place, _) in enumerate(places) if len(place)}
