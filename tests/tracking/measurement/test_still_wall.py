@@ -79,5 +79,9 @@ def test_a_plain_wall_or_one_with_fine_grain_is_left_as_it_is():
     assert wall_of(opening(rough(14), n=4)) is None
 
 
+def test_balls_that_fill_much_of_a_small_picture_hide_no_pattern():
+    assert wall_of([sample._replace(luma=sample.luma[20:, :80]) for sample in opening(rough(14))]) is not None
+
+
 def test_a_pattern_that_does_not_stand_is_no_wall():
     assert wall_of([Sample(picture(np.roll(rough(14), 7 * k, axis=1), k), float(k)) for k in range(12)]) is None

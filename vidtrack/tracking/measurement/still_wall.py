@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import cv2
@@ -169,20 +170,19 @@ class Wall:
         mass, pixels = values[MASS], values[PIXELS]
         measured = np.isfinite(values[X]) & (mass > 0) & (pixels > 0)
         share = np.hypot(STILL_WALL.doubt, STILL_WALL.unseen * np.sqrt(unknown))
+        alike: dict[tuple[float, float], list[int]] = {}  # by radius and softness: each has pictures of its own
         for i in np.flatnonzero(measured.any(axis=0)).tolist():
-            own = measured[:, i]
-            radius = rounded_radius(median_of(np.sqrt(lines * pixels[own, i] / np.pi)))
-            soft = _softness(values[[XX, YY]][:, own, i], radius)
-            for one, level in self._levels.items():
-                if not (here := own & (parity == one)).any():
-                    continue
-                place = values[X, here, i], (values[Y, here, i] - one) / lines
-                for weight, row, unit in zip(
-                    _shown(radius, radius / lines, soft), (SD_X, SD_Y), (1, lines), strict=True
-                ):
-                    size = _local_size(level, self._hidden[one], weight, radius)
-                    pull = between_pixels(size, *place) / mass[here, i] * unit
-                    values[row, here, i] = np.hypot(values[row, here, i], share[here, i] * pull)
+            radius = rounded_radius(median_of(np.sqrt(lines * pixels[measured[:, i], i] / np.pi)))
+            alike.setdefault((radius, _softness(values[[XX, YY]][:, measured[:, i], i], radius)), []).append(i)
+        for ((radius, soft), who), (one, level) in product(alike.items(), self._levels.items()):
+            here = np.zeros(measured.shape, bool)
+            here[:, who] = measured[:, who] & (parity == one)[:, None]
+            place = values[X][here], (values[Y][here] - one) / lines
+            weights = _shown(radius, radius / lines, soft)
+            for weight, row, unit in zip(weights, (SD_X, SD_Y), (1, lines), strict=True):
+                size = _local_size(level, self._hidden[one], weight, radius)
+                pull = between_pixels(size, *place) / mass[here] * unit
+                values[row][here] = np.hypot(values[row][here], share[here] * pull)
         return bool(measured.any())
 
 
@@ -263,20 +263,25 @@ def still_wall(
     if not len(own):
         return None
     radius, contrast = STILL_WALL.usual_px, contrast if np.isfinite(contrast) else STILL_WALL.usual_contrast
-    levels, hidden, strong = {}, {}, False
+    lines, pictures, strong = samples[0].lines, dict[int, list[Picture]](), False
     for parity, background in backgrounds.items():
-        shown = [sample for sample in samples if sample.parity == parity and not sample.corrupt]
+        shown = [sample.luma for sample in samples if sample.parity == parity and not sample.corrupt]
         if len(shown) < STILL_WALL.pictures:
             return None
         which = np.rint(np.linspace(0, len(shown) - 1, STILL_WALL.pictures)).astype(int).tolist()
-        pictures = [detection.bright(shown[k].luma) for k in which]
-        levels[parity] = grey_levels(background, detection)
-        late = grey_levels(pictures[-2], detection)
-        pull = _pull(levels[parity], late, kernels(radius, radius / shown[0].lines))
-        strong |= pull > STILL_WALL.worth_px * np.pi * radius**2 / shown[0].lines * contrast
-        hides = [_by_targets(picture, detection, STILL_WALL.stands_out * contrast) for picture in pictures]
-        hidden[parity] = (np.sum(hides, axis=0) >= STILL_WALL.covered) & _within(own, shown[0], background.shape)
-    return Wall(levels, hidden, detection, contrast, samples[0].lines) if strong else None
+        late = pictures.setdefault(parity, [detection.bright(shown[k]) for k in which])[-2]
+        early, late = grey_levels(background, detection), grey_levels(late, detection)
+        pull = _pull(early, late, kernels(radius, radius / lines))
+        strong |= pull > STILL_WALL.worth_px * np.pi * radius**2 / lines * contrast
+    if not strong:
+        return None
+    hidden = {}
+    for parity, some in pictures.items():
+        hides = [_by_targets(picture, detection, STILL_WALL.stands_out * contrast) for picture in some]
+        first = next(sample for sample in samples if sample.parity == parity)
+        hidden[parity] = (np.sum(hides, axis=0) >= STILL_WALL.covered) & _within(own, first, some[0].shape)
+    levels = {parity: grey_levels(background, detection) for parity, background in backgrounds.items()}
+    return Wall(levels, hidden, detection, contrast, lines)
 
 
 def behind_targets(
@@ -308,7 +313,7 @@ def _pull(early: Grey, late: Grey, weights: Array) -> float:
         ).reshape(-1, 2)
         for picture in (early, late)
     )
-    both, apart = (
-        np.quantile(np.hypot(*values.T), 1 - STILL_WALL.share) for values in ((one + other) / 2, one - other)
-    )
-    return float(both) if both > STILL_WALL.still * apart else 0.0
+    size = np.hypot(*one.T)
+    most = size >= np.quantile(size, 1 - STILL_WALL.share)
+    pull, apart = median_of(size[most]), median_of(np.hypot(*(one - other)[most].T))  # balls are in a few alone
+    return pull if pull > STILL_WALL.still * apart else 0.0
