@@ -223,3 +223,40 @@ def test_targets_that_lean_show_a_rolling_shutter_of_cameras_of_one_height(space
     found = json.loads(Path(job.outputs["record"]).read_text())["findings"]
     assert [f["text"][:5] for f in found if f["code"] == "rolling-shutter"] == ["cam1:", "cam2:"]
     assert "as in 17" in next(f["text"] for f in found if f["code"] == "rolling-shutter")
+
+
+@pytest.mark.parametrize(
+    ("sensor", "file", "given", "aspect"),
+    [
+        ((8.8, 6.6), "1", None, 1.25),
+        (None, "10/11", None, 10 / 11),
+        ((8.8, 6.6), "10/11", None, 1.25),
+        ((8.8, 6.6), "1", 1.1, 1.1),
+        (None, "1", None, 1.0),
+    ],
+)
+def test_the_shape_of_a_pixel_in_a_plane_is_the_configs_the_sensors_or_the_files(
+    plane, tmp_path, sensor, file, given, aspect
+):
+    job = plane(scale=0.25, points=None, clip=None)
+    job.settings["plane"]["aspect"] = given
+    job.settings["sensor"] = sensor
+    write_json(tmp_path / "r", {"video": {"width": 512, "height": 480, "sample_aspect": file}}, {})
+    run(job)
+    assert read_parquet(job.outputs["trajectories"])["x"].to_numpy() == pytest.approx(aspect * (100 + np.arange(N)) / 4)
+    record = json.loads(Path(job.outputs["record"]).read_text())
+    assert record["aspect"] == pytest.approx(aspect)
+    noted = [f["text"] for f in record["findings"] if f["code"] == "plane-aspect"]
+    assert len(noted) == (given is None and aspect != 1)
+
+
+def test_the_width_of_targets_is_compared_with_that_of_the_known_points(plane, tmp_path):
+    x, y = (one.ravel() for one in np.meshgrid(np.linspace(50, 450, 4), np.linspace(60, 400, 3)))
+    known = pd.DataFrame({"Xf": x, "Yf": y, "tag": [f"p{i}" for i in range(12)], "x": x / 4, "y": -y / 4})
+    write_parquet(tmp_path / "s", known.assign(z=0.0, clip="row1", width=9.0), units="in", provenance={})
+    looks = {"time_s": [0.0] * 20, "Xf": [200.0] * 20, "Yf": [200.0] * 20, "width": [9.18] * 20}
+    write_json(tmp_path / "r", {"image_size": [512, 480], "widths": {"t1": looks}}, {})
+    job = plane(scale=None, points="calibration/points.csv", clip="row1")
+    run(job)
+    sizes = json.loads(Path(job.outputs["record"]).read_text())["sizes"]
+    assert sizes["cam1"]["targets"]["t1"]["larger"] == pytest.approx(np.log(1.02))

@@ -68,9 +68,16 @@ def test_points_and_their_sightings_may_come_in_two_tables():
 
 
 def test_a_lean_above_three_degrees_is_told():
-    done = locate_plane(centroids(seen(grid(), tilt_deg=12)), points=known(12), image_size=(512, 480))
+    done = locate_plane(centroids(seen(grid(), tilt_deg=12)), points=known(12), image_size=(512, 480), model="affine")
     assert done.record["tilt_deg"] == pytest.approx(12, abs=4)
     assert any("limit 3" in w for w in done.record["warnings"])
+
+
+def test_a_lean_that_the_points_rectify_is_no_warning():
+    done = locate_plane(centroids(seen(grid(), tilt_deg=12)), points=known(12), image_size=(512, 480))
+    assert done.record["model"] not in ("scale", "affine")
+    assert done.record["tilt_deg"] == pytest.approx(12, abs=4)
+    assert done.record["warnings"] == []
 
 
 def test_a_swapped_pair_of_points_is_told():

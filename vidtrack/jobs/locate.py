@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
@@ -12,10 +12,12 @@ from vidtrack.files.records import read_json, write_json
 from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import Finding, as_records
-from vidtrack.geometry.picture_part import Picture
+from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.location.leaning_targets import leaning_targets
+from vidtrack.location.plane_sizes import plane_sizes
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
+from vidtrack.memory import columns_of
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
 from vidtrack.tags.poses import TagOrder
@@ -195,14 +197,18 @@ def _in_plane(job: Job) -> PlaneLocations:
         video = read_json(job.path("readings"))["video"]
         law = law_of_picture((video["width"], video["height"]))
         table = at_rest(table, moved[job.settings["cameras"][0]], law)
+    names = job.settings["cameras"]
+    readings = {name: read_json(path) for name, path in zip(names, job.paths("readings"), strict=False)}
+    points = _known_points(job, plane.get("clip"), where) if plane.get("points") else None
+    aspect = _aspect(job, plane.get("aspect"), clip, videos)
     located = locate_plane(
         table,
         tracklets=followed,
         targets=job.settings.get("targets"),
         camera=job.settings["cameras"][0],
         scale=plane.get("scale"),
-        aspect=plane.get("aspect", 1.0),
-        points=_known_points(job, plane.get("clip"), where) if plane.get("points") else None,
+        aspect=aspect.value,
+        points=points,
         units=job.settings["units"],
         pictures=pictures,
         image_size=(clip.width, clip.height) if clip else None,
@@ -212,10 +218,36 @@ def _in_plane(job: Job) -> PlaneLocations:
     )
     if any(own.seconds for own in chosen.readouts.values()):
         located.record["readout"] = {name: own.seconds for name, own in chosen.readouts.items()}
-    readings = {name: read_json(path) for name, path in zip(videos, job.paths("readings"), strict=False)}
+    if points is not None and not windows(pictures, where)[0]:
+        for name, own in readings.items():
+            located.record["sizes"] = plane_sizes(name, own.get("widths"), columns_of(points))
     lean = _leaning(dict.fromkeys(videos, table), readings, chosen.readouts, located.record)
-    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings])]
+    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *aspect.findings])]
     return located
+
+
+class _Aspect(NamedTuple):
+    """The width of a pixel over its height, and what to know of it."""
+
+    value: float
+    findings: list[Finding]
+
+
+def _aspect(job: Job, given: float | None, clip: Picture | None, videos: Mapping[str, Mapping[str, Any]]) -> _Aspect:
+    """By the config, else the sensor over the pixels that it has, else the file; 1 where nothing states it."""
+    if given is not None:
+        return _Aspect(given, [])
+    name, sensor = job.settings["cameras"][0], job.settings.get("sensor")
+    shown = clip or next((picture_from_record(own) for own in videos.values()), None)
+    if shown is None:
+        return _Aspect(1.0, [])
+    value, source = float(shown.sample_aspect), "the file"
+    if sensor:
+        value, source = sensor[0] / shown.width / (sensor[1] / shown.height), f"cameras.{name}.sensor"
+    if value == 1:
+        return _Aspect(1.0, [])
+    text = f"{name}: a pixel is {value:.4g} times as wide as high by {source}: X is multiplied by that"
+    return _Aspect(value, [Finding("note", "plane-aspect", text, "Give plane.aspect where you know another.")])
 
 
 def _known_points(job: Job, clip: str | None, where: str) -> DataFrame:

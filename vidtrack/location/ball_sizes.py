@@ -70,9 +70,9 @@ def ball_sizes(
             if len(seen) < COMPARING.looks:
                 continue
             values = np.array([value for _, value in sorted(seen)])
-            sd = float(np.hypot(_scatter(values) / np.sqrt(len(values)), scatter / np.sqrt(n))) * 1.2533
+            sd = float(np.hypot(scatter_of(values) / np.sqrt(len(values)), scatter / np.sqrt(n))) * 1.2533
             larger = float(np.median(values)) - middle
-            targets[label] = {"n": len(values), "larger": larger, "sd": sd, "wander": _wander(values)}
+            targets[label] = {"n": len(values), "larger": larger, "sd": sd, "wander": wander_of(values)}
         if targets:
             out[name] = {"balls": n, "scatter": scatter, "targets": targets}
     return out
@@ -106,7 +106,7 @@ def _of_balls(camera: Camera, table: Mapping[str, ArrayLike] | None) -> tuple[fl
         return None
     p = np.stack([np.asarray(table[axis], float)[good] for axis in "xyz"], -1)
     values = np.log(width[good] / px_per_unit(camera, p))
-    return float(np.median(values)), _scatter(values), len(values)
+    return float(np.median(values)), scatter_of(values), len(values)
 
 
 def _of_looks(
@@ -130,12 +130,12 @@ def _of_looks(
     return [(labels[k], t, v) for k, t, v in zip(whose[good], time[good].tolist(), values.tolist(), strict=True)]
 
 
-def _scatter(values: Array) -> float:
+def scatter_of(values: Array) -> float:
     """Standard deviation by the median of absolute deviations."""
     return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
-def _wander(values: Array) -> float:
+def wander_of(values: Array) -> float:
     """Sd of the means of a few looks in a row, beyond what differences of neighbours lead to expect."""
     groups = len(values) // COMPARING.together
     if groups < 4:

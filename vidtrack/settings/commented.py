@@ -38,6 +38,7 @@ EXAMPLES: dict[str, str] = {
     "columns": "{gauge: eta_m}",
     "targets": "1",
     "scale": "0.14",
+    "plane.aspect": "1.25",
     "points": "calibration/points.csv",
     "clip": "plate",
     "value": "x_in",

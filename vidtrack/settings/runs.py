@@ -43,7 +43,11 @@ class Plane(Section):
     """How one camera's pixels become positions in a plane: a scale, or known points."""
 
     scale: Positive | None = Field(None, description="world units per px")
-    aspect: Positive = Field(1.0, description="X is multiplied by it; the thesis's frame buffer has 1.25")
+    aspect: Positive | None = Field(
+        None,
+        description="X is multiplied by it: the width of a pixel over its height (1.25 in the thesis's frame buffer); "
+        "default: by cameras.<camera>.sensor, else as the file states, else 1",
+    )
     points: str | None = Field(None, description="known points in the plane: calibration/points.csv")
     clip: Name | None = Field(None, description="the clip that shows them")
 

@@ -326,15 +326,10 @@ def _points_record(
 
 def _warnings(record: dict[str, Any]) -> list[str]:
     warnings = []
-    if record["tilt_deg"] > TILT_LIMIT_DEG:
-        cure = (
-            "a scale factor does not hold"
-            if record["model"] in ("scale", "affine")
-            else "rectified by the known points"
-        )
+    if record["tilt_deg"] > TILT_LIMIT_DEG and record["model"] in ("scale", "affine"):  # others rectify it
         warnings.append(
             f"the plane leans {record['tilt_deg']:.1f} +- {record['tilt_sd_deg']:.1f} degrees out of the picture's own "
-            f"(limit {TILT_LIMIT_DEG:g}): {cure}"
+            f"(limit {TILT_LIMIT_DEG:g}): a scale factor does not hold"
         )
     if record["chi2"] > 4:
         warnings.append(
