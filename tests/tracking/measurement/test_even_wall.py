@@ -96,3 +96,12 @@ def test_what_was_never_seen_stays_and_is_said():
     hidden[:, :26] = True
     assert even_wall(window(wall, cover), wall, hidden, 115.0, 1.0)[0] is None
     assert even_wall(window(wall, cover), wall, ~NONE, 115.0, 1.0) == (None, 1.0)
+
+
+def test_what_is_left_of_a_wall_that_moved_a_little_is_not_known():
+    wall, cover = rough(5, grain=4.0), cover_of(23.6, 24.2)
+    even, unknown = even_wall(window(np.roll(wall, 1, axis=1), cover), wall, NONE, 115.0, 1.0)
+    assert even is not None
+    apart = np.roll(wall, 1, axis=1) - wall
+    assert unknown == pytest.approx(apart.var() / wall.var(), rel=0.6)
+    assert even_wall(window(wall, cover), wall, NONE, 115.0, 1.0)[1] == 0

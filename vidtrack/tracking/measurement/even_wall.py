@@ -34,6 +34,7 @@ class EvenWall:
     soft_px       about the pixels half-way up in which a target hides some of the wall
     gain          of the wall in the window, against the wall as known, within; left: share of the variance beside the
                   target that may be left
+    noise         times its variance that two pictures leave of each other; what is left besides is not known
     plain         times the noise below which there is no pattern to be taken off
     fewest        pixels beside a target that decide
     half          share of its contrast above the light of the wall, beyond which a pixel is of a target
@@ -48,6 +49,7 @@ class EvenWall:
     soft_px: int = 4
     gain: tuple[float, float] = (0.6, 1.5)
     left: float = 0.5
+    noise: float = 2.0
     plain: float = 1.5
     fewest: int = 60
     half: float = 0.5
@@ -67,7 +69,7 @@ _CORE = np.ones((2 * EVEN_WALL.core_px + 1,) * 2, np.uint8)
 
 def even_wall(grey: Grey, wall: Grey, hidden: Bools, contrast: float, noise: float) -> tuple[Grey | None, float]:
     """A window of grey levels with a bright target in it, before an even wall; None: it stays as it is. And the share
-    of the wall behind its rim that is not known.
+    of the wall behind its rim that is not known, or is another one by now.
 
     wall, hidden  (rows, columns) its levels, and where they are not known; contrast: grey levels, of the target
     noise         grey levels, of a pixel from picture to picture
@@ -101,7 +103,8 @@ def even_wall(grey: Grey, wall: Grey, hidden: Bools, contrast: float, noise: flo
     cover = np.clip((grey - wall) / np.maximum(over, np.float32(1)), 0, 1)
     off = (1 - cover) * (wall - np.float32(base))
     off[hidden | (core > 0)] = 0
-    return grey - off, unknown
+    other = max(0.0, left - s.noise * noise**2) / pattern
+    return grey - off, min(unknown + other, 1.0)
 
 
 def _own_level(grey: Grey, core: NDArray[np.uint8], tiny: float) -> Grey:
