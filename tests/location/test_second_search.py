@@ -6,7 +6,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from vidtrack.geometry.camera import project
-from vidtrack.location.second_search import SOUGHT, kept_of, searched_again
+from vidtrack.location.expected import InPicture
+from vidtrack.location.kept_pieces import Kept
+from vidtrack.location.second_search import SOUGHT, _in_camera, searched_again
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.locate import locate
 from vidtrack.tracking.windows import COLUMNS
@@ -162,8 +164,19 @@ def test_pieces_are_of_the_sample_of_their_time_also_past_midnight(later, least,
     assert least <= done.record["samples"]["sought_again"]["cam1"] <= most
 
 
-def test_a_table_without_pieces_is_read():
-    assert kept_of({word: np.zeros(0) for word in COLUMNS}).grey == []
+@pytest.mark.parametrize(
+    ("measured", "n"), [((35.2, 34.9), 0), ((33.5, 34.9), 0), ((31.0, 35.0), 1), ((np.nan,) * 2, 1)]
+)
+def test_what_the_camera_has_measured_of_another_target_is_not_found_again(measured, n):
+    """One blob, that of the first target or of both; nothing is expected of the first one, the second is 0.8 px off."""
+    piece = grey([(35.0, 35.0)], np.random.default_rng(2))
+    one = np.zeros(1, np.intp)
+    kept = Kept(np.zeros(1), one, one, one, one + 1, [piece], NOISE, np.ones(2), 0.0)
+    where = InPicture(np.array([[[np.nan, np.nan]], [[35.8, 35.0]]]), np.tile(0.25 * np.eye(2), (2, 1, 1, 1)))
+    discs = np.array([[np.pi * RADIUS**2] * 2, [CONTRAST] * 2])
+    b, sd = np.array([[measured], [(np.nan, np.nan)]]), np.ones((2, 1, 2))
+    found = _in_camera(kept, one, one, one, where, np.zeros((2, 2, 1, 2)), discs, b, sd, 0.0)
+    assert found.target.tolist() == [1] * n
 
 
 def test_where_no_camera_kept_a_piece_nothing_is_computed():

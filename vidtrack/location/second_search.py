@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,11 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import NONE
 from vidtrack.association.tracklets import pieces_of
 from vidtrack.location.expected import InPicture, bridged_gaps, expected, in_picture, located_by_all, moments_of
+from vidtrack.location.kept_pieces import Columns, Kept, kept_of
 from vidtrack.location.matching import Match
 from vidtrack.location.views import Labels, View, brought, by_target, of_samples, owners
 from vidtrack.tracking.measurement.exposure_time import lateness
 
-Columns = Mapping[str, NDArray[Any]]
 LOOKS = ("tracklet", "pixels", "brightness")
 
 SAME_S = 1e-5
@@ -42,6 +42,7 @@ class Seeking:
     rounds     of the search, at most
     apart      samples: two that are nearer than this share of the sampling interval are of one moment
     lasting    samples over which an acceleration is taken to be known
+    same       of the radius, from what the camera has measured of another target: what is found there is that
     """
 
     beyond: float = 4.0
@@ -52,23 +53,10 @@ class Seeking:
     rounds: int = 4
     apart: float = 0.02
     lasting: float = 3.0
+    same: float = 0.5
 
 
 SEEKING = Seeking()
-
-
-class Kept(NamedTuple):
-    """Pieces (N,) of one camera's pictures, as the track stage keeps them."""
-
-    time: Array  # (N,) s, by the camera's own clock
-    left: Ints  # (N,) px, first column and row of the sample
-    top: Ints
-    parity: Ints
-    lines: Ints
-    grey: list[NDArray[np.uint8]]  # (rows, columns) grey levels from 1; 0: of no use
-    noise: float  # grey levels, of a pixel
-    grown: Array  # (2,) by which the sd of fits are to be grown
-    exposure: float  # samples; 0: too short to be seen
 
 
 class Looks(NamedTuple):
@@ -85,18 +73,6 @@ class Found(NamedTuple):
     sample: Ints
     b: Array  # (n, 2) px
     sd: Array  # (n, 2) px
-
-
-def kept_of(columns: Columns) -> Kept:
-    """The pieces of a table `tracking.windows.COLUMNS`."""
-    widths = columns["width"].tolist()
-    grey = [
-        np.frombuffer(own, np.uint8).reshape(-1, w) for own, w in zip(columns["grey"].tolist(), widths, strict=True)
-    ]
-    left, top, parity, lines = (np.asarray(columns[name], np.intp) for name in ("left", "top", "parity", "lines"))
-    whole = [float(columns[name][0]) if len(grey) else 1.0 for name in ("noise", "grown_x", "grown_y", "exposure")]
-    time = np.asarray(columns["time_s"], float)
-    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:3]), whole[3])
 
 
 def looks_of(tracklet: Ints, pixels: Array, contrast: Array) -> Looks:
@@ -123,7 +99,6 @@ def second_search(
     looks: Mapping[str, Looks],
 ) -> list[Found]:
     """What each camera shows where the other cameras expect targets.
-
 
     times    (T,) s of each view, corrected; at (M,) s: common moments, at which b, sd (n_cameras, m, M, 2) px are known
     """
@@ -244,7 +219,9 @@ def _in_camera(
             found = (fit[0] + corner) * scale + (0, kept.parity[w]) - late[0, own, k]
             own_sd = np.hypot(fit[1] * scale * kept.grown, late[1, own, k])
             far = np.abs(found - where.at[own, k]) > SEEKING.beyond * np.hypot(spread[own, k], own_sd)
-            if not (far | np.isnan(found)).any():
+            others = np.setdiff1d(np.flatnonzero(seen), own)
+            taken = np.linalg.norm(found[:, None] - b[others, k], axis=-1) < SEEKING.same * radius[own, None]
+            if not (far | np.isnan(found)).any() and not taken.any():
                 rows |= {(int(t), number): (f, s) for t, f, s in zip(own, found, own_sd, strict=True)}
     both = np.array(sorted(rows), np.intp).reshape(-1, 2)
     values = np.array([rows[int(t), int(s)] for t, s in both]).reshape(-1, 2, 2)
