@@ -74,6 +74,20 @@ def test_balls_of_which_one_hides_the_other_are_flagged_and_their_blob_is_not_ta
     assert (~hidden).sum(axis=1)[before : np.flatnonzero(hidden.any(axis=1))[-1]].max() < 2, "one blob is one target"
 
 
+@pytest.mark.parametrize("period", [40, 50])
+def test_two_that_hid_each_other_are_measured_where_their_blob_shows_two_again(period):
+    """Their courses turn while they are hidden, and lead past where they are."""
+    t = np.arange(70)
+    middle = np.stack([100 + 4 * np.sin(t / 9), 70 + 5 * np.cos(t / 9)], axis=-1)
+    gap = 6.5 * np.cos(2 * np.pi * (t - 8) / period) + 25 * np.exp(-t / 3)
+    half = np.stack([gap, 1.5 + 1.5 * np.sin(2 * np.pi * t / 25)], axis=-1) / 2
+    error, sd, _ = results(np.stack([middle - half, middle + half], axis=1))
+    seen = np.isfinite(error[..., 0]).all(axis=1)
+    assert seen[2 * np.hypot(*half.T) > 4.5].mean() > 0.95
+    assert not seen[2 * np.hypot(*half.T) < 3].any()
+    assert np.nanmax(np.abs(error / sd)) < 5
+
+
 def test_a_ball_behind_a_still_rope_is_measured_by_what_is_to_be_seen_of_it():
     t = np.arange(60)
     path = np.stack([60 + 1.3 * t, 70 + 10 * np.sin(t / 8)], axis=-1)[:, None]

@@ -196,8 +196,28 @@ class Reacquisition:
                     continue
                 break
             else:
-                self._still_occluded(now, sample, some, middle, whole)
+                if (again := self._two_again(now, sample, some, middle, whole)) is None:
+                    self._still_occluded(now, sample, some, middle, whole)
+                now = again or now
         return now
+
+    def _two_again(self, now: Searched, sample: Sample, who: Ints, predicted: Array, near: Blobs) -> Searched | None:
+        """With two targets that one blob shows as two discs, although these are not where their courses go."""
+        over = within(near, predicted, sample.lines, slack=0.0).any(axis=0)
+        if who.size != 2 or not np.isfinite(predicted).all() or np.count_nonzero(over) != 1 or near.edge[over][0]:
+            return None
+        blob = np.array([column[over][0] for column in (near.Xf, near.Yf, near.width, near.height)], float)
+        place = self.separation.pair_in(now, sample, who, blob * (1, 1, 1, sample.lines), self.scene)
+        if place is None:
+            return None
+        cost = np.square(predicted[:, None] - place).sum(axis=-1)
+        chosen = one_to_one(cost)
+        if (chosen < 0).any() or not distinct(cost, chosen):
+            return None
+        if (apart := self.separation.measured(now, sample, who, place[chosen], self.scene)) is None:
+            return None
+        self.occlusions.seen(who, sample.time, apart.values[[X, Y]][:, who].T)
+        return replace(apart, state=apart.state.still_sought(who))
 
     def _separated(
         self, now: Searched, sample: Sample, who: Ints, predicted: Array, reach: Array, near: Blobs

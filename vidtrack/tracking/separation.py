@@ -148,19 +148,33 @@ class Separation:
             return None
         return found._replace(x=found.x + corner[0], y=(found.y + corner[1]) * sample.lines + sample.parity)
 
+    def pair_in(self, now: Searched, sample: Sample, who: Ints, blob: Array, scene: Scene) -> Array | None:
+        """Places (2, 2) px of the two discs that a blob (x, y, width, height px) is, and targets `who` may be; None: it
+        is not plainly two.
+        """
+        contrast = float(now.state.appearance.contrast[who].min())
+        looked_at = self._clump_at(now, sample, who, blob[:2], blob[2:] / (2, 2 * sample.lines), contrast, scene)
+        found = None if looked_at is None else self._pair(*looked_at, sample)
+        return None if found is None else np.stack([found.x, found.y], axis=1)
+
     def _clump(self, now: Searched, sample: Sample, i: int, scene: Scene) -> tuple[tuple[int, int], Clump] | None:
         """The blob that place i shows, and the left top corner of its window."""
         looks = now.state.appearance.of(slice(i, i + 1))
-        half = looks.size[:, 0] / 2
-        x, y = now.values[POSITION, i]
+        half, contrast = looks.size[:, 0] / 2, float(looks.contrast[0])
+        return self._clump_at(now, sample, np.array([i]), now.values[POSITION, i], half, contrast, scene)
+
+    def _clump_at(
+        self, now: Searched, sample: Sample, who: Ints, at: Array, half: Array, contrast: float, scene: Scene
+    ) -> tuple[tuple[int, int], Clump] | None:
+        """The blob at a place (2,) px that belongs to `who`; half of its width, px, and height, rows."""
         room = half * SEPARATING.about + JOINT_FIT.reach_px + SEPARATING.ring_px
         if not np.isfinite(half).all() or half.max() > 2 * SEPARATING.widest_px:
             return None
-        column, row = np.array([x]), np.asarray(sample.row(np.array([y])))
+        column, row = at[:1], np.asarray(sample.row(at[1:]))
         left, top, grey = piece_about(sample, scene.detection, column, row, room)
-        hidden = self._hidden(now, sample, np.array([i]), (left, top), grey.shape, scene.static)
-        at = float(column[0]) - left, float(row[0]) - top
-        clump = clump_at(grey, hidden, *at, float(looks.contrast[0]), scene.detection.noise, sample.lines)
+        hidden = self._hidden(now, sample, who, (left, top), grey.shape, scene.static)
+        x, y = float(column[0]) - left, float(row[0]) - top
+        clump = clump_at(grey, hidden, x, y, contrast, scene.detection.noise, sample.lines)
         return None if clump is None else ((left, top), clump)
 
     def shapes(self, who: Ints) -> Array:
