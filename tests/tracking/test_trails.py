@@ -87,6 +87,14 @@ def test_what_jumps_about_one_place_does_not_move_and_what_swings_does():
     assert moves(trail([50, 56, 50, 56, 50, 56], size=(2.0, 2.0)), 1.5)
 
 
+def test_what_creeps_moves_though_the_rows_of_its_fields_place_it_to_and_fro():
+    """A ball of 12 px in fields that goes 0.3 px in each, as a film of DV showed it."""
+    x = [575.68, 575.56, 576.44, 576.31, 576.83, 576.82]
+    y = np.array([455.46, 455.09, 455.91, 455.89, 456.52, 456.61])
+    one = trail(x, size=(12.0, 6.0))
+    assert moves(one._replace(position=np.stack([x, y], axis=-1)), 1.2)
+
+
 def test_what_leaps_once_and_stands_before_and_after_does_not_move():
     """A speck that a coder leaves, and another one 7 px from it."""
     assert not moves(trail([80.3, 80.1, 73.4, 73.4, 73.4, 73.4], size=(5.0, 4.0)), 1.5)

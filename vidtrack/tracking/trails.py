@@ -21,14 +21,14 @@ class Linking:
     """Which candidates make a trail, and which trails move.
 
     shortest  samples that a moving trail has at least: fewer could be chance
-    jitters   of the steps, what they change from one to the next (rms): 1.7 where a thing is about one place at random,
-              1.2 for what swings once in 5 samples; up to 0.8 was seen of balls that move by 2 px only
+    jitters   of the variance of its places, the mean square of its steps: 2 where a thing is about one place at random,
+              1.4 for what swings once in 5 samples, 1 and less for what goes on, though its fields alternate
     within    of its own size, a way of which such a trail is no motion: it may swing
     leaps     of the way, what is left without its largest step: less is a thing that leaps once, and no motion
     """
 
     shortest: int = 3
-    jitters: float = 1.2
+    jitters: float = 1.4
     within: float = 2.0
     leaps: float = 0.15
 
@@ -129,9 +129,8 @@ def moves(trail: Trail, least_px: float) -> bool:
         return False
     if way > LINKING.within * median_of(trail.size.max(axis=1)):
         return True
-    velocity = step / np.diff(trail.sample)[:, None]
-    bend = np.diff(velocity, axis=0)
-    return float(np.mean(np.square(bend))) < LINKING.jitters**2 * float(np.mean(np.square(velocity)))
+    spread = float(np.var(trail.position, axis=0, ddof=1).sum())
+    return float(np.square(step).sum()) < LINKING.jitters * spread * len(step)
 
 
 def _way(position: Array) -> float:
