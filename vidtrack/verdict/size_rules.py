@@ -130,8 +130,8 @@ def _all(cameras: Sequence[_Camera], balls: float) -> list[Finding]:
     way = "larger" if mean > 0 else "smaller"
     text = (
         f"{who} the targets {abs(mean):.2%} ± {sd:.2%} {way} than the balls of the calibration, and nothing else in "
-        "the run shows how the lenses are: where these are the same balls, the lenses are at another zoom or focus "
-        "than in the calibration"
+        "the run shows how the lenses are: where these are the same balls, in pictures that are coded, sharpened and "
+        "deinterlaced alike, the lenses are at another zoom or focus than in the calibration"
     )
     cure = f"{CURE} Where the targets are other balls, set calibration.same_balls: false."
     return [Finding("doubtful", "lenses-zoomed", text, cure)]
