@@ -49,7 +49,8 @@ class StillWalls:
     grown_px         about the pixels half-way up that a target's moments are taken over
     soft_px          sd of the blur of its edge, within; unless: where its second moments do not say it
     width            of that, over which the wall shows less and less
-    doubt, unseen    share of the local size of the pull that is not known: where the wall is known and where it is not
+    doubt, at_px     share of the pull that is not known where the wall is; of its size over so many px
+    unseen           share of the local size of the pull that is not known where the wall is not
     about, about_px  radii, and px besides, of what is local; seen: share of it that is known, at least
     """
 
@@ -70,6 +71,7 @@ class StillWalls:
     unless: float = 0.8
     width: float = 3.4
     doubt: float = 0.15
+    at_px: int = 7
     unseen: float = 1.0
     about: int = 8
     about_px: int = 17
@@ -169,7 +171,7 @@ class Wall:
             unknown[:k] = self._unknown[:k, :n]
         mass, pixels = values[MASS], values[PIXELS]
         measured = np.isfinite(values[X]) & (mass > 0) & (pixels > 0)
-        share = np.hypot(STILL_WALL.doubt, STILL_WALL.unseen * np.sqrt(unknown))
+        unseen = STILL_WALL.unseen * np.sqrt(unknown)
         alike: dict[tuple[float, float], list[int]] = {}  # by radius and softness: each has pictures of its own
         for i in np.flatnonzero(measured.any(axis=0)).tolist():
             radius = rounded_radius(median_of(np.sqrt(lines * pixels[measured[:, i], i] / np.pi)))
@@ -180,9 +182,10 @@ class Wall:
             place = values[X][here], (values[Y][here] - one) / lines
             weights = _shown(radius, radius / lines, soft)
             for weight, row, unit in zip(weights, (SD_X, SD_Y), (1, lines), strict=True):
-                size = _local_size(level, self._hidden[one], weight, radius)
-                pull = between_pixels(size, *place) / mass[here] * unit
-                values[row][here] = np.hypot(values[row][here], share[here] * pull)
+                sizes = _sizes(level, self._hidden[one], weight, radius)
+                at, about = (between_pixels(size, *place) / mass[here] * unit for size in sizes)
+                more = np.hypot(STILL_WALL.doubt * at, unseen[here] * about)
+                values[row][here] = np.hypot(values[row][here], more)
         return bool(measured.any())
 
 
@@ -203,8 +206,8 @@ def _softness(second: Array, radius: float) -> float:
     return round(2 * min(max(float(np.sqrt(max(median_of(blur), 0.0))), least), most)) / 2
 
 
-def _local_size(level: Grey, hidden: Bools, weight: Array, radius: float) -> Grey:
-    """How large a moment of the wall is about each place."""
+def _sizes(level: Grey, hidden: Bools, weight: Array, radius: float) -> tuple[Grey, Grey]:
+    """How large a moment of the wall is at each place, and about it."""
     moment = cv2.filter2D(level, cv2.CV_32F, weight.astype(np.float32), borderType=cv2.BORDER_REPLICATE)
     good = cv2.erode((~hidden).view(np.uint8), np.ones(weight.shape, np.uint8)).astype(np.float32)
     about = (STILL_WALL.about * int(np.ceil(radius)) + STILL_WALL.about_px,) * 2
@@ -212,7 +215,13 @@ def _local_size(level: Grey, hidden: Bools, weight: Array, radius: float) -> Gre
     whole = good if good.any() else np.ones_like(good)
     usual = np.float32((moment * moment * whole).sum() / whole.sum())
     near = square / np.maximum(seen, np.float32(1e-3))
-    return np.asarray(np.sqrt(np.maximum(np.where(seen > STILL_WALL.seen, near, usual), 0)), np.float32)
+    here = cv2.blur(moment * moment * good, (STILL_WALL.at_px,) * 2)
+    about_it = np.where(seen > STILL_WALL.seen, near, usual)
+    return _root(here), _root(about_it)
+
+
+def _root(square: Array) -> Grey:
+    return np.asarray(np.sqrt(np.maximum(square, 0)), np.float32)
 
 
 def _by_targets(bright: Picture, detection: Detection, least: float) -> Bools:
