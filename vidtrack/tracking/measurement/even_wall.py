@@ -34,8 +34,7 @@ class EvenWall:
     soft_px       about the pixels half-way up in which a target hides some of the wall
     gain          of the wall in the window, against the wall as known, within; left: share of the variance beside the
                   target that may be left
-    noise         times its variance that two pictures leave of each other; coded: share of the pattern that a coder
-                  leaves; what is left besides is not known
+    noise         times its variance that two pictures leave of each other; what is left besides is not known
     plain         times the noise below which there is no pattern to be taken off
     fewest        pixels beside a target that decide
     half          share of its contrast above the light of the wall, beyond which a pixel is of a target
@@ -50,8 +49,7 @@ class EvenWall:
     soft_px: int = 4
     gain: tuple[float, float] = (0.6, 1.5)
     left: float = 0.5
-    noise: float = 3.0
-    coded: float = 0.06
+    noise: float = 2.0
     plain: float = 1.5
     fewest: int = 60
     half: float = 0.5
@@ -105,7 +103,7 @@ def even_wall(grey: Grey, wall: Grey, hidden: Bools, contrast: float, noise: flo
     cover = np.clip((grey - wall) / np.maximum(over, np.float32(1)), 0, 1)
     off = (1 - cover) * (wall - np.float32(base))
     off[hidden | (core > 0)] = 0
-    other = max(0.0, (left - s.noise * noise**2) / pattern - s.coded)
+    other = max(0.0, left - s.noise * noise**2) / pattern
     return grey - off, min(unknown + other, 1.0)
 
 

@@ -55,7 +55,7 @@ class StillWalls:
     """
 
     places: int = 400
-    share: float = 0.2
+    share: float = 0.4
     worth_px: float = 0.03
     still: float = 3.0
     usual_px: float = 4.0
