@@ -38,6 +38,21 @@ def found(**changes):
     return findings_of(record, "in")
 
 
+@pytest.mark.parametrize(
+    ("n", "located", "level"), [(50, 100, "doubtful"), (6, 100, "doubtful"), (4, 60, ""), (5, 100, "")]
+)
+def test_a_camera_that_is_left_out_of_more_than_a_few_positions_is_named(n, located, level):
+    where = {"cam1": {"px": 5.8, "from_s": 36001.0, "to_s": 36002.5}}
+    out = found(samples__located=located, samples__left_out={"cam1": n, "cam2": 0}, samples__left_out_where=where)
+    assert [one.level for one in out] == [level][: bool(level)]
+    if level:
+        assert out[0].code == "camera-left-out"
+        assert out[0].text.startswith(
+            f"cam1: left out of {n} of {located} positions, between 10:00:01.0 and 10:00:02.5"
+        )
+        assert "miss there by 5.8 px" in out[0].text
+
+
 def test_a_run_that_went_well_has_none():
     assert found() == []
     assert findings_of({**WELL, "volume": None, "sight_lines": None}, "in") == []

@@ -89,7 +89,7 @@ def test_a_contested_piece_makes_its_target_ambiguous_and_no_other(located):
 
 def test_samples_are_counted_by_their_cameras(located):
     views, _, found = located
-    record = sample_record(views, found)
+    record = sample_record(views, found, views[0].t)
     n = found.n_cameras.size
     assert record["n"] == n
     assert record["by_n_cameras"]["2"] == record["located"] == int(np.isfinite(found.point[..., 0]).sum())
@@ -103,7 +103,7 @@ def test_samples_are_counted_by_their_cameras(located):
 def test_nothing_located_is_a_record_without_means(located):
     views = located[0]
     none = locate_points(CAMERAS, np.full((2, 4, 2), np.nan), sd=0.1)
-    record = sample_record(views, none)
+    record = sample_record(views, none, np.arange(4.0))
     assert (record["located"], record["mean_miss"], record["mean_sigma"]) == (0, None, None)
     assert record["by_n_cameras"] == {"0": 4}
 
@@ -188,3 +188,14 @@ def test_a_given_clock_is_the_config_s_and_an_estimated_one_has_its_interval(loc
     given = clock_record(views, [Clock(), Clock(0.1, 3.0)], timed._replace(motion=None))
     assert [c["source"] for c in given["cameras"].values()] == ["config", "config"]
     assert "error_px" not in given
+
+
+def test_what_a_camera_that_is_left_out_misses_is_recorded_with_when(located):
+    views, _, found = located
+    at = np.arange(found.point.shape[1]) / 30
+    out = np.zeros(found.left_out.shape, bool)
+    out[1, 0, 10:20] = True
+    error = found.error.copy()
+    error[1, 0, 10:20] = [3.0, 4.0]
+    where = sample_record(views, found._replace(left_out=out, error=error), at)["left_out_where"]
+    assert where == {"cam2": {"px": pytest.approx(5.0), "from_s": at[10], "to_s": at[19]}}

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vidtrack.findings import Finding, Level
+from vidtrack.timing.clock_text import readable
 
 Record = Mapping[str, Any]
 
@@ -52,6 +53,9 @@ DISAGREE = (0.02, 0.2)
 UNLIKE_CRYSTALS_PPM = 400.0
 """ppm; four times what the clocks of cameras differ by (`timing.clock.RATE_PRIOR_PPM`)."""
 
+LEFT_OUT = (0.05, 5)
+"""Share of the located samples, and samples, of which a camera is left out without more being said."""
+
 IN_VIEW = 0.5
 """Share of the samples in which a target lies inside a camera's picture, below which the camera hardly has a part in
 its positions: nothing checks those that two cameras alone give. Of 73 in 16 unspoiled experiments none was below 1."""
@@ -90,7 +94,27 @@ def findings_of(record: Record, units: str) -> list[Finding]:
         )
         cure = "See the tracks there: a rope, a flash or a neighbour may touch the target in one camera."
         out.append(Finding(grave, "sudden-misses", text, cure))
-    return [*out, *_seldom(samples.get("in_view") or {})]
+    return [*out, *_left_out(samples), *_seldom(samples.get("in_view") or {})]
+
+
+def _left_out(samples: Record) -> list[Finding]:
+    """Cameras without which the others agree, in more than a few samples: positions are right, and a camera is not."""
+    out = []
+    for camera, where in (samples.get("left_out_where") or {}).items():
+        n = samples["left_out"][camera]
+        if n < LEFT_OUT[1] or n <= LEFT_OUT[0] * samples["located"]:
+            continue
+        text = (
+            f"{camera}: left out of {n} of {samples['located']} positions, between {readable(where['from_s'])} and "
+            f"{readable(where['to_s'])}: its lines of sight miss there by {where['px']:.2g} px (median) the points on "
+            "which the other cameras agree"
+        )
+        cure = (
+            f"See whether {camera} was moved, or its recording jumps or was cut there: compare its pictures before and "
+            "then. Positions rest on the other cameras."
+        )
+        out.append(Finding("doubtful", "camera-left-out", text, cure))
+    return out
 
 
 def _seldom(cameras: Mapping[str, Record]) -> list[Finding]:

@@ -212,8 +212,12 @@ def sight_line_record(views: Sequence[View], misses: Misses | None) -> dict[str,
     }
 
 
-def sample_record(views: Sequence[View], located: Located) -> dict[str, Any]:
-    """How many samples were located, by how many cameras, how well; and those that were not."""
+def sample_record(views: Sequence[View], located: Located, at: Array) -> dict[str, Any]:
+    """How many samples were located, by how many cameras, how well; and those that were not; at (M,) s.
+
+    left_out_where  of each camera that was left out: px by which it misses the others' positions there (median), and
+                    the first and the last moment
+    """
     found = np.isfinite(located.point[..., 0])
     counts = np.bincount(located.n_cameras.ravel(), minlength=1)
     return {
@@ -221,6 +225,11 @@ def sample_record(views: Sequence[View], located: Located) -> dict[str, Any]:
         "located": int(found.sum()),
         "by_n_cameras": {str(n): int(count) for n, count in enumerate(counts) if count},
         "left_out": {v.name: int(out.sum()) for v, out in zip(views, located.left_out, strict=True)},
+        "left_out_where": {
+            v.name: {"px": float(np.median(np.linalg.norm(error[out], axis=-1))), "from_s": when[0], "to_s": when[-1]}
+            for v, out, error in zip(views, located.left_out, located.error, strict=True)
+            if len(when := at[out.any(0)].tolist())
+        },
         "disagree": int(located.disagree.sum()),
         "mean_miss": float(located.miss[found].mean()) if found.any() else None,
         "mean_miss_where_disagreed": float(located.miss[located.disagree].mean()) if located.disagree.any() else None,

@@ -189,7 +189,7 @@ def locate(
     record: dict[str, Any] = {"mode": "space", "units": units, "cameras": [v.name for v in views]}
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
-    record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located)}
+    record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located, at)}
     record["samples"] |= {"sought_again": again, "sudden_misses": int(sudden.sum())}
     record["samples"]["in_view"] = shares_seen(views, times, at, located.point, tracked, b, match.labels)
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
