@@ -13,14 +13,14 @@ def swing(across=40.0, along=25.0, w=0.13):
     return np.stack([across * np.sin(w * TIME), along * np.cos(0.77 * w * TIME)])
 
 
-def shown(place, exposure=0.0, pictures=1, own=None, lines=1, seed=3):
+def shown(place, exposure=0.0, pictures=1, own=None, lines=1, seed=3, noise=0.05):
     """The exposure of a target at places (2, K), seen in means of several pictures; own (2, 2, K): its own moments."""
     rng = np.random.default_rng(seed)
     exact = np.stack([np.gradient(one) for one in place])
     square = exposure**2 + pictures**2 - 1
     M = 9.0 * np.eye(2)[..., None] if own is None else own
     M = M + square / 12 * exact[:, None] * exact[None]
-    second = np.stack([M[0, 0], M[1, 1], M[0, 1]]) + rng.normal(0, 0.05, (3, K))
+    second = np.stack([M[0, 0], M[1, 1], M[0, 1]]) + rng.normal(0, noise, (3, K))
     seen = place + rng.normal(0, 0.02, place.shape)
     velocity, acceleration = np.full((2, 2, K), np.nan)
     velocity[:, 1:-1] = (seen[:, 2:] - seen[:, :-2]) / 2
@@ -42,6 +42,12 @@ def test_a_mean_of_pictures_is_late_by_half_of_them(pictures, exposure):
     found = shown(swing(), exposure, pictures)
     assert found.square == 0
     assert found.late == pytest.approx((pictures - 1) / 2, rel=0.12)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_a_mean_of_pictures_shows_among_shapes_that_scatter(seed):
+    """What glows on is not longer in proportion to the square of the velocity."""
+    assert shown(swing(), 0.0, 3, seed=seed, noise=12.0).drawn == pytest.approx(2.8, rel=0.1)
 
 
 def test_what_does_not_move_says_nothing():

@@ -120,6 +120,20 @@ def averaged(pictures, n):
     return [np.mean(pictures[max(k - n + 1, 0) : k + 1], axis=0) for k in range(len(pictures))]
 
 
+def glowing(pictures, share):
+    """A tube or a screen that glows on: of what was bright a share is left in the next picture."""
+    out = [pictures[0]]
+    for picture in pictures[1:]:
+        out.append(np.maximum(picture, share * out[-1]))
+    return out
+
+
+def test_what_moves_in_pictures_that_glow_on_is_late_by_no_more_than_its_sd_says(monkeypatch):
+    monkeypatch.setattr(stage, "lateness_of_mixed", lambda *given, **more: 0.0)
+    wrong, _, codes = film(0.6, glowing, SWINGS)
+    assert (wrong, codes) == (0, ["pictures-mixed"])
+
+
 @pytest.mark.parametrize("n", [2, 3])
 def test_what_moves_in_means_of_pictures_is_late_by_no_more_than_its_sd_says(n, monkeypatch):
     """Where a coder copies noise, the streaks alone show it."""

@@ -35,6 +35,7 @@ class Exposures:
     possible exposure, samples, from which on pictures are means of several: more than a whole one, for what is not
              known of velocities
     sure     standard deviations of its square from which on it is corrected, or impossible
+    along    the same of what grows with the speed along the way alone, beside something long that swims lengthwise
     unknown  share of the correction that is not known
     ends     of a streak's length, by which it may be seen further at one end, where it is slower (measured 0.01 to
              0.02 on drawn balls)
@@ -45,6 +46,7 @@ class Exposures:
     longest: float = 1.1
     possible: float = 1.35
     sure: float = 6.0
+    along: float = 3.0
     unknown: float = 0.3
     ends: float = 0.015
 
@@ -114,7 +116,7 @@ def exposure_of(second: Array, velocity: Array, acceleration: Array, seen: Bools
         return UNSEEN
     square, sd = _fit(longer, speed[moves], longer.size)
     possible = EXPOSURE.possible * lines / _underestimated(way, acceleration.reshape(2, -1)[:, which])
-    if not square > max(EXPOSURE.sure * sd, possible**2):
+    if not square > max(EXPOSURE.along * sd, possible**2):
         return UNSEEN
     return Exposure(0.0, float(np.sqrt(square)))
 
