@@ -250,6 +250,15 @@ def test_the_shape_of_a_pixel_in_a_plane_is_the_configs_the_sensors_or_the_files
     assert len(noted) == (given is None and aspect != 1)
 
 
+def test_a_part_of_the_picture_has_no_sensor_of_its_own(plane, tmp_path):
+    job = plane(scale=0.25, points=None, clip=None)
+    job.settings["plane"]["aspect"] = None
+    job.settings.update(sensor=(8.8, 6.6), crop={"cam1": (0, 0, 400, 300)})
+    write_json(tmp_path / "r", {"video": {"width": 400, "height": 300, "sample_aspect": "1"}}, {})
+    run(job)
+    assert json.loads(Path(job.outputs["record"]).read_text())["aspect"] == 1
+
+
 def test_the_width_of_targets_is_compared_with_that_of_the_known_points(plane, tmp_path):
     x, y = (one.ravel() for one in np.meshgrid(np.linspace(50, 450, 4), np.linspace(60, 400, 3)))
     known = pd.DataFrame({"Xf": x, "Yf": y, "tag": [f"p{i}" for i in range(12)], "x": x / 4, "y": -y / 4})

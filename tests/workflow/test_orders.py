@@ -47,6 +47,18 @@ def test_a_runs_crop_goes_before_its_cameras():
     assert orders.locate(of_one, experiment(**both), "r1")["crop"] == {"cam1": (0, 0, 9, 9), "cam2": (1, 2, 3, 4)}
 
 
+def test_a_plane_is_located_by_the_sensor_where_the_config_gives_no_shape_of_a_pixel():
+    def order(camera, **run):
+        asked = {"units": "in", "cameras": {"cam1": camera}, "runs": {"r1": run}}
+        return orders.locate(settings_from_config(asked), experiment(r1=["cam1"]), "r1")
+
+    sensor = {"sensor": [8.8, 6.6]}
+    assert order(sensor, **PLANE)["sensor"] == (8.8, 6.6)
+    assert order(None, **PLANE)["sensor"] is None
+    assert "sensor" not in order(sensor, mode="plane", plane={"scale": 0.1, "aspect": 1.25})
+    assert "sensor" not in order(sensor)  # its cameras are calibrated: none is located again by it
+
+
 def test_all_targets_are_asked_of_tracking_locating_and_the_verdict():
     found = experiment(r1=["cam1", "cam2"])
     asked = config(r1={"targets": "all"})

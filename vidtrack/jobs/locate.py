@@ -234,7 +234,10 @@ class _Aspect(NamedTuple):
 
 
 def _aspect(job: Job, given: float | None, clip: Picture | None, videos: Mapping[str, Mapping[str, Any]]) -> _Aspect:
-    """By the config, else the sensor over the pixels that it has, else the file; 1 where nothing states it."""
+    """By the config, else the sensor over the pixels that it has, else the file; 1 where nothing states it.
+
+    Where the run shows a part of a picture that is not known, the sensor says nothing of its pixels.
+    """
     if given is not None:
         return _Aspect(given, [])
     name, sensor = job.settings["cameras"][0], job.settings.get("sensor")
@@ -242,7 +245,7 @@ def _aspect(job: Job, given: float | None, clip: Picture | None, videos: Mapping
     if shown is None:
         return _Aspect(1.0, [])
     value, source = float(shown.sample_aspect), "the file"
-    if sensor:
+    if sensor and (clip or name not in (job.settings.get("crop") or {})):
         value, source = sensor[0] / shown.width / (sensor[1] / shown.height), f"cameras.{name}.sensor"
     if value == 1:
         return _Aspect(1.0, [])

@@ -41,9 +41,9 @@ def leaning_targets(
 ) -> list[Finding]:
     """What to know of cameras whose targets lean otherwise than their read-out makes them.
 
-    leans      camera: `later` and `sd`, samples a row, from the record of its tracks; None: not known
-    readouts   camera: how it is taken to read its picture; intervals: s from one sample to the next
-    reported       findings that there are already: a camera whose read-out the motion shows is passed over
+    leans     camera: `later` and `sd`, samples a row, from the record of its tracks; None: not known
+    readouts  camera: how it is taken to read its picture; intervals: s from one sample to the next
+    reported  findings that there are already: a camera whose read-out the motion shows is passed over
     """
     known = {f["text"].split(":")[0] for f in reported if f["code"] == "rolling-shutter"}
     out = []

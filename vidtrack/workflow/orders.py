@@ -209,9 +209,11 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
     """How a run's tracks become positions."""
     own, here = own_of(settings, run), experiment.runs[run]
     plane = own.plane.model_dump() if own.plane else None
-    first = settings.cameras[next(iter(here.videos))]
-    bent = _through(settings, next(iter(here.videos))) if own.mode == "plane" and plane and plane["points"] else []
-    pixels = {"sensor": first.sensor} if own.mode == "plane" and plane and plane["aspect"] is None else {}
+    bent, pixels = [], {}
+    if own.mode == "plane" and plane:
+        camera = next(iter(here.videos))
+        bent = _through(settings, camera) if plane["points"] else []
+        pixels = {"sensor": settings.cameras[camera].sensor} if plane["aspect"] is None else {}
     return {
         "units": settings.units,
         "run": run,

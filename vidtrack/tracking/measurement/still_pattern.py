@@ -158,9 +158,10 @@ class StillPattern:
             last = next((s for s in reversed(late) if s.parity == one and not s.corrupt), None)
             if last is None:
                 continue
+            d, places = self._detection, STILL_PATTERN.places
             if (one, usual) not in self._early:
-                self._early[one, usual] = _moments(grey_levels(background, self._detection), weights)
-            now = _moments(grey_levels(self._detection.bright(last.luma), self._detection), weights)
+                self._early[one, usual] = moments_of(grey_levels(background, d), weights, places)
+            now = moments_of(grey_levels(d.bright(last.luma), d), weights, places)
             if (_pull(self._early[one, usual], now) > least).any():
                 yield one
 
@@ -219,13 +220,13 @@ def _all_rounded(radius: Array) -> Array:
     return np.maximum(np.rint(radius / STILL_PATTERN.step_px) * STILL_PATTERN.step_px, 1.0)
 
 
-def _moments(picture: NDArray[np.float32], weights: Array) -> Array:
-    """The moments (m, 2) that a picture makes at some places; none where it is too small."""
+def moments_of(picture: NDArray[np.float32], weights: Array, places: int) -> Array:
+    """The moments (m, 2) that a picture makes at about so many places; none where it is too small."""
     height, width = weights.shape[1:]
     rows, columns = picture.shape[0] - height, picture.shape[1] - width
     if rows < 1 or columns < 1:
         return np.zeros((0, 2))
-    step = max(1, int(np.sqrt(rows * columns / STILL_PATTERN.places)))
+    step = max(1, int(np.sqrt(rows * columns / places)))
     views = np.lib.stride_tricks.sliding_window_view(picture, (height, width))[::step, ::step]
     return np.asarray(np.tensordot(views.astype(float), weights, ((2, 3), (1, 2))).reshape(-1, 2))
 

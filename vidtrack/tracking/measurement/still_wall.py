@@ -26,6 +26,7 @@ from vidtrack.tracking.measurement.still_pattern import (
     between_pixels,
     grey_levels,
     kernels,
+    moments_of,
     rounded_radius,
 )
 from vidtrack.tracking.sample import Sample
@@ -309,19 +310,9 @@ def behind_targets(
 
 def _pull(early: Grey, late: Grey, weights: Array) -> float:
     """The moments that what stands still makes at the places of a picture that have the most; 0: it does not stand."""
-    height, width = weights.shape[1:]
-    rows, columns = early.shape[0] - height, early.shape[1] - width
-    if rows < 1 or columns < 1:
+    one, other = (moments_of(picture, weights, STILL_WALL.places) for picture in (early, late))
+    if not len(one):
         return 0.0
-    step = max(1, int(np.sqrt(rows * columns / STILL_WALL.places)))
-    one, other = (
-        np.tensordot(
-            np.lib.stride_tricks.sliding_window_view(picture, (height, width))[::step, ::step].astype(float),
-            weights,
-            ((2, 3), (1, 2)),
-        ).reshape(-1, 2)
-        for picture in (early, late)
-    )
     size = np.hypot(*one.T)
     most = size >= np.quantile(size, 1 - STILL_WALL.share)
     pull, apart = median_of(size[most]), median_of(np.hypot(*(one - other)[most].T))  # balls are in a few alone
