@@ -24,8 +24,9 @@ def recorded(path, *, radius=5.0, noise=3.0, clutter=None, level=150.0):
     rng = np.random.default_rng(0)
     ground = np.full(SHAPE, 30.0)
     frames = []
+    sizes = np.broadcast_to(radius, len(path))
     for i, at in enumerate(path):
-        image = picture(SHAPE, [(*p, radius) for p in at], level=ground, contrast=1.0, dtype=float)
+        image = picture(SHAPE, [(*p, sizes[i]) for p in at], level=ground, contrast=1.0, dtype=float)
         share = np.clip(image - ground, 0, 1)  # opaque: where two overlap there is one's light
         image = ground + 160 * share
         if clutter is not None:
@@ -62,6 +63,20 @@ def test_balls_that_touch_for_long_are_measured_all_the_time(nearest):
     assert np.nanmax(np.abs(error)) < 0.15
     assert np.nanmax(np.abs(error / sd)) < 5
     assert (flag[seen] == "").mean() > 0.97
+
+
+def test_balls_that_came_nearer_since_they_touched_are_measured_when_they_touch_again():
+    """They grow by a fifth while they are apart, which is not what the fit of the first touch knows."""
+    t = np.arange(90)
+    radius = np.interp(t, [30, 60], [10.0, 12.0])
+    half = radius * (1.15 + 0.35 * np.cos(2 * np.pi * (t - 45) / 60))
+    middle = np.stack([100 + 4 * np.sin(t / 9), 70 + 5 * np.cos(t / 11)], axis=-1)
+    apart = np.stack([half, 0.2 * half], axis=-1)
+    error, sd, _ = results(np.stack([middle - apart, middle + apart], axis=1), radius=radius)
+    again = t > 60
+    assert (half < 0.95 * radius)[again].sum() > 15
+    assert np.isfinite(error[again]).all()
+    assert np.nanmax(np.abs(error / sd)) < 5
 
 
 def test_balls_of_which_one_hides_the_other_are_flagged_and_their_blob_is_not_taken_for_both():

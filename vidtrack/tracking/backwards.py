@@ -162,7 +162,8 @@ def _touching_at_first(back: Tracker, tracker: Tracker, who: Ints, velocity: Arr
     """
     starts, search = back.starts, back.search
     together = np.flatnonzero(touched(starts.position[: who.size], tracker.state.sizes(lines, who)))
-    search.separation.known(together, tracker.search.separation.shapes(who[together]))
+    shapes = tracker.search.separation.shapes(who[together])
+    search.separation.known(together, shapes, starts.pixels[together])
     times = np.arange(-2.0, 1.0)
     search.occlusions.begin(together, times, starts.position[: who.size] + times[:, None, None] * velocity)
 

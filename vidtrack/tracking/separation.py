@@ -38,6 +38,7 @@ class Separating:
     hidden_for   samples for which a lost target is measured by what something dark in front leaves of it
     no_course    places of a track, at most, from which it is not known where it goes: it is sought in its box
     soft_px      about other targets and static clutter, which their light may reach
+    resized      of log half axes: by how much a target looks larger or smaller than it was fitted, where it is that
     """
 
     at_most: int = 4
@@ -47,6 +48,7 @@ class Separating:
     hidden_for: int = 8
     no_course: int = 2
     soft_px: int = 2
+    resized: float = 0.05
 
 
 SEPARATING = Separating()
@@ -78,6 +80,7 @@ class Separation:
         self.fitted = np.zeros(places, bool)
         self.course = np.full((places, 2), np.nan)
         self._shape = np.full((SHAPE, places), np.nan)
+        self._looked = np.full(places, np.nan)  # pixels of its looks when that shape was fitted
         self._own_size = own_size
 
     def forget(self, who: Ints) -> None:
@@ -119,7 +122,7 @@ class Separation:
         if not fit.good:
             self.course[who] = np.stack([fit.x + left, (fit.y + top) * sample.lines + sample.parity], axis=1)
             return None
-        self._shape[:, who] = fit.shape
+        self._shape[:, who], self._looked[who] = fit.shape, looks.pixels
         self.fitted[who] = True
         return _with(now, sample, who, fit, left, top, piece, looks.pixels)
 
@@ -181,9 +184,9 @@ class Separation:
         """What is known of targets (SHAPE, m) from a fit; NaN: nothing."""
         return self._shape[:, who]
 
-    def known(self, who: Ints, shape: Array) -> None:
-        """Of targets these shapes (SHAPE, m) are known from a fit."""
-        self._shape[:, who] = shape
+    def known(self, who: Ints, shape: Array, pixels: Array) -> None:
+        """Of targets that look like so many pixels (m,) these shapes (SHAPE, m) are known from a fit."""
+        self._shape[:, who], self._looked[who] = shape, pixels
 
     def beside_static(
         self, now: Searched, sample: Sample, who: Ints, predicted: Array, scene: Scene
@@ -232,7 +235,13 @@ class Separation:
         first, own = shapes_of(pixels, size, contrast), self._shape[:, who]
         seen = np.isfinite(own[0])
         again = shapes_again(own)
-        return Shapes(np.where(seen, again.value, first.value), np.where(seen, again.sd, first.sd))
+        # seen alone since then it is as large as it looked last: it may have come nearer
+        nearer = 0.5 * (np.log(np.maximum(pixels, 1.0) / np.pi) - own[:2].sum(axis=0))
+        resized = (np.abs(nearer) > SEPARATING.resized) & (pixels != self._looked[who])
+        value, sd = np.where(seen, again.value, first.value), np.where(seen, again.sd, first.sd)
+        value[:2, resized] += nearer[resized]
+        sd[:2, resized] = first.sd[:2, resized]
+        return Shapes(value, sd)
 
     def _hidden(
         self,

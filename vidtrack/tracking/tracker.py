@@ -217,9 +217,10 @@ class Tracker:
             if (other := int(free[0])) >= n:
                 self.newcomers.taken(other)
             both = np.array([i, other])
-            self.state = self.state.split(i, other, np.stack([seen.x, seen.y], axis=1), np.stack(looks_of(seen)).T)
+            looks = looks_of(seen)
+            self.state = self.state.split(i, other, np.stack([seen.x, seen.y], axis=1), np.stack(looks).T)
             self.search.forget(both)
-            self.search.separation.known(both, seen.shape)
+            self.search.separation.known(both, seen.shape, looks.pixels)
             self.search.occlusions.end(both)
             self.search.occlusions.begin(both, self.state.times, self.state.positions)
             self.clumps.joined(i, other)
