@@ -189,7 +189,7 @@ def follow(path: Path, n: int, threads: int):
 
     with open_video(str(path), threads=threads) as video:
         damage = DamagedPictures(video.info.bits, look_again, video.info.codec)
-        frames = damage.over(video.frames(apart=True))
+        frames = damage.over(video.frames(apart=True, monitor=damage, targets=n))
         return track(frames, video.info, targets=n, damage=damage), look[0]
 
 

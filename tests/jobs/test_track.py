@@ -19,8 +19,11 @@ from vidtrack.files.records import read_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.jobs import track
 from vidtrack.jobs.track import run
+from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.detection.coded_tags import FoundTags, TagFinder
 from vidtrack.video.decoded import DecodedVideo
+from vidtrack.video.monitored import SPARE
+from vidtrack.video.read_apart import CAN_FORK
 from vidtrack.workflow.job import Job
 
 TAGS = {"tags": {"family": "36h11", "ids": None, "named": []}, "detect": {"fields": "frame"}}
@@ -79,14 +82,32 @@ def test_a_table_that_is_written_is_given_up_before_the_next_one_is(tmp_path, mo
     """Those of two hours take 90 MB each."""
     alive, written = [], []
 
-    def watched(path, table, **more):
+    def monitored(path, table, **more):
         alive.append(sum(one() is not None for one in written))
         written.append(weakref.ref(table))
         write_parquet(path, table, **more)
 
-    monkeypatch.setattr(track, "write_parquet", watched)
+    monkeypatch.setattr(track, "write_parquet", monitored)
     tracked(tmp_path, 30)
     assert alive == [0] * 4
+
+
+@pytest.mark.skipif(not CAN_FORK, reason="there is no fork here")
+@pytest.mark.parametrize(("how", "apart"), [({}, 1), ({"detect": {"end": 28}}, 0)])
+def test_the_same_is_written_whichever_process_looks_for_damaged_pictures(tmp_path, monkeypatch, how, apart):
+    """Where a part of the recording is used, the process that follows targets does: the other one reads all."""
+    elsewhere, began = DamagedPictures.elsewhere, []
+    monkeypatch.setattr(DamagedPictures, "elsewhere", lambda self: began.append(elsewhere(self)))
+    whole = make_clip(tmp_path / "cam1.mov", "mpeg2video", "yuv420p", n=30, picture=scene((160, 120), deep=False))
+    clip = with_hole(whole, packets(whole)[17][0], seed=3)
+    there = tracked(tmp_path, 0, clip, **how)
+    assert len(began) == apart
+    monkeypatch.setitem(SPARE, "mpeg2video", 2)
+    here = tracked(tmp_path, 0, clip, **how)
+    assert len(began) == apart
+    assert there[0] == here[0]
+    pd.testing.assert_frame_equal(there[1], here[1])
+    assert here[0]["reading"]["corrupt"] > 0
 
 
 def test_what_tracks_targets_is_there_without_scipy():

@@ -1,3 +1,4 @@
+import pickle
 from fractions import Fraction
 
 import numpy as np
@@ -236,6 +237,28 @@ def test_sudden_changes_and_what_precedes_damage_get_a_second_look():
     assert at[0] == 4  # what precedes damage is the most doubtful of its kind
     assert len(set(at)) == len(at)
     assert damage.indices == {12, 13}
+
+
+@pytest.mark.parametrize("keys", [(0, 12), range(N)])
+def test_what_another_process_looked_at_is_known_here_at_the_end_and_asked_about_here(keys):
+    frames = frames_of(garbage(garbage(scene(), [9]), [17], blocks=3), corrupt=[5], coded=in_order(N, keys))
+    asked = []
+    here, there, away = (DamagedPictures(8, lambda at: asked.append(at) or {at[-1]}) for _ in range(3))
+    assert list(here.over(frames)) == frames
+    assert list(there.monitored(frames)) == frames
+
+    def passing():
+        away.elsewhere()
+        for frame in frames:
+            assert away.indices == set()
+            yield frame
+        away.taken(pickle.loads(pickle.dumps(there.seen())))
+
+    assert list(away.over(passing())) == frames
+    assert len(asked) == 2
+    assert asked[0] == asked[1]
+    assert away.indices == here.indices
+    assert away.copied == here.copied == (keys != range(N))
 
 
 def asked_of(pictures):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -50,8 +50,10 @@ def run(job: Job) -> None:
         damage = DamagedPictures(info.bits, video.look_again, info.codec)
         tags = _tag_reader(settings, info, damage)
         with Progress(label, info.n_expected, "frames") as progress:
-            frames = meter.over(samples.over(progress.over(video.frames(apart=True))))
             detect = settings["detect"]
+            whole = tags is None and detect.get("start") is None and detect.get("end") is None
+            read = video.frames(apart=True, monitor=damage if whole else None, targets=_followed(settings["targets"]))
+            frames = meter.over(samples.over(progress.over(read)))
             frames = between(frames, info, detect.get("start"), detect.get("end"), where="detect")
             frames = damage.over(frames)  # to its own end, where it looks again, and before tags are painted over
             if tags is not None:
@@ -106,6 +108,11 @@ def run(job: Job) -> None:
     write_parquet(job.outputs["light"], DataFrame(light), units="px", provenance=job.provenance)
     write_parquet(job.outputs["background"], DataFrame(course), units="px", provenance=job.provenance)
     write_png(job.outputs["picture"], _begun(samples, info.bits))
+
+
+def _followed(targets: int | Sequence[str]) -> int:
+    """How many targets are followed, as far as it is known before the recording is read: of all, one."""
+    return targets if isinstance(targets, int) else 1 if targets == "all" else len(targets)
 
 
 def _tag_reader(settings: Mapping[str, Any], info: VideoInfo, damage: DamagedPictures) -> TagReader | None:

@@ -149,9 +149,9 @@ class DamagedPictures:
         self._doubtful: dict[int, float] = {}  # frame -> how many times as many blocks changed as expected at most
         self._faint = dict[int, float]()  # of other frames the same, by blocks far from those of the picture before
         self._in_steps = dict[int, float]()  # of those up to which the background changed in steps
-        self._single = dict[
-            int, float
-        ]()  # frame -> by how many times its limit a block far from those changed, and stays
+        self._single = dict[int, float]()  # frame -> times its limit that a block far from those changed, and stays
+        self._kinds = self._doubtful, self._faint, self._in_steps, self._single
+        self._is_elsewhere = False
         self._new: _New | None = None
         self._steps = StepwiseChanges(by_block)
         self._look_again = look_again
@@ -169,9 +169,21 @@ class DamagedPictures:
         self._spreads = False  # damage that was found, to the next key frame
 
     def over(self, frames: Iterable[Frame]) -> Iterator[Frame]:
-        """The frames, unchanged."""
+        """The frames, unchanged; at their end, what is doubtful is looked at again."""
+        yield from self.monitored(frames)
+        most = (sorted(kind, key=lambda i: -kind[i])[: LIMITS.doubts] for kind in self._kinds)
+        asked = dict.fromkeys(i for those in zip_longest(*most) for i in those if i is not None)
+        if self._look_again and asked:
+            self.indices |= self._look_again(list(asked))
+
+    def monitored(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """As `video.monitored.Monitor`."""
         good, pace, latest = None, np.inf, -np.inf
         for frame in frames:
+            self.copied |= frame.coded is not None and not (frame.coded.key or self._lossless)
+            if self._is_elsewhere:
+                yield frame
+                continue
             gap, latest = float(frame.time) - latest, float(frame.time)
             pace = min(pace, gap)
             if good is not None and gap > LIMITS.gap * pace:
@@ -184,11 +196,20 @@ class DamagedPictures:
                 good = None
             self._note(frame)
             yield frame
-        kinds = (self._doubtful, self._faint, self._in_steps, self._single)
-        most = (sorted(kind, key=lambda i: -kind[i])[: LIMITS.doubts] for kind in kinds)
-        asked = dict.fromkeys(i for those in zip_longest(*most) for i in those if i is not None)
-        if self._look_again and asked:
-            self.indices |= self._look_again(list(asked))
+
+    def elsewhere(self) -> None:
+        """As `video.monitored.Monitor`."""
+        self._is_elsewhere = True
+
+    def seen(self) -> tuple[set[int], tuple[dict[int, float], ...]]:
+        """As `video.monitored.Monitor`."""
+        return self.indices, self._kinds
+
+    def taken(self, seen: tuple[set[int], tuple[dict[int, float], ...]]) -> None:
+        """As `video.monitored.Monitor`."""
+        self.indices |= seen[0]
+        for own, new in zip(self._kinds, seen[1], strict=True):
+            own.update(new)
 
     def as_record(self) -> dict[str, list[int]]:
         """What is to be recorded of it: nothing where no picture is damaged."""
@@ -285,7 +306,6 @@ class DamagedPictures:
         """Keep the frame's place in the order of coding; it is damaged where what was found spreads."""
         if frame.coded is None:
             return
-        self.copied |= not (frame.coded.key or self._lossless)
         if frame.coded.key:
             self._group.clear()
             self._spreads = False

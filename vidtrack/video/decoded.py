@@ -30,13 +30,14 @@ from vidtrack.video.coding_order import CodingOrder, LongWaits
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
+from vidtrack.video.framed import Framing
 from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
+from vidtrack.video.monitored import SPARE, frames_monitored
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
 from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import PACKED, Forward, Stamps, coded_stamps, retimer, scale_of, with_next
-from vidtrack.video.picture_end import PictureEnds, WholePictures, ends_are_checked
+from vidtrack.video.packet_times import PACKED, Stamps, coded_stamps, retimer, scale_of, with_next
 from vidtrack.video.read_ahead import read_ahead
-from vidtrack.video.recording import Video
+from vidtrack.video.recording import Monitor, Video
 from vidtrack.video.second_look import SecondLook
 from vidtrack.video.shares import (
     SHARED,
@@ -109,7 +110,7 @@ class DecodedVideo(Video):
             self.sent, self.tables = -1, Tables()
             self._pictures = self._decoded()
             self._source: Generator[Any] = self._pictures
-            self._given: Generator[Any] = self._source
+            self._given: Generator[Any, None, Any] = self._source
             self._stamps: list[Stamps] | None = []  # of the packets that were sent before the first picture came
             self.first: list[tuple[Any, bool]] | None = list(
                 islice(self._pictures, PEEK if codec.name in PACKED else 1)
@@ -166,46 +167,42 @@ class DecodedVideo(Video):
         damaged = SecondLook(self.path, self._number, most, flagged).damaged(stamps[list(indices)].tolist())
         return set(np.flatnonzero(np.isin(stamps, list(damaged))).tolist()) - set(self._log.corrupt)
 
-    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
+    def frames(
+        self, *, ahead: bool = False, apart: bool = False, monitor: Monitor | None = None, targets: int = 0
+    ) -> Iterator[Frame]:
         """As `Video.frames`; ahead: AHEAD_BYTES of pictures are decoded while those before them are in use."""
         if self.first is None:
             raise ValueError("frames() reads a recording once; open it again to read it again")
-        log, own, codec = self._log, self._own, self._stream.codec_context
+        codec, info = self._stream.codec_context, self.info
+        framing = Framing(
+            info,
+            self._log,
+            self._damage,
+            start=self._zero,
+            unit=self._stream.time_base,
+            own=self._own,
+            extradata=codec.extradata,
+            guessed=self._container.format.name in _STREAMED,
+        )
         opened = partial(DecodedVideo, self.path, *self._asked)
         if apart and (given := how_apart(codec, self.first[0][0], self._threads)):
-            shape, dtype = (self.info.height, self.info.width), np.uint8 if self.info.bits == 8 else np.uint16
+            how = (opened, (info.height, info.width), np.uint8 if info.bits == 8 else np.uint16, AHEAD_BYTES, self.path)
+            if given is levels_apart and monitor is not None and targets >= SPARE[codec.name]:
+                self._given = frames_monitored(self, framing, monitor, *how)
+                if (looked := (yield from self._given)) is not None:
+                    framing.log = self._log = looked.log
+                    framing.reported(looked.said)
+                    monitor.taken(looked.seen)
+                self._ended = True
+                return
             if given is levels_apart:
                 given = partial(given, here=self)
             else:
                 self.first = None
-            self._given = given(opened, shape, dtype, AHEAD_BYTES, self.path)
+            self._given = given(*how)
         else:
             self._given = as_by_one_thread(self, opened if self._threads > 1 else None, ahead=ahead or apart)
-        ends = PictureEnds(self.info.bits) if ends_are_checked(codec.name, codec.extradata) else None
-        start, step, pace = self._zero, 1 / self.info.rate, self.info.pace
-        ticks, second = (self._stream.time_base * pace).as_integer_ratio()
-        time, index, forward = -step, 0, Forward(step, guessed=self._container.format.name in _STREAMED)
-        whole, hurt = WholePictures(codec.name if not self.info.is_still else ""), False
-        for luma, what in self._given:
-            if isinstance(what, Report):
-                self._damage.said, self._damage.refused, self._log.could_not_read = what
-                continue
-            pts, corrupt, code, packet, coded = what
-            if own and pts is not None and 0 <= pts - start < len(own):
-                time = own[pts - start] * pace
-            else:
-                time = Fraction((pts - start) * ticks, second) if pts is not None else time + step
-            if luma is None:
-                log.other_size()
-                continue
-            corrupt |= ends is not None and not corrupt and ends.spoilt(luma)
-            time, backwards = forward(time, damaged=hurt)
-            corrupt |= backwards
-            hurt |= corrupt
-            luma = whole(luma, corrupt=corrupt)
-            log.picture(index, time.numerator / time.denominator, luma, corrupt, packet)
-            yield Frame(index, time, luma, corrupt, code, coded)
-            index += 1
+        yield from framing.frames(self._given)
         self._ended = True
 
     def levels(self, *, ahead: bool = False) -> Iterator[Levels]:

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
-from vidtrack.video.recording import Video
+from vidtrack.video.recording import Monitor, Video
 
 LATE = Fraction(5)
 """s by which a file may begin later, by stamps that run on from file to file, and still belong to them."""
@@ -50,7 +50,9 @@ class JoinedVideo(Video):
         frames, lost = sum(account.frames for account in each), sum(account.lost for account in each)
         return ReadAccount(frames, lost, sum(account.corrupt for account in each), (*problems, *self._notes))
 
-    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
+    def frames(
+        self, *, ahead: bool = False, apart: bool = False, monitor: Monitor | None = None, targets: int = 0
+    ) -> Iterator[Frame]:
         """As `Video.frames`."""
         if self._used:
             raise ValueError("frames() reads a recording once; open it again to read it again")

@@ -14,7 +14,7 @@ from vidtrack.video.account import ReadingLog
 from vidtrack.video.bitstream import Bitstream
 from vidtrack.video.damage import DamageWatch
 from vidtrack.video.read_ahead import read_ahead
-from vidtrack.video.recording import Video
+from vidtrack.video.recording import Monitor, Video
 
 ASSUMED_RATE = Fraction(25)
 """ASSUME: pictures a second where neither the files nor the user say."""
@@ -94,7 +94,9 @@ class PictureStack(Video):
     def close(self) -> None:
         """Nothing stays open."""
 
-    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
+    def frames(
+        self, *, ahead: bool = False, apart: bool = False, monitor: Monitor | None = None, targets: int = 0
+    ) -> Iterator[Frame]:
         """As `Video.frames`."""
         if self._used:
             raise ValueError("frames() reads a recording once; open it again to read it again")

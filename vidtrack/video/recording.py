@@ -3,11 +3,28 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from types import TracebackType
-from typing import Self
+from typing import Any, Protocol, Self
 
 from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
+
+
+class Monitor(Protocol):
+    """What looks at frames.
+
+    monitored    the frames, unchanged, while it looks at them
+    elsewhere  called before the first frame where another process looks at them, and this one is to look at none
+    seen       what there is to be known when all have passed, to be pickled; taken: called with it in this process
+    """
+
+    def monitored(self, frames: Iterable[Frame]) -> Iterator[Frame]: ...
+
+    def elsewhere(self) -> None: ...
+
+    def seen(self) -> Any: ...
+
+    def taken(self, seen: Any) -> None: ...
 
 
 class Video(ABC):
@@ -21,13 +38,17 @@ class Video(ABC):
     info: VideoInfo
 
     @abstractmethod
-    def frames(self, *, ahead: bool = False, apart: bool = False) -> Iterator[Frame]:
+    def frames(
+        self, *, ahead: bool = False, apart: bool = False, monitor: Monitor | None = None, targets: int = 0
+    ) -> Iterator[Frame]:
         """Every picture that can be decoded, in order of time. Once per opening: raises ValueError the second time.
 
         Frame.luma is a view into the decoder's picture; hold few of them.
         ahead  whether a thread of its own decodes the next ones while these are in use
         apart  the same, and where the decoder has no threads of its own, `threads` processes decode instead: for
                programs that do nothing else at that time
+        monitor  what looks at all frames: a process that decodes them does so where it would wait for this one, which
+               follows so many targets in them. The account is then complete at the end, and empty before
         """
 
     @property

@@ -189,7 +189,7 @@ def levels_apart(
             reads no more of it
     """
     try:
-        reader = ReadApart(partial(_with_reports, opened if here is None else lambda: here), shape, dtype, memory, path)
+        reader = ReadApart(partial(with_reports, opened if here is None else lambda: here), shape, dtype, memory, path)
     except OSError:  # too many processes, or too little memory for another
         yield from gone_on_with(opened, 0)
         return
@@ -202,7 +202,7 @@ def levels_apart(
         reader.close()
 
 
-def _with_reports(opened: Callable[[], Decoding]) -> Iterator[Given]:
+def with_reports(opened: Callable[[], Decoding]) -> Iterator[Given]:
     """One pass, in a process of its own: what is said of damage before the pictures behind it, where it is new."""
     video, said = opened(), Report("", 0, "")
     for item in video.levels():
