@@ -89,6 +89,9 @@ def test_a_time_has_a_point_before_its_decimals(cell, read):
         ("1'234", "marks between thousands"),
         ("12.5 mm", "Write 12.5, and the unit in the header"),
         ("####", "column was too narrow"),
+        ("-2' 6.279\"", "in feet and inches. Write it in one unit with decimals"),
+        ("5 ft 7 1/2 in", "in feet and inches"),
+        ("5′ 7″", "in feet and inches"),
         ("zero", "not a number. Write a number."),
     ],
 )

@@ -85,7 +85,17 @@ def test_a_tag_that_a_spreadsheet_made_a_date_is_recognised(folder):
     spoil(folder, "calibration/points.csv", "tag,x,y,z\n01-Jan,0,0,0\n01-Feb,1,0,0\n")
     spoil(folder, "calibration/row1/picks.csv")
     (line, *_) = problems(calibration={"clips": {"row1": {"tags": ["1/1"]}}})
-    assert "'01-Jan' there may be it, as a spreadsheet changed it" in line
+    assert "tag 1/1 is not in calibration/points.csv, but '01-Jan', which may be the same" in line
+
+
+def test_many_tags_that_are_written_otherwise_are_one_line(folder):
+    rows = "".join(f"{n:02d},{n},0,0\n" for n in range(1, 13))
+    spoil(folder, "calibration/points.csv", f"tag,x,y,z\n{rows}")
+    spoil(folder, "calibration/row1/picks.csv")
+    (line,) = problems(calibration={"clips": {"row1": {"tags": [str(n) for n in range(1, 10)] + ["77", "78"]}}})[:-1]
+    assert "tags 1, 2, 3, 4 and 5 more are not in calibration/points.csv, but '01', '02', '03', '04' and 5 more" in line
+    (line,) = problems(calibration={"clips": {"row1": {"tags": ["01", "77", "78"]}}})
+    assert "tags 77, 78 are not in calibration/points.csv. Add the points there" in line
 
 
 def test_very_many_problems_of_one_kind_are_counted(folder):

@@ -12,6 +12,10 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-./ ]+([^\W\d_]{3,9}\.?|\d{1,2}[-./ ]+\d{1,4})|[^\W\d_]{3,9}[-. ]+\d{1,4}")
 _MANY_GROUPS = re.compile(r"[+-]?\d{1,3}(([,.' ])\d{3})(\2\d{3})*([.,]\d+)?", re.ASCII)
 _WITH_UNIT = re.compile(r"([+-]?[\d.,]+)\s*([A-Za-zµμ°\"']{1,12})\.?")
+_FEET_AND_INCHES = re.compile(
+    r"[+-]?\d+\s*(?:['’′-]|ft\.?|feet)\s*-?\s*(?:\d+[.,]\d+|\d+[ -]\d+/\d+|\d+/\d+|\d+)\s*"
+    r"(?:[\"”″]|''|in\.?|inch|inches)"
+)
 _CLOCK_TIME = re.compile(r"[\d:T Z+-]*\d,\d+([Zz]|[+-]\d\d:?\d\d)?", re.ASCII)
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--"})
 """What stands, in any case, for a value that is not there."""
@@ -85,6 +89,8 @@ def why_not_a_number(cell: str) -> str:
         return "not a number: it has marks between thousands. Write it without them."
     if _DATE.fullmatch(cell):
         return "a date, which a spreadsheet may have made of a number. Correct the cell there, as text."
+    if _FEET_AND_INCHES.fullmatch(cell):
+        return "in feet and inches. Write it in one unit with decimals, as a number alone."
     with_unit = _WITH_UNIT.fullmatch(cell)
     if with_unit and cell.casefold() != "nan":
         return f"not a number alone. Write {with_unit[1]}, and the unit in the header if it is wanted there."

@@ -207,18 +207,24 @@ def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str]
         return []
     place = f"config.yaml: calibration.clips.{clip}.tags"
     problems = [f"{place}: {problem}" for problem in tags_meant(own.tags, known)[1]]
+    unknown = {tag: _as_spreadsheets_have_it(tag, known) for tag in dict.fromkeys(tags) if tag not in known}
+    changed = {tag: near for tag, near in unknown.items() if near}
+    if changed:
+        there = some_of([repr(near) for near in changed.values()], 6)
+        problems.append(
+            f"{place}: {_tags_are(list(changed))} not in {points}, but {there}, which may be the same: spreadsheets "
+            "drop or add zeros, and make dates of numbers. Write the tags alike in both."
+        )
+    if missing := [tag for tag in unknown if tag not in changed]:
+        problems.append(f"{place}: {_tags_are(missing)} not in {points}. Add the points there or correct the tags.")
     for tag, times in Counter(tags).items():
-        if tag not in known:
-            near = _as_spreadsheets_have_it(tag, known)
-            hint = (
-                f"{near!r} there may be it, as a spreadsheet changed it. Correct the tag there"
-                if near
-                else "Add the point there"
-            )
-            problems.append(f"{place}: tag {tag} is not in {points}. {hint} or correct the tags.")
-        elif times > 1:
+        if tag in known and times > 1:
             problems.append(f"{place}: tag {tag} appears twice. Name each once.")
     return first_of(problems, place)
+
+
+def _tags_are(tags: list[str]) -> str:
+    return f"tag {tags[0]} is" if len(tags) == 1 else f"tags {some_of(tags, 6)} are"
 
 
 def _as_spreadsheets_have_it(tag: str, known: list[str]) -> str | None:
