@@ -9,11 +9,11 @@ from vidtrack.steadiness.turn import Turn
 KNOWN = Turn(np.zeros(4), np.eye(4) * 1e-10, np.ones(20, bool))
 
 
-def case(*, of=20, theta=0.0, since=KNOWN, alike=1.0, start=None, along=None, follow=False, per_px=0.2):
+def case(*, of=20, theta=0.0, since=KNOWN, alike=1.0, start=None, along=None, follow=False, per_px=0.2, flipped=None):
     why = ["" if np.isfinite(theta) else "3 of 20 patches were found again"] * 2
     own = History(np.array([5.0, 9.0]), np.full((2, 4), theta), np.zeros((2, 4, 4)), np.array([of] * 2), why, since,
                   alike, of)  # fmt: skip
-    return CameraCase("cam2", "runs.pluck", own, start, along, per_px, "in", follow)
+    return CameraCase("cam2", "runs.pluck", own, start, along, per_px, "in", follow, flipped)
 
 
 def only(**more):
@@ -74,6 +74,13 @@ def test_a_view_that_resembles_nothing_is_doubtful_and_one_in_part_a_note():
     assert only(since=lost, alike=0.1).level == "doubtful"
     assert only(since=lost, alike=0.3).level == "note"
     assert only(since=lost, alike=0.3, follow=True).level == "doubtful"
+
+
+def test_pictures_that_are_turned_are_named_before_a_view_that_resembles_nothing():
+    lost = Turn(np.full(4, np.nan), np.full((4, 4), np.nan), np.zeros(20, bool), "2 of 20 patches were found again")
+    found = only(since=lost, alike=0.1, flipped="turned by 180 degrees")
+    assert (found.level, found.code) == ("bad", "pictures-wrong")
+    assert "runs.pluck: cam2: its pictures are turned by 180 degrees, compared with its calibration" in found.text
 
 
 def test_the_record_holds_what_the_words_say():

@@ -26,6 +26,15 @@ def test_the_word_is_that_of_the_worst_reason_and_reasons_come_worst_first(found
     assert "note" not in {reason.level for reason in judgement.reasons}
 
 
+def test_causes_come_before_what_follows_from_them_within_a_level():
+    codes = ["samples-missing", "nothing-matched", "misfit-large", "warning", "pictures-wrong", "clip-flipped"]
+    found = [Finding("doubtful", code, code) for code in codes] + [Finding("bad", "targets-missing", "none")]
+    assert [reason.code for reason in judged(found).reasons] == [
+        "targets-missing", "pictures-wrong", "clip-flipped", "misfit-large", "samples-missing",
+        "nothing-matched", "warning",
+    ]  # fmt: skip
+
+
 def test_a_rule_is_dropped_where_a_stage_said_as_much_and_kept_where_it_is_worse():
     stage = [Finding("doubtful", "points-left-out", "cam1: 2 points, at the rim")]
     ruled = [Finding("doubtful", "points-left-out", "cam1: 2 points"), Finding("bad", "points-left-out", "cam1: 40")]

@@ -16,8 +16,9 @@ from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.picture_part import Window
 from vidtrack.steadiness.clips import clips_from_record, covers
 from vidtrack.steadiness.findings import CameraCase, findings_of
+from vidtrack.steadiness.flipped import flipped
 from vidtrack.steadiness.follow import movement_at, undone
-from vidtrack.steadiness.history import History, displaced, episode, history, since_calibration
+from vidtrack.steadiness.history import LIMITS, History, displaced, episode, history, since_calibration
 from vidtrack.steadiness.patches import CHOICE
 from vidtrack.steadiness.samples import in_averaged
 from vidtrack.steadiness.series import Course, covered
@@ -110,7 +111,8 @@ def steadiness(
         start = None
         if found.since is not None and not found.since.why and len(moved):
             start = next((each for each, why in zip(moved, found.why, strict=True) if not why), None)
-        case = CameraCase(name, where, found, start, episode(found, law, own.size), own.per_px, units, follow)
+        along = episode(found, law, own.size)
+        case = CameraCase(name, where, found, start, along, own.per_px, units, follow, _flipped(own, found))
         findings += findings_of(case)
         cameras[name] = case.record()
     table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
@@ -129,6 +131,14 @@ def _history(own: Background, law: Law) -> History:
     if own.window is None:  # how its clips differ is known in px of the calibration's picture
         at_rest = clips_from_record(known.clips).mean(known.counts, law, own.size)
     return history(course, time, law, own.size, since, alike, at_rest)
+
+
+def _flipped(own: Background, found: History) -> str | None:
+    """How the run's pictures are mirrored or turned beside the calibration's, where they resemble it nowhere."""
+    if own.calibration is None or not found.resembles < LIMITS.unlike:
+        return None
+    calibrated = _as_in_run(own, own.calibration.picture)
+    return flipped(calibrated, np.asarray(own.picture, np.float32), own.block, _shut(own, own.calibration))
 
 
 def course_of(table: pd.DataFrame) -> tuple[Course, Array]:

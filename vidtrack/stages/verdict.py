@@ -21,6 +21,7 @@ from vidtrack.verdict.calibration_rules import (
 )
 from vidtrack.verdict.collected import collected, placed
 from vidtrack.verdict.judgement import Judgement, added, inherited, judged, worst_word
+from vidtrack.verdict.picture_rules import with_background
 from vidtrack.verdict.run_rules import (
     Track,
     comparison_findings,
@@ -173,6 +174,7 @@ def _of_run(
     found = [finding for camera, reading in own.readings.items() for finding in collected(reading, camera)]
     for record in own.records.values():
         found += collected(record)
+    found = with_background(found, own.record("steadiness"), f"runs.{name}")
     for failure in results.failures:
         if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
             found += [_weighed(finding, failure, asked) for finding in collected(failure)]

@@ -24,12 +24,19 @@ ZOOM_CURE = (
 )
 
 
+FLIPPED_CURE = (
+    "Record run and calibration alike, or turn the pictures of one of them back; players may hide it: a flag in the "
+    "file does."
+)
+
+
 class CameraCase(NamedTuple):
     """All that is known of one camera in a run.
 
     start   displacement at the run's first moment, since the calibration; None where not known
     along   its movement along the run; None where it stood still
     per_px  world units that a px spans at the calibration points; None where not known
+    flipped how its pictures are mirrored or turned beside those of its calibration; None where they are not
     """
 
     camera: str
@@ -40,6 +47,7 @@ class CameraCase(NamedTuple):
     per_px: float | None
     units: str
     follow: bool
+    flipped: str | None = None
 
     def record(self) -> dict[str, Any]:
         """As it is written to JSON."""
@@ -53,6 +61,7 @@ class CameraCase(NamedTuple):
             if self.start is None
             else {**_moved(self.start), "units": self._in_units(self.start.px)},
             "calibration_unknown": since.why if since is not None and since.why else None,
+            "flipped": self.flipped,
             "along_run": None
             if self.along is None
             else {
@@ -105,6 +114,9 @@ def _between(case: CameraCase) -> list[Finding]:
     own, name = case.history, f"{case.where}: {case.camera}"
     if own.since is None:
         return []
+    if case.flipped:
+        text = f"{name}: its pictures are {case.flipped}, compared with its calibration: so its background is found"
+        return [Finding("bad", "pictures-wrong", text, FLIPPED_CURE)]
     if own.since.why:
         unlike = own.resembles < LIMITS.unlike
         level: Level = "doubtful" if unlike or case.follow else "note"

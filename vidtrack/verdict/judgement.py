@@ -15,6 +15,35 @@ WORDS: tuple[Word, ...] = get_args(Word)
 them; failed: there are none."""
 
 
+CAUSES = frozenset(
+    (
+        "pictures-wrong",
+        "clip-flipped",
+        "clock-far-off",
+        "camera-moved-between",
+        "camera-moved-along-run",
+        "rotation-differs",
+        "pictures-lost",
+    )
+)
+"""Kinds of findings that explain others: they come first among those of their level."""
+
+CONSEQUENCES = frozenset(
+    (
+        "nothing-matched",
+        "match-contradicted",
+        "match-ambiguous",
+        "track-unmatched",
+        "targets-missing",
+        "samples-missing",
+        "reference-target-missing",
+        "reading",
+        "warning",
+    )
+)
+"""Kinds of findings that others explain, or that say no cure: they come last, as the terminal shows the first alone."""
+
+
 @dataclass(frozen=True)
 class Judgement:
     """A word, its reasons (doubtful or worse, worst first) and the notes, which change nothing."""
@@ -31,14 +60,19 @@ class Judgement:
 def judged(findings: Iterable[Finding]) -> Judgement:
     """The judgement that findings amount to: the word of the worst; good where none is more than a note.
 
-    What two jobs say in the same words is said once.
+    What two jobs say in the same words is said once. Within a level, causes come before what follows from them.
     """
     once = {(finding.level, finding.text): finding for finding in reversed(list(findings))}
-    ordered = worst_first(reversed(once.values()))
+    as_found = list(reversed(once.values()))
+    ordered = worst_first(sorted(as_found, key=_rank))
     reasons = tuple(finding for finding in ordered if finding.level != "note")
     notes = tuple(finding for finding in ordered if finding.level == "note")
     word: Word = reasons[0].level if reasons and reasons[0].level != "note" else "good"
     return Judgement(word, reasons, notes)
+
+
+def _rank(finding: Finding) -> int:
+    return 0 if finding.code in CAUSES else 2 if finding.code in CONSEQUENCES else 1
 
 
 def added(found: Iterable[Finding], ruled: Iterable[Finding]) -> list[Finding]:
