@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -75,6 +76,26 @@ def test_a_start_box_never_makes_it_worse(speed):
     tracked = track(frames, info, start_boxes=boxes(["a", *path[0, 0]]))
     assert np.isfinite(off(tracked, path)).all()
     assert np.nanmax(off(tracked, path)) < 0.1
+
+
+@pytest.mark.parametrize("beside", [(0.0, 0.0), (10.0, -9.0)], ids=["on it", "beside it"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_start_box_before_a_patterned_wall_takes_the_ball_and_not_the_pattern(seed, beside):
+    rng = np.random.default_rng(seed)
+    pattern = cv2.GaussianBlur(rng.normal(0, 1, SHAPE), (0, 0), 2.0)
+    wall = np.clip(30 + 22 * pattern / pattern.std(), 0, 255)
+    path = circle(n=2)
+    named = boxes(["a", *path[0, 0] + beside], ["b", *path[0, 1] + beside])
+    for contrast in (170, -1):
+        level = wall if contrast > 0 else 255 - wall
+        polarity = "bright" if contrast > 0 else "dark"
+        tracked = track(
+            *recorded(path, contrast=170.0 * np.sign(contrast), level=level), start_boxes=named, polarity=polarity
+        )
+        first = tracked.centroids.iloc[:2][["Xf", "Yf"]].to_numpy()
+        assert np.abs(first - path[0]).max() < 1
+        assert np.isfinite(off(tracked, path)).mean() > 0.9
+        assert np.nanmax(off(tracked, path)) < 1.5
 
 
 def test_faint_smears_beside_the_course_of_a_bright_target_do_not_count_as_clutter():

@@ -20,6 +20,7 @@ from vidtrack.motion.reference_clock import (
     too_sparse,
     with_rounding,
 )
+from vidtrack.motion.reference_rate import picture_rate
 from vidtrack.motion.reference_record import ONE_UNIT, RECORD, clock_rate, lag_warnings, scale, without_marks
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.motion.truth import by_place, error_sizes, exchanged
@@ -162,6 +163,8 @@ def _against_reference(
     warnings += about.pop("warnings") + lag_warnings(lag, located)
     if not abs(lag.correlation) >= RECORD.alike and (counted := in_another_unit(tr, t)):
         findings.append(Finding("bad", "reference-time-unit", counted, IN_SECONDS))
+    elif stretched := picture_rate(tr, r, t, video, lag):
+        findings.append(stretched)
     elif rate := clock_rate(tr, r, t, video, lag):
         findings.append(rate)
     before = _at(tr, r, t)
