@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.discs import picture
+from tests.discs import disc, picture
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Coded, Frame, VideoInfo
 
@@ -253,3 +253,25 @@ def test_a_beginning_that_shows_something_else_sets_no_limits(kind, flagged):
     assert np.nanmax(apart[plain]) < 1
     if flagged:
         assert (tracked.centroids["flag"].str.contains("corrupt")[: 2 * 6]).all()
+
+
+@pytest.mark.parametrize(("seed", "stroke"), [(0, 105.0), (1, 85.0), (2, 85.0), (2, 105.0)])
+def test_a_stroke_of_the_wall_in_a_start_box_is_not_taken_for_the_ball(seed, stroke):
+    rng = np.random.default_rng(seed)
+    wall = np.full(SHAPE, 60.0)
+    for _ in range(600):
+        x, y, turned = rng.integers(SHAPE[1]), rng.integers(SHAPE[0]), rng.random() < 0.5
+        long, slim = rng.integers(4, 12), rng.integers(1, 3)
+        wall[y : y + (long if turned else slim), x : x + (slim if turned else long)] = stroke
+    path = np.array([[60, 50], [190, 60], [70, 140], [180, 150]]) + 0.3 * np.arange(12)[:, None, None] * (1, 0)
+    path[:, 0] = path[0, 0]
+    frames, info = [], VideoInfo(SHAPE[1], SHAPE[0], RATE, field_order="progressive")
+    for i, balls in enumerate(path):
+        cover = sum(disc(SHAPE, *ball, 6.0) for ball in balls)
+        luma = np.rint(wall + cover * (190 - wall) + rng.normal(0, 1.5, SHAPE)).astype(np.uint8)
+        frames.append(Frame(i, i / RATE, luma, False, None))
+    begun = boxes(*(["abcd"[k], *path[0, k]] for k in range(4))).assign(width=26.0, height=26.0)
+    tracked = track(frames, info, start_boxes=begun)
+    at = tracked.centroids[["Xf", "Yf"]].to_numpy().reshape(path.shape)
+    assert np.isfinite(at).mean() > 0.7
+    assert np.nanmax(np.abs(at - path)) < 0.5

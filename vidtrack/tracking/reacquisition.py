@@ -23,7 +23,9 @@ from vidtrack.tracking.detection.candidates import (
     unlikeness,
     within,
 )
+from vidtrack.tracking.detection.half_way_up import with_half_way_up
 from vidtrack.tracking.detection.target_threshold import target_levels
+from vidtrack.tracking.first_sight import by_light, without_outdone
 from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, distinct, groups
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
@@ -94,14 +96,14 @@ class Reacquisition:
         predicted = predicted[who]
         grown = now.state.box[who] * (1 + 0.5 * np.minimum(now.state.missing[who] - 1, 4))[:, None]
         boxes = np.concatenate([predicted - grown / 2, grown], axis=1)
-        levels = self._levels(now, who)
+        levels, new = self._levels(now, who), np.isnan(now.state.appearance.pixels[who])
         if who.size > SEARCH.boxes_at_most:
             near = blobs_of(sample, detection, float(np.median(levels)))
         else:
             near = blobs_near(sample, detection, boxes, levels)
+        near = with_half_way_up(near, sample, boxes[new], levels[new], detection)
         now, chosen = self._seek_near(now, sample, who, predicted, grown, near)
-        left = np.flatnonzero(chosen < 0)
-        if left.size:
+        if (left := np.flatnonzero(chosen < 0)).size:
             why = reasons(now, sample, who[left], predicted[left], near, scene)
             self.own_size.cover(who[left], covering(now, sample.lines, who[left], predicted[left], near))
             now = now.missed(who[left], why | PREDICTED)
@@ -137,8 +139,9 @@ class Reacquisition:
         inside = (np.abs(off) <= grown[:, None] / 2).all(axis=-1)
         off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
         claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
-        cost = self._cost(now, sample, who, near) + off
-        chosen = one_to_one(np.where(inside & ~claimed, cost, np.inf))
+        off, unseen = np.where(inside, off, np.inf), np.isnan(now.state.appearance.pixels[who])
+        cost = without_outdone(self._cost(now, sample, who, near), off, near.mass, unseen) + off
+        chosen = one_to_one(np.where(claimed, np.inf, cost))
         return self._found(now, sample, who, near, chosen)
 
     def _seek_turned(self, now: Searched, sample: Sample, who: Ints, levels: Array) -> tuple[Searched, Ints]:
@@ -261,9 +264,7 @@ class Reacquisition:
         scene, appearance = self.scene, now.state.appearance.of(who)
         cost = unlikeness(blobs, appearance.pixels, appearance.contrast)
         unseen = ~np.isfinite(appearance.pixels)
-        if unseen.any() and blobs.Xf.size:  # not seen yet: a massive blob near the middle of its box
-            mass = np.log1p(np.maximum(blobs.mass, 0))
-            cost[unseen] = 3 * (1 - mass / max(float(mass.max()), 1.0))
+        cost[unseen] = by_light(blobs.mass)
         bad = blobs.edge | (blobs.pixels < scene.detection.min_pixels) | ~np.isfinite(blobs.Xf)
         taken = now.measured(self._n if who[0] < self._n else len(now.flag))
         for x, y in (taken, scene.clutter):
