@@ -1,10 +1,12 @@
 """Tracklets of several cameras are joined to trajectories as far as that is beyond doubt, and no farther."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from tests.association.swarm import T, as_tracklets, seen, swarm, who
-from vidtrack.association.associate import NONE, _chosen, associate, associate_in_picture, most_at_once
+from vidtrack.association.associate import NONE, _alternatives, _chosen, associate, associate_in_picture, most_at_once
 from vidtrack.association.courses import Course
 from vidtrack.association.tracklets import tracklets_of
 from vidtrack.geometry.camera import project
@@ -304,6 +306,21 @@ def test_two_that_meet_in_the_only_picture_and_part_at_rest_are_not_guessed():
     rest[:, :50] = np.array([[160.0, 90], [160, 110]])[:, None] + rng.normal(0, 0.05, (2, 50, 2))
     found = associate_in_picture(as_tracklets(rest)[0], targets=2)
     assert found.part_of == ((), (), (0, 1), (0, 1))  # the chosen two are there at one moment
+
+
+def test_what_one_camera_alone_shows_of_a_course_does_not_make_it_one_target_too_many():
+    """Two hid each other: of their blob one camera had a track, which belongs to a course that is located later."""
+
+    def course(first, last):
+        moment = np.arange(first, last)
+        return Course(moment, np.zeros((moment.size, 3)), np.ones(moment.size, np.intp))
+
+    spans = {0: (0, 16), 1: (0, 16), 2: (8, 79), 3: (50, 79)}
+    groups = SimpleNamespace(span=spans, value=lambda g, h: 1.0)
+    courses = {0: course(0, 17), 1: course(0, 17), 2: course(32, 80), 3: course(50, 80)}
+    assert _alternatives(groups, courses, [2, 3], {}) == {0: (2, 3), 1: (2, 3)}
+    courses[2] = course(8, 80)
+    assert _alternatives(groups, courses, [2, 3], {}) == {0: (3,)}
 
 
 def test_how_many_there_are_at_once_counts_both_ends():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vidtrack.geometry.camera import project
-from vidtrack.location.expected import BRIDGING, bridged_gaps, expected, in_picture, moments_of
+from vidtrack.location.expected import BRIDGING, Expected, bridged_gaps, expected, in_picture, moments_of
 from vidtrack.simulate.rig import thesis_rig
 
 T = np.arange(200) / 30
@@ -69,6 +69,18 @@ def test_what_other_cameras_see_says_where_a_target_is_in_the_picture(n_cameras)
     assert np.isfinite(off).all()
     assert 0.4 < np.sqrt(np.mean((off / sd) ** 2)) < 1.6
     assert (sd < 1.0).all()
+
+
+def test_what_is_smoothed_counts_where_nothing_else_says_it_and_the_camera_sees_nothing():
+    cameras, p = thesis_rig(2), waves(m=1)
+    b = np.stack([project(c, p) for c in cameras])
+    b[0, :, 91:93] = b[1, :, 92:94] = np.nan
+    nothing = Expected(np.full(p.shape, np.nan), np.full((*p.shape, 3), np.nan))
+    smoothed = Expected(p + 1.0, np.tile(np.eye(3), (1, p.shape[1], 1, 1)))
+    moments = np.arange(90, 95)
+    where = expected(cameras, b, np.full(b.shape, 0.1), 0, 0.02, moments, nothing, smoothed)
+    assert np.isfinite(where.p[0, :, 0]).tolist() == [False, True, True, False, False]
+    assert where.p[0, 1:3] == pytest.approx(p[0, 91:93] + 1.0)
 
 
 def test_each_sample_has_its_nearest_moment():

@@ -6,9 +6,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from vidtrack.geometry.camera import project
-from vidtrack.location.expected import InPicture
-from vidtrack.location.kept_pieces import Kept
-from vidtrack.location.second_search import SOUGHT, _in_camera, searched_again
+from vidtrack.location.second_search import SOUGHT, searched_again
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.locate import locate
 from vidtrack.tracking.windows import COLUMNS
@@ -36,13 +34,19 @@ def courses(cameras, apart, seed=0):
 
 
 def grey(places, rng, covered=False, shape=(70, 70)):
-    """A piece of a picture of balls that cover each other, their middles at these columns and rows."""
+    """A piece of a picture of balls that cover each other, their middles at these columns and rows (..., m, 2): the
+    mean over the stations of an exposure on the leading axes.
+    """
     fine = 5
     y, x = (np.mgrid[: shape[0] * fine, : shape[1] * fine] + 0.5) / fine - 0.5
-    lit = np.zeros(y.shape, bool)
-    for u, v in places if not covered else ():
-        lit |= (x - u) ** 2 + (y - v) ** 2 < RADIUS**2
-    share = lit.reshape(shape[0], fine, shape[1], fine).mean(axis=(1, 3))
+    light = np.zeros(y.shape)
+    stations = np.reshape(places, (-1, *np.shape(places)[-2:]))
+    for at in stations if not covered else ():
+        lit = np.zeros(y.shape, bool)
+        for u, v in at:
+            lit |= (x - u) ** 2 + (y - v) ** 2 < RADIUS**2
+        light += lit / len(stations)
+    share = light.reshape(shape[0], fine, shape[1], fine).mean(axis=(1, 3))
     image = 40 + CONTRAST * gaussian_filter(share, 0.6) + rng.normal(0, NOISE, shape)
     return np.clip(np.rint(image), 1, 255).astype(np.uint8)
 
@@ -72,13 +76,16 @@ def recorded(cameras, p, rng, covered=False, exposure=0.0):
         }
         table = centroids[f"cam{i + 1}"] = pd.DataFrame(rows)
         number = np.repeat([0, 2], N) + (np.tile(np.arange(N), 2) >= GAP.stop) * (i == 0)
-        own = table.assign(tracklet=number, pixels=np.pi * RADIUS**2, brightness=CONTRAST)
+        drawn = exposure * float(np.nanmedian(np.linalg.norm(np.diff(seen, axis=1), axis=-1)))
+        pixels = np.pi * RADIUS**2 + 1.5 * RADIUS * drawn
+        own = table.assign(tracklet=number, pixels=pixels, brightness=CONTRAST * np.pi * RADIUS**2 / pixels)
         tracklets[f"cam{i + 1}"] = own.assign(began="found", ended="lost", met="", bound=False).dropna(subset="Xf")
         pieces = []
         for k in range(GAP.start, GAP.stop) if i == 0 else ():
             corner = np.floor(b[:, k].mean(0)).astype(int) - 35
-            late = exposure**2 / 24 * (b[:, k + 1] - 2 * b[:, k] + b[:, k - 1])
-            picture = grey(b[:, k] + late - corner, rng, covered)
+            tau = (exposure * ((np.arange(16) + 0.5) / 16 - 0.5) if exposure else np.zeros(1))[:, None, None]
+            way, bend = (b[:, k + 1] - b[:, k - 1]) / 2, b[:, k + 1] - 2 * b[:, k] + b[:, k - 1]
+            picture = grey(b[:, k] + tau * way + tau**2 / 2 * bend - corner, rng, covered)
             pieces.append((k, "frame", T[k], *corner, 0, 1, 70, picture.tobytes(), NOISE, 1.0, 1.0, exposure))
         kept[f"cam{i + 1}"] = pd.DataFrame(pieces, columns=list(COLUMNS))
     return centroids, tracklets, kept
@@ -147,6 +154,17 @@ def test_where_nothing_is_to_be_seen_nothing_is_found(n_cameras):
     pd.testing.assert_frame_equal(done.trajectories, same.trajectories)
 
 
+def test_over_a_long_gap_the_one_camera_that_sees_them_shows_where_they_are(monkeypatch):
+    """25 samples are more than places alone are interpolated over."""
+    monkeypatch.setattr("tests.location.test_second_search.GAP", slice(32, 57))
+    done, error = found(2, 1.7)
+    table = done.trajectories
+    own = table["flag"].str.contains(SOUGHT).to_numpy().reshape(2, N)
+    assert own.sum() >= 40  # of 50
+    sigma = table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy().reshape(2, N, 3)
+    assert np.abs(error / sigma)[own].max() < 5
+
+
 def test_balls_nearly_behind_each_other_are_left_alone():
     done, _ = found(3, 0.3)
     sought = done.trajectories["flag"].str.contains(SOUGHT)
@@ -162,21 +180,6 @@ def test_pieces_are_of_the_sample_of_their_time_also_past_midnight(later, least,
     known = {f"cam{i + 1}": (camera, None) for i, camera in enumerate(cameras)}
     done = locate(centroids, known, targets=2, tracklets=tracklets, kept=kept)
     assert least <= done.record["samples"]["sought_again"]["cam1"] <= most
-
-
-@pytest.mark.parametrize(
-    ("measured", "n"), [((35.2, 34.9), 0), ((33.5, 34.9), 0), ((31.0, 35.0), 1), ((np.nan,) * 2, 1)]
-)
-def test_what_the_camera_has_measured_of_another_target_is_not_found_again(measured, n):
-    """One blob, that of the first target or of both; nothing is expected of the first one, the second is 0.8 px off."""
-    piece = grey([(35.0, 35.0)], np.random.default_rng(2))
-    one = np.zeros(1, np.intp)
-    kept = Kept(np.zeros(1), one, one, one, one + 1, [piece], NOISE, np.ones(2), 0.0)
-    where = InPicture(np.array([[[np.nan, np.nan]], [[35.8, 35.0]]]), np.tile(0.25 * np.eye(2), (2, 1, 1, 1)))
-    discs = np.array([[np.pi * RADIUS**2] * 2, [CONTRAST] * 2])
-    b, sd = np.array([[measured], [(np.nan, np.nan)]]), np.ones((2, 1, 2))
-    found = _in_camera(kept, one, one, one, where, np.zeros((2, 2, 1, 2)), discs, b, sd, 0.0)
-    assert found.target.tolist() == [1] * n
 
 
 def test_where_no_camera_kept_a_piece_nothing_is_computed():

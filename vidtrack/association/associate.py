@@ -230,18 +230,20 @@ def _alternatives(
 ) -> dict[int, tuple[int, ...]]:
     """Courses that are parts of chosen ones, though it is not known of which: each with those that are possible.
 
-    At no moment may there be more courses than targets, so that each of them is a target; and the motion must allow
-    each to be continued by one of the chosen, or to continue it.
+    At no moment may more courses be located than there are targets, so that each of them is a target; and the motion
+    must allow each to be continued by one of the chosen, or to continue it. What one camera alone shows of a course
+    may be the blob of several targets, and is not counted.
     """
     out: dict[int, tuple[int, ...]] = {}
+    span = {g: (int(c.moment[0]), int(c.moment[-1])) for g, c in courses.items() if len(c.moment)}
     taken = list(chosen)
     for g in sorted(courses.keys() - {*chosen} - images.keys(), key=lambda g: -len(courses[g].moment)):
         if len(courses[g].moment) < LASTS:
             break
-        first, last = groups.span[g]
-        beside = [h for h in taken if groups.span[h][0] <= last and groups.span[h][1] >= first]
+        first, last = span[g]
+        beside = [h for h in taken if span[h][0] <= last and span[h][1] >= first]
         able = tuple(h for h in chosen if np.isfinite(groups.value(g, h)) and h not in beside)
-        if able and most_at_once([groups.span[h] for h in beside], first, last) < len(chosen):
+        if able and most_at_once([span[h] for h in beside], first, last) < len(chosen):
             out[g] = able
             taken.append(g)
     return out

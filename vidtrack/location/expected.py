@@ -57,14 +57,22 @@ class InPicture(NamedTuple):
 
 
 def expected(
-    cameras: Sequence[Camera], b: Array, sd: Array, camera: int, bias_px: float, moments: Ints, bridged: Expected
+    cameras: Sequence[Camera],
+    b: Array,
+    sd: Array,
+    camera: int,
+    bias_px: float,
+    moments: Ints,
+    bridged: Expected,
+    smoothed: Expected | None = None,
 ) -> Expected:
     """Where targets are at some moments (k,) as far as the cameras but one say, (m, k).
 
     b, sd    (n_cameras, m, M, 2) px of all cameras; bias_px: what the calibration leaves, one standard deviation
-    bridged  as `bridged_gaps` makes it
+    bridged  as `bridged_gaps` makes it; smoothed: as `smoothed_gaps`, where nothing else says it and the camera itself
+             sees nothing
     """
-    b, wide = b[:, :, moments], _with_bias(sd[:, :, moments], bias_px)
+    b, wide = b[:, :, moments], with_bias(sd[:, :, moments], bias_px)
     others = b.copy()
     others[camera] = np.nan
     limits = limits_of(wide, others, LEAST_PX, BEYOND)
@@ -77,22 +85,27 @@ def expected(
         seen = left & np.isfinite(others[j, ..., 0])
         if seen.any():
             point[seen], S[seen] = _narrowed(other, point[seen], S[seen], b[j][seen], wide[j][seen])
+    if smoothed is not None:
+        left = np.isnan(point[..., 0]) & np.isnan(b[camera, ..., 0])
+        point[left], S[left] = smoothed.p[:, moments][left], smoothed.S[:, moments][left]
     return Expected(point, S)
 
 
-def located_by_all(cameras: Sequence[Camera], b: Array, sd: Array, bias_px: float) -> Array:
-    """Where targets are (m, M, 3) by all cameras; b, sd, bias_px as of `expected`."""
-    wide = _with_bias(sd, bias_px)
-    return locate_points(cameras, b, sd=wide, reject=limits_of(wide, b, LEAST_PX, BEYOND), most_unsure=np.inf).point
+def located_by_all(cameras: Sequence[Camera], b: Array, sd: Array, bias_px: float) -> Expected:
+    """Where targets are (m, M) by all cameras; b, sd, bias_px as of `expected`."""
+    wide = with_bias(sd, bias_px)
+    found = locate_points(cameras, b, sd=wide, reject=limits_of(wide, b, LEAST_PX, BEYOND), most_unsure=np.inf)
+    return Expected(found.point, found.covariance)
 
 
-def _with_bias(sd: Array, bias_px: float) -> Array:
+def with_bias(sd: Array, bias_px: float) -> Array:
+    """Standard deviations with what the calibration leaves; where none is known it is 1 px."""
     return np.asarray(np.hypot(np.where(np.isfinite(sd), sd, 1.0), bias_px))
 
 
 def in_picture(camera: Camera, where: Expected) -> InPicture:
     """What a camera should see of the places."""
-    at, J = _linearised(camera, where.p)
+    at, J = linearised(camera, where.p)
     return InPicture(at, J @ where.S @ np.swapaxes(J, -1, -2))
 
 
@@ -161,7 +174,7 @@ def _interpolation(p: Array, known: Bools, length: int, before: int, after: int)
 
 def _narrowed(camera: Camera, p: Array, S: Array, b: Array, sd: Array) -> tuple[Array, Array]:
     """Places (n, 3) with covariance S (n, 3, 3), after a camera saw them at b (n, 2) px."""
-    at, J = _linearised(camera, p)
+    at, J = linearised(camera, p)
     own = J @ S @ np.swapaxes(J, -1, -2)
     own[:, [0, 1], [0, 1]] += sd**2
     gain = S @ np.swapaxes(J, -1, -2) @ np.linalg.inv(own)
@@ -169,7 +182,7 @@ def _narrowed(camera: Camera, p: Array, S: Array, b: Array, sd: Array) -> tuple[
     return moved, S - gain @ J @ S
 
 
-def _linearised(camera: Camera, p: Array) -> tuple[Array, Array]:
+def linearised(camera: Camera, p: Array) -> tuple[Array, Array]:
     """Where a camera sees places (..., 3), px, and how that follows them (..., 2, 3)."""
     there = p[np.isfinite(p[..., 0])]
     step = 1e-5 * float(np.linalg.norm(there.mean(axis=0) - camera.position)) if there.size else 1.0

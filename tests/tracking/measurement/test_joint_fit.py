@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from vidtrack.tracking.measurement.joint_fit import fit_together, shapes_again, shapes_of
+from vidtrack.tracking.measurement.joint_fit import fit_together, shapes_again, shapes_of, stations_of
 
 FINE, NOISE = 6, 3.0
 
@@ -165,3 +165,41 @@ def test_rounding_of_where_a_fit_begins_moves_its_end_by_no_more_than_itself():
         one, two = (fit_together(data, whole, ~whole, x + 0.2 + part, y - 0.2, known, NOISE) for part in (0.0, 1e-9))
         moved += [np.abs(one.x - two.x).max(), np.abs(one.y - two.y).max()]
     assert max(moved) < 1e-9
+
+
+def test_the_stations_of_an_exposure_lie_on_a_parabola_about_their_mean():
+    drawn = np.array([[[6.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [1.2, 0.0]]])  # the first disc goes 6 px across, bent down
+    off = stations_of(drawn)
+    assert off.shape == (3, 2, 2)
+    assert off[:, 0, 0] == pytest.approx([-2.0, 0.0, 2.0])
+    assert off[:, 1, 0] == pytest.approx([1.2 * (1 / 9 - 1 / 12), -0.1, 1.2 * (1 / 9 - 1 / 12)])
+    assert not off[..., 1].any()
+    assert len(stations_of(np.zeros((2, 2, 1)))) == 1
+
+
+def test_discs_of_other_lights_that_move_during_the_exposure_are_separated_within_their_sd():
+    z = []
+    for seed in range(15):
+        rng = np.random.default_rng(seed)
+        way = rng.uniform(-6, 6, (2, 2))
+        tau = (np.arange(20) + 0.5) / 20 - 0.5
+        place = (np.arange(40 * FINE) + 0.5) / FINE - 0.5
+        at = np.array([[16.0, 19.0], [24.5, 21.0]]) + rng.uniform(-0.5, 0.5, (2, 2))
+        total = np.zeros((40 * FINE, 40 * FINE))
+        for t in tau:
+            image = np.zeros_like(total)
+            for (x, y), light in zip(at + t * way, (110.0, 170.0), strict=True):
+                share = np.clip((5 - np.hypot(place - x, place[:, None] - y)) * FINE + 0.5, 0, 1)
+                image += share * (light - image)
+            total += image / len(tau)
+        data = gaussian_filter(total, 0.7 * FINE).reshape(40, FINE, 40, FINE).mean(axis=(1, 3))
+        data = (data + rng.normal(0, NOISE, data.shape)).astype(np.float32)
+        known = shapes_of(np.full(2, 25 * np.pi), np.full((2, 2), 10.0), np.array([110.0, 170.0]))
+        drawn = np.stack([way.T, np.zeros((2, 2))])
+        x, y = (at + rng.normal(0, 0.4, at.shape)).T
+        fit = fit_together(data, np.ones(data.shape, bool), data > 1e9, x, y, known, NOISE, drawn=drawn)
+        if fit.good:
+            z.append((np.stack([fit.x, fit.y], axis=-1) - at) / np.stack([fit.sd_x, fit.sd_y], axis=-1))
+    assert len(z) > 10
+    assert np.sqrt(np.mean(np.square(z))) < 1.4
+    assert np.abs(z).max() < 5

@@ -40,14 +40,18 @@ def fit_apart(
     noise: float,
     *,
     courses: bool = False,
+    drawn: Array | None = None,
 ) -> tuple[Joint | None, Piece]:
     """Discs of known shapes, expected at x, y (m,) px of the piece; None where the fit does not hold.
 
     grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
     courses  whether a fit counts that shows no more than the courses of discs (`Joint.course`)
+    drawn   (2, 2, m) px: how they move during the exposure, as of `fit_together`; None: they stand still
     """
-    piece = without_background(grey, hidden, x, y, np.exp(known.value[:2]), noise)
-    fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise))
+    axes = np.exp(known.value[:2])
+    axes = axes if drawn is None else axes + np.abs(drawn[0]) / 2
+    piece = without_background(grey, hidden, x, y, axes, noise)
+    fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise), drawn=drawn)
     holds = (fit.good or (courses and fit.course)) and explained(fit, noise)
     return (fit if holds and each_its_own(fit, x, y) else None), piece
 

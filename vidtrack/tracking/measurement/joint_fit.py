@@ -11,7 +11,8 @@ edges themselves (Sheppard's formula).
 
 Of discs as bright as each other it does not matter which is in front; of others each order is tried. What is known of
 the discs from when they were alone (half axes, light, blur) is prior knowledge with its own sd, so that a rim of which
-a part is hidden still says where the middle is. Damped Gauss-Newton as in `disc_fit`; one window at a time.
+a part is hidden still says where the middle is. What moves during the exposure is the mean of such pictures over its
+stations. Damped Gauss-Newton as in `disc_fit`; one window at a time.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ class JointFit:
     of_one_cause   outline, and the pixels of this share of a disc err alike by it
     moved          of a half axis, by which a disc may be off where it was expected, and moved_px besides
     known_to       of a half axis: a larger sd is no measurement
+    station_px     of what moves during the exposure, from one station to the next; stations: of them, at most
     """
 
     steps: int = 14
@@ -71,6 +73,8 @@ class JointFit:
     moved: float = 0.6
     moved_px: float = 2.0
     known_to: float = 0.2
+    station_px: float = 2.0
+    stations: int = 16
 
 
 JOINT_FIT = JointFit()
@@ -128,6 +132,7 @@ def fit_together(
     known: Shapes,
     noise: float,
     enough: float = 0.0,
+    drawn: Array | None = None,
 ) -> Joint:
     """Fit m discs in one window.
 
@@ -136,14 +141,17 @@ def fit_together(
              light is not below
     x, y     (m,) px, column and row, where they are expected; noise: grey levels, of a pixel
     enough   rms, grey levels: where less is left, the fit ends before its place has settled
+    drawn    (2, 2, m) px: the ways of the discs during the exposure, and their bends, as `stations_of` has them; x, y
+             are the middle of all; None: they stand still
     """
     m = x.size
+    stations = np.zeros((1, 2, m)) if drawn is None else stations_of(drawn)
     begin = np.concatenate([[x, y], known.value])
     prior_sd = np.concatenate([np.full((2, m), np.inf), known.sd])
     height, width = data.shape
     rows, columns = np.arange(height, dtype=float)[:, None, None], np.arange(width, dtype=float)
     axes = np.exp(known.value[:2])
-    reach = axes + JOINT_FIT.reach_px
+    reach = axes + JOINT_FIT.reach_px + np.abs(stations).max(axis=0)
     in_x, in_y = np.abs(columns - x[:, None]) < reach[0][:, None], np.abs(rows[:, :, 0] - y).T < reach[1][:, None]
     near = (in_x[:, None] & in_y[:, :, None]).any(axis=0)
     weight = (free & near).astype(float)
@@ -153,7 +161,10 @@ def fit_together(
         orders = list(permutations(range(m)))[:6]
     spare = max(float(weight.sum()) - 6 * m, 1.0)
     little = enough**2 * spare
-    fits = [_descend(data, weight, clipped, rows, columns, begin, prior_sd, noise, order, little) for order in orders]
+    fits = [
+        _descend(data, weight, clipped, rows, columns, begin, prior_sd, noise, order, little, stations)
+        for order in orders
+    ]
     best, cost, normal, shares = min(fits, key=lambda fit: fit[1])
     scatter = np.sqrt(cost / spare)
     variance = np.diagonal(np.linalg.inv(normal + 1e-9 * np.eye(6 * m)))
@@ -212,6 +223,7 @@ def _descend(
     noise: float,
     order: tuple[int, ...],
     little: float,
+    stations: Array,
 ) -> tuple[Array, float, Array, Array]:
     """Best unknowns (6, m), their squares, the normal matrix (6 m, 6 m) and the shares of the discs; ends where the
     squares are below `little`.
@@ -223,7 +235,7 @@ def _descend(
     normal, gradient, shares = np.eye(6 * m), np.zeros(6 * m), np.zeros((2, *data.shape[:1], m, data.shape[1]))
     longest = np.array([1.0, 1.0, 0.3, 0.3, 0.3, 0.5])[:, None]
     for done in range(JOINT_FIT.steps):
-        model, slopes, now = _scene(trial, rows, columns, order)
+        model, slopes, now = _scene_of_exposure(trial, rows, columns, order, stations)
         free = weight * ~(clipped & (model >= data))
         left = (data - model) * free
         squares = float((left * left).sum(dtype=float))
@@ -246,6 +258,33 @@ def _descend(
         trial = best + step
         trial[5] = np.clip(trial[5], np.log(DISC_FIT.least_px), 1.5)
     return best, cost, normal, shares
+
+
+def stations_of(drawn: Array) -> Array:
+    """Places (k, 2, m) px of discs during an exposure, off their mean: t L + (t^2 - 1/12) B, t from -1/2 to 1/2.
+
+    drawn  (2, 2, m) px: the ways L and the bends B, in x and y
+    """
+    longest = float(np.hypot(*drawn[0]).max())
+    k = int(np.clip(np.ceil(longest / JOINT_FIT.station_px), 1, JOINT_FIT.stations))
+    t = ((np.arange(k) + 0.5) / k - 0.5)[:, None, None]
+    return np.asarray(t * drawn[0] + (t * t - 1 / 12) * drawn[1])
+
+
+def _scene_of_exposure(
+    unknowns: Array, rows: Array, columns: Array, order: tuple[int, ...], stations: Array
+) -> tuple[Array, Array, Array]:
+    """As `_scene`, the mean over the stations (k, 2, m) of an exposure."""
+    if len(stations) == 1:
+        return _scene(unknowns, rows, columns, order)
+    total: list[Array] = []
+    for off in stations:
+        moved = unknowns.copy()
+        moved[:2] += off
+        scene = _scene(moved, rows, columns, order)
+        total = [a + b for a, b in zip(total, scene, strict=True)] if total else list(scene)
+    model, by, shares = (sums / len(stations) for sums in total)
+    return model, by, shares
 
 
 def _scene(unknowns: Array, rows: Array, columns: Array, order: tuple[int, ...]) -> tuple[Array, Array, Array]:
