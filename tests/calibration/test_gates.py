@@ -68,6 +68,17 @@ def test_points_on_a_line_are_refused():
     assert gates.straight(P) is None
 
 
+def test_a_point_whose_decimal_point_is_lost_is_named_and_not_called_a_line():
+    mistyped = np.array(P, float)
+    mistyped[3, 0] *= 1e5
+    line = gates.straight(mistyped)
+    assert f"the point at ({mistyped[3, 0]:.10g}, " in line
+    assert "a decimal point is wrong" in line
+    assert gates.far_off(np.array(P, float) * 1e5) is None
+    assert gates.far_off(np.zeros((6, 3))) is None
+    assert gates.far_off(mistyped[:3]) is None
+
+
 @pytest.mark.parametrize("mirror", [[-1, 1, 1], [1, -1, 1], [1, 1, -1]])
 def test_any_negated_axis_is_a_mirror(mirror):
     sense = gates.handedness(P * mirror, B, 255.5, 239.5, CAMERA.dx, CAMERA.dy)

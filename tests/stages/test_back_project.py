@@ -159,7 +159,8 @@ def test_points_that_fit_better_than_their_stated_tolerance_are_a_finding():
     stated = [table.assign(sigma=1.0) for table in points]  # a survey stated 32 times too coarse
     record = back_project(cameras, stated, units="in").record
     assert [f["code"] for f in record["findings"]] == ["lens-model-too-plain"]
-    assert record["findings"][0]["cure"] == "Try calibration.model: auto."
+    assert "tolerance (sigma)" in record["findings"][0]["cure"]
+    assert "where the config names a plain lens model" in record["findings"][0]["cure"]
     assert record["warnings"] == [f"{record['findings'][0]['text']}. {record['findings'][0]['cure']}"]
     assert back_project(cameras, points, units="in").record["findings"] == []
 

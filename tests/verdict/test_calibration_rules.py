@@ -121,6 +121,16 @@ def test_a_point_hidden_from_one_camera_or_listed_by_one_alone_is_no_finding():
     assert unfound_findings({"a": {"1": True, "18": False}, "b": {"1": True}}) == []
 
 
+def test_where_no_point_of_a_clip_is_found_the_clip_is_asked_about_and_not_each_survey():
+    seen = {str(n): n < 5 for n in range(1, 9)}
+    clips = {"front": {"1", "2", "3", "4"}, "rear": {"5", "6", "7", "8", "hidden"}}
+    (finding,) = unfound_findings({"a": seen, "b": seen}, clips)
+    assert "any point of clip rear" in finding.text
+    assert "recordings of two cameras exchanged" in finding.cure
+    (finding,) = unfound_findings({"a": seen | {"8": True}, "b": seen}, clips)
+    assert "found points 5, 6, 7 where" in finding.text
+
+
 def squares(*Sx, sd=0.001, dy=0.01):
     records = {f"cam{i}": {"Sx": v, "dx": 0.01, "dy": dy, "standard_errors": {"Sx": sd}} for i, v in enumerate(Sx)}
     return [(f.level, f.code) for f in square_findings(records)]

@@ -168,6 +168,24 @@ def test_a_recording_that_is_none_is_told(folder):
         asked.check()
 
 
+def test_a_recording_that_is_none_costs_its_run_where_there_is_another(folder):
+    (folder / "runs/pluck/cam1.mov").write_bytes(b"this is a shopping list\n" * 9)
+    other = folder / "runs/push/cam1.csv"
+    other.parent.mkdir()
+    other.write_text("not a recording by its name, and none that is opened")
+    asked = book()
+    asked.add("track", {}, ["runs/pluck/cam1.mov"], "pluck", "cam1")
+    asked.add("track", {}, ["runs/push/cam1.csv"], "push", "cam1")
+    asked.check()
+    other.rename(other.with_suffix(".mov"))
+    asked = book()
+    asked.add("track", {}, ["runs/pluck/cam1.mov"], "pluck", "cam1")
+    asked.add("track", {}, ["runs/push/cam1.mov"], "push", "cam1")
+    with pytest.raises(VidtrackError) as told:
+        asked.check()
+    assert len(told.value.problems) == 2
+
+
 @pytest.mark.parametrize("name", ["new\nline", "{run}", "tab\there", "half\udc80", "\x7f"])
 def test_a_name_that_cannot_be_carried_is_told_on_one_line(folder, name):
     asked = book()

@@ -78,8 +78,31 @@ def flatness(p: ArrayLike) -> float:
     return float(s[2] / s[0]) if len(s) == 3 and s[0] > 0 else 0.0
 
 
+FAR = 30.0
+"""Times as far from the middle as all other points: no camera sees both, and a digit or a decimal point is wrong."""
+
+
+def far_off(p: ArrayLike) -> str | None:
+    """Refuse: one point that lies far away from all others (n, 3), whose place is mistyped."""
+    p = np.asarray(p, float)
+    if len(p) < 4:
+        return None
+    away = np.linalg.norm(p - np.median(p, axis=0), axis=1)
+    last = int(np.argmax(away))
+    others = float(np.delete(away, last).max())
+    if not (others > 0 and away[last] > FAR * others):
+        return None
+    place = ", ".join(f"{value:.10g}" for value in p[last])
+    return (
+        f"the point at ({place}) lies {away[last] / others:.2g} times as far from the middle as any other: a digit or "
+        "a decimal point is wrong there. Correct it."
+    )
+
+
 def straight(p: ArrayLike) -> str | None:
-    """Refuse: all points on one line, from which no camera follows."""
+    """Refuse: all points on one line, from which no camera follows, or one so far away that they seem to be."""
+    if mistyped := far_off(p):
+        return mistyped
     s = np.linalg.svd(centred(np.asarray(p, float))[1], compute_uv=False)
     if not s[0] > 0:
         return f"the {len(np.asarray(p))} points have one and the same place. Give each its own x, y, z in points.csv."

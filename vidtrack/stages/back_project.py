@@ -221,6 +221,9 @@ def _record(
     return {**record, "findings": as_records(findings), "warnings": warnings}
 
 
+PLAIN_CURE = "Give the survey's tolerance (sigma) as it is; where the config names a plain lens model, set model: auto."
+
+
 def _findings(record: Mapping[str, Any], lens_free: bool) -> list[Finding]:
     """What the errors say of the lens model, and what would help."""
     found = []
@@ -239,7 +242,7 @@ def _findings(record: Mapping[str, Any], lens_free: bool) -> list[Finding]:
             f"calibration: points are located {1 / ratio:.1f} times better than their residuals in the pictures allow: "
             "the residuals are not noise, the lens model is too plain or sigma is too large"
         )
-        found.append(Finding("doubtful", "lens-model-too-plain", text, "Try calibration.model: auto."))
+        found.append(Finding("doubtful", "lens-model-too-plain", text, PLAIN_CURE))
     if lens_free and held > TOO_RICH * used:
         text = (
             f"calibration: points held out are located {held / used:.1f} times worse than the points that were used: "

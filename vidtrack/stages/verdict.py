@@ -128,7 +128,8 @@ def _of_whole(results: Results) -> list[Finding]:
     if not doubts & LENS_DOUBTS:  # else the lens, not the survey, puts points elsewhere
         found += square_findings({name: own.record or {} for name, own in results.cameras.items()})
         found += stretch_findings(results.back or {})
-        found += unfound_findings({name: _seen(own.points) for name, own in results.cameras.items()})
+        seen = {name: _seen(own.points) for name, own in results.cameras.items()}
+        found += unfound_findings(seen, _of_clips(results))
     found += [placed(finding, "after the test") for finding in collected(results.survey_after)]
     for name, own in results.after.items():
         found += [
@@ -144,6 +145,16 @@ def _seen(points: pd.DataFrame | None) -> dict[str, bool]:
         return {}
     able = points if "reason" not in points else points[~points["reason"].isin((OUTSIDE, MERGED, AT_EDGE))]
     return {str(tag): bool(found) for tag, found in able.groupby("tag", sort=False)["found"].any().items()}
+
+
+def _of_clips(results: Results) -> dict[str, set[str]]:
+    """The tags of each clip, as the cameras' tables have them."""
+    clips: dict[str, set[str]] = {}
+    for own in results.cameras.values():
+        if own.points is not None and {"clip", "tag"} <= set(own.points):
+            for clip, tags in own.points.groupby("clip", sort=False)["tag"]:
+                clips.setdefault(str(clip), set()).update(map(str, tags))
+    return clips
 
 
 def _failures(results: Results, camera: str | None) -> list[Finding]:

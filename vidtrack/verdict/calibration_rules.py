@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vidtrack.findings import Finding, Level
+from vidtrack.naming import some_of
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,9 @@ class Limits:
 
     chance: float = 3.7
     """Standard deviations of the normal distribution that chance exceeds once in ten thousand times."""
+
+    whole_clip: int = 4
+    """Points of a clip: where so many and all of them are found by no camera, the clip is at fault, not each point."""
 
     rms_px: tuple[float, float] = (1.0, 3.0)
     """px, reprojection error where the survey states no tolerance, so that there is no expectation: centroids of balls
@@ -197,8 +201,10 @@ def _deformation(own: Mapping[str, Any]) -> str:
     return f"the angle between {kind[0]} and {kind[1]} is off by {math.degrees(abs(share)):.2g} deg"
 
 
-def unfound_findings(seen: Mapping[str, Mapping[str, bool]]) -> list[Finding]:
-    """Points that no camera found. seen: camera: {tag: found}, of the tags that its clips list.
+def unfound_findings(
+    seen: Mapping[str, Mapping[str, bool]], clips: Mapping[str, set[str]] | None = None
+) -> list[Finding]:
+    """Points that no camera found. seen: camera: {tag: found}, of the tags that its clips list; clips: {clip: tags}.
 
     One camera's view of a point may be hidden; where each of two or more cameras that should see it has nothing at its
     place, its place is wrong, and what is measured there carries another name or none.
@@ -210,6 +216,15 @@ def unfound_findings(seen: Mapping[str, Mapping[str, bool]]) -> list[Finding]:
     lost = [tag for tag, found in listed.items() if len(found) > 1 and not any(found)]
     if not lost:
         return []
+    theirs = {clip: tags & set(listed) for clip, tags in (clips or {}).items()}
+    whole = [clip for clip, tags in theirs.items() if len(tags) >= LIMITS.whole_clip and tags <= set(lost)]
+    if whole and len(lost) < len(listed):
+        text = f"calibration: no camera found any point of clip {some_of(whole)} where points.csv has them"
+        cure = (
+            "Are the recordings of two cameras exchanged there, its tags (calibration.clips.<clip>.tags) another "
+            "clip's, or did the points or all cameras move? Its points were not used."
+        )
+        return [Finding("doubtful", "points-found-by-no-camera", text, cure)]
     some = ", ".join(lost[:10]) + (f" and {len(lost) - 10} more" if len(lost) > 10 else "")
     one = len(lost) == 1
     text = (

@@ -72,19 +72,32 @@ class OrderBook:
     def check(self) -> None:
         """Open each recording whose content is new.
 
-        VidtrackError, a line each, for what cannot be named, read or written.
+        VidtrackError, a line each, for what cannot be named, read or written. A recording of a run that cannot be
+        opened costs that run alone, where the recordings of another run can be: its jobs say why.
         """
         files = [path for _, raw in self._wanted.values() for one in raw for path in _paths(one)]
         if unnamable := _unnamable([self.folder, *files]):
             raise VidtrackError(*unnamable)
-        firsts = (_paths(one)[0] for _, raw in self._wanted.values() for one in raw)
-        fresh = {path: None for path in firsts if may_be_recording(path) and not self._knows(path)}
-        problems = [line for path in fresh for line in _unreadable(path)]
+        problems = self._unreadable_recordings()
         problems += _unwritable(os.path.join(self.results, FOLDER))
         if problems:
             raise VidtrackError(*problems)
         for key in self._wanted:
             self.order(*key)
+
+    def _unreadable_recordings(self) -> list[str]:
+        """What hinders recordings from being opened, a line each; without those of single runs among several."""
+        of_run: dict[str, str] = {}
+        for (rule, *parts), (_, raw) in self._wanted.items():
+            if rule == "track":
+                of_run |= {_paths(one)[0]: run for run in parts[:1] for one in raw}
+        firsts = {_paths(one)[0]: None for _, raw in self._wanted.values() for one in raw}
+        fresh = [path for path in firsts if may_be_recording(path) and not self._knows(path)]
+        lines = {path: found for path in fresh if (found := _unreadable(path))}
+        lost = {of_run[path] for path in lines if path in of_run}
+        if lost < set(of_run.values()):
+            lines = {path: found for path, found in lines.items() if path not in of_run}
+        return [line for found in lines.values() for line in found]
 
     def place(self, rule: str, *parts: str) -> str:
         """Where the account of a job lies."""

@@ -78,16 +78,18 @@ def clips_of(settings: Settings, experiment: Experiment, camera: str, after: boo
 
 
 def calibrated(settings: Settings, experiment: Experiment) -> list[str]:
-    """Cameras to calibrate: those in clips, but for those that only runs in a plane use."""
+    """Cameras to calibrate: those in clips, but for those that only runs in a plane use, or none where all are such."""
     modes: dict[str, set[str]] = {}
     for name, run in experiment.runs.items():
         for camera in run.videos:
             modes.setdefault(camera, set()).add(own_of(settings, name).mode)
     waved = wand_cameras(settings, experiment)
+    only_planes = bool(modes) and set.union(*modes.values()) == {"plane"}
     return [
         camera
         for camera in experiment.cameras_in_clips()
-        if modes.get(camera) != {"plane"}
+        if not only_planes
+        and modes.get(camera) != {"plane"}
         and camera not in waved
         and (clips_of(settings, experiment, camera) or _boarded(settings, experiment, camera))
     ]
