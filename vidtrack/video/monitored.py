@@ -19,7 +19,7 @@ from vidtrack.video.read_apart import ReadApart
 from vidtrack.video.recording import Monitor
 from vidtrack.video.shares import Decoding, Report, gone_on_with, with_reports
 
-SPARE = {"dvvideo": 100, "mpeg1video": 1, "mpeg2video": 1}
+SPARE = {"dvvideo": 150, "mpeg1video": 1, "mpeg2video": 1}
 """Codec -> targets from which on its decoder waits for those who follow them, of 720 x 480 px."""
 
 
