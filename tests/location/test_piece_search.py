@@ -6,7 +6,7 @@ import pytest
 from tests.location.test_second_search import CONTRAST, NOISE, RADIUS, grey
 from vidtrack.location.expected import InPicture
 from vidtrack.location.kept_pieces import Kept
-from vidtrack.location.piece_search import Motion, found_in_pieces, motion_of, usual_discs
+from vidtrack.location.piece_search import Motion, found_in_pieces, motion_of, or_measured, usual_discs
 
 ONE = np.zeros(1, np.intp)
 
@@ -99,6 +99,19 @@ def test_the_motion_during_an_exposure_is_that_of_a_parabola():
     assert motion.late[0, 1] == pytest.approx([0.64 / 12, 0.0])
     assert np.isnan(motion.way[0, [0, 2]]).all()
     assert not np.any(motion_of(where, t, 0.0, 0.0))
+
+
+def test_the_motion_at_the_begin_of_a_gap_is_that_from_where_the_camera_itself_saw_it_last():
+    t = np.arange(4.0)
+    true = np.stack([5 * t, 0 * t], axis=-1)[None]
+    gap = np.array([False, True, True, False])
+    S = np.where(gap[:, None, None], 0.04 * np.eye(2), np.nan)[None]
+    where = InPicture(np.where(gap[:, None], true, np.nan), S)
+    course = or_measured(where, np.where(gap[:, None], np.nan, true), np.full(true.shape, 0.1))
+    assert course.at.tolist() == true.tolist()
+    assert course.S[0, :, 0, 0] == pytest.approx([0.01, 0.04, 0.04, 0.01])
+    assert np.isnan(motion_of(where, t, 0.5, 0.0).way).all()
+    assert motion_of(course, t, 0.5, 0.0).way[0, 1:3] == pytest.approx(np.array([[2.5, 0.0]] * 2))
 
 
 def test_discs_that_are_drawn_out_are_smaller_and_brighter_than_they_look():

@@ -80,6 +80,13 @@ class Motion(NamedTuple):
     bend: Array
 
 
+def or_measured(where: InPicture, b: Array, sd: Array) -> InPicture:
+    """Where targets are expected, or else where the camera itself measured them: b, sd (m, k, 2) px."""
+    alone = np.isnan(where.at[..., :1]) & np.isfinite(b)
+    own = sd[..., None] ** 2 * np.eye(2)
+    return InPicture(np.where(alone, b, where.at), np.where(alone[..., None], own, where.S))
+
+
 def motion_of(where: InPicture, steps: Array, exposure: float, bias: float) -> Motion:
     """The motion of targets that are expected at `steps` (k,), in samples of the camera; exposure in samples."""
     nothing = np.zeros(where.at.shape)
@@ -125,11 +132,9 @@ def found_in_pieces(
     usual            (2, m) radius, px, and light of targets, as `usual_discs`
     vain             which fits were tried in vain: in which piece, of which targets and where; takes others in
     """
-    spread = np.sqrt(np.maximum(np.einsum("...ii->...i", where.S), 0.0) + bias**2)
-    # what only this camera sees is where it was measured
-    alone = np.isnan(where.at[..., :1]) & np.isfinite(b)
-    at, spread = np.where(alone, b, where.at), np.where(alone, sd, spread)
-    alone = alone[..., 0]
+    alone = np.isnan(where.at[..., 0])
+    at, S = or_measured(where, b, sd)
+    spread = np.sqrt(np.maximum(np.einsum("...ii->...i", S), 0.0) + bias**2)
     rows: dict[tuple[int, int], tuple[Array, Array]] = {}
     tried: set[tuple[int, ...]] = set()
     for w, number, k in zip(usable.tolist(), sample.tolist(), moment.tolist(), strict=True):

@@ -17,7 +17,7 @@ from vidtrack.association.tracklets import pieces_of
 from vidtrack.location.expected import InPicture, bridged_gaps, expected, in_picture, located_by_all, moments_of
 from vidtrack.location.kept_pieces import Columns, Kept, kept_of
 from vidtrack.location.matching import Match
-from vidtrack.location.piece_search import SEEKING, Found, Motion, found_in_pieces, motion_of, usual_discs
+from vidtrack.location.piece_search import SEEKING, Found, Motion, found_in_pieces, motion_of, or_measured, usual_discs
 from vidtrack.location.smoothed_courses import smoothed_gaps
 from vidtrack.location.views import Labels, View, brought, by_target, of_samples, owners
 
@@ -90,7 +90,8 @@ def second_search(
         about = in_picture(view.camera, expected(cameras, b, sd, i, bias, near, bridged, smoothed))
         steps = at / float(np.median(np.diff(view.t))) if own.exposure else np.arange(at.size, dtype=float)
         place = np.searchsorted(near, some)
-        motion = Motion(*(column[:, place] for column in motion_of(about, steps[near], own.exposure, bias)))
+        course = or_measured(about, b[i][:, near], sd[i][:, near])
+        motion = Motion(*(column[:, place] for column in motion_of(course, steps[near], own.exposure, bias)))
         where = InPicture(about.at[:, place], about.S[:, place])
         usual = _looks(view, match.trajectory[i], looks[view.name], len(match.labels))
         usual = usual_discs(usual, b[i], steps, own.exposure)
