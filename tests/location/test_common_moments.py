@@ -40,6 +40,16 @@ def test_clocks_that_are_whole_hours_apart_are_of_two_zones(later, offset):
         check_overlap(views, [views[0].t, views[1].t + later], "run")
 
 
+@pytest.mark.parametrize(("hours", "offset"), [(1, "-3603.6"), (-2, "7207.2"), (0.5, "-1801.8")])
+def test_an_hour_of_non_drop_labels_at_29_97_takes_longer(hours, offset):
+    one = view()
+    t = one.t / one.t[-1] * (one.t.size - 1) * 1.001 / 30 + 36000
+    labels = np.array([f"10:00:00:{k:02d}" for k in range(t.size)], object)
+    views = [one._replace(t=t, timecode=labels), one._replace(name="cam2", t=t, timecode=labels)]
+    with pytest.raises(VidtrackError, match=rf"another time zone.* cameras.cam2.clock.offset_s: {offset}\."):
+        check_overlap(views, [t, t + 3603.6 * hours], "run")
+
+
 def test_a_camera_without_time_code_among_others_is_named():
     coded, bare = view(), view(name="cam2")
     bare = bare._replace(timecode=np.full(bare.t.size, "", object))

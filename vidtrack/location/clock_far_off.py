@@ -1,7 +1,8 @@
-"""A clock that is off by so much that the targets were elsewhere meanwhile.
+"""A clock that is off by so much that the targets were elsewhere meanwhile, or a file that states another rate.
 
 What is linear in a delay explains no more than a part of its misses then. Every offset is tried instead: where one
-alone brings a camera's tracks to the epipolar lines of all the others, its clock is what is wrong.
+alone brings a camera's tracks to the epipolar lines of all the others, its clock is what is wrong. Where none does, the
+rates of common cameras are tried: a recording that states 25 pictures a second of 29.97 is stretched.
 """
 
 from __future__ import annotations
@@ -27,12 +28,16 @@ class FarOff:
     share      of it
     better     times nearer to the epipolar lines with the clock put right: a turned camera leaves most of its misses
     steps      sampling intervals, at least: smaller delays are found by the misses themselves
+    rates      pictures a second that recorders have; those of 29.97 and others are within 0.1 % of one
+    begun_s    how far apart recordings of two rates may have begun
     """
 
     longest_s: float = 5.0
     share: float = 0.5
     better: float = 4.0
     steps: float = 3.0
+    rates: tuple[int, ...] = (24, 25, 30, 50, 60)
+    begun_s: float = 0.5
 
 
 FAR_OFF = FarOff()
@@ -66,7 +71,42 @@ def clock_far_off(views: Sequence[View], times: Sequence[Array], sought: Sequenc
             continue
         if (FAR_OFF.better * near < before).all() and all(late[i, j] == 0 for i, j in combinations(others, 2)):
             return _finding(views[k].name, [views[i].name for i in others], offset, near.max(), before.max())
-    return None
+    return _other_rate(views, times, px[..., 0])
+
+
+def _other_rate(views: Sequence[View], times: Sequence[Array], near: Array) -> Finding | None:
+    """The camera whose pictures came at another rate than its file states, where that alone explains the misses.
+
+    near  (n, n) px, how near the tracks of two cameras come by an offset alone
+    """
+    n, best, found = len(views), np.inf, None
+    ratios = {a / b for a in FAR_OFF.rates for b in FAR_OFF.rates if a != b}
+    for k, q in ((k, q) for k in reversed(range(n)) for q in sorted(ratios)):
+        others = [i for i in range(n) if i != k]
+        t = times[k][0] + (times[k] - times[k][0]) * q
+        a = views[k]
+        tried = [rough_offset(views[i].camera, times[i], views[i].b, a.camera, t, a.b, FAR_OFF.begun_s) for i in others]
+        px = np.array([one.px for one in tried])
+        if (FAR_OFF.better * px < near[others, k]).all() and px.max() < best:
+            best, found = float(px.max()), (k, q, float(near[others, k].max()))
+    if found is None:
+        return None
+    k, q, before = found
+    return _rate_finding([v.name for v in views], k, [1 / interval(t) for t in times], q, best, before)
+
+
+def _rate_finding(
+    names: Sequence[str], k: int, rates: Sequence[float], q: float, near_px: float, before_px: float
+) -> Finding:
+    other = next(i for i in range(len(names)) if i != k)
+    either = f", or those of {names[other]} at {rates[other] * q:.4g} instead of {rates[other]:.4g}"
+    text = (
+        f"{names[k]}: its pictures seem to have come at {rates[k] / q:.4g} a second, where its file states "
+        f"{rates[k]:.4g}{either if len(names) == 2 else ''}: with that tracks lie {near_px:.2g} px from the others' "
+        f"epipolar lines, without it {before_px:.2g} px"
+    )
+    cure = f"Give cameras.<name>.rate of the recording that is stretched, such as cameras.{names[k]}.rate."
+    return Finding("bad", "picture-rate-wrong", text, cure)
 
 
 def _finding(name: str, others: Sequence[str], offset_s: float, near_px: float, before_px: float) -> Finding:

@@ -11,8 +11,10 @@ from vidtrack.errors import VidtrackError
 from vidtrack.location.views import View
 from vidtrack.timing.resample import COINCIDE, common_times, interval
 
-HALF_AN_HOUR, LARGEST_ZONE_H = 1800.0, 14.0
-"""s; h between two clocks that are right in their zones."""
+LARGEST_ZONE_H = 14.0
+"""h between two clocks that are right in their zones."""
+NON_DROP, NON_DROP_WITHIN = 1.001, 2e-4
+"""Seconds of a clock for one of a label, whose 24, 30 or 60 pictures take 1.001 s; how nearly the interval is that."""
 
 
 def check_overlap(views: Sequence[View], times: Sequence[Array], where: str) -> None:
@@ -42,20 +44,34 @@ def _bare(views: Sequence[View]) -> str:
 
 
 def _hours_apart(views: Sequence[View], times: Sequence[Array]) -> str:
-    """The whole or half hours that would bring one camera to the time of the first one; "" where none do."""
+    """The whole or half hours that would bring one camera to the time of the first one; "" where none do.
+
+    An hour of non-drop labels at 29.97 or the like takes 3603.6 s: cameras of one run are on one scale of seconds.
+    """
     first, others = (views[0], times[0]), list(zip(views[1:], times[1:], strict=True))
     for view, t in others if first[1].size else []:
         if not t.size:
             continue
-        hours = round(float(t[0] - first[1][0]) / HALF_AN_HOUR) / 2
-        begin, end = t[[0, -1]] - 3600 * hours
+        hour_s = 3600.0 * max(_label_s(*first), _label_s(view, t))
+        hours = round(2 * float(t[0] - first[1][0]) / hour_s) / 2
+        begin, end = t[[0, -1]] - hour_s * hours
         if 0 < abs(hours) <= LARGEST_ZONE_H and begin <= first[1][-1] and first[1][0] <= end:
             later = "later" if hours > 0 else "earlier"
             return (
                 f"{view.name} is {abs(hours):g} h {later} than {first[0].name}: a clock in another time zone, or "
-                f"summer time in one alone. Set cameras.{view.name}.clock.offset_s: {-3600 * hours:g}."
+                f"summer time in one alone. Set cameras.{view.name}.clock.offset_s: {round(-hour_s * hours, 3):g}."
             )
     return ""
+
+
+def _label_s(view: View, t: Array) -> float:
+    """Seconds that a second of a camera's labels takes: 1.001 where non-drop code counts 29.97 pictures as 30."""
+    if t.size < 2 or any(";" in str(label) for label in view.timecode[:1]):
+        return 1.0
+    step = interval(t)
+    return (
+        NON_DROP if abs(step * round(1 / step) - NON_DROP) < NON_DROP_WITHIN and ":" in str(view.timecode[0]) else 1.0
+    )
 
 
 def recorded_twice(times: Sequence[Array]) -> tuple[Array, Ints]:

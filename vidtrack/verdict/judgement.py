@@ -20,6 +20,7 @@ CAUSES = frozenset(
         "pictures-wrong",
         "clip-flipped",
         "clock-far-off",
+        "picture-rate-wrong",
         "camera-moved-between",
         "camera-moved-along-run",
         "rotation-differs",
