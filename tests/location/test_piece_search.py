@@ -45,6 +45,18 @@ def test_a_target_that_touches_what_only_this_camera_has_measured_is_fitted_with
     assert not sought(piece, [at[0] + 0.2, nan]).target.size
 
 
+def test_what_only_this_camera_has_measured_near_a_target_is_no_part_of_its_fit():
+    """4 px apart they are fitted alone."""
+    at = np.array([(28.0, 34.0), (41.8, 36.0)])
+    piece = grey(at, np.random.default_rng(3))
+    nan = (np.nan, np.nan)
+    found = sought(piece, [at[0] + 0.2, nan], measured=[nan, at[1]])
+    assert found.target.tolist() == [0]
+    assert found.sd.max() < 0.05
+    rough = sought(piece, [at[0] + 0.2, nan])
+    assert not rough.target.size or rough.sd.min() > 2 * found.sd.max()
+
+
 def streaks(at, way, rng):
     t = ((np.arange(24) + 0.5) / 24 - 0.5)[:, None, None]
     return grey(np.asarray(at) + t * np.asarray(way), rng)

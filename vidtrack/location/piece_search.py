@@ -161,7 +161,7 @@ def found_in_pieces(
             this = (w, *own.tolist(), *np.rint(at[own, k] / SEEKING.again_px).astype(int).ravel().tolist())
             if this in vain:
                 continue
-            beside = np.setdiff1d(np.flatnonzero(np.isfinite(where.at[:, k, 0]) & np.isfinite(radius)), own)
+            beside = np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own)
             hidden = (grey == 0) | _covered(grey.shape, place[beside], (reach[beside] + 2)[:, None] / scale)
             drawn = np.nan_to_num(np.stack([motion.way[own, k], motion.bend[own, k]])) / scale
             fit = _fitted(grey, hidden, place[own], usual[:, own], drawn.swapaxes(1, 2), lines, kept.noise)
@@ -210,6 +210,14 @@ def _touching(at: Array, radius: Array) -> list[Ints]:
     for _ in range(len(at)):
         label = np.where(apart < SEEKING.beside_px, label, len(at)).min(axis=1, initial=len(at))
     return [np.flatnonzero(label == one) for one in np.unique(label)]
+
+
+def _beside(at: Array, reach: Array, own: Ints, alone: Bools) -> Ints:
+    """Discs that hide what is beside `own`: what only this camera has measured (alone) may be a part of these, where it
+    touches them, and hides nothing then.
+    """
+    apart = (np.linalg.norm(at[:, None] - at[own], axis=-1) - reach[:, None] - reach[own] > 0).all(axis=-1)
+    return np.flatnonzero(np.isfinite(at[:, 0]) & np.isfinite(reach) & (apart | ~alone))
 
 
 def _covered(shape: tuple[int, ...], middle: Array, half: Array) -> Bools:
