@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vidtrack.motion.lag import find_lag
-from vidtrack.motion.reference_record import clock_rate, scale, without_marks
+from vidtrack.motion.reference_record import another_size, clock_rate, lag_warnings, scale, without_marks
 
 T = np.arange(0, 20, 1 / 30)
 TR = np.arange(-1, 21, 1 / 200)
@@ -54,6 +54,14 @@ def test_clocks_of_two_rates_are_named_by_how_much(rate, level):
         assert ("29.97" in found.text) == (abs(rate) == 1e-3)
 
 
+def test_records_of_two_motions_have_no_clock_of_another_rate():
+    """A wrong column, which is like the motion for a while at some rate."""
+    for seed in range(12):
+        walk = np.cumsum(np.random.default_rng(seed).normal(0, 1, len(TR)))
+        lag = find_lag(TR, walk, T[:90], motion(T[:90]))
+        assert clock_rate(TR, walk, T[:90], motion(T[:90]), lag) is None
+
+
 @pytest.mark.parametrize(
     ("gain", "sd", "level"),
     [(1.002, 1e-4, None), (0.98, 5e-4, "note"), (0.62, 0.02, "doubtful"), (-0.8, 0.01, "doubtful"), (0.8, 0.1, None)],
@@ -66,3 +74,15 @@ def test_a_reference_that_moves_by_another_amount_is_said_as_far_as_it_is_known(
 def test_another_unit_or_quantity_is_said_elsewhere():
     assert scale({"gain": 25.4, "gain_sd": 0.01}) is None
     assert scale({"gain": float("nan"), "gain_sd": float("nan")}) is None
+
+
+def test_what_makes_a_lag_less_than_it_seems_says_what_to_do():
+    lag = find_lag(TR, motion(TR), T, motion(T))._replace(others=(0.7,), correlation=-0.5)
+    for line in lag_warnings(lag, 100):
+        assert line.partition(". ")[2], line
+
+
+def test_a_reference_of_another_size_is_of_another_unit_or_axis():
+    assert "one unit of length" in another_size(25.4, "x", "x")
+    assert "one unit of length" in another_size(0.1, "y", "x")
+    assert "The target moves along x above all" in another_size(4.5, "y", "x")

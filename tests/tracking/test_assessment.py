@@ -91,4 +91,5 @@ def test_what_was_seen_while_reading_becomes_findings_and_an_assumed_rate_has_a_
         ("doubtful", "rate-assumed"),
         ("doubtful", "time-source"),
     ]
-    assert found[1].cure
+    assert "copy it again" in found[0].cure
+    assert found[1].cure.startswith("Set rate")

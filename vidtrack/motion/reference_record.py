@@ -87,6 +87,8 @@ def clock_rate(tr: Array, r: Array, t: Array, video: Array, lag: Lag) -> Finding
         rest = video[good] - line @ np.linalg.lstsq(line, video[good], rcond=None)[0]
         step = np.linalg.lstsq(J, rest, rcond=None)[0]
         at, rate = at + float(step[0]), rate + float(step[1])
+    if not float(np.var(rest)) <= (1 - RECORD.alike**2) * float(np.var(video[good])):
+        return None  # they do not show one motion at this rate either
     sd = float(np.sqrt(max(long_run_covariance(J, rest, t[good])[1, 1], 0.0)))
     span = float(t[good][-1] - t[good][0])
     if not (abs(rate) > RECORD.surely * sd and abs(rate) * span > max(RECORD.matters, 2 * lag.sd)):
@@ -111,12 +113,31 @@ def lag_warnings(lag: Lag, located: int) -> list[str]:
     warnings = []
     if lag.others:
         others = ", ".join(f"{o:.3f}" for o in lag.others[:5])
-        warnings.append(f"the motion repeats itself: lags of {others} s explain the records about as well")
+        warnings.append(
+            f"the motion repeats itself: lags of {others} s explain the records about as well. Take the one that both "
+            "clocks allow; records that hold the beginning or the end of the motion have one alone."
+        )
     if abs(lag.correlation) < RECORD.alike:
-        warnings.append(f"even after the lag is removed the records correlate only to {lag.correlation:.2f}")
+        warnings.append(
+            f"even after the lag is removed the records correlate only to {lag.correlation:.2f}. Check column, axis "
+            "and target of runs.<run>.reference, and whether it is of this run."
+        )
     if lag.correlation < 0:
-        warnings.append("the reference counts in the opposite direction (gain below zero)")
+        warnings.append(
+            "the reference counts in the opposite direction (gain below zero). Change the sign of its column, or see "
+            "why the sensor counts so."
+        )
     return warnings
+
+
+def another_size(gain: float, axis: str, nearest: str) -> str:
+    """What is said of a reference that moves `gain` times as far as the video along `axis`; nearest: the axis along
+    which the target moves most.
+    """
+    text = f"the reference moves {gain:.4g} times as far as the video"
+    if gain > 1 and axis in "xyz" and axis != nearest:
+        return f"{text} along {axis}. The target moves along {nearest} above all: see runs.<run>.reference.axis."
+    return f"{text}: are points.csv, reference.csv and `units` in one unit of length? Convert what is in another."
 
 
 def scale(agreed: Mapping[str, float]) -> Finding | None:

@@ -21,7 +21,15 @@ from vidtrack.motion.reference_clock import (
     with_rounding,
 )
 from vidtrack.motion.reference_rate import picture_rate
-from vidtrack.motion.reference_record import ONE_UNIT, RECORD, clock_rate, lag_warnings, scale, without_marks
+from vidtrack.motion.reference_record import (
+    ONE_UNIT,
+    RECORD,
+    another_size,
+    clock_rate,
+    lag_warnings,
+    scale,
+    without_marks,
+)
 from vidtrack.motion.straight import Line, fit_line
 from vidtrack.motion.truth import by_place, error_sizes, exchanged
 from vidtrack.timing.resample import resample
@@ -172,10 +180,7 @@ def _against_reference(
     agreed_before, agreed_after = _plain(agreement(video, before)), _plain(agreement(video, after))
     gain = abs(agreed_after["gain"])
     if gain > ONE_UNIT or gain < 1 / ONE_UNIT:
-        warnings.append(
-            f"the reference moves {gain:.4g} times as far as the video: are points.csv, reference.csv and `units` in "
-            "one unit of length?"
-        )
+        warnings.append(another_size(gain, axis, "xyz"[line.axis]))
     elif scaled := scale(agreed_after):
         findings.append(scaled)
     record = {

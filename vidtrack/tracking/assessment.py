@@ -256,6 +256,9 @@ def line(finding: Finding) -> str:
     return f"{finding.text} {finding.cure}".strip()
 
 
+READ_CURE = "Look at the recording there, and copy it again from the camera or tape; what was read has its own time."
+
+
 def reading_findings(account: ReadAccount, time_problems: Sequence[str]) -> list[Finding]:
     """What was seen while a recording was read, and of the sources of its time; lost pictures are the verdict's.
 
@@ -264,6 +267,6 @@ def reading_findings(account: ReadAccount, time_problems: Sequence[str]) -> list
     found = []
     for text in account.problems:
         assumed = text.endswith("give rate")
-        cure = "Set rate of the run to the pictures that the camera took a second." if assumed else ""
+        cure = "Set rate of the run to the pictures that the camera took a second." if assumed else READ_CURE
         found.append(Finding("doubtful", "rate-assumed" if assumed else "reading", text, cure))
     return [*found, *(Finding("doubtful", "time-source", text, "") for text in time_problems)]
