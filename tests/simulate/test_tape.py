@@ -78,6 +78,12 @@ def test_the_time_code_can_be_read_from_the_file(tmp_path, code, container):
     assert found["timecode"] == code
 
 
+def test_a_size_that_a_codec_does_not_have_is_refused_in_one_line(tmp_path):
+    with pytest.raises(VidtrackError, match=r"the codec dv does not take this size.*Change them"):
+        write_tape(str(tmp_path / "a.avi"), pictures(), Tape(codec="dv", container="avi"), rate=RATE)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_tape_without_time_code_has_none(tmp_path):
     path = str(tmp_path / "a.mov")
     write_tape(path, pictures(), Tape(timecode="none"), rate=RATE, start=parse("10:00:00:00", RATE))

@@ -56,6 +56,15 @@ def test_a_picture_that_grew_is_another_zoom_not_a_camera_that_stood_elsewhere()
     assert "zoom" not in only(since=kept, start=Moved(13.0, 0.06, 9000.0)).text
 
 
+def test_a_picture_of_another_size_that_grew_is_another_part_and_no_zoom():
+    grown = Turn(np.array([0.0, 0.001, 0.0, 0.1]), np.eye(4) * 1e-6, np.ones(20, bool))
+    own = case(since=grown, start=Moved(13.0, 0.06, 9000.0))
+    (found,) = findings_of(own._replace(part=True))
+    assert "10 ± 0.1 % larger than the part of the calibration's that it is taken for" in found.text
+    assert "crop" in found.cure
+    assert "zoom" not in found.text + found.cure
+
+
 def test_a_movement_along_the_run_says_when():
     along = Episode(6.0, 6.5, Moved(37.0, 0.1, 9e6), Moved(0.1, 0.1, 1.0), sudden=True)
     found = only(along=along)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from vidtrack.errors import VidtrackError
 from vidtrack.simulate.picture import Levels
 from vidtrack.simulate.plan import NotNegative, Plan
 from vidtrack.simulate.recording import Interlace
@@ -79,7 +80,7 @@ def write_tape(
     """Write frames (height, width) as a video file, making its folder; frames numbered in `lost` leave a gap in time.
 
     start   time code of the first frame, written into the file where the tape keeps time codes there
-    The file appears under its name only when it is whole.
+    The file appears under its name only when it is whole. Raises VidtrackError for what the codec does not take.
     """
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
     root, ending = os.path.splitext(path)
@@ -88,6 +89,11 @@ def write_tape(
         with av.open(partial, "w", container_options={"fflags": "+bitexact"}) as container:
             _write(container, frames, tape, rate, bits, interlace, start, lost, sound)
         os.replace(partial, path)
+    except av.error.ArgumentError as error:  # sizes, rates and fields that a codec does not have, as DV
+        raise VidtrackError(
+            f"{path}: the codec {tape.codec} does not take this size, rate or field order ({error.strerror}). Change "
+            "them, or recording.tape.codec."
+        ) from None
     finally:
         if os.path.exists(partial):
             os.unlink(partial)

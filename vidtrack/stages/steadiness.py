@@ -112,7 +112,8 @@ def steadiness(
         if found.since is not None and not found.since.why and len(moved):
             start = next((each for each, why in zip(moved, found.why, strict=True) if not why), None)
         along = episode(found, law, own.size)
-        case = CameraCase(name, where, found, start, along, own.per_px, units, follow, _flipped(own, found))
+        flip, part = _flipped(own, found), own.window is not None
+        case = CameraCase(name, where, found, start, along, own.per_px, units, follow, flip, part)
         findings += findings_of(case)
         cameras[name] = case.record()
     table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()

@@ -24,6 +24,10 @@ ZOOM_CURE = (
 )
 
 
+PART_CURE = (
+    "Give `crop: [left, top, width, height]` for the run: the part of the calibration's picture that it shows. Or "
+    "calibrate with clips of the run's size."
+)
 FLIPPED_CURE = (
     "Record run and calibration alike, or turn the pictures of one of them back; players may hide it: a flag in the "
     "file does."
@@ -37,6 +41,7 @@ class CameraCase(NamedTuple):
     along   its movement along the run; None where it stood still
     per_px  world units that a px spans at the calibration points; None where not known
     flipped how its pictures are mirrored or turned beside those of its calibration; None where they are not
+    part    whether its pictures are of another size: a part of the calibration's picture was given or taken for it
     """
 
     camera: str
@@ -48,6 +53,7 @@ class CameraCase(NamedTuple):
     units: str
     follow: bool
     flipped: str | None = None
+    part: bool = False
 
     def record(self) -> dict[str, Any]:
         """As it is written to JSON."""
@@ -133,6 +139,9 @@ def _between(case: CameraCase) -> list[Finding]:
     if not abs(zoom) > max(LEAST_ZOOM, ZOOM_SDS * sd):
         return [found]
     size = f"{100 * abs(zoom):.3g} ± {100 * sd:.1g} % {'larger' if zoom > 0 else 'smaller'}"
+    if case.part:
+        text = f"{text}; its picture is {size} than the part of the calibration's that it is taken for"
+        return [_finding(case, "camera-moved-between", text, case.start, PART_CURE)]
     text = f"{text}; its picture is {size}: another zoom or focus, or a stabiliser that crops"
     return [_finding(case, "camera-moved-between", text, case.start, ZOOM_CURE)]
 
