@@ -106,3 +106,35 @@ def test_the_first_harmonic_of_a_rim_is_the_way_to_its_middle():
     way, sd = middle_of_rim(rim, np.array([0.1, 0.2]))
     assert np.abs(way - away * np.stack([np.cos(to), np.sin(to)])).max() < 1e-3
     assert np.allclose(sd, [0.025, 0.05])
+
+
+def shaded(share):
+    """A ball and its background, of which the right half is darker by this share, softly; and its middle of light."""
+    row, column = np.indices(SHAPE)
+    luma = ball().astype(float) * (1 - share / (1 + np.exp((40.3 - column) / 1.5)))
+    weight = np.where(np.hypot(column - 40.3, row - 30.6) < RADIUS + 3, luma - luma[0, column], 0.0)
+    return luma, (weight * column).sum() / weight.sum()
+
+
+def test_the_edge_of_a_ball_in_half_a_shadow_shows_where_it_is_and_the_rim_at_one_level_does_not():
+    luma, x = shaded(0.4)
+    assert x < 40.3 - 0.4
+    seen = looked(luma, x)
+    edge, rim = (x + middle_of_rim(some, seen.sd)[0][0, 0] for some in (seen.edge, seen.rim))
+    assert edge - x > 0.4 * (40.3 - x)
+    assert abs(edge - 40.3) < abs(rim - 40.3)
+
+
+def test_the_edge_of_a_plain_disc_is_its_rim_and_that_of_a_side_that_hardly_stands_out_is_not_known():
+    seen = looked(ball())
+    np.testing.assert_allclose(seen.edge, seen.rim, atol=0.1)
+    luma = ball().astype(float)
+    luma[:, 41:] = LEVEL + 0.2 * (luma[:, 41:] - LEVEL)
+    assert np.isnan(looked(luma, 39.0).edge).all()
+
+
+def test_a_shadow_lies_on_the_background_too_and_a_bright_point_on_a_ball_does_not():
+    assert looked(shaded(0.4)[0]).sided[0] == 1
+    glossy = discs(SHAPE, [(40.3, 30.6, RADIUS, LIGHT), (43.0, 30.6, 1.8, LIGHT)], level=LEVEL)
+    assert looked(cv2.GaussianBlur(glossy, (0, 0), 0.7)).sided[0] == 0
+    assert looked(ball(noise=1.5)).sided[0] == 0

@@ -42,6 +42,31 @@ def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
     assert wrong(*film(0.5)) > 5
 
 
+def lit(steps, n=40):
+    """Errors and sd of a ball with the edge of a shadow on it all the time."""
+    rng, frames, truth = np.random.default_rng(3), [], []
+    column = np.arange(SHAPE[1])
+    for k in range(n):
+        x, y = 70 + np.sin(k / 5), 16 + 1.2 * k
+        light = 1 - steps * ndtr((column - 70.0) / 2.0)
+        luma = discs(SHAPE, [(x, y, RADIUS, 90.0)], level=40.0, dtype=float, rng=rng) * light
+        luma = np.clip(np.rint(luma + rng.normal(0, 1.5, SHAPE)), 0, 255).astype(np.uint8)
+        frames.append(Frame(k, Fraction(k, 25), luma, False, None))
+        truth.append((x, y))
+    table = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1).centroids
+    good = (table["flag"] == "").to_numpy()
+    return (table[["Xf", "Yf"]].to_numpy() - truth)[good], table.loc[good, ["sd_x", "sd_y"]].to_numpy()
+
+
+def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):
+    error, sd = lit(0.2)
+    assert len(error) > 35
+    assert np.median(error[:, 0]) < -0.3
+    assert wrong(error, sd) == 0
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
+    assert wrong(*lit(0.2)) > 30
+
+
 def test_a_plain_ball_keeps_its_sd(monkeypatch):
     _, sd = film(1.0)
     monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
@@ -57,19 +82,28 @@ def seen(ways_of, noise=0.01):
     return np.sqrt(np.maximum(ways.grown(sd, sd) ** 2 - sd**2, 0))[:, :, 0]
 
 
-def test_a_lamp_that_is_always_at_one_side_moves_no_sample_against_another():
-    assert not seen([(0.3, 0.1)] * 10).any()
+def test_by_hand_a_lamp_that_is_always_at_one_side_is_in_the_sd_of_all_samples_alike():
+    assert np.allclose(seen([(0.3, 0.4)] * 10), UNEVEN_LIGHT.from_one_side * 0.5)
     assert not seen([(0.0, 0.0), (0.5, 0.0)]).any()  # too few looks
 
 
+def test_what_the_grid_of_pixels_and_noise_part_is_no_light_from_one_side():
+    assert not seen([(0.03, 0.01)] * 10).any()
+    assert not seen([(0.1, 0.0)] * 10, noise=0.1).any()
+    assert seen([(0.1, 0.0)] * 400, noise=0.1).all()
+
+
 def test_by_hand_what_parts_light_and_rim_more_than_usual_is_in_the_sd_about_that_look():
-    added = seen([(0.3, 0.1)] * 5 + [(0.3, 0.7)] + [(0.3, 0.1)] * 4)
+    added = seen([(0.0, 0.0)] * 5 + [(0.0, 0.6)] + [(0.0, 0.0)] * 4)
     assert np.flatnonzero(added[1]).tolist() == list(range(17, 24))
     assert np.allclose(added[:, 17:24], UNEVEN_LIGHT.whole * 0.6)
+    both = seen([(0.3, 0.1)] * 5 + [(0.3, 0.7)] + [(0.3, 0.1)] * 4)
+    steady = UNEVEN_LIGHT.from_one_side * np.hypot(0.3, 0.1)
+    assert np.allclose(both, np.hypot(added, steady))
 
 
 def test_looks_that_are_kept_together_say_the_same():
-    many = [(0.3, 0.1)] * 300 + [(0.3, 0.7)] + [(0.3, 0.1)] * 300
+    many = [(0.0, 0.0)] * 300 + [(0.0, 0.6)] + [(0.0, 0.0)] * 300
     assert len(many) > 2 * UNEVEN_LIGHT.together
     added = seen(many)
     assert np.flatnonzero(added[0]).tolist() == list(range(1197, 1204))

@@ -31,6 +31,10 @@ class Rim:
     rays, steps   directions, and places on each
     beyond        of the radius, and beyond_px besides: how far the rays go
     core, outside_px  of the radius: the middle, whose level is the target's; px beyond it where the background begins
+    side, beside  of the radius: from where to where a side has its level; rays before and after one, of its side
+    dimmest       of the usual contrast, that of each side at least: else it is not known where its edge is
+    alike, sided  share of the target's unevenness from one side that its background has, and grey levels, at least,
+                  where both are in one light
     least_px      radius of the smallest target that has a rim; largest_px: of the largest that is looked at
     level         grey levels of the middle over the background, at least
     grid          px, what the grid of pixels adds to the sd of a place of the rim where the light falls from all to
@@ -48,6 +52,11 @@ class Rim:
     beyond_px: float = 3.0
     core: float = 0.6
     outside_px: float = 2.0
+    side: tuple[float, float] = (0.3, 0.75)
+    beside: int = 2
+    dimmest: float = 0.4
+    alike: float = 0.4
+    sided: float = 0.7
     least_px: float = 2.3
     largest_px: float = 40.0
     level: float = 8.0
@@ -69,12 +78,17 @@ class Looked(NamedTuple):
     """One look at n targets; NaN where it sees none.
 
     uneven  (n,) px; sd (n,) px, of a place of the rim, from the noise; rim (n, rays) px from the centroid
+    edge    (n, rays) px from the centroid, where the light has fallen half-way from the level of the target on that
+            side to that of the background beside it: light from one side does not move it
+    sided   (n,) 1 where the background about it is lit from one side as it is itself, else 0: a shadow, no bright point
     shaped  (n,) rms of its coarse odd harmonics over that of its fine ones: 0.5 to 2 where chance makes them
     """
 
     uneven: Array
     sd: Array
     rim: Array
+    edge: Array
+    sided: Array
     shaped: Array
 
 
@@ -91,6 +105,8 @@ def look_at_rims(
         np.full(n, np.nan),
         np.full(n, np.nan),
         np.full((n, RIM.rays), np.nan),
+        np.full((n, RIM.rays), np.nan),
+        np.full(n, np.nan),
         np.full(n, np.nan),
     )
     with np.errstate(invalid="ignore"):
@@ -108,13 +124,9 @@ def look_at_rims(
     with np.errstate(invalid="ignore"):
         inside, outside = away < RIM.core * radius[:, None], away > (radius + RIM.outside_px)[:, None]
     top, ground = _middle(grey, inside), _middle(grey, outside)
-    half = (top + ground) / 2
-    below = (grey < half[:, None, None]) & (away > RIM.core * radius[:, None])[:, None]
-    last = np.clip(np.where(below.any(axis=2), np.argmax(below, axis=2), RIM.steps - 1) - 1, 0, None)[..., None]
-    here = np.take_along_axis(grey, last, axis=2)[..., 0]
-    fall = np.maximum(here - np.take_along_axis(grey, last + 1, axis=2)[..., 0], 1e-3)
-    step = (reach / (RIM.steps - 1))[:, None]
-    rim = step * (last[..., 0] + np.clip((here - half[:, None]) / fall, 0, 1))
+    step, begin = (reach / (RIM.steps - 1))[:, None], away > RIM.core * radius[:, None]
+    rim, fall = _falls_to(grey, ((top + ground) / 2)[:, None], begin, step)
+    out.edge[who], out.sided[who] = _edge(grey, away / radius[:, None], outside, begin, step)
     waves = 2 * np.fft.rfft(rim, axis=1) / RIM.rays
     out.rim[who] = rim
     size2 = np.abs(waves) ** 2
@@ -125,6 +137,39 @@ def look_at_rims(
     sd = np.hypot(noise / slope, RIM.grid * lines**3 * (slope / rise) ** 1.5)
     out.sd[who] = np.where(top - ground >= RIM.level, sd, np.nan)
     return out
+
+
+def _falls_to(grey: NDArray[np.float32], half: Array, begin: Bools, step: Array) -> tuple[Array, Array]:
+    """Where light on rays (n, rays, steps) falls to levels (n, rays or 1), px (n, rays), and by how much a step there.
+
+    begin  (n, steps) where on a ray it may; step: (n, 1) px from place to place
+    """
+    below = (grey < half[..., None]) & begin[:, None]
+    last = np.clip(np.where(below.any(axis=2), np.argmax(below, axis=2), RIM.steps - 1) - 1, 0, None)[..., None]
+    here = np.take_along_axis(grey, last, axis=2)[..., 0]
+    fall = np.maximum(here - np.take_along_axis(grey, last + 1, axis=2)[..., 0], 1e-3)
+    return step * (last[..., 0] + np.clip((here - half) / fall, 0, 1)), fall
+
+
+def _edge(grey: NDArray[np.float32], share: Array, outside: Bools, begin: Bools, step: Array) -> tuple[Array, Array]:
+    """`Looked.edge` (n, rays) px and `sided` (n,); share (n, steps) of the radius. Edges of targets with a side that
+    hardly stands out are NaN.
+    """
+    inside = (share > RIM.side[0]) & (share < RIM.side[1])
+    top, ground = (_of_sides(grey, where) for where in (inside, outside))
+    edge, _ = _falls_to(grey, (top + ground) / 2, begin, step)
+    edge[(top - ground).min(axis=1) < RIM.dimmest * row_medians(top - ground)] = np.nan
+    of_top, of_ground = (2 / RIM.rays * np.hypot(*(_RAYS @ level.T)) for level in (top, ground))
+    alike = of_ground * top.mean(axis=1) > RIM.alike * of_top * np.abs(ground.mean(axis=1))
+    return edge, np.where(alike & (of_ground > RIM.sided), 1.0, 0.0)
+
+
+def _of_sides(grey: NDArray[np.float32], where: Bools) -> Array:
+    """Mean level of each ray (n, rays) and those beside it where steps (n, steps) are."""
+    share = where / np.maximum(where.sum(axis=1, keepdims=True), 1)
+    each = np.einsum("nrs,ns->nr", grey, share)
+    turns = range(-RIM.beside, RIM.beside + 1)
+    return np.asarray(sum(np.roll(each, k, axis=1) for k in turns) / len(turns), float)
 
 
 def _levels(picture: Picture, x: Array, y: Array) -> NDArray[np.float32]:

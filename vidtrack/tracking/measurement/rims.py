@@ -112,7 +112,13 @@ class Rims:
         self._lately[who] = np.minimum(lately, UNEVEN_RIMS.beyond)
         shaped = seen.shaped[able]
         self._shaped[who] += (np.minimum(shaped, UNEVEN_RIMS.shaped[0]) - self._shaped[who]) / UNEVEN_RIMS.memory
-        self._ways.seen(number, who, *middle_of_rim(rim, sd), now < UNEVEN_RIMS.beyond)
+        (by_rim, error), by_side = middle_of_rim(rim, sd), middle_of_rim(seen.edge[able], sd)[0]
+        # a bright point on one side raises its level, so that its edge goes farther than the light; the rim does not
+        nearer = (
+            (seen.sided[able] == 0) & ((by_rim * by_side).sum(axis=0) > 0) & (np.hypot(*by_rim) < np.hypot(*by_side))
+        )
+        way = np.where(nearer, by_rim, by_side)
+        self._ways.seen(number, who, way, error, (now < UNEVEN_RIMS.beyond) & np.isfinite(by_side[0]))
         plainly = (shaped > UNEVEN_RIMS.shaped[0]) | (self._shaped[who] > UNEVEN_RIMS.shaped[1])
         if (some := np.flatnonzero(plainly & ((now > UNEVEN_RIMS.beyond) | (lately > UNEVEN_RIMS.lasting)))).size:
             who_of, uneven, rim, sd = who[some], uneven[some], rim[some], sd[some]

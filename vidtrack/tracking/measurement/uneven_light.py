@@ -1,7 +1,8 @@
 """How far light that changes over a target moves its centroid: a shadow along its course, a lamp that comes nearer.
 
-The middle of the rim is where the target is, however it is lit; the middle of its light is its centroid. A lamp that is
-always at one side parts them by the same way in all samples, which moves no sample against another. What parts them
+The middle of the rim is where the target is, however it is lit, if the rim is sought on each side half-way down from
+the level of that side; the middle of its light is its centroid. A lamp or a shadow that is always at one side parts
+them by the same way in all samples: no sample is moved against another, and all lie beside the target. What parts them
 more than where they are nearest to each other is an error of the samples in which it does. Looked at with the rims, now
 and then, and only where the rim is a whole one.
 """
@@ -29,6 +30,10 @@ class UnevenLight:
     about
     grid_px  what the grid of pixels adds to that sd
     whole    px that a centroid is off for a px of way: the background beside a shadow moves the rim as well
+    steadily  times the sd of the usual way, that it is at least where light is always uneven; steady_px: what the grid
+    steady_px adds to that sd
+    from_one_side  px that a centroid is off for a px of the usual way: half-way down from a level that itself falls
+              towards the rim, the rim goes part of the way. Drawn balls with the edge of a shadow on them: 1 to 2.4
     together  looks that are kept as one: each by itself takes ten times its memory
     """
 
@@ -39,6 +44,9 @@ class UnevenLight:
     about: int = 12
     grid_px: float = 0.02
     whole: float = 1.3
+    steadily: float = 3.0
+    steady_px: float = 0.012
+    from_one_side: float = 1.5
     together: int = 256
 
 
@@ -85,13 +93,18 @@ class Ways:
             usual = to[:, size <= np.quantile(size, UNEVEN_LIGHT.nearest)].mean(axis=1)
             off = np.hypot(*(to - usual[:, None]))
             limit = np.hypot(np.hypot(noise[rows], np.fmax(*np.nan_to_num(own[:, at, i]))), UNEVEN_LIGHT.grid_px)
+            steady = np.hypot(*np.median(to, axis=1))
+            known = np.hypot(np.median(noise[rows]) / np.sqrt(rows.size), UNEVEN_LIGHT.steady_px)
+            if steady > UNEVEN_LIGHT.steadily * known:
+                out = sd.copy() if out is sd else out
+                out[:, :, i] = np.hypot(out[:, :, i], UNEVEN_LIGHT.from_one_side * steady)
             if not (plainly := np.flatnonzero(off > UNEVEN_LIGHT.beyond * limit)).size:
                 continue
             off = np.where((off > UNEVEN_LIGHT.others * limit) & _near(plainly, off.size), off, 0.0)
             after = np.minimum(np.searchsorted(at, every), at.size - 1)
             before = np.maximum(np.searchsorted(at, every, side="right") - 1, 0)
             out = sd.copy() if out is sd else out
-            out[:, :, i] = np.hypot(sd[:, :, i], UNEVEN_LIGHT.whole * np.maximum(off[before], off[after]))
+            out[:, :, i] = np.hypot(out[:, :, i], UNEVEN_LIGHT.whole * np.maximum(off[before], off[after]))
         return out
 
 
