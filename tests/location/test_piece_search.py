@@ -57,6 +57,17 @@ def test_what_only_this_camera_has_measured_near_a_target_is_no_part_of_its_fit(
     assert not rough.target.size or rough.sd.min() > 2 * found.sd.max()
 
 
+@pytest.mark.parametrize("at", [[(30.0, 36.0), (35.0, 37.6), (38.0, 37.5)], [(30.0, 36.0), (32.8, 42.9), (32.5, 44.9)]])
+def test_of_a_blob_of_three_nothing_is_found_where_it_is_not_known_well_where_two_are(at):
+    """Two discs take up most of their light, 1 to 2 px from where they are."""
+    seen = grey(at, np.random.default_rng(1))
+    expected = np.add(at[:2], [(0.4, -0.5), (0.3, 0.4)])
+    assert not sought(seen, expected, spread=1.0).target.size
+    two = sought(grey(at[:2], np.random.default_rng(0)), expected, spread=1.0)
+    assert two.target.tolist() == [0, 1]
+    assert np.abs(two.b - at[:2]).max() < 0.2
+
+
 def streaks(at, way, rng):
     t = ((np.arange(24) + 0.5) / 24 - 0.5)[:, None, None]
     return grey(np.asarray(at) + t * np.asarray(way), rng)

@@ -34,6 +34,8 @@ class Seeking:
     again_px   by which a target must be expected elsewhere before it is sought again in a piece
     about      of a disc's half axes, on each side of it, and about_px besides, of which a piece is looked at
     dark       share of a disc that may be hidden by something dark: from, to
+    known_px   how well it is known where a target is, from which on a fit must explain all that is seen
+    left       times the noise, that a fit leaves at most where it must explain all; misfit: of the light, where more
     streak     sd of log half axes, of the light (share) and of log blur of what is drawn out
     drawn_px   by which motion during the exposure draws a disc out, from which on it is fitted as a streak
     """
@@ -51,6 +53,9 @@ class Seeking:
     about: float = 0.5
     about_px: float = 12.0
     dark: tuple[float, float] = (0.03, 0.85)
+    known_px: float = 0.5
+    left: float = 1.5
+    misfit: float = 0.02
     streak: tuple[float, float, float] = (0.3, 0.4, 0.6)
     drawn_px: float = 0.5
 
@@ -164,7 +169,9 @@ def found_in_pieces(
             beside = np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own)
             hidden = (grey == 0) | _covered(grey.shape, place[beside], (reach[beside] + 2)[:, None] / scale)
             drawn = np.nan_to_num(np.stack([motion.way[own, k], motion.bend[own, k]])) / scale
-            fit = _fitted(grey, hidden, place[own], usual[:, own], drawn.swapaxes(1, 2), lines, kept.noise)
+            # where they are not known well, a blob of others must not pass for them
+            plain = bool((spread[own, k] > SEEKING.known_px).any())
+            fit = _fitted(grey, hidden, place[own], usual[:, own], drawn.swapaxes(1, 2), lines, kept.noise, plain)
             if fit is None:
                 vain.add(this)
                 continue
@@ -230,11 +237,19 @@ def _covered(shape: tuple[int, ...], middle: Array, half: Array) -> Bools:
 
 
 def _fitted(
-    grey: NDArray[np.uint8], hidden: Bools, place: Array, usual: Array, drawn: Array, lines: int, noise: float
+    grey: NDArray[np.uint8],
+    hidden: Bools,
+    place: Array,
+    usual: Array,
+    drawn: Array,
+    lines: int,
+    noise: float,
+    plain: bool,
 ) -> tuple[Array, Array] | None:
     """Places (m, 2) and their sd in the piece's own px, of discs expected at `place` (m, 2); None: no fit.
 
     usual  (2, m) radius, px of the frame buffer's columns, and light; drawn (2, 2, m) px as of `fit_apart`
+    plain  whether the fit must explain what is seen with the recording's noise, whatever is beside it
     """
     from vidtrack.tracking.measurement.fit_apart import fit_apart
     from vidtrack.tracking.measurement.half_hidden import HALF_HIDDEN, fit_half_hidden
@@ -253,7 +268,7 @@ def _fitted(
     if fit is None and still and _half_dark(seen, hidden, x, y, known.value):
         halves = Shapes(known.value, np.repeat(np.array(HALF_HIDDEN.usual)[:, None], n, axis=1))
         fit, _ = fit_half_hidden(seen, hidden, x, y, halves, noise)
-    if fit is None:
+    if fit is None or (plain and not fit.left < max(SEEKING.left * noise, SEEKING.misfit * float(light.min()))):
         return None
     return np.stack([fit.x, fit.y], -1) + corner, np.stack([fit.sd_x, fit.sd_y], -1)
 
