@@ -106,6 +106,27 @@ def test_a_lens_richer_than_the_model_is_said_to_be():
     assert "lens-model-too-plain" not in [f.code for f in doubts(points, points, rich, again, "in")]
 
 
+@pytest.mark.parametrize(
+    "given", [{"priors": {"f": (1.15 * CAMERA.f, 0.001)}}, {"fixed": {"f": 1.1 * CAMERA.f}}, {"fixed": {"Cx": 120.0}}]
+)
+def test_what_the_config_says_of_the_lens_and_the_points_contradict_is_named(given):
+    points = sighted()
+    told = task()._replace(**given)
+    (found,) = [
+        f for f in doubts(points, points, told, calibrated(points, told), "in") if f.code == "settings-contradicted"
+    ]
+    (name,) = next(iter(given.values()))
+    without = float(found.text.split(f"without them {name} ")[1].split(",")[0])
+    assert without == pytest.approx(getattr(CAMERA, name), rel=0.02)
+
+
+def test_what_the_config_says_rightly_or_of_few_points_is_not_contradicted():
+    right = task()._replace(priors={"f": (1.001 * CAMERA.f, 0.01)}, fixed={"Sx": CAMERA.Sx})
+    for points, told in ((sighted(), right), (sighted(n=12), task()._replace(fixed={"f": 1.1 * CAMERA.f}))):
+        found = doubts(points, points, told, calibrated(points, told), "in")
+        assert "settings-contradicted" not in [f.code for f in found]
+
+
 def test_points_in_one_plane_are_noted_with_the_scale_that_is_held():
     p = thesis_points()[1].copy()
     p[:, 2] = 0.3 * p[:, 0]

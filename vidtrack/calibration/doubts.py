@@ -12,7 +12,7 @@ from vidtrack.calibration.interface_evidence import interface_findings, unexplai
 from vidtrack.calibration.known_lens import LIMITS, KnownLens, places
 from vidtrack.calibration.one_camera import ENOUGH_TO_JUDGE, RICH_LENS_POINTS, Answer, Inliers, Points, Task, fit_points
 from vidtrack.calibration.outliers import ENOUGH, Mixup
-from vidtrack.calibration.refine import POSE, refine
+from vidtrack.calibration.refine import POSE, free_parameters, refine
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_terms import RICHEST
@@ -22,6 +22,9 @@ CONVERTED_PX = 0.1
 
 CONTRADICTED = 2.0
 """Times by which the noise must fall when f and the centre are freed, before a known lens is doubted."""
+
+ENOUGH_FOR_ALL = 16
+"""Points from which what the config says of a lens can be doubted, all of it being freed."""
 
 ENOUGH_TO_DOUBT = 8
 """Points from which a known lens can be doubted: 16 equations for 9 unknowns."""
@@ -128,6 +131,7 @@ def doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str)
     if fit.message:
         cure = "Add points, or hold parameters with calibration.fix."
         findings.append(Finding("doubtful", "fit-not-settled", f"{fit.message}.", cure))
+    findings.append(_settings_contradicted(good, task, answer))
     plain = None
     if not (task.closed or task.fixed or task.model in ("auto", RICHEST)):
         plain = gates.plain_lens(fit.sigma_px, _noise_with_rich_lens(good, task, camera), answer.model)
@@ -137,6 +141,25 @@ def doubts(stated: Points, good: Points, task: Task, answer: Answer, units: str)
     if not task.closed:
         findings += interface_findings(stated, good, answer, units)
     return [finding for finding in findings if finding]
+
+
+def _settings_contradicted(good: Points, task: Task, answer: Answer) -> Finding | None:
+    """Whether the points fit much better without what calibration.fix and calibration.prior say of the lens."""
+    given = [name for name in free_parameters(answer.model) if name in task.fixed or name in task.priors]
+    if task.closed or task.lens is not None or answer.camera.through or not given or good.coplanar:
+        return None
+    if good.n < ENOUGH_FOR_ALL:
+        return None
+    free = free_parameters(answer.model)
+    other = refine(answer.camera, good.p, good.b, free=free, sd=good.sd, survey=good.survey, max_iterations=50)
+    if not (other.converged and other.sigma_px * CONTRADICTED < answer.fit.sigma_px):
+        return None
+    values = ", ".join(f"{n} {getattr(other.camera, n):.4g}, not {getattr(answer.camera, n):.4g}" for n in given)
+    text = (
+        f"the points contradict calibration.fix or calibration.prior: without them {values}, and "
+        f"{other.sigma_px:.2g} px are left instead of {answer.fit.sigma_px:.2g}."
+    )
+    return Finding("doubtful", "settings-contradicted", text, "Correct the values there, or take them out.")
 
 
 def _noise_with_rich_lens(points: Points, task: Task, near: Camera) -> float:
