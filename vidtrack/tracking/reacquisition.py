@@ -25,7 +25,7 @@ from vidtrack.tracking.detection.candidates import (
 )
 from vidtrack.tracking.detection.half_way_up import with_half_way_up
 from vidtrack.tracking.detection.target_threshold import target_levels
-from vidtrack.tracking.first_sight import by_light, without_outdone
+from vidtrack.tracking.first_sight import FirstSights, by_light
 from vidtrack.tracking.following.occlusion import OCCLUSION, Occlusions, distinct, groups
 from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.own_size import OWN_SIZES, OwnSize
@@ -73,7 +73,7 @@ class Reacquisition:
     def __init__(self, scene: Scene, n: int, places: int, own_size: OwnSize, *, far: bool) -> None:
         self.scene, self.far, self._n, self.own_size = scene, far, n, own_size
         self.occlusions, self.separation = Occlusions(places), Separation(places, own_size)
-        self._fitted_before = self._held_before = self.separation.fitted
+        self._fitted_before, self.first = self.separation.fitted, FirstSights(places)
         self._pending = np.full((n, 3), np.nan)  # x, y, time of a first sighting far away
 
     def forget(self, who: Ints) -> None:
@@ -87,8 +87,7 @@ class Reacquisition:
         self._fitted_before = self.separation.fitted.copy()
         self._held_before = self._fitted_before | np.isfinite(self.separation.course[:, 0])
         self.separation.fitted[who] = False
-        met = self.occlusions.met[who]
-        if met.any():
+        if (met := self.occlusions.met[who]).any():
             now = self._seek_occluded(now, sample, who[met], predicted[who[met]])
             who = who[~met]
         if not who.size:
@@ -140,7 +139,7 @@ class Reacquisition:
         off = np.hypot(off[..., 0], off[..., 1]) / np.hypot(*(grown / 2).T)[:, None]
         claimed = within(near, predicted, sample.lines, slack=0.0).sum(axis=0) > 1  # one blob where two should be
         off, unseen = np.where(inside, off, np.inf), np.isnan(now.state.appearance.pixels[who])
-        cost = without_outdone(self._cost(now, sample, who, near), off, near.mass, unseen) + off
+        cost = self.first.without_outdone(self._cost(now, sample, who, near), off, near, who, unseen) + off
         chosen = one_to_one(np.where(claimed, np.inf, cost))
         return self._found(now, sample, who, near, chosen)
 
@@ -301,6 +300,7 @@ class Reacquisition:
             one = ~several
             found = Found(got[one], values[:, one], size[:, one], (top - background)[one], flag[one])
         self._pending[found.who[found.who < self._n]] = np.nan
+        self.first.seen(np.setdiff1d(got[first], got[several]), sample.time)
         return (now.found(found) if found.who.size else now), chosen
 
     def _within_reach(self, now: Searched, who: Ints, predicted: Array, blobs: Blobs) -> Bools:
@@ -316,7 +316,7 @@ class Reacquisition:
         """Seek targets in the whole picture."""
         state, detection = now.state, self.scene.detection
         sought = (state.missing[who] > 1) & np.isfinite(state.appearance.pixels[who])
-        sought &= now.flag[who] & MERGED == 0  # it is there, but cannot be distinguished
+        sought &= (now.flag[who] & MERGED == 0) & self.first.confirmed(who, state.missing[who], sample.time)
         who, predicted = who[sought], predicted[sought]
         if not who.size:
             return now
