@@ -15,7 +15,7 @@ def sought(piece, expected, *, measured=None, way=None, spread=0.3, exposure=0.0
     """What is found in a piece of targets expected at (m, 2) px; NaN: nothing is expected of one."""
     expected = np.asarray(expected, float)
     m = len(expected)
-    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), exposure)
+    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), exposure, np.zeros((3, 1)))
     where = InPicture(expected[:, None], np.tile(spread**2 * np.eye(2), (m, 1, 1, 1)))
     usual = np.array([[RADIUS] * m, [CONTRAST] * m])
     nothing = np.zeros((m, 1, 2))
@@ -100,7 +100,7 @@ def test_a_ball_behind_something_dark_is_measured_by_what_is_left_of_it():
 
 def test_a_fit_that_was_tried_in_vain_is_not_tried_again():
     piece = grey([(35.0, 35.0)], np.random.default_rng(2), covered=True)
-    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0)
+    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0, np.zeros((3, 1)))
     where = InPicture(np.full((1, 1, 2), 35.0), np.tile(0.1 * np.eye(2), (1, 1, 1, 1)))
     still, looks = Motion(*np.zeros((4, 1, 1, 2))), np.array([[RADIUS], [CONTRAST]])
     vain: set[tuple[int, ...]] = set()

@@ -294,3 +294,9 @@ def test_two_blocks_far_from_what_moves_get_a_second_look():
     """Of a reference that is damaged near its end no more may show."""
     lasting = garbage(scene(), list(range(12, N)), blocks=2)
     assert [12 in one for one in asked_of(lasting)] == [True]
+
+
+def test_two_pictures_of_one_moment_are_read():
+    times = [0, 1, 1, 2, 5, 6]
+    frames = [f._replace(time=Fraction(t, 30)) for f, t in zip(frames_of(scene(n=6)), times, strict=True)]
+    assert [one.index for one in DamagedPictures(8).over(frames)] == list(range(6))

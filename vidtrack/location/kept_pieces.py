@@ -25,6 +25,7 @@ class Kept(NamedTuple):
     noise: float  # grey levels, of a pixel
     grown: Array  # (2,) by which the sd of fits are to be grown
     exposure: float  # samples; 0: too short to be seen
+    lit: Array  # (3, N) way from a target's light to the middle of its outline, x and y, of its radius, and its sd
 
 
 def kept_of(columns: Columns) -> Kept:
@@ -36,4 +37,5 @@ def kept_of(columns: Columns) -> Kept:
     left, top, parity, lines = (np.asarray(columns[name], np.intp) for name in ("left", "top", "parity", "lines"))
     whole = [float(columns[name][0]) if len(grey) else 1.0 for name in ("noise", "grown_x", "grown_y", "exposure")]
     time = np.asarray(columns["time_s"], float)
-    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:3]), whole[3])
+    lit = np.array([columns[name] for name in ("lit_x", "lit_y", "lit_sd")], float)
+    return Kept(time, left, top, parity, lines, grey, whole[0], np.array(whole[1:3]), whole[3], lit)

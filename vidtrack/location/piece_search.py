@@ -148,7 +148,8 @@ def found_in_pieces(
         radius = usual[0] * np.sqrt(lines)
         way = np.nan_to_num(motion.way[:, k])
         reach = radius + np.hypot(*way.T) / 2
-        place = (at[:, k] - (0, kept.parity[w])) / scale - corner
+        aside = radius[:, None] * kept.lit[:, w]  # from the light, where it is sought, to the outline
+        place = (at[:, k] - aside[:, :2] - (0, kept.parity[w])) / scale - corner
         room = radius[:, None] / scale
         with np.errstate(invalid="ignore"):
             inside = ((place >= room) & (place + room <= np.array(grey.shape[::-1]) - 1)).all(-1)
@@ -175,8 +176,8 @@ def found_in_pieces(
             if fit is None:
                 vain.add(this)
                 continue
-            found = (fit[0] + corner) * scale + (0, kept.parity[w]) - motion.late[own, k]
-            own_sd = np.hypot(fit[1] * scale * kept.grown, motion.late_sd[own, k])
+            found = (fit[0] + corner) * scale + (0, kept.parity[w]) - motion.late[own, k] + aside[own, :2]
+            own_sd = np.hypot(np.hypot(fit[1] * scale * kept.grown, motion.late_sd[own, k]), aside[own, 2:])
             far = np.abs(found - at[own, k]) > SEEKING.beyond * np.hypot(spread[own, k], own_sd)
             others = np.setdiff1d(np.flatnonzero(seen), own)
             taken = np.linalg.norm(found[:, None] - b[others, k], axis=-1) < SEEKING.same * radius[own, None]

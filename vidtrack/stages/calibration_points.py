@@ -19,11 +19,13 @@ from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View, complete
 from vidtrack.labelling.mixed_units import check_units
 from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, settled
+from vidtrack.labelling.outlined import outlined
 from vidtrack.labelling.refusals import common_size, refuse_empty
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.touching import separated
 from vidtrack.steadiness.clips import clip_findings, clip_movements, covers
+from vidtrack.tracking.measurement.lighting import Lighting, lit_findings
 
 PLACED = ["Xf", "Yf", "sd"]
 NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})
@@ -100,11 +102,11 @@ def calibration_points(
     for i, (clip, shot) in enumerate(shots.items()):
         blob = _blobs_of(case, labels, i, findings)
         parts.append(_rows(clip, shot, points.iloc[case.views[i].points], blob, labels, i, sigma))
-    rows = pd.concat(parts, ignore_index=True)
-    findings += coinciding(rows) + swinging(rows, camera) + disagreeing(rows, camera)
-    record = _record(case, labels, shots, rows, findings)
-    means = {clip: shot.still.mean for clip, shot in shots.items()}
-    return Sightings(rows.drop(columns="scatter"), composite(shots.values()), means, record, tuple(findings))
+    rows, lit = _with_outlines(pd.concat(parts, ignore_index=True), shots)
+    findings += lit_findings(lit) + coinciding(rows) + swinging(rows, camera) + disagreeing(rows, camera)
+    record = _record(case, labels, shots, rows, findings) | ({"lighting": lit.as_record()} if lit else {})
+    rows, means = rows.drop(columns="scatter"), {clip: shot.still.mean for clip, shot in shots.items()}
+    return Sightings(rows, composite(shots.values()), means, record, tuple(findings))
 
 
 def compared(found: Sightings, camera: str) -> dict[str, Any]:
@@ -285,6 +287,15 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
         elif not _found_after_all(table, int(k), shot, labels, i):
             table.loc[k, "reason"] = missing_because(labels, i, int(k))
     return table
+
+
+def _with_outlines(rows: pd.DataFrame, shots: Mapping[str, Shot]) -> tuple[pd.DataFrame, Lighting | None]:
+    """The rows, with balls that are lit from one side where their outlines are; and how they are lit, if they are."""
+    at, sd, pixels = (rows[names].to_numpy(float) for names in (["Xf", "Yf"], ["sd_x", "sd_y"], "pixels"))
+    if (seen := outlined(shots, rows["clip"].tolist(), at, sd, pixels)) is None:
+        return rows, None
+    (x, y), (sd_x, sd_y) = seen.at.T, seen.sd.T
+    return rows.assign(Xf=x, Yf=y, sd_x=sd_x, sd_y=sd_y, width=seen.width), seen.lit
 
 
 def _found_after_all(table: pd.DataFrame, k: int, shot: Shot, labels: Labels, i: int) -> bool:

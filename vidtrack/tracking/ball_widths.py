@@ -1,4 +1,4 @@
-"""How wide the targets of a recording look, at some of its samples: evenly spread, however long it is."""
+"""How wide the targets of a recording look, and pieces of them, at some samples: evenly spread, however long it is."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.apparent_width import apparent_widths
+from vidtrack.tracking.measurement.ball_outline import Piece, piece_of
+from vidtrack.tracking.measurement.lighting import Lighting
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import PIXELS, X, Y
 
@@ -41,6 +43,7 @@ class BallWidths:
         self._every = 1
         self._samples: list[int] = []
         self._rows: list[Array] = []  # Xf, Yf, width of each of those targets
+        self._pieces: list[list[Piece | None]] = []  # of each of them
 
     def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
         """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more)."""
@@ -50,23 +53,47 @@ class BallWidths:
             x, y, pixels = values[[X, Y, PIXELS], j][:, self._who]
             at = np.stack([x, sample.row(y)], -1)
             grey = self._detection.bright(sample.luma)
-            widths = apparent_widths(grey, at, pixels, lines=sample.lines, scale=self._detection.scale)
+            scale = self._detection.scale
+            widths = apparent_widths(grey, at, pixels, lines=sample.lines, scale=scale)
             self._samples.append(first + j)
             self._rows.append(np.stack([x, y, widths], -1))
+            self._pieces.append(
+                [
+                    piece_of(
+                        grey, place, count, lines=sample.lines, scale=self._detection.scale, shown=(own, first + j)
+                    )
+                    for place, count, own in zip(at, pixels.tolist(), y.tolist(), strict=True)
+                ]
+            )
         if len(self._samples) >= 2 * self._most:
             self._every *= 2
             keep = [k for k, number in enumerate(self._samples) if number % self._every == 0]
             self._samples = [self._samples[k] for k in keep]
             self._rows = [self._rows[k] for k in keep]
+            self._pieces = [self._pieces[k] for k in keep]
 
-    def as_record(self, names: Sequence[str], time_s: Array) -> dict[str, Any]:
-        """Of each target the moments, places and widths: time_s (s), Xf, Yf, width (px), lists of equal length."""
+    def pieces(self, n: int) -> list[list[Piece]]:
+        """Those of each of n targets, none of targets that were not looked at."""
+        found: list[list[Piece]] = [[] for _ in range(n)]
+        for i, target in enumerate(self._who.tolist()):
+            found[target] = [piece for row in self._pieces if (piece := row[i]) is not None]
+        return found
+
+    def as_record(self, names: Sequence[str], time_s: Array, lit: Lighting | None = None) -> dict[str, Any]:
+        """Of each target the moments, places and widths: time_s (s), Xf, Yf, width (px), lists of equal length.
+
+        lit  how they are lit, where that is from one side: then widths are those of outlines
+        """
         out = {}
-        for i, name in enumerate([names[k] for k in self._who.tolist() if k < len(names)]):
-            known = [k for k, row in enumerate(self._rows) if np.isfinite(row[i]).all()]
-            seen = np.array([self._rows[k][i] for k in known]).reshape(-1, 3)
-            out[name] = {
-                "time_s": [float(time_s[self._samples[k]]) for k in known],
+        for i, target in enumerate([k for k in self._who.tolist() if k < len(names)]):
+            if lit is None:
+                known = [k for k, row in enumerate(self._rows) if np.isfinite(row[i]).all()]
+                seen = np.array([self._rows[k][i] for k in known]).reshape(-1, 3)
+                samples = [self._samples[k] for k in known]
+            else:
+                seen, samples = lit.widths(target)
+            out[names[target]] = {
+                "time_s": [float(time_s[k]) for k in samples],
                 "Xf": np.round(seen[:, 0], 3).tolist(),
                 "Yf": np.round(seen[:, 1], 3).tolist(),
                 "width": np.round(seen[:, 2], 4).tolist(),

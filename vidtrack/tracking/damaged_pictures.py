@@ -185,7 +185,7 @@ class DamagedPictures:
                 yield frame
                 continue
             gap, latest = float(frame.time) - latest, float(frame.time)
-            pace = min(pace, gap)
+            pace = min(pace, gap) if gap > 0 else pace  # stamps may repeat
             if good is not None and gap > LIMITS.gap * pace:
                 self._faint[good] = gap / pace  # what is lost behind it may begin in it
             if not frame.corrupt:

@@ -66,6 +66,9 @@ COLUMNS = (
     "grown_x",  # by which the sd of fits in it are to be grown, as those of the recording's tracks were
     "grown_y",
     "exposure",  # samples, as the recording's streaks show it, the same in all rows; 0: too short to be seen
+    "lit_x",  # from the middle of the light of a target to that of its outline, of its radius; lit_sd: sd of that
+    "lit_y",
+    "lit_sd",
 )
 """Columns of results/runs/<run>/windows/<camera>.parquet, one row a piece, in order of time."""
 

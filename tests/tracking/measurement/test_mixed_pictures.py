@@ -103,7 +103,7 @@ def test_what_moves_in_mixed_pictures_is_late_by_no_more_than_its_sd_says(monkey
     wrong, sd, codes = film(0.25)
     assert (wrong, codes) == (0, ["pictures-mixed"])
     assert np.median(sd[:, 0]) < 1.2 * 1.9 * 0.4
-    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)  # what is left of the picture before is on one side
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)  # what is left is on one side
     assert film(0.25)[0] == 0
     monkeypatch.setattr(stage, "lateness_of_mixed", lambda *given, **more: 0.0)
     assert film(0.25)[0] > 20

@@ -45,7 +45,7 @@ def test_a_ball_that_water_cuts_is_measured_where_the_whole_ball_is(monkeypatch)
     assert len(error) > 40
     assert wrong(error, sd) == 0
     assert np.quantile(np.abs(error[:, 1]), 0.75) < 0.15
-    monkeypatch.setattr(Rims, "corrected", lambda self, position, sd, own: (position, sd))
+    monkeypatch.setattr(Rims, "corrected", lambda self, position, sd, own, lit=None: (position, sd))
     error, sd = film(wet=True)
     assert wrong(error, sd) > 0
     assert np.quantile(np.abs(error[:, 1]), 0.75) > 0.5
@@ -53,7 +53,7 @@ def test_a_ball_that_water_cuts_is_measured_where_the_whole_ball_is(monkeypatch)
 
 def test_a_plain_ball_is_measured_as_if_no_rim_were_looked_at(monkeypatch):
     error, sd = film(wet=False)
-    monkeypatch.setattr(Rims, "corrected", lambda self, position, sd, own: (position, sd))
+    monkeypatch.setattr(Rims, "corrected", lambda self, position, sd, own, lit=None: (position, sd))
     plain = film(wet=False)
     np.testing.assert_array_equal(error, plain[0])
     np.testing.assert_array_equal(sd, plain[1])

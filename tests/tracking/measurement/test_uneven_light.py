@@ -38,7 +38,7 @@ def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
     error, sd = film(0.5)
     assert np.abs(error).max() > 0.4
     assert wrong(error, sd) == 0
-    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
     assert wrong(*film(0.5)) > 5
 
 
@@ -69,7 +69,7 @@ def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):
 
 def test_a_plain_ball_keeps_its_sd(monkeypatch):
     _, sd = film(1.0)
-    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
     np.testing.assert_array_equal(sd, film(1.0)[1])
 
 

@@ -62,7 +62,8 @@ class Rims:
         self._turn = self._next = 0
         self._before: deque[tuple[int, Sample, Array]] = deque(maxlen=UNEVEN_RIMS.every - 1)
         self._ways = Ways(n)
-        self._found: list[tuple[Ints, Ints, Array, Array]] = []  # samples, targets, way to the middle (2, m), sd (m,)
+        # samples, targets, way to the middle (2, m), its sd (m,), sd of a place of the rim (m,)
+        self._found: list[tuple[Ints, Ints, Array, Array, Array]] = []
 
     def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
         """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more) of what is
@@ -129,22 +130,43 @@ class Rims:
             way = np.where(good, way, 0.0)
             more = np.hypot(UNEVEN_RIMS.moved * np.hypot(*way), np.where(good, *UNEVEN_RIMS.dented) * uneven)
             which = np.flatnonzero(plainly)
-            self._found.append((np.full(which.size, number), who_of[which], way[:, which], more[which]))
+            self._found.append((np.full(which.size, number), who_of[which], way[:, which], more[which], sd[which]))
         return who[(lately > UNEVEN_RIMS.look_on) & (before <= UNEVEN_RIMS.look_on)]
 
-    def corrected(self, position: Array, sd: Array, own: Array) -> tuple[Array, Array]:
+    def corrected(
+        self, position: Array, sd: Array, own: Array, lit: tuple[Array, Array] | None = None
+    ) -> tuple[Array, Array]:
         """Positions and sd (2, k, n) px of the targets, moved to the middle of what is round of them.
 
         own  (2, k, n) px, the sd without what surfaces say: light and dark on a target do not move its rim
+        lit  (2, k, n) px, ways from the light of targets that are lit from one side to their outlines, and their sd
+             (k, n) px: they are moved by these, and what hides a part of them is in the sd
         """
-        sd = self._ways.grown(sd, own)
-        if not self._found:
-            return position, sd
-        sample, who, way, more = (np.concatenate(parts, axis=-1) for parts in zip(*self._found, strict=True))
-        _, once = np.unique(sample * self._n + who, return_index=True)
-        sample, who, way, more = sample[once], who[once], way[:, once], more[once]
-        position, sd = position.copy(), sd.copy()
-        position[:, sample, who] += way
-        by_light = np.where(way.any(axis=0), own[:, sample, who], sd[:, sample, who])
-        sd[:, sample, who] = np.hypot(by_light, more)
-        return position, sd
+        sd = self._ways.grown(sd, own, position if lit is not None else None)
+        if self._found:
+            parts = (np.concatenate(parts, axis=-1) for parts in zip(*self._found, strict=True))
+            sample, who, way, more, place = parts
+            _, once = np.unique(sample * self._n + who, return_index=True)
+            sample, who, way, more, place = sample[once], who[once], way[:, once], more[once], place[once]
+            sd = sd.copy()
+            if lit is not None:
+                off = self._beside(way - lit[0][:, sample, who], who, np.isfinite(position[0]).sum(axis=0))
+                off[~(off > UNEVEN_RIMS.apart * place)] = 0.0
+                sd[:, sample, who] = np.hypot(sd[:, sample, who], off)
+            else:
+                position = position.copy()
+                position[:, sample, who] += way
+                by_light = np.where(way.any(axis=0), own[:, sample, who], sd[:, sample, who])
+                sd[:, sample, who] = np.hypot(by_light, more)
+        return (position, sd) if lit is None else (position + lit[0], np.hypot(sd, lit[1]))
+
+    def _beside(self, off: Array, who: Ints, measured: Ints) -> Array:
+        """How far (m,) middles of rims lie from outlines (2, m) px, but for what they do in most samples of a target:
+        the light's own part; measured: samples of each.
+        """
+        off = off.copy()
+        for i in np.unique(who).tolist():
+            rows = np.flatnonzero(who == i)
+            if 2 * rows.size > measured[i]:
+                off[:, rows] -= np.nanmedian(off[:, rows], axis=1)[:, None]
+        return np.asarray(np.hypot(*off))

@@ -9,6 +9,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.tracking.measurement.coding_noise import Coded, others_with_level, with_coding_noise
 from vidtrack.tracking.measurement.empirical_sd import scatter
+from vidtrack.tracking.measurement.lighting import Lighting
 from vidtrack.tracking.measurement.order_statistics import median
 from vidtrack.tracking.measurement.rims import Rims
 from vidtrack.tracking.measurement.shape_change import ShapeEvidence, shape_evidence_of_others
@@ -51,9 +52,12 @@ def grow_sd(
     lines: int,
     kind: str,
     copied: bool = False,
+    lit: Lighting | None = None,
 ) -> Coded:
     """Grow the sd of all centroids to how the tracks scatter, with what shapes, surfaces and rims say, in place: rows
     of two hours are too large for a second copy. By how much they scatter.
+
+    lit: how targets are lit, where that is from one side: they are moved to the middle of their outline
 
     time  (samples,) in samples; lines: of the frame buffer to a row; kind: of centroid, as in `measure`
     copied  whether pictures are built on others
@@ -80,22 +84,34 @@ def grow_sd(
         radius = np.sqrt(lines * median(values[PIXELS]) / np.pi)
         sd = np.hypot(own, surfaces.sd(own, radius))
     if rims is not None:
-        values[[X, Y]], sd = rims.corrected(position, sd, own)
+        ways = lit.ways_of_all(position, values[PIXELS], lines) if lit else None
+        values[[X, Y]], sd = rims.corrected(position, sd, own, ways)
     values[[SD_X, SD_Y]] = sd
     return grown
 
 
 def others_with_grown_sd(
-    others: Others, rows: Rows, time: Array, grown: Coded, shapes: ShapeEvidence, *, lines: int
+    others: Others,
+    rows: Rows,
+    time: Array,
+    grown: Coded,
+    shapes: ShapeEvidence,
+    *,
+    lines: int,
+    lit: Lighting | None = None,
 ) -> Others:
     """The samples of all other tracks, as those of the targets: with the sd grown, and with what their shapes say.
 
-    time  (samples,); rows, grown, shapes: of the targets
+    time  (samples,); rows, grown, shapes, lit: of the targets
     """
     values, shared = others.values.copy(), lost_pairs_sd(others, rows, time, shapes.exposure)
     position, sd = shape_evidence_of_others(values, others.track, others.sample, time, shapes, lines)
     own = others_with_level(values[[SD_X, SD_Y]], values[MASS], values[PIXELS], grown, lines)
-    values[[X, Y]], values[[SD_X, SD_Y]] = position, np.hypot(np.hypot(own, sd), shared)
+    sd = np.hypot(np.hypot(own, sd), shared)
+    if lit is not None:
+        way, more = lit.ways(-1, position, np.sqrt(lines * values[PIXELS] / np.pi))
+        position, sd = position + way, np.hypot(sd, more)
+    values[[X, Y]], values[[SD_X, SD_Y]] = position, sd
     return others._replace(values=values)
 
 

@@ -77,8 +77,11 @@ class Ways:
             self._kept.append(_joined(self._looks))
             self._looks = []
 
-    def grown(self, sd: Array, own: Array) -> Array:
-        """sd (2, k, n) px of centroids, with what light adds; own (2, k, n) px: what ways are compared with."""
+    def grown(self, sd: Array, own: Array, place: Array | None = None) -> Array:
+        """sd (2, k, n) px of centroids, with what light adds; own (2, k, n) px: what ways are compared with.
+
+        place  (2, k, n) px: where targets are that a lamp lights from one side, by ways that change with the place
+        """
         if not self._looks and not self._kept:
             return sd
         sample, who, way, noise = _joined([*self._kept, *self._looks])
@@ -89,6 +92,8 @@ class Ways:
             if rows.size < UNEVEN_LIGHT.fewest:
                 continue
             at, to = sample[rows], way[:, rows]
+            if place is not None:
+                to = _without_trend(to, place[:, at, i])
             size = np.hypot(*to)
             usual = to[:, size <= np.quantile(size, UNEVEN_LIGHT.nearest)].mean(axis=1)
             off = np.hypot(*(to - usual[:, None]))
@@ -106,6 +111,19 @@ class Ways:
             out = sd.copy() if out is sd else out
             out[:, :, i] = np.hypot(out[:, :, i], UNEVEN_LIGHT.whole * np.maximum(off[before], off[after]))
         return out
+
+
+def _without_trend(way: Array, place: Array) -> Array:
+    """Ways (2, m) px without what changes evenly with the place (2, m) px, by those that are near that."""
+    known = np.isfinite(place).all(axis=0)
+    terms = np.stack([np.ones(way.shape[1]), *np.nan_to_num(place - np.nanmean(place, axis=1)[:, None])])
+    for _ in range(3):
+        if known.sum() <= 2 * len(terms):
+            return way
+        shape = np.linalg.lstsq(terms[:, known].T, way[:, known].T, rcond=1e-6)[0]
+        left = np.hypot(*(way - shape.T @ terms))
+        known &= left <= 3 * np.median(left[known]) + 1e-9
+    return np.asarray(way - shape.T @ terms)
 
 
 def _near(which: Ints, n: int) -> Bools:

@@ -1,0 +1,127 @@
+"""Balls that are lit from one side are located where their outline is, by tracks and in all."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from tests.lit_balls import noisy, picture
+from vidtrack.stages import track as stage
+from vidtrack.stages.track import track
+from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.measurement.ball_outline import Outline
+from vidtrack.tracking.measurement.lighting import Lighting, _steady, lighting, lit_findings
+
+SHAPE = (90, 130)
+
+
+def film(n=40, hidden=False, **how):
+    """Errors and sd of a ball that goes its way, its flags, and what the stage gives."""
+    rng, frames, truth = np.random.default_rng(5), [], []
+    for k in range(n):
+        x, y = 65 + 30 * np.sin(k / 9), 45 + 15 * np.cos(k / 7)
+        luma = noisy(picture(SHAPE, [(x, y, 6.0)], **how), rng)
+        if hidden:
+            luma[:, 70:74] = noisy(np.full((SHAPE[0], 4), 30.0), rng)
+        frames.append(Frame(k, Fraction(k, 25), luma, False, None))
+        truth.append((x, y))
+    found = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1)
+    table = found.centroids
+    return table[["Xf", "Yf"]].to_numpy() - truth, table[["sd_x", "sd_y"]].to_numpy(), table["flag"], found
+
+
+def test_a_ball_lit_from_one_side_is_where_its_outline_is(monkeypatch):
+    error, sd, flag, found = film(lamp=(1, 0.3, 0.5), ambient=0.3)
+    assert (flag == "").all()
+    assert np.abs(error).max() < 0.2
+    assert (np.abs(error) < 5 * sd).all()
+    assert [one.code for one in found.findings] == ["lit-from-one-side"]
+    own = found.diagnostics["lighting"]
+    assert own["way_px"] == pytest.approx(1.9, abs=0.4)
+    assert own["without"] == 0
+    widths = found.diagnostics["widths"]["t1"]
+    assert np.median(widths["width"]) == pytest.approx(12.0, abs=0.4)
+    monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)
+    assert np.median(np.abs(film(lamp=(1, 0.3, 0.5), ambient=0.3)[0][:, 0])) > 0.6
+    error, sd, _, found = film(lamp=(1, 0.3, 1.5), ambient=0.6)  # less of it: no rim is uneven, and no sd shows it
+    assert found.findings == []
+    assert np.median(np.abs(error[:, 0])) > 0.3
+    assert np.median(np.abs(error[:, 0]) / sd[:, 0]) > 10
+
+
+def test_little_light_from_one_side_is_enough():
+    error, sd, _, found = film(lamp=(1, 0.3, 1.5), ambient=0.6)
+    assert [one.code for one in found.findings] == ["lit-from-one-side"]
+    assert np.median(np.abs(error)) < 0.05
+    assert (np.abs(error) < 5 * sd).all()
+
+
+def test_a_shadow_that_comes_and_goes_is_no_lamp():
+    found = [outlines([(0.1 * (k > 3), 0.0) for k in range(8)])]
+    pieces = Lighting(found)
+    assert pieces.one_sided
+    assert not _steady(found[0])
+    assert _steady(outlines([(0.1 + 0.005 * k, 0.0) for k in range(8)]))
+
+
+def test_a_ball_lit_from_everywhere_is_as_it_was(monkeypatch):
+    error, sd, _, found = film(lamp=None)
+    assert found.findings == []
+    assert "lighting" not in found.diagnostics
+    monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)
+    before = film(lamp=None)
+    np.testing.assert_array_equal(error, before[0])
+    np.testing.assert_array_equal(sd, before[1])
+
+
+def test_what_hides_a_part_of_a_lit_ball_is_in_its_sd_or_its_flag():
+    error, sd, flag, _ = film(lamp=(1, 0.3, 0.5), ambient=0.3, hidden=True)
+    plain = (flag == "").to_numpy()
+    assert plain.sum() > 15
+    assert not ((np.abs(error) > 5 * sd) & (np.abs(error) > 0.15))[plain].any()
+
+
+def outlines(ways, sd=0.01, held=True):
+    places = np.linspace(0, 400, len(ways))
+    return [
+        Outline(np.array([x, 50.0]), 5.0, np.array(way, float), sd, held, 10.0 if held else np.nan, k)
+        for k, (x, way) in enumerate(zip(places, ways, strict=True))
+    ]
+
+
+def test_ways_change_with_the_place():
+    lit = Lighting([outlines([(0.2 + 0.02 * k, 0) for k in range(6)])])
+    way, sd = lit.ways(0, np.array([[0.0, 400.0], [50.0, 50.0]]), np.full(2, 10.0))
+    assert way[0] == pytest.approx([2.0, 3.0], abs=0.15)
+    assert sd.max() < 0.25
+
+
+def test_a_ball_with_few_outlines_takes_those_of_all():
+    others = [outlines([(0.2, 0.1)] * 4) for _ in range(5)]
+    lit = Lighting([*others, []])
+    way, sd = lit.ways(5, np.array([[100.0], [50.0]]), np.array([5.0]))
+    assert way[:, 0] == pytest.approx([1.0, 0.5], abs=0.02)
+    assert 0 < sd[0] < 0.2
+
+
+def test_an_outline_that_is_unlike_all_others_does_not_change_theirs():
+    lit = Lighting([outlines([way]) for way in [(0.2, 0.0)] * 12 + [(-0.4, 0.3)]])
+    way, _ = lit.ways(-1, np.array([[100.0], [50.0]]), np.array([5.0]))
+    assert way[:, 0] == pytest.approx([1.0, 0.0], abs=0.05)
+    own, _ = lit.ways(12, np.array([[0.0], [50.0]]), np.array([5.0]))
+    assert own[:, 0] == pytest.approx([-2.0, 1.5], abs=0.1)
+
+
+def test_where_no_outline_can_be_fitted_the_sd_is_large():
+    lit = Lighting([outlines([(0, 0)] * 3, sd=0.3, held=False)])
+    assert lit.one_sided
+    way, sd = lit.ways(0, np.array([[100.0], [50.0]]), np.array([5.0]))
+    assert not way.any()
+    assert sd[0] == pytest.approx(1.5)
+    assert "no outline can be fitted" in lit_findings(lit)[0].text
+
+
+def test_nothing_is_said_of_no_ball():
+    assert lighting([], 1.0) is None
+    assert lighting([[]], 1.0) is None
+    assert lit_findings(None) == []

@@ -1,0 +1,193 @@
+"""How the balls of a camera are lit: the way from the middle of their light to the middle of their outline.
+
+A ball's centroid lies towards the lamp. The same balls in the same light are off by the same way in the calibration and
+in the run, and little of it is left in space; other light, another size, or a board instead of balls, and all of it is.
+Pieces of pictures, a few of each ball, are laid over each other by their centroids; where the light falls off over the
+middle of a ball, its outline is fitted (`shaded_ball`), and what was measured is moved to its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.tracking.measurement.ball_outline import (
+    LIT,
+    Light,
+    Outline,
+    Piece,
+    by_place,
+    laid_over,
+    light_of,
+    outline_of,
+)
+
+
+def lighting(
+    balls: Sequence[Sequence[Piece]], noise: float, *, lines: int = 1, most: int = LIT.fits
+) -> Lighting | None:
+    """How balls are lit, by pieces of each of them; None where none is lit from one side.
+
+    noise  grey levels, of a pixel; most: fits of all balls together
+    """
+    each = int(np.clip(most // max(len(balls), 1), 1, LIT.of_each))
+    groups = [[laid_over(some, lines) for some in by_place(pieces, each)] for pieces in balls]
+    seen = [[light_of(one, noise / np.sqrt(one.number), lines) for one in own] for own in groups]
+    if not any(one is not None and one.plainly for own in seen for one in own):
+        return None
+    fitted = [
+        [outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own if one is not None] for own in seen
+    ]
+    found = Lighting([own if _steady(own) else [] for own in fitted])
+    return found if found.one_sided else None
+
+
+def _fitted(balls: Sequence[Sequence[Light]], noise: float, lines: int, height: float | None) -> list[list[Outline]]:
+    return [[outline_of(one, noise / np.sqrt(one.laid.number), lines, height) for one in own] for own in balls]
+
+
+def _steady(own: Sequence[Outline]) -> bool:
+    """Whether the outlines of a ball agree on how it is lit; two and fewer cannot disagree."""
+    held = [one for one in own if one.held]
+    if len(held) < max(3, len(own) // 2):
+        return len(own) < 3
+    way, sd = np.array([one.way for one in held]), float(np.median([one.sd for one in held]))
+    usual = np.median(way, axis=0)
+    off = np.quantile(np.hypot(*(way - usual).T), LIT.most)
+    return bool(off < max(LIT.steady * float(np.hypot(*usual)), 2 * sd))
+
+
+class Lighting:
+    """How balls are lit: `found` has of each of them its outlines at a few places."""
+
+    def __init__(self, found: Sequence[Sequence[Outline]]) -> None:
+        self.found = [list(own) for own in found]
+        held = [one for own in self.found for one in own if one.held]
+        self.one_sided = any(
+            np.hypot(*one.way) > max(LIT.certain * one.sd, LIT.least_way / one.radius) for one in held
+        ) or any(not one.held for own in self.found for one in own)
+        self._all = _Field(held)
+        self._own = [_Field([one for one in own if one.held]) for own in self.found]
+
+    def ways(self, i: int, where: Array, radius: Array) -> tuple[Array, Array]:
+        """The ways (2, k) px from centroids of ball i at (2, k) px, of radius (k,) px, to the middle of its outline,
+        and their sd (k,) px. i: -1 for what is none of those balls.
+
+        Its own outlines and those of all balls are weighed by what is known of either.
+        """
+        own = self._own[i] if i >= 0 else None
+        lost = [one.sd for one in (self.found[i] if i >= 0 else ()) if not one.held]
+        way, sd = np.zeros_like(where), np.zeros(where.shape[1])
+        if self._all.count:
+            way, unsure = self._all.at(where)
+            sd = np.hypot(unsure, np.hypot(self._all.sd, self._all.scatter))
+        if own is not None and own.count and own.count >= len(lost):
+            (here, unsure), apart = own.at(where), self._all.scatter
+            sd_own = np.hypot(unsure, np.hypot(own.sd, own.scatter))
+            share = apart**2 / (apart**2 + sd_own**2)
+            if np.nanmedian(np.hypot(*(here - way)) / np.hypot(apart, sd_own)) > LIT.outlying:
+                share = np.ones_like(share)
+            way = share * here + (1 - share) * way
+            sd = np.sqrt(share) * sd_own
+        if lost:
+            sd = np.hypot(sd, max(lost))
+        return way * radius, np.nan_to_num(sd * radius)
+
+    def ways_of_all(self, position: Array, pixels: Array, lines: int) -> tuple[Array, Array]:
+        """The ways (2, k, n) px of those n balls at positions (2, k, n) px, and their sd (k, n) px.
+
+        pixels  (k, n) above the threshold
+        """
+        way, sd = np.zeros(position.shape), np.zeros(pixels.shape)
+        for i in range(pixels.shape[1]):
+            radius = _smooth(np.sqrt(lines * pixels[:, i] / np.pi))
+            way[:, :, i], sd[:, i] = self.ways(i if i < len(self.found) else -1, position[:, :, i], radius)
+        return way, sd
+
+    def widths(self, i: int) -> tuple[Array, list[int]]:
+        """Xf, Yf and width (m, 3) px of the outlines of ball i, and their samples, in order of time."""
+        known = sorted((one for one in self.found[i] if np.isfinite(one.width)), key=lambda one: one.sample)
+        return np.array([[*one.where, one.width] for one in known]).reshape(-1, 3), [one.sample for one in known]
+
+    def as_record(self) -> dict[str, Any]:
+        """For the diagnostics: px."""
+        held = [one for own in self.found for one in own if one.held]
+        ways = [float(np.hypot(*one.way)) * one.radius for one in held]
+        lost = sum(not one.held for own in self.found for one in own)
+        return {
+            "outlines": len(held),
+            "without": lost,
+            "way_px": float(np.median(ways)) if ways else np.nan,
+            "largest_way_px": max(ways, default=np.nan),
+            "sd_px": float(np.median([one.sd * one.radius for one in held])) if held else np.nan,
+        }
+
+
+def _smooth(radius: Array) -> Array:
+    """Means over a few samples about each, of those that are known; whole pixels make single ones uneven."""
+    known = np.isfinite(radius)
+    ones = np.ones(min(LIT.about, radius.size))
+    if not ones.size:
+        return radius
+    count = np.convolve(known, ones, mode="same")[: radius.size]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.convolve(np.where(known, radius, 0.0), ones, mode="same")[: radius.size] / count
+    return np.where(known, mean, np.nan)
+
+
+class _Field:
+    """Ways in radii, which change a little with the place.
+
+    sd  of a single way, as its fit has it; scatter: of ways about the field
+    """
+
+    def __init__(self, held: Sequence[Outline]) -> None:
+        self.count, self.sd, self.scatter = len(held), 0.0, 0.0
+        if not held:
+            return
+        where, way = np.array([one.where for one in held]), np.array([one.way for one in held])
+        sd = np.array([one.sd for one in held])
+        self.sd = float(np.median(sd))
+        self._middle, self._reach = where.mean(axis=0), max(float(np.ptp(where, axis=0).max()) / 2, 1.0)
+        terms = self._terms(where.T)
+        spare, outlying = max(1.0, self.count - len(terms)) / self.count, np.ones(self.count)
+        for _ in range(LIT.rounds):
+            weight = 1 / (sd**2 + self.sd**2 + self.scatter**2) / outlying
+            usual = float(np.hypot(*(weight @ way / weight.sum())))
+            normal = (terms * weight) @ terms.T
+            normal[[1, 2], [1, 2]] += 1 / max(LIT.changes * usual, 1e-6) ** 2
+            self._covariance = np.linalg.inv(normal)
+            self._shape = self._covariance @ (terms * weight) @ way
+            left = np.hypot(*(way - terms.T @ self._shape).T)
+            outlying = np.maximum(1, left / max(LIT.outlying * float(np.median(left)), 1e-9)) ** 2
+            self.scatter = float(np.median(left) / np.sqrt(np.log(4) * spare))
+
+    def _terms(self, where: Array) -> Array:
+        off = (where - self._middle[:, None]) / self._reach
+        return np.stack([np.ones(off.shape[1]), *np.clip(off, -2.0, 2.0)])
+
+    def at(self, where: Array) -> tuple[Array, Array]:
+        """Ways (2, k) at places (2, k), and what the field is unsure by there (k,)."""
+        terms = self._terms(where)
+        return np.asarray((terms.T @ self._shape).T), np.sqrt(np.einsum("ik,ij,jk->k", terms, self._covariance, terms))
+
+
+def lit_findings(lit: Lighting | None) -> list[Finding]:
+    """Whether balls are lit from one side, and what was done."""
+    if lit is None:
+        return []
+    own = lit.as_record()
+    text = (
+        f"balls are lit from one side: the middle of their light lies {own['way_px']:.2f} px from that of their "
+        f"outline, at most {own['largest_way_px']:.2f} px. Positions are those of the outline, within "
+        f"{own['sd_px']:.2f} px, which their sd holds."
+        if own["outlines"]
+        else "balls are lit from one side, and no outline can be fitted: their sd holds how far their light may be off."
+    )
+    if own["outlines"] and own["without"]:
+        text += f" {own['without']} of {own['without'] + own['outlines']} outlines could not be fitted."
+    return [Finding("note", "lit-from-one-side", text, "Light from beside the camera, or from all sides, is better.")]

@@ -1,0 +1,230 @@
+"""The outline of a ball that is lit from one side: where its middle lies, beside the middle of its light.
+
+A matt ball that a lamp lights from the side is brighter there, so that its centroid lies towards the lamp by up to half
+of its radius. Its outline does not. The picture of a ball is fitted:
+
+    I = G * (C s(u, v) + (1 - C) (a + b x + c y)),  u = (x - x0) / R,  v = (y - y0) / (e R),  w^2 = 1 - u^2 - v^2
+
+C is 1 on the ball, whose height e depends on how square pixels are, G a Gaussian with the width of the lens's blur,
+taken over each pixel; behind the ball lies a plane. Its surface s is that of Lambert's law, one lamp in direction l and
+light from everywhere, s = d + max(0, l (u, v, w)), or a polynomial of the second degree, for other lights. What is
+linear is solved for in each step (variable projection, Golub and Pereyra 1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vidtrack.arrays import Array, Picture
+
+
+@dataclass(frozen=True)
+class BallFit:
+    """How a ball is fitted.
+
+    fine        parts of a pixel, each way, in which the ball is drawn before it is blurred
+    begin_px    blur to begin with; least_px: at least
+    lamps       angles of the lamp from the direction of the camera to begin with, radians; others, wider: where those
+                leave more than `noisy` times the noise, more of them, with so many times the radius
+    steps, enough  at most; share by which the sum of squares falls at least, as long as steps go on
+    furthest    of the radius that the fit starts with, which its middle is from the light's, and its own radius from it
+    longest     step of x, y (of the radius), log radius, log blur, log height and the two angles
+    flattest    height over width, or the other way round, at most
+    alike       times the least misfit, up to which another surface is as good
+    misfit      of the surface's level: error of the middle, of the radius, by what the fit leaves of it
+    """
+
+    fine: int = 3
+    begin_px: float = 0.6
+    least_px: float = 0.15
+    lamps: tuple[float, ...] = (0.6, 1.3)
+    others: tuple[float, ...] = (0.9, 1.7)
+    wider: float = 1.5
+    noisy: float = 1.2
+    steps: int = 30
+    enough: float = 1e-4
+    furthest: tuple[float, float] = (1.5, 2.5)
+    longest: tuple[float, ...] = (0.3, 0.3, 0.3, 0.5, 0.2, 0.4, 0.5)
+    flattest: float = 1.6
+    alike: float = 1.3
+    misfit: float = 1.0
+
+
+BALL_FIT = BallFit()
+
+
+class FittedBall(NamedTuple):
+    """A ball in a piece of a picture, px of the piece.
+
+    way     (2,) from where its light is to the middle of its outline; sd of it, one coordinate
+    radius  of its outline; height: logarithm of its height over its width
+    misfit  rms of what the fit leaves beyond the noise, of the level of its surface
+    """
+
+    way: Array
+    sd: float
+    radius: float
+    height: float
+    misfit: float
+
+
+def fit_ball(
+    piece: Picture,
+    at: Sequence[float],
+    radius: float,
+    noise: float,
+    *,
+    lines: int = 1,
+    height: float | None = None,
+) -> FittedBall | None:
+    """The outline of a bright ball; None where no fit holds.
+
+    piece   (rows, columns) grey levels, with background on all sides; at: column and row of the middle of its light
+    radius  px, roughly; noise: grey levels, of a pixel; lines: 2 for a field, whose rows lie 2 px apart
+    height  logarithm of a ball's height over its width, None: not known, and fitted
+    """
+    view = _View(np.asarray(piece, float), float(at[0]), float(at[1]) * lines, lines, height is not None)
+    begin = np.array([0.0, 0.0, np.log(radius), np.log(BALL_FIT.begin_px), height or 0.0])
+    first = _descend(view, begin, radius)
+    fits = [first] if first is not None else []
+    start = begin if first is None else first.unknowns
+    toward = np.arctan2(-start[1], -start[0])
+    starts = [np.append(start, [lamp, toward]) for lamp in BALL_FIT.lamps]
+    fits += [one for begun in starts if (one := _descend(view, begun, radius)) is not None]
+    if min((one.rms for one in fits), default=np.inf) > BALL_FIT.noisy * noise:
+        wider = begin.copy()
+        wider[2] += np.log(BALL_FIT.wider)
+        starts = [np.append(wider, [lamp, toward]) for lamp in BALL_FIT.others]
+        fits += [one for begun in starts if (one := _descend(view, begun, radius)) is not None]
+    if not fits:
+        return None
+    best = min(fits, key=lambda one: one.rms)
+    misfit = float(np.sqrt(max(best.rms**2 - noise**2, 0.0))) / max(best.level, 1e-6)
+    good = [one for one in fits if one.rms <= BALL_FIT.alike * best.rms]
+    middle, own = best.unknowns[:2], float(np.exp(best.unknowns[2]))
+    spread = max(float(np.hypot(*(one.unknowns[:2] - middle))) for one in good)
+    sd = float(np.sqrt(best.variance + spread**2 / 2 + (BALL_FIT.misfit * misfit * own) ** 2))
+    return FittedBall(middle.copy(), sd, own, float(best.unknowns[4]), misfit)
+
+
+class _Fit(NamedTuple):
+    """unknowns as `_descend` has them; rms and level, grey levels; variance of the middle, one coordinate, px^2."""
+
+    unknowns: Array
+    rms: float
+    level: float
+    variance: float
+
+
+class _View(NamedTuple):
+    """A piece of a picture; x, y: where its light is, px from the middle of the first pixel, both ways."""
+
+    grey: Array
+    x: float
+    y: float
+    lines: int
+    height_known: bool = False
+
+
+def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
+    """Damped Gauss-Newton (Levenberg, Marquardt) on x, y from the light, log radius, log blur, log height over width,
+    and of a lamp its angle from the direction of the camera and its direction in the picture.
+    """
+    data = view.grey.ravel()
+    n = begin.size
+    scale = np.where(np.arange(n) < 2, radius, 1.0)
+    longest = np.array(BALL_FIT.longest[:n]) * scale
+    now, damping = begin, 1e-3
+    left, level = _left(view, now, data)
+    cost = float(left @ left)
+    normal = np.eye(n)
+    for _ in range(BALL_FIT.steps):
+        slopes = (
+            np.stack([(_left(view, now + d, data)[0] - left) / 1e-4 for d in np.diag(1e-4 * scale)]) / scale[:, None]
+        )
+        slopes[4] *= not view.height_known
+        normal, gradient = slopes @ slopes.T, slopes @ left
+        for _ in range(6):
+            step = -np.linalg.solve(normal + damping * np.diag(np.maximum(np.diag(normal), 1e-9)), gradient)
+            trial = now + np.clip(step, -longest, longest)
+            trial[3] = max(trial[3], np.log(BALL_FIT.least_px))
+            new, new_level = _left(view, trial, data)
+            better = float(new @ new) < cost
+            damping = np.clip(damping / 5 if better else damping * 8, 1e-9, 1e9)
+            if better:
+                break
+        if not better:
+            break
+        gain = 1 - float(new @ new) / cost
+        now, left, cost, level = trial, new, float(new @ new), new_level
+        if gain < BALL_FIT.enough:
+            break
+    spare = max(data.size - n - 9, 1)
+    normal = normal + 1e-9 * np.trace(normal) * np.eye(n)
+    variance = float(np.mean(np.diag(np.linalg.inv(normal))[:2])) * cost / spare
+    own = np.exp(now[2])
+    low, high = BALL_FIT.furthest[0], BALL_FIT.furthest[1]
+    outside = np.hypot(*now[:2]) > low * radius or not radius / high < own < radius * high
+    if outside or level <= 0 or abs(now[4]) > np.log(BALL_FIT.flattest):
+        return None
+    return _Fit(now, float(np.sqrt(cost / spare)), level, variance)
+
+
+def _left(view: _View, unknowns: Array, data: Array) -> tuple[Array, float]:
+    """What the best surface and background leave of the data, and the surface's mean level over the background."""
+    cover, parts = _drawn(view, unknowns)
+    columns = np.stack([one.ravel() for one in parts], axis=1)
+    products = columns.T @ columns
+    products[np.diag_indices_from(products)] *= 1 + 1e-10
+    found = np.linalg.solve(products, columns.T @ data)
+    surface = parts[:-3]
+    light = sum(k * float(one.sum()) for k, one in zip(found, surface, strict=False))
+    behind = (float((found[-3] * cover).sum())) if cover.any() else 0.0
+    return columns @ found - data, (light - behind) / max(float(cover.sum()), 1e-9)
+
+
+def _drawn(view: _View, unknowns: Array) -> tuple[Array, list[Array]]:
+    """The share (rows, columns) of each pixel that the ball covers, and all that adds up to its picture."""
+    rows, columns = view.grey.shape
+    s = BALL_FIT.fine
+    radius, blur = np.exp(unknowns[2]), np.exp(unknowns[3])
+    x0, y0 = view.x + unknowns[0], view.y + unknowns[1]
+    across = ((np.arange(columns * s) + 0.5) / s - 0.5 - x0) / radius
+    down = ((np.arange(rows * view.lines * s) + 0.5) / s - 0.5 * view.lines - y0) / (radius * np.exp(unknowns[4]))
+    r = np.sqrt(across**2 + down[:, None] ** 2)
+    ball = np.clip((1 - r) * radius * s + 0.5, 0, 1)
+    inward = 1 / np.maximum(r, 1.0)
+    u, v = across * inward, down[:, None] * inward
+    if unknowns.size > 5:
+        w = np.sqrt(np.maximum(1 - u * u - v * v, 0))
+        along, aside = np.cos(unknowns[5]), np.sin(unknowns[5])
+        lit = np.maximum(w * along + (u * np.cos(unknowns[6]) + v * np.sin(unknowns[6])) * aside, 0)
+        surface = [ball, ball * lit]
+    else:
+        surface = [ball, ball * u, ball * v, ball * u * u, ball * u * v, ball * v * v]
+    blur_y, blur_x = _blur(rows, view.lines, s, blur), _blur(columns, 1, s, blur)
+    drawn = [blur_y @ one @ blur_x.T for one in surface]
+    free = 1 - drawn[0]
+    x, y = np.linspace(-1, 1, columns), np.linspace(-1, 1, rows)[:, None]
+    return drawn[0], [*drawn, free, free * x, free * y]
+
+
+def _blur(pixels: int, pitch: int, fine: int, blur: float) -> Array:
+    """How much each fine part gives to each pixel, (pixels, fine parts), through a Gaussian of `blur` px."""
+    from scipy.special import ndtr  # only balls that are lit from one side need it
+
+    edges = _edges(pixels, pitch, fine)
+    return np.asarray(np.diff(ndtr(edges / blur), axis=0) / (fine * pitch))
+
+
+@lru_cache(maxsize=64)
+def _edges(pixels: int, pitch: int, fine: int) -> NDArray[np.float64]:
+    """From the middles of the fine parts to the edges of the pixels, px, (pixels + 1, fine parts)."""
+    parts = (np.arange(pixels * pitch * fine) + 0.5) / fine - 0.5 * pitch
+    return (pitch * (np.arange(pixels + 1) - 0.5))[:, None] - parts
