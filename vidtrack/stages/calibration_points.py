@@ -165,8 +165,7 @@ def _shot(clip: str, frames: Iterable[FrameLike], detect: Mapping[str, Any], bit
         raise VidtrackError(f"calibration/{clip}: {error}. Record the clip again or leave it out.") from None
 
 
-FEW_BLOBS = 4
-"""Blobs in all clips together from which a camera's view can be found at all."""
+FEW_BLOBS = 4  # in all clips together, from which a camera's view can be found at all
 
 
 def _check_layout(points: pd.DataFrame, shown: Mapping[str, list[str]], shots: Mapping[str, Shot], camera: str) -> None:
