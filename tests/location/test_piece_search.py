@@ -11,11 +11,11 @@ from vidtrack.location.piece_search import Motion, found_in_pieces, motion_of, o
 ONE = np.zeros(1, np.intp)
 
 
-def sought(piece, expected, *, measured=None, way=None, spread=0.3, exposure=0.0):
+def sought(piece, expected, *, measured=None, way=None, spread=0.3, exposure=0.0, lit=(0.0, 0.0, 0.0)):
     """What is found in a piece of targets expected at (m, 2) px; NaN: nothing is expected of one."""
     expected = np.asarray(expected, float)
     m = len(expected)
-    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), exposure, np.zeros((3, 1)))
+    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), exposure, np.array([lit]).T)
     where = InPicture(expected[:, None], np.tile(spread**2 * np.eye(2), (m, 1, 1, 1)))
     usual = np.array([[RADIUS] * m, [CONTRAST] * m])
     nothing = np.zeros((m, 1, 2))
@@ -147,3 +147,11 @@ def test_discs_that_are_drawn_out_are_smaller_and_brighter_than_they_look():
     assert radius == pytest.approx(np.sqrt(4 * np.sqrt(pixels / np.pi)))
     assert light * np.pi * radius**2 == pytest.approx(100 * pixels)
     assert usual_discs(looks, np.full(b.shape, np.nan), steps, 0.5)[0, 0] == pytest.approx(np.sqrt(pixels / np.pi))
+
+
+def test_a_target_that_is_lit_from_one_side_is_where_its_outline_is():
+    piece = grey([(35.0, 35.0)], np.random.default_rng(4))
+    plain, lit = (sought(piece, [(36.0, 35.0)], lit=way) for way in ((0.0, 0.0, 0.0), (0.2, -0.1, 0.05)))
+    assert lit.b[0] - plain.b[0] == pytest.approx([0.2 * RADIUS, -0.1 * RADIUS], abs=0.02)
+    assert (lit.sd[0] > 0.05 * RADIUS).all()
+    assert (plain.sd[0] < 0.05 * RADIUS).all()
