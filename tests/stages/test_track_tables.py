@@ -6,8 +6,7 @@ import numpy as np
 
 from tests.lit_balls import noisy, picture
 from vidtrack.association.tracklets import COLUMNS
-from vidtrack.stages.track import track
-from vidtrack.stages.track_tables import CENTROIDS
+from vidtrack.stages.track import CENTROIDS, track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.windows import COLUMNS as WINDOW_COLUMNS
 

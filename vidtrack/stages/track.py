@@ -7,17 +7,19 @@ tracked.centroids[["time_s", "Xf", "Yf"]]
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
-from vidtrack.memory import give_back_memory, keep_freed_memory
-from vidtrack.stages.track_tables import CENTROIDS, SampleColumns, centroid_table, tracklet_table, window_table
+from vidtrack.memory import give_back_memory, keep_freed_memory, tables_from_c_library
+from vidtrack.side_by_side import side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
@@ -36,7 +38,7 @@ from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
-from vidtrack.tracking.frame_times import Stamps, chosen_clock, sample_moments
+from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
 from vidtrack.tracking.measurement.lighting import lighting, lit_findings
 from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
@@ -45,16 +47,18 @@ from vidtrack.tracking.measurement.still_wall import behind_targets
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import (
-    begun_anywhere,
     begun_in_boxes,
-    count_movers,
+    begun_without_boxes,
     late_comers,
     named_boxes,
 )
-from vidtrack.tracking.track_cuts import cut_tracks
+from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
+from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
 from vidtrack.tracking.track_record import diagnosed, record_scatter
 from vidtrack.tracking.tracker import Tracker
+from vidtrack.tracking.tracking_quality import described
 from vidtrack.tracking.windows import COLUMNS as WINDOW_COLUMNS
+from vidtrack.tracking.windows import Window, lit_pieces
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -77,6 +81,13 @@ class Pictures:
 
 
 PICTURES = Pictures()
+
+CENTROIDS = (
+    *("frame", "field", "time_s", "timecode", "target", "Xf", "Yf", "sd_x", "sd_y", "pixels", "total_pixels"),
+    *("mass", "contrast", "background", "box_x", "box_y", "box_w", "box_h", "flag"),
+)
+"""Columns of the table of centroids, as `track` says."""
+_MEASURED = "Xf", "Yf", "sd_x", "sd_y", "pixels", "mass", "contrast", "background"
 
 
 class Tracked(NamedTuple):
@@ -155,9 +166,7 @@ def track(
     if boxes is not None:
         names, begun = list(boxes), begun_in_boxes(clip, np.array(list(boxes.values())))
     else:
-        targets = count_movers(clip, searched) if every else targets
-        names = [f"t{i + 1}" for i in range(targets)] if isinstance(targets, int) else [str(t) for t in targets]
-        begun = begun_anywhere(clip, len(names), box, searched)
+        names, begun = begun_without_boxes(clip, targets, box, searched)
     samples, (opened, _), detection = clip.samples(clip.opening), clip.shown(), clip.detection
     backgrounds = begun.backgrounds or background_of(opened, detection)
     mixed = lateness_of_mixed(opened, detection.scale, copied=damage.copied)
@@ -201,10 +210,13 @@ def track(
     cut = cut_tracks(rows, others)
     seen, blur, grown = noise.seen, shapes.blur, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks
-    columns = SampleColumns(moment, clock)
+    columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
-    diagnostics |= {"lighting": lit.as_record()} if lit else {}
-    diagnostics |= {"begun": begun.how, "widths": widths.as_record(names, columns.time_s, lit)} | blur.as_record()
+    diagnostics |= ({"lighting": lit.as_record()} if lit else {}) | {
+        "begun": begun.how,
+        "widths": widths.as_record(names, columns.time_s, lit),
+    }
+    diagnostics |= blur.as_record()
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
@@ -217,12 +229,13 @@ def track(
         *damaged_pictures(damage.indices),
         *lit_findings(lit),
     ]
-    table = centroid_table(rows, columns, names, begun.starts)
+    table = _table(rows, columns, names, begun.starts)
     del rows, crops, widths  # each table is as large as what was recorded
     give_back_memory()
-    tracklets = tracklet_table(cut, columns, names, boxes is not None)
-    pieces = [one for one in pieces if not damaged[one.sample]]
-    windows = window_table(pieces, columns, detection.noise, grown, blur.exposure, lit)
+    tracklets = _tracklet_table(cut, columns, names, boxes is not None)
+    pieces = sorted((one for one in pieces if not damaged[one.sample]), key=lambda one: one.sample)
+    alike = {"noise": detection.noise, "grown_x": grown[0], "grown_y": grown[1], "exposure": blur.exposure}
+    windows = _window_table(pieces, columns, alike | lit_pieces(pieces, lit))
     diagnostics["problems"] = [line(finding) for finding in found]
     keep_freed_memory(PICTURES.kept_bytes // 8)
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
@@ -241,3 +254,100 @@ def untracked(frames: Iterable[Frame], info: VideoInfo, damage: DamagedPictures)
     found = damaged_pictures(damage.indices)
     diagnostics = {"samples": n, "measured": 0.0, "targets": {}, "worst": [], "problems": [line(one) for one in found]}
     return Tracked(empty[0], empty[1], empty[2], diagnostics | damage.as_record(), found, info.time)
+
+
+class _Columns:
+    """The columns that say which sample a row is of; flags: the words of all flags."""
+
+    def __init__(self, moment: Moments, clock: TimeBase) -> None:
+        tables_from_c_library()
+        self.frame = moment.frame
+        self.time_s = clock.seconds(moment.time, fields=moment.offset)
+        field, self._fields = np.unique(moment.field.astype(str), return_inverse=True)
+        self._field, self._labels = _as_column(field), _as_column(clock.labels(moment.time))
+        self.flags = _as_column(described(np.arange(1 << len(FLAGS)), FLAGS))
+
+    def of(self, sample: NDArray[np.intp]) -> dict[str, Any]:
+        """Those of some samples (rows,), for `_written`."""
+        return {
+            "frame": self.frame[sample],
+            "field": _Words(self._field, lambda: self._fields[sample]),
+            "time_s": self.time_s[sample],
+            "timecode": _Words(self._labels, lambda: sample),
+        }
+
+
+class _Words(NamedTuple):
+    """A column of words that is not written out yet: the words, and what says which of them each row has."""
+
+    words: Any
+    which: Callable[[], NDArray[np.intp]]
+
+
+def _written(columns: dict[str, Any], names: Sequence[str]) -> DataFrame:
+    """The table of those columns that are named, words written out side by side."""
+    from pandas import DataFrame
+
+    words = {name: columns[name] for name in names if isinstance(columns[name], _Words)}
+    written = side_by_side(lambda column: column.words.take(column.which()), list(words.values()))
+    columns = columns | dict(zip(words, written, strict=True))
+    return DataFrame({name: columns[name] for name in names}, copy=False)
+
+
+def _as_column(words: Sequence[str] | NDArray[Any]) -> Any:
+    """Words as pandas keeps them, in a fifth of the memory of as many objects; rows of a table take theirs of them."""
+    from pandas import Series
+
+    return Series(np.array(words, object)).array
+
+
+def _table(rows: Rows, columns: _Columns, names: list[str], starts: Starts) -> DataFrame:
+    k, n = rows.flag.shape
+    return _written(
+        {
+            **columns.of(np.repeat(np.arange(k), n)),
+            "target": _Words(_as_column(names), lambda: np.tile(np.arange(n), k)),
+            **dict(zip(_MEASURED, (values.ravel() for values in rows.values[: BACKGROUND + 1]), strict=True)),
+            "total_pixels": np.repeat(rows.total_pixels, n),
+            "box_x": rows.corner[..., 0].ravel(),
+            "box_y": rows.corner[..., 1].ravel(),
+            "box_w": np.tile(starts.box[:, 0], k),
+            "box_h": np.tile(starts.box[:, 1], k),
+            "flag": _Words(columns.flags, rows.flag.ravel),
+        },
+        CENTROIDS,
+    )
+
+
+def _tracklet_table(cut: CutTracks, columns: _Columns, names: list[str], in_boxes: bool) -> DataFrame:
+    """The table of tracklets; in_boxes: the user has named where each target begins."""
+    each = cut.tracklet
+    table = {
+        **columns.of(cut.sample),
+        "tracklet": each,
+        "Xf": cut.values[X],
+        "Yf": cut.values[Y],
+        "sd_x": cut.values[SD_X],
+        "sd_y": cut.values[SD_Y],
+        "pixels": cut.values[PIXELS],
+        "brightness": cut.values[CONTRAST],
+        "flag": _Words(columns.flags, lambda: cut.flag),
+        "began": _Words(_as_column(cut.began), lambda: each),
+        "ended": _Words(_as_column(cut.ended), lambda: each),
+        "met": _Words(_as_column(cut.met), lambda: each),
+        "target": _Words(_as_column([*names, ""]), lambda: cut.target[each]),
+        "bound": (in_boxes & (cut.began == "first") & (cut.target >= 0))[each],
+    }
+    return _written(table, COLUMNS)
+
+
+def _window_table(kept: Sequence[Window], columns: _Columns, alike: Mapping[str, float | Array]) -> DataFrame:
+    """The table of pieces of pictures, in order of time; alike: what is the same in all, or (kept,) values."""
+    sample = np.array([one.sample for one in kept], np.intp)
+    table = columns.of(sample) | {
+        **{key: np.array([getattr(one, key) for one in kept], np.int64) for key in ("left", "top", "parity", "lines")},
+        "width": np.array([one.grey.shape[1] for one in kept], np.int64),
+        "grey": np.array([one.grey.tobytes() for one in kept], object),
+        **{name: np.broadcast_to(value, len(kept)).copy() for name, value in alike.items()},
+    }
+    return _written(table, WINDOW_COLUMNS)

@@ -109,6 +109,15 @@ def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
     return Begun(starts, clutter, own, [], "start boxes", shown, min(plain, default=np.nan))
 
 
+def begun_without_boxes(
+    clip: Clip, targets: int | Sequence[str] | Literal["all"], box: tuple[float, float], most: int
+) -> tuple[list[str], Begun]:
+    """So many targets, or those of these names, or as many as move; names t1, t2 ... where they have none."""
+    n = count_movers(clip, most) if targets == "all" else targets
+    names = [f"t{i + 1}" for i in range(n)] if isinstance(n, int) else [str(t) for t in n]
+    return names, begun_anywhere(clip, len(names), box, most)
+
+
 def begun_anywhere(clip: Clip, n: int, box: tuple[float, float], most: int) -> Begun:
     """n targets found by motion, or else by brightness; what does not move yet is waited for, up to `most` frames."""
     samples, order = clip.shown()

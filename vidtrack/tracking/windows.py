@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.measurement.lighting import Lighting
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene, hidden_by_static
 from vidtrack.tracking.state import Appearance, TargetState, X, Y
@@ -180,3 +181,13 @@ def _cut(scene: Scene, sample: Sample, rows: slice, columns: slice) -> NDArray[n
     if scene.static is not None:
         grey[hidden_by_static(scene.static, sample.parity, (columns.start, rows.start), grey.shape)] = HIDDEN
     return grey
+
+
+def lit_pieces(kept: Sequence[Window], lit: Lighting | None) -> dict[str, Array]:
+    """The columns lit_x, lit_y, lit_sd (kept,) of pieces of a recording whose targets are lit so."""
+    way = np.zeros((3, len(kept)))
+    if lit is not None and kept:
+        corner = np.array([[one.left, one.top * one.lines + one.parity] for one in kept], float).T
+        size = np.array([[one.grey.shape[1], one.grey.shape[0] * one.lines] for one in kept], float).T
+        way[:2], way[2] = lit.ways(-1, corner + size / 2, np.ones(len(kept)))
+    return dict(zip(("lit_x", "lit_y", "lit_sd"), way, strict=True))
