@@ -46,12 +46,7 @@ from vidtrack.tracking.measurement.shape_change import shape_evidence
 from vidtrack.tracking.measurement.still_wall import behind_targets
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
-from vidtrack.tracking.starts import (
-    begun_in_boxes,
-    begun_without_boxes,
-    late_comers,
-    named_boxes,
-)
+from vidtrack.tracking.starts import begun_in_boxes, begun_without_boxes, late_comers, named_boxes
 from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
 from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
 from vidtrack.tracking.track_record import diagnosed, record_scatter
@@ -212,11 +207,8 @@ def track(
     del others, shapes, time, elapsed, noise, looks
     columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
-    diagnostics |= ({"lighting": lit.as_record()} if lit else {}) | {
-        "begun": begun.how,
-        "widths": widths.as_record(names, columns.time_s, lit),
-    }
-    diagnostics |= blur.as_record()
+    diagnostics |= blur.as_record() | ({"lighting": lit.as_record()} if lit else {})
+    diagnostics |= {"begun": begun.how, "widths": widths.as_record(names, columns.time_s, lit)}
     record_scatter(diagnostics, seen, names)
     found = [
         *scattering(seen, names),
