@@ -43,10 +43,10 @@ def test_a_ball_lit_from_one_side_is_where_its_outline_is(monkeypatch):
     assert np.median(widths["width"]) == pytest.approx(12.0, abs=0.4)
     monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)
     assert np.median(np.abs(film(lamp=(1, 0.3, 0.5), ambient=0.3)[0][:, 0])) > 0.6
-    error, sd, _, found = film(lamp=(1, 0.3, 1.5), ambient=0.6)  # less of it: no rim is uneven, and no sd shows it
+    error, sd, _, found = film(lamp=(1, 0.3, 1.5), ambient=0.6)  # less of it: no rim is uneven
     assert found.findings == []
     assert np.median(np.abs(error[:, 0])) > 0.3
-    assert np.median(np.abs(error[:, 0]) / sd[:, 0]) > 10
+    assert np.median(np.abs(error[:, 0]) / sd[:, 0]) > 3
 
 
 def test_little_light_from_one_side_is_enough():
