@@ -63,7 +63,7 @@ def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):
     assert len(error) > 35
     assert np.median(error[:, 0]) < -0.3
     assert wrong(error, sd) == 0
-    monkeypatch.setattr(Ways, "grown", lambda self, sd, own: sd)
+    monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
     assert wrong(*lit(0.2)) > 30
 
 
