@@ -9,7 +9,7 @@ from tests.lit_balls import noisy, picture
 from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.tracking.measurement.ball_outline import Outline
+from vidtrack.tracking.measurement.ball_outline import Outline, piece_of
 from vidtrack.tracking.measurement.lighting import Lighting, _steady, lighting, lit_findings
 
 SHAPE = (90, 130)
@@ -79,6 +79,24 @@ def test_what_hides_a_part_of_a_lit_ball_is_in_its_sd_or_its_flag():
     plain = (flag == "").to_numpy()
     assert plain.sum() > 15
     assert not ((np.abs(error) > 5 * sd) & (np.abs(error) > 0.15))[plain].any()
+
+
+def test_a_ball_that_water_cuts_and_mirrors_is_not_lit_from_one_side():
+    """Above the water it is bright, below it stands its dim image: all that is a ball has the same height."""
+    rng = np.random.default_rng(3)
+    pieces = []
+    for k in range(24):
+        deep = 3.0 + 1.5 * np.sin(k / 3)
+        light = picture((60, 80), [(40.3, 30.2, 6.0)], lamp=None)
+        row = np.arange(60)
+        below = np.clip(row - (30.2 + deep) + 0.5, 0, 1)[:, None]
+        mirrored = light[np.clip(np.rint(2 * (30.2 + deep) - row), 0, 59).astype(int)]
+        grey = noisy(light * (1 - below) + below * (30 + 0.4 * (mirrored - 30)), rng)
+        over = np.where(grey > 45, grey - 30.0, 0)
+        down, across = np.mgrid[:60, :80]
+        at = ((over * across).sum() / over.sum(), (over * down).sum() / over.sum())
+        pieces.append(piece_of(grey, at, float((over > 60).sum()), shown=(None, k)))
+    assert lighting([pieces], 1.5) is None
 
 
 def outlines(ways, sd=0.01, held=True):

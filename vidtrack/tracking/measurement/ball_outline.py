@@ -30,7 +30,8 @@ class Lit:
     at_once      pieces that are laid over each other
     fits         of all balls of a recording together; of_each: of a ball
     misfit       of the level, that a fit may leave
-    heights      outlines by which it is known how square pixels are, at least
+    heights      outlines by which it is known how square pixels are, at least; unlike: times its sd that `most` heights
+                 are from the median at most, where all are of balls; height_sd: of one, besides what its fit has
     smallest     of the radius of what is above the threshold, which a ball's own is at least
     off          of the radius: how far off a centroid is for a slope of one; unknown: of what is uneven, how far a
                  centroid may be off where no fit holds
@@ -59,6 +60,8 @@ class Lit:
     of_each: int = 8
     misfit: float = 0.08
     heights: int = 4
+    unlike: float = 3.0
+    height_sd: float = 0.01
     smallest: float = 0.85
     off: float = 0.25
     unknown: float = 2.0
@@ -105,7 +108,7 @@ class Outline(NamedTuple):
     held: bool
     width: float
     sample: int
-    height: float = np.nan
+    height: tuple[float, float] = (np.nan, np.nan)
 
 
 def piece_of(
@@ -231,6 +234,6 @@ def outline_of(seen: Light, noise: float, lines: int, height: float | None = Non
     fit = fit_ball(laid.grey, (columns // 2, rows // 2), laid.radius, noise, lines=lines, height=height)
     if fit is None or fit.misfit > LIT.misfit or fit.radius < LIT.smallest * laid.radius:
         sd = LIT.unknown * min(seen.uneven, 0.5)
-        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample, np.nan)
+        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample)
     width = 2 * fit.radius * laid.shrunk
     return Outline(laid.where, own, fit.way / laid.radius, fit.sd / laid.radius, True, width, laid.sample, fit.height)

@@ -39,9 +39,15 @@ def lighting(
     seen = [[light_of(one, noise / np.sqrt(one.number), lines) for one in own] for own in groups]
     if not any(one is not None and one.plainly for own in seen for one in own):
         return None
-    fitted = [
-        [outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own if one is not None] for own in seen
-    ]
+    alone = [[one for one in own if one is not None] for own in seen]
+    fitted = _fitted(alone, noise, lines, None)
+    heights = np.array([one.height for own in fitted for one in own if np.isfinite(one.height[0])])
+    if len(heights) >= LIT.heights:
+        usual = float(np.median(heights[:, 0]))
+        unlike = np.abs(heights[:, 0] - usual) / np.hypot(heights[:, 1], LIT.height_sd)
+        if np.quantile(unlike, LIT.most) > LIT.unlike:
+            return None  # pixels have one shape, and balls too: something else is brighter on one side
+        fitted = _fitted(alone, noise, lines, usual)
     found = Lighting([own if _steady(own) else [] for own in fitted])
     return found if found.one_sided else None
 

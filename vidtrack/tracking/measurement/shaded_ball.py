@@ -63,14 +63,14 @@ class FittedBall(NamedTuple):
     """A ball in a piece of a picture, px of the piece.
 
     way     (2,) from where its light is to the middle of its outline; sd of it, one coordinate
-    radius  of its outline; height: logarithm of its height over its width
+    radius  of its outline; height: logarithm of its height over its width, and the sd of that
     misfit  rms of what the fit leaves beyond the noise, of the level of its surface
     """
 
     way: Array
     sd: float
     radius: float
-    height: float
+    height: tuple[float, float]
     misfit: float
 
 
@@ -110,16 +110,19 @@ def fit_ball(
     middle, own = best.unknowns[:2], float(np.exp(best.unknowns[2]))
     spread = max(float(np.hypot(*(one.unknowns[:2] - middle))) for one in good)
     sd = float(np.sqrt(best.variance + spread**2 / 2 + (BALL_FIT.misfit * misfit * own) ** 2))
-    return FittedBall(middle.copy(), sd, own, float(best.unknowns[4]), misfit)
+    return FittedBall(middle.copy(), sd, own, (float(best.unknowns[4]), best.height_sd), misfit)
 
 
 class _Fit(NamedTuple):
-    """unknowns as `_descend` has them; rms and level, grey levels; variance of the middle, one coordinate, px^2."""
+    """unknowns as `_descend` has them; rms and level, grey levels; variance of the middle, one coordinate, px^2;
+    height_sd: sd of the logarithm of the height
+    """
 
     unknowns: Array
     rms: float
     level: float
     variance: float
+    height_sd: float
 
 
 class _View(NamedTuple):
@@ -167,13 +170,14 @@ def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
             break
     spare = max(data.size - n - 9, 1)
     normal = normal + 1e-9 * np.trace(normal) * np.eye(n)
-    variance = float(np.mean(np.diag(np.linalg.inv(normal))[:2])) * cost / spare
+    variances = np.diag(np.linalg.inv(normal)) * cost / spare
+    variance, height_sd = float(variances[:2].mean()), float(np.sqrt(max(variances[4], 0.0)))
     own = np.exp(now[2])
     low, high = BALL_FIT.furthest[0], BALL_FIT.furthest[1]
     outside = np.hypot(*now[:2]) > low * radius or not radius / high < own < radius * high
     if outside or level <= 0 or abs(now[4]) > np.log(BALL_FIT.flattest):
         return None
-    return _Fit(now, float(np.sqrt(cost / spare)), level, variance)
+    return _Fit(now, float(np.sqrt(cost / spare)), level, variance, height_sd)
 
 
 def _left(view: _View, unknowns: Array, data: Array) -> tuple[Array, float]:
