@@ -86,16 +86,16 @@ def test_a_ball_that_water_cuts_and_mirrors_is_not_lit_from_one_side():
     rng = np.random.default_rng(3)
     pieces = []
     for k in range(24):
-        deep = 3.0 + 1.5 * np.sin(k / 3)
+        deep = 2.0 + 1.2 * np.sin(k / 3)
         light = picture((60, 80), [(40.3, 30.2, 6.0)], lamp=None)
         row = np.arange(60)
         below = np.clip(row - (30.2 + deep) + 0.5, 0, 1)[:, None]
         mirrored = light[np.clip(np.rint(2 * (30.2 + deep) - row), 0, 59).astype(int)]
-        grey = noisy(light * (1 - below) + below * (30 + 0.4 * (mirrored - 30)), rng)
+        grey = noisy(light * (1 - below) + below * (30 + 0.5 * (mirrored - 30)), rng)
         over = np.where(grey > 45, grey - 30.0, 0)
         down, across = np.mgrid[:60, :80]
         at = ((over * across).sum() / over.sum(), (over * down).sum() / over.sum())
-        pieces.append(piece_of(grey, at, float((over > 60).sum()), shown=(None, k)))
+        pieces.append(piece_of(grey, at, float((over > 60).sum()), shown=(at[1] + 3 * deep, k)))
     assert lighting([pieces], 1.5) is None
 
 
