@@ -86,7 +86,9 @@ def recorded(cameras, p, rng, covered=False, exposure=0.0):
             tau = (exposure * ((np.arange(16) + 0.5) / 16 - 0.5) if exposure else np.zeros(1))[:, None, None]
             way, bend = (b[:, k + 1] - b[:, k - 1]) / 2, b[:, k + 1] - 2 * b[:, k] + b[:, k - 1]
             picture = grey(b[:, k] + tau * way + tau**2 / 2 * bend - corner, rng, covered)
-            pieces.append((k, "frame", T[k], *corner, 0, 1, 70, picture.tobytes(), NOISE, 1.0, 1.0, exposure))
+            pieces.append(
+                (k, "frame", T[k], *corner, 0, 1, 70, picture.tobytes(), NOISE, 1.0, 1.0, exposure, 0.0, 0.0, 0.0)
+            )
         kept[f"cam{i + 1}"] = pd.DataFrame(pieces, columns=list(COLUMNS))
     return centroids, tracklets, kept
 

@@ -53,13 +53,18 @@ def test_what_cannot_be_is_refused_before_snakemake_starts(laboratory, arguments
     assert not (laboratory / ".snakemake/vidtrack.log").exists()
 
 
-def test_a_failure_is_said_in_one_line_and_the_log_is_named(laboratory):  # noqa: F811
-    (laboratory / "runs/still/cam1.mov").write_bytes(b"no video at all" * 99)
+@pytest.mark.parametrize("content", [b"no video at all" * 99, b""], ids=["no video", "empty"])
+def test_a_failure_is_said_in_one_line_and_the_log_is_named(laboratory, content):  # noqa: F811
+    (laboratory / "results/report.html").unlink(missing_ok=True)
+    (laboratory / "runs/still/cam1.mov").write_bytes(content)
     done = vidtrack("run", laboratory)
     assert done.returncode == 1
-    first, last = done.stderr.splitlines()
-    assert first.startswith("runs/still/cam1.mov: ")
-    assert last.endswith(".snakemake/vidtrack.log")
+    assert "Traceback" not in done.stderr
+    lines = done.stderr.splitlines()
+    assert 1 <= sum("runs/still/cam1.mov: " in line for line in lines) <= 2
+    assert lines[-1].endswith(".snakemake/vidtrack.log")
+    assert (laboratory / "results/runs/pluck/trajectories.parquet").exists()
+    assert (laboratory / "results/report.html").exists()
 
 
 def test_a_run_that_is_stopped_says_what_is_left_and_goes_on_when_called_again(laboratory):  # noqa: F811

@@ -167,7 +167,7 @@ def _lit_alike(job: Job, readings: Mapping[str, Mapping[str, Any]]) -> dict[str,
     the other way round: widths of outlines and of light are not compared.
     """
     labelled = [read_json(path) for path in job.paths("labelling")]
-    lit = {own["camera"]: "lighting" in own for own in labelled}
+    lit = {own["camera"]: "lighting" in own for own in labelled if "camera" in own}
     return {
         name: own if lit.get(name, "lighting" in own) == ("lighting" in own) else {**own, "widths": {}}
         for name, own in readings.items()

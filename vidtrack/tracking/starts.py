@@ -17,9 +17,7 @@ from vidtrack.tracking.clip import Clip
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.blobs import Blobs
-from vidtrack.tracking.detection.candidates import blobs_near, within
 from vidtrack.tracking.detection.static_clutter import places, start_places
-from vidtrack.tracking.detection.target_threshold import PER_TARGET
 from vidtrack.tracking.initialisation import INITIALISATION, clutter_besides, find_movers, find_targets
 from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.order_statistics import median_of
@@ -33,20 +31,16 @@ MANY = 400
 
 
 @dataclass(frozen=True)
-class Boxes:
-    """How start boxes are read.
+class Fast:
+    """Which targets in start boxes are fast.
 
-    fast       of the box, px a sample: a target that moves less is found in its box in the next sample anyway
-    slack_px   by which a box's middle may lie beside the target that it points at
-    as_bright  share of the contrast of the brightest in a box that its target has at least, where it moves
+    of_box  px a sample: a target that moves less is found in its box in the next sample anyway
     """
 
-    fast: float = 0.2
-    slack_px: float = 2.0
-    as_bright: float = 0.5
+    of_box: float = 0.2
 
 
-BOXES = Boxes()
+FAST = Fast()
 
 
 class Begun(NamedTuple):
@@ -105,7 +99,7 @@ def begun_in_boxes(clip: Clip, boxes: Array) -> Begun:
     own = start_places(samples[0], corners, clip.detection)
     shown = in_boxes(samples[0], boxes, clip.detection)
     plain = [one.contrast for one in shown if one.contrast > SURROUNDINGS.stands_out * clip.detection.noise]
-    starts = _with_movers(_as_pointed_at(boxes, shown, samples[0], clip.detection), shown, samples, clip.detection)
+    starts = _with_fast(starts_in_boxes(boxes), samples, clip.detection)
     return Begun(starts, clutter, own, [], "start boxes", shown, min(plain, default=np.nan))
 
 
@@ -144,44 +138,10 @@ def starts_in_boxes(boxes: Array) -> Starts:
     return Starts(position, velocity, acceleration, box, first, pixels, contrast, background, size)
 
 
-def _as_pointed_at(boxes: Array, shown: Sequence[InBox], sample: Sample, detection: Detection) -> Starts:
-    """Starts in boxes, with place and appearance of what covers a box's middle half-way up the brightest in the box.
+def _with_fast(starts: Starts, samples: Sequence[Sample], detection: Detection) -> Starts:
+    """The starts with velocity and appearance of what moves fast through a box in the first samples.
 
-    Its own contrast sets its threshold then. At that of the picture a pattern of the wall about it runs into it, and
-    what is left of the pattern is taken for it. A target that is not pointed at is sought as before: what is brightest
-    in its box may be a lamp.
-    """
-    starts = starts_in_boxes(boxes)
-    if detection.level is not None:
-        return starts
-    for i, ((x, y, width, height), one) in enumerate(zip(boxes, shown, strict=True)):
-        if one.cut or not one.contrast > SURROUNDINGS.stands_out * detection.noise:
-            continue
-        background = _below(one, detection)
-        level = background + PER_TARGET.half * one.contrast
-        corner = np.array([[x - width / 2, y - height / 2, width, height]])
-        near = blobs_near(sample, detection, corner, np.array([level]))
-        whole = ~near.edge & (near.pixels >= detection.min_pixels)
-        hit = np.flatnonzero(within(near, np.array([[x, y]]), sample.lines, slack=BOXES.slack_px)[0] & whole)
-        if hit.size != 1:
-            continue
-        (k,) = hit
-        starts.position[i], starts.pixels[i] = (near.Xf[k], near.Yf[k]), near.pixels[k]
-        starts.contrast[i], starts.background[i] = one.contrast, background
-        starts.size[i] = near.width[k], near.height[k]
-    return starts
-
-
-def _below(one: InBox, detection: Detection) -> float:
-    """Grey level, of pictures turned bright, over which the brightest in a box stands out."""
-    return (255.0 - one.peak if detection.dark else one.peak) - one.contrast
-
-
-def _with_movers(starts: Starts, shown: Sequence[InBox], samples: Sequence[Sample], detection: Detection) -> Starts:
-    """The starts with velocity and appearance of what moves through a box in the first samples.
-
-    Of what moves fast, which would be lost from the box alone before its velocity is known; and of what is as bright
-    as anything in the box, where the box's middle points at nothing.
+    From the box alone such a target would be lost before its velocity is known.
     """
     if len(samples) < LINKING.shortest:
         return starts
@@ -195,18 +155,13 @@ def _with_movers(starts: Starts, shown: Sequence[InBox], samples: Sequence[Sampl
         return starts
     begun = starts_of_trails(trails, len(trails), (0.0, 0.0))
     off = np.abs(starts.position[:, None] - begun.position) / starts.box[:, None]
-    fast = np.hypot(*begun.velocity.T) > BOXES.fast * starts.box.min(axis=1)[:, None]
-    contrast = np.array([one.contrast for one in shown])
-    plain = (begun.contrast >= BOXES.as_bright * contrast[:, None]) & ~np.isfinite(starts.contrast)[:, None]
-    cost = np.where((off < 0.5).all(axis=-1) & (fast | plain), np.hypot(off[..., 0], off[..., 1]), np.inf)
+    fast = np.hypot(*begun.velocity.T) > FAST.of_box * starts.box.min(axis=1)[:, None]
+    cost = np.where((off < 0.5).all(axis=-1) & fast, np.hypot(off[..., 0], off[..., 1]), np.inf)
     chosen = mutual_best(cost)
     who, of = np.flatnonzero(chosen >= 0), chosen[chosen >= 0]
     new = Starts._make(column.copy() for column in starts)
     for name in ("position", "velocity", "acceleration", "pixels", "contrast", "background", "size"):
         getattr(new, name)[who] = getattr(begun, name)[of]
-    if detection.level is None:
-        for i in who[plain[who, of] & ~fast[who, of]]:
-            new.contrast[i], new.background[i] = contrast[i], _below(shown[i], detection)
     return new
 
 
