@@ -30,7 +30,7 @@ def spoilt(change):
         (lambda c: c["cameras"]["cam1"].update(treshold=3), "cam1.treshold: no such setting; did you mean 'threshold'"),
         (lambda c: c.pop("units"), "units: missing"),
         (lambda c: c["runs"].update(plukc={}), "runs.plukc: no such folder in runs/; did you mean 'pluck'?"),
-        (lambda c: c["calibration"]["clips"]["front"].update(tags="1-99"), "tags 37, 38, 39, 40 and 59 more are not in"),
+        (lambda c: c["calibration"]["clips"]["front"].update(tags="1-99"), "tags 37, 38, 39, 40 and 59 more are not"),
     ],
 )  # fmt: skip
 def test_a_config_that_cannot_be_is_told_before_any_work(laboratory, change, line):
