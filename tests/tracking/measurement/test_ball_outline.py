@@ -62,7 +62,8 @@ def test_a_ball_lit_from_one_side_is_seen_to_be(rng):
     )
     assert lit.plainly
     assert not plain.plainly
-    assert lit.uneven > 10 * plain.uneven
+    assert np.hypot(*lit.aside) > 5 * np.hypot(*plain.aside)
+    assert lit.aside[0] < -0.1  # away from the lamp
 
 
 def test_a_ball_with_something_beside_it_is_not_looked_at(rng):

@@ -10,9 +10,14 @@ from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.measurement.ball_outline import Outline, piece_of
-from vidtrack.tracking.measurement.lighting import Lighting, _steady, lighting, lit_findings
+from vidtrack.tracking.measurement.lighting import Lighting, _agreed, _steady, lighting, lit_findings
 
 SHAPE = (90, 130)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(11)
 
 
 def film(n=40, hidden=False, **how):
@@ -58,8 +63,6 @@ def test_little_light_from_one_side_is_enough():
 
 def test_a_shadow_that_comes_and_goes_is_no_lamp():
     found = [outlines([(0.1 * (k > 3), 0.0) for k in range(8)])]
-    pieces = Lighting(found)
-    assert pieces.one_sided
     assert not _steady(found[0])
     assert _steady(outlines([(0.1 + 0.005 * k, 0.0) for k in range(8)]))
 
@@ -137,6 +140,15 @@ def test_where_no_outline_can_be_fitted_the_sd_is_large():
     assert not way.any()
     assert sd[0] == pytest.approx(1.5)
     assert "no outline can be fitted" in lit_findings(lit)[0].text
+
+
+def test_what_the_grid_of_pixels_does_to_many_balls_is_no_lamp(rng):
+    ways = [[0.012 * np.array([np.cos(a), np.sin(a)])] for a in rng.uniform(0, 2 * np.pi, 60)]
+    assert not _agreed(ways, 0.01)
+    assert _agreed([[np.add(way, (0.012, 0.0))] for (way,) in ways], 0.01)
+    assert _agreed([[np.array([0.2, 0.0])]], 0.01)
+    assert not _agreed([[np.array([0.03, 0.0])]], 0.01)
+    assert not _agreed([[], []], 0.01)
 
 
 def test_nothing_is_said_of_no_ball():

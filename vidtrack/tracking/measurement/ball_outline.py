@@ -24,7 +24,10 @@ class Lit:
     level        grey levels, of a ball over its background, at least
     core         of the radius: where the light's slope is looked at
     low          of the level, up to which light shows where a ball lies, dark side and all
-    least        of the radius: how far apart middles of light are that count; plainly: times the sd of that
+    least        of the radius: how far apart middles of light are that count; plainly: times the sd of that; grid_px:
+                 what the grid of pixels makes of it in one picture
+    agreed       outlines or balls from which on it counts that they agree, and times what chance makes of their mean;
+    alone        of the radius, that the middles of fewer are apart
     uneven, of_ring  of the level, by which no more than this share of the background may differ: else something is
                  beside the ball
     at_once      pieces that are laid over each other
@@ -52,6 +55,9 @@ class Lit:
     core: float = 0.55
     low: float = 0.3
     least: float = 0.01
+    grid_px: float = 0.12
+    agreed: tuple[int, float] = (3, 4.0)
+    alone: float = 0.05
     plainly: float = 6.0
     uneven: float = 0.2
     of_ring: float = 0.1
@@ -193,13 +199,13 @@ def laid_over(pieces: Sequence[Piece], lines: int) -> Laid:
 
 
 class Light(NamedTuple):
-    """How a laid ball looks: its level over the ground, grey levels; uneven: how far its light's middle lies from that
-    of its light up to `LIT.low` of the level, or what its slope makes of that, in radii; plainly: that is no noise.
+    """How a laid ball looks: its level over the ground, grey levels; aside (2,): the way from the middle of its light
+    to that of its light up to `LIT.low` of the level, with what its slope makes of it, radii; plainly: it is no noise.
     """
 
     laid: Laid
     level: float
-    uneven: float
+    aside: Array
     plainly: bool
 
 
@@ -217,13 +223,12 @@ def light_of(laid: Laid, noise: float, lines: int) -> Light | None:
     if level < LIT.level or np.mean(np.abs(over[ring]) > LIT.uneven * level) > LIT.of_ring:
         return None
     slope = np.array([float((over * core * one).sum() / (core * one * one).sum()) for one in (x, y)])
-    sloping = LIT.off * float(np.hypot(*slope)) * laid.radius / level
-    steep = np.hypot(*slope) > LIT.plainly * noise / np.sqrt((core * x * x).sum())
     low = np.clip(over, 0, LIT.low * level) * (r < LIT.room * laid.radius)
-    aside = float(np.hypot((low * x).sum(), (low * y).sum()) / low.sum()) / laid.radius
+    aside = np.array([float((low * one).sum() / low.sum()) for one in (x, y)]) / laid.radius
+    aside -= LIT.off * slope * laid.radius / level
     noisy = noise * np.sqrt((x * x * (low > 0)).sum()) / low.sum() / laid.radius
-    parts = [sloping if steep else 0.0, aside if aside > LIT.plainly * noisy else 0.0]
-    return Light(laid, level, max(sloping, aside), max(parts) > LIT.least)
+    grid = LIT.grid_px / laid.radius / np.sqrt(laid.number)
+    return Light(laid, level, aside, bool(np.hypot(*aside) > max(LIT.least + grid, LIT.plainly * noisy)))
 
 
 def outline_of(seen: Light, noise: float, lines: int, height: float | None = None) -> Outline:
@@ -233,7 +238,7 @@ def outline_of(seen: Light, noise: float, lines: int, height: float | None = Non
     own = laid.radius * laid.shrunk
     fit = fit_ball(laid.grey, (columns // 2, rows // 2), laid.radius, noise, lines=lines, height=height)
     if fit is None or fit.misfit > LIT.misfit or fit.radius < LIT.smallest * laid.radius:
-        sd = LIT.unknown * min(seen.uneven, 0.5)
+        sd = LIT.unknown * min(float(np.hypot(*seen.aside)), 0.5)
         return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample)
     width = 2 * fit.radius * laid.shrunk
     return Outline(laid.where, own, fit.way / laid.radius, fit.sd / laid.radius, True, width, laid.sample, fit.height)

@@ -37,9 +37,9 @@ def lighting(
     each = int(np.clip(most // max(len(balls), 1), 1, LIT.of_each))
     groups = [[laid_over(some, lines) for some in by_place(pieces, each)] for pieces in balls]
     seen = [[light_of(one, noise / np.sqrt(one.number), lines) for one in own] for own in groups]
-    if not any(one is not None and one.plainly for own in seen for one in own):
-        return None
     alone = [[one for one in own if one is not None] for own in seen]
+    if not _agreed([[one.aside for one in own] for own in alone], LIT.least):
+        return None
     fitted = _fitted(alone, noise, lines, None)
     heights = np.array([one.height for own in fitted for one in own if np.isfinite(one.height[0])])
     if len(heights) >= LIT.heights:
@@ -50,6 +50,20 @@ def lighting(
         fitted = _fitted(alone, noise, lines, usual)
     found = Lighting([own if _steady(own) else [] for own in fitted])
     return found if found.one_sided else None
+
+
+def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
+    """Whether ways (2,), in radii, of all balls together, or of one that was seen often enough, are no chance: what
+    the grid of pixels and noise make of them goes all ways, a lamp's is alike.
+    """
+    for own in [*(ball for ball in balls if len(ball) >= LIT.agreed[0]), [way for ball in balls for way in ball]]:
+        way = np.array(own).reshape(-1, 2)
+        if len(way) < LIT.agreed[0]:
+            least = max(least, LIT.alone) if len(way) else np.inf
+        chance = np.sqrt(way.var(axis=0).sum() / max(len(way) - 1, 1)) if len(way) else 0.0
+        if len(way) and np.hypot(*way.mean(axis=0)) > max(least, LIT.agreed[1] * chance):
+            return True
+    return False
 
 
 def _fitted(balls: Sequence[Sequence[Light]], noise: float, lines: int, height: float | None) -> list[list[Outline]]:
@@ -73,9 +87,10 @@ class Lighting:
     def __init__(self, found: Sequence[Sequence[Outline]]) -> None:
         self.found = [list(own) for own in found]
         held = [one for own in self.found for one in own if one.held]
-        self.one_sided = any(
-            np.hypot(*one.way) > max(LIT.certain * one.sd, LIT.least_way / one.radius) for one in held
-        ) or any(not one.held for own in self.found for one in own)
+        ways = [[one.way for one in own if one.held] for own in self.found]
+        near = min((one.radius for one in held), default=1.0)
+        lost = sum(not one.held for own in self.found for one in own)
+        self.one_sided = _agreed(ways, LIT.least_way / near) or lost > len(held)
         self._all = _Field(held)
         self._own = [_Field([one for one in own if one.held]) for own in self.found]
 
