@@ -6,6 +6,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from tests.discs import picture as discs
+from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.measurement.uneven_light import UNEVEN_LIGHT, Ways
@@ -61,6 +62,10 @@ def lit(steps, n=40):
 def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):
     error, sd = lit(0.2)
     assert len(error) > 35
+    assert np.abs(np.median(error[:, 0])) < 0.02  # its outline is fitted
+    assert wrong(error, sd) == 0
+    monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)
+    error, sd = lit(0.2)
     assert np.median(error[:, 0]) < -0.3
     assert wrong(error, sd) == 0
     monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
