@@ -31,7 +31,7 @@ def outlined(shots: Mapping[str, Shot], clips: Sequence[str], at: Array, sd: Arr
             was not found, or placed by a person: it stays
     """
     which = np.flatnonzero((pixels > 0) & np.isfinite(at).all(axis=1))
-    pictures = {clip: _bright(shot) for clip, shot in shots.items()}
+    pictures = {clip: shot.bright() for clip, shot in shots.items()}
     noise = float(np.median([_noise(shot) for shot in shots.values()])) if shots else 0.0
     pieces = [_piece(pictures[clips[k]], at[k], float(pixels[k])) for k in which.tolist()]
     if not any(pieces) or (lit := lighting(pieces, noise, most=len(pieces))) is None:
@@ -44,10 +44,6 @@ def outlined(shots: Mapping[str, Shot], clips: Sequence[str], at: Array, sd: Arr
         seen, _ = lit.widths(i)
         width[k] = seen[0, 2] if len(seen) else np.nan
     return Outlined(at, sd, width, lit)
-
-
-def _bright(shot: Shot) -> Picture:
-    return 255.0 - shot.still.mean if shot.settings.get("polarity") == "dark" else shot.still.mean
 
 
 def _noise(shot: Shot) -> float:

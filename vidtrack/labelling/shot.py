@@ -49,8 +49,11 @@ class Shot(NamedTuple):
 
     def widths(self) -> Array:
         """How wide its blobs look, (n,) px; see `apparent_widths`."""
-        mean = 255.0 - self.still.mean if self.settings.get("polarity") == "dark" else self.still.mean
-        return apparent_widths(mean, self.at, self.blobs.pixels)
+        return apparent_widths(self.bright(), self.at, self.blobs.pixels)
+
+    def bright(self) -> Picture:
+        """The mean picture, turned bright where balls are dark."""
+        return 255.0 - self.still.mean if self.settings.get("polarity") == "dark" else self.still.mean
 
 
 def take(

@@ -34,7 +34,9 @@ LOOKS = Looks()
 
 
 class BallWidths:
-    """Collects the widths of n targets; of twice too many samples every other one is forgotten."""
+    """Collects the widths of n targets, and pieces of pictures about them; of twice too many samples every other one is
+    forgotten.
+    """
 
     def __init__(self, n: int, detection: Detection) -> None:
         self._who = np.unique(np.linspace(0, n - 1, min(n, LOOKS.targets)).round().astype(np.intp))

@@ -26,6 +26,11 @@ def film(dim, n=60):
         luma = np.clip(np.rint(luma + rng.normal(0, 1.5, SHAPE)), 0, 255).astype(np.uint8)
         frames.append(Frame(k, Fraction(k, 25), luma, False, None))
         truth.append((x, y))
+    return measured(frames, truth)
+
+
+def measured(frames, truth):
+    """Errors and sd of the samples with an empty flag."""
     table = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1).centroids
     good = (table["flag"] == "").to_numpy()
     return (table[["Xf", "Yf"]].to_numpy() - truth)[good], table.loc[good, ["sd_x", "sd_y"]].to_numpy()
@@ -54,9 +59,7 @@ def lit(steps, n=40):
         luma = np.clip(np.rint(luma + rng.normal(0, 1.5, SHAPE)), 0, 255).astype(np.uint8)
         frames.append(Frame(k, Fraction(k, 25), luma, False, None))
         truth.append((x, y))
-    table = track(frames, VideoInfo(SHAPE[1], SHAPE[0], Fraction(25), field_order="progressive"), targets=1).centroids
-    good = (table["flag"] == "").to_numpy()
-    return (table[["Xf", "Yf"]].to_numpy() - truth)[good], table.loc[good, ["sd_x", "sd_y"]].to_numpy()
+    return measured(frames, truth)
 
 
 def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):

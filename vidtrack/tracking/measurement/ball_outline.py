@@ -38,7 +38,7 @@ class Lit:
     smallest     of the radius of what is above the threshold, which a ball's own is at least
     off          of the radius: how far off a centroid is for a slope of one; unknown: of what is uneven, how far a
                  centroid may be off where no fit holds
-    certain      times its sd, and least_way px, that a way is at least: less is none
+    least_way    px that ways are at least: less is none
     changes      of a way: how far it usually changes over the places of a ball; steady: by how much `most` ways of one
                  ball may scatter, more is a shadow, a mark or a rope, which come and go
     about        samples over which a radius is averaged
@@ -71,7 +71,6 @@ class Lit:
     smallest: float = 0.85
     off: float = 0.25
     unknown: float = 2.0
-    certain: float = 3.0
     least_way: float = 0.02
     changes: float = 0.15
     steady: float = 0.35

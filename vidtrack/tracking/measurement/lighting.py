@@ -56,12 +56,12 @@ def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
     """Whether ways (2,), in radii, of all balls together, or of one that was seen often enough, are no chance: what
     the grid of pixels and noise make of them goes all ways, a lamp's is alike.
     """
-    for own in [*(ball for ball in balls if len(ball) >= LIT.agreed[0]), [way for ball in balls for way in ball]]:
-        way = np.array(own).reshape(-1, 2)
-        if len(way) < LIT.agreed[0]:
-            least = max(least, LIT.alone) if len(way) else np.inf
-        chance = np.sqrt(way.var(axis=0).sum() / max(len(way) - 1, 1)) if len(way) else 0.0
-        if len(way) and np.hypot(*way.mean(axis=0)) > max(least, LIT.agreed[1] * chance):
+    enough, beyond = LIT.agreed
+    every = [way for ball in balls for way in ball]
+    for own in [*(ball for ball in balls if len(ball) >= enough), *([every] if every else [])]:
+        way = np.array(own)
+        chance = np.sqrt(way.var(axis=0).sum() / max(len(way) - 1, 1))
+        if np.hypot(*way.mean(axis=0)) > max(least if len(way) >= enough else LIT.alone, beyond * chance):
             return True
     return False
 
@@ -154,9 +154,9 @@ def _smooth(radius: Array) -> Array:
     ones = np.ones(min(LIT.about, radius.size))
     if not ones.size:
         return radius
-    count = np.convolve(known, ones, mode="same")[: radius.size]
+    count = np.convolve(known, ones, mode="same")
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.convolve(np.where(known, radius, 0.0), ones, mode="same")[: radius.size] / count
+        mean = np.convolve(np.where(known, radius, 0.0), ones, mode="same") / count
     return np.where(known, mean, np.nan)
 
 
