@@ -101,8 +101,17 @@ def test_what_looking_raises_in_the_other_process_is_raised_here_behind_the_fram
     assert given == [*range(7)]
 
 
-def test_who_stops_early_ends_the_process(tmp_path):
+def test_who_stops_early_ends_the_process(tmp_path, monkeypatch):
+    processes = []
+
+    class Noted(monitored.ReadApart):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            processes.append(self._process)
+
+    monkeypatch.setattr(monitored, "ReadApart", Noted)
     path = film(tmp_path, "tape.dv")
     assert read(path, Sums(), 1000, most=3)[0] == read(path)[0][:3]
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    (process,) = processes
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
