@@ -19,6 +19,9 @@ DURATION_S = 2.0
 APART = 0.5
 """Diameters between the edges of two targets in every view, at least: where they touch is a circumstance of its own."""
 
+LIT_FROM_ONE_SIDE = 0.5
+"""Share of the experiments in which a lamp lights the balls; in half of these the run has another than the clips."""
+
 
 def random_scene(rng: np.random.Generator) -> dict[str, Any]:
     """A scenario as `vidtrack.simulate` reads it: nothing is wrong with it."""
@@ -71,7 +74,17 @@ def random_scene(rng: np.random.Generator) -> dict[str, Any]:
     }
     while gap_of(scene) < APART:
         scene["runs"]["test"] = run_of(rng, n_targets)
+    if rng.random() < LIT_FROM_ONE_SIDE:
+        scene["lamp"] = lamp_of(rng)
+        if rng.random() < 0.5:
+            scene["runs"]["test"]["lamp"] = lamp_of(rng)
     return scene
+
+
+def lamp_of(rng: np.random.Generator) -> dict[str, Any]:
+    """A lamp at any side, above or a little below."""
+    bearing, height = rng.uniform(0, 2 * np.pi), rng.uniform(-0.2, 1.2)
+    return {"toward": [float(np.cos(bearing)), float(np.sin(bearing)), height], "share": float(rng.uniform(0.3, 0.9))}
 
 
 def gap_of(scene: dict[str, Any]) -> float:

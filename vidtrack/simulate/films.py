@@ -10,6 +10,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera
 from vidtrack.simulate.background import seen, turned
+from vidtrack.simulate.lamp import Lamp
 from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.simulate.motion import position
 from vidtrack.simulate.picture import Picture, Scene, empty_scene
@@ -31,7 +32,7 @@ def clips(scenario: Scenario) -> Iterator[Task]:
         for name in scenario.cameras:
             camera = moved(scenario.camera(name), clip.moved.get(name))
             picture = scenario.picture_of(name)
-            balls = [_still_ball(place, plan.diameter / 2, picture) for place in shown]
+            balls = [_still_ball(place, plan.diameter / 2, picture, plan.lamp or scenario.lamp) for place in shown]
             count = 1 if recording.tape.codec == "png" else clip.frames or plan.frames
             path = f"calibration/{clip_name}/{name}.{recording.tape.container}"
             yield path, _film(scenario, camera, balls, recording, start, count, path, first_frame=0, lost=())
@@ -51,7 +52,7 @@ def recordings(scenario: Scenario) -> Iterator[Task]:
                 if h.camera == name:
                     hidden[h.target].append((h.from_s, h.to_s))
             balls = [
-                _moving_ball(target, picture)._replace(hidden=hidden.get(t, []))
+                _moving_ball(target, picture)._replace(hidden=hidden.get(t, []), lamp=run.lamp or scenario.lamp)
                 for t, target in {**run.targets, **run.others}.items()
             ]
             first = run.first_frame.get(name, 0)
@@ -147,11 +148,11 @@ def _sound(recording: Recording, start: Timecode, count: int, rng: np.random.Gen
     return Sound(samples=np.rint(32767 * np.clip(heard, -1, 1)).astype(np.int16), rate=tape.sound_rate)
 
 
-def _still_ball(place: Array, radius: float, picture: Picture) -> Actor:
+def _still_ball(place: Array, radius: float, picture: Picture, lamp: Lamp | None) -> Actor:
     def path(t: Array) -> Array:
         return np.broadcast_to(place, (*np.shape(t), 3))
 
-    return Actor(path, radius, picture.background + picture.contrast)
+    return Actor(path, radius, picture.background + picture.contrast, lamp=lamp)
 
 
 def _moving_ball(target: Target, picture: Picture) -> Actor:

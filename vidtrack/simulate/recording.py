@@ -15,6 +15,7 @@ from pydantic import Field
 
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, camera_from_world, project
+from vidtrack.simulate.lamp import CONTOURS, Lamp, lit_parts
 from vidtrack.simulate.picture import Levels, Picture, Scene, developed, paint
 from vidtrack.simulate.plan import NotNegative, Plan
 from vidtrack.simulate.render import fine_enough, outlines, shading, softened, vertices_needed
@@ -39,12 +40,14 @@ class Shutter(Plan):
 
 
 class Actor(NamedTuple):
-    """A ball in a scene: where its centre is at times (n,) s, (n, 3); its radius; its grey level; when it is hidden."""
+    """A ball in a scene: where its centre is at times (n,) s, (n, 3); its radius; its grey level where it is brightest;
+    when it is hidden; what lights it from one side."""
 
     path: Callable[[Array], Array]
     radius: float
     level: float
     hidden: Sequence[tuple[float, float]] = ()  # s, true time, from and to
+    lamp: Lamp | None = None
 
 
 Interlace = Literal["none", "top", "bottom"]
@@ -173,14 +176,14 @@ def drawn_ball(
     centres = actor.path((times[:, None] + station).ravel()).reshape(len(times), m, 1, 3)
     if len(times) > 1 and not np.ptp(centres, axis=0).any():  # it stays where it is: draw it once
         return drawn_ball(camera, actor, times[:1], picture, shutter) * len(times)
-    radii, weights = shading(picture.limb)
-    n_vertices = vertices_needed(camera, centres, actor.radius)
+    drawn, weights = _contours(camera, actor, picture)
+    n_vertices = vertices_needed(camera, centres, actor.radius) * (1 if actor.lamp is None else 2)
     block = max(1, MEMORY // n_vertices**2)
     pieces = []
     for begin in range(0, len(times), block):
-        polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, n_vertices)
+        polygons = drawn(centres[begin : begin + block], n_vertices)
         while not fine_enough(polygons):  # far outside the picture a lens stretches them
-            polygons = outlines(camera, centres[begin : begin + block], actor.radius * radii, 2 * polygons.shape[-2])
+            polygons = drawn(centres[begin : begin + block], 2 * polygons.shape[-2])
         if lean is not None:
             middle = project(camera, actor.path(times[begin : begin + block]))
             polygons = _leaning(polygons, middle, lean[begin : begin + block])
@@ -191,6 +194,20 @@ def drawn_ball(
             for k in range(len(polygons))
         ]
     return pieces
+
+
+def _contours(camera: Camera, actor: Actor, picture: Picture) -> tuple[Callable[[Array, int], Array], Array]:
+    """What draws the contours of light of a ball at centres (..., 1, 3) with so many vertices, and their weights."""
+    radii, weights = shading(picture.limb)
+    if actor.lamp is None:
+        return lambda at, n: outlines(camera, at, actor.radius * radii, n), weights
+    lamp, share = actor.lamp, 1 - actor.lamp.share
+
+    def lit(at: Array, n: int) -> Array:
+        parts = lit_parts(camera, at[..., 0, :], actor.radius, lamp, n)
+        return np.concatenate([outlines(camera, at, actor.radius * radii, n), parts], axis=-3)
+
+    return lit, np.concatenate([share * weights, np.full(CONTOURS, lamp.share / CONTOURS)])
 
 
 def _smear(camera: Camera, actor: Actor, times: Array, open_s: float) -> float:

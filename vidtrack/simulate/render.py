@@ -80,9 +80,7 @@ def _outlines_through(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_v
     its radius where D is 30 radii or more. NaN where a sphere is not seen."""
     p, r = np.broadcast_arrays(np.asarray(centres, float), np.asarray(radius, float)[..., None])
     r = r[..., 0]
-    planes = planes_of(camera.through, camera.position)
-    path = paths(camera.through, camera.position, directions(camera, project(camera, p)))
-    forward = chosen(path, crossed(planes, p.reshape(-1, 3).T)).d.T.reshape(p.shape)
+    forward, _ = sights(camera, p)
     e1 = np.cross(forward, [0.0, 0.0, 1.0])
     steep = np.linalg.norm(e1, axis=-1, keepdims=True) < 1e-3
     e1 = np.where(steep, np.cross(forward, [1.0, 0.0, 0.0]), e1)
@@ -92,6 +90,20 @@ def _outlines_through(camera: Camera, centres: ArrayLike, radius: ArrayLike, n_v
     reach = (r * np.sqrt(angle[1] / np.sin(angle[1])))[..., None, None]
     ring = np.cos(angle)[:, None] * e1[..., None, :] + np.sin(angle)[:, None] * e2[..., None, :]
     return project(camera, p[..., None, :] + reach * ring)
+
+
+def sights(camera: Camera, centres: ArrayLike) -> tuple[Array, Array]:
+    """Unit directions (..., 3), world axes, in which light comes from a camera to points (..., 3), and how far, (...),
+    they are from it on a straight line, world units. NaN where a point is not in front of the camera."""
+    p = np.asarray(centres, float)
+    away = p - camera.position
+    D = np.linalg.norm(away, axis=-1)
+    if camera.through:
+        planes = planes_of(camera.through, camera.position)
+        path = paths(camera.through, camera.position, directions(camera, project(camera, p)))
+        return chosen(path, crossed(planes, p.reshape(-1, 3).T)).d.T.reshape(p.shape), D
+    ahead = camera_from_world(camera, p)[..., 2] > 0
+    return np.where(ahead[..., None], away / D[..., None], np.nan), D
 
 
 def vertices_needed(camera: Camera, centres: ArrayLike, radius: ArrayLike) -> int:

@@ -21,6 +21,7 @@ from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.projection import Projection
 from vidtrack.simulate.background import Texture
 from vidtrack.simulate.control_points import ControlPoints, tags_and_places
+from vidtrack.simulate.lamp import Lamp
 from vidtrack.simulate.motion import Motion, Oscillation
 from vidtrack.simulate.picture import Patch, Picture
 from vidtrack.simulate.plan import NotNegative, Plan, Positive, Rate, Tags, Vector, plan_from
@@ -153,6 +154,7 @@ class Calibration(Plan):
     picking: NotNegative = Field(2.0, description="px, sigma of a pick by hand")
     start: str = Field("09:00:00:00", description="time code of the first clip; the others follow, a minute apart")
     clips: dict[str, Clip] = Field({})
+    lamp: Lamp | None = Field(None, description="by which its clips are filmed; default: the scenario's")
     marks: dict[str, Vector] = Field(
         {}, description="tag: [x, y, z] of points that are picked in the first clip of `waved`, and not surveyed"
     )
@@ -220,6 +222,7 @@ class Run(Plan):
         description="camera: rows of s, degrees about its x, y and z axes, and the share by which f is longer: it "
         "moves in its place along straight lines between them, at rest before the first and after the last",
     )
+    lamp: Lamp | None = Field(None, description="by which it is filmed; default: the scenario's")
     recording: Recording | None = None
     cameras: tuple[str, ...] | None = Field(None, description="those that film this run; default: all")
 
@@ -240,6 +243,7 @@ class Scenario(Plan):
     interfaces: dict[str, InterfacePlan] = Field({}, description="windows, tank walls, water surfaces")
     picture: Picture = Picture()
     texture: Texture | None = Field(None, description="a pattern on the wall behind the scene; default: a plain one")
+    lamp: Lamp | None = Field(None, description="lights all balls from one side; default: they are lit alike all over")
     clutter: tuple[Patch, ...] = ()
     recording: Recording = Recording()
     calibration: Calibration = Calibration()
