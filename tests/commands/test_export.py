@@ -5,6 +5,7 @@ import pytest
 import yaml
 
 from vidtrack.command import main
+from vidtrack.files.outdated_note import write_note
 from vidtrack.files.tables import write_parquet
 
 
@@ -48,3 +49,10 @@ def test_a_file_with_the_ending_of_another_format_is_refused(lab, capsys):
     assert main(["export", ".", "--to", "c3d", "--run", "good", "--output", "one.mat"]) == 1
     assert "--output one.mat: what is written is a .c3d file" in capsys.readouterr().err
     assert not list(lab.rglob("one.*"))
+
+
+def test_results_of_an_earlier_call_are_not_handed_on(lab, capsys):
+    write_note(str(lab / "results/runs/good"), ["runs/good/trajectories.parquet"])
+    assert main(["export", ".", "--to", "c3d", "--run", "good"]) == 1
+    assert "results/runs/good/trajectories.parquet: of an earlier call" in capsys.readouterr().err
+    assert not list(lab.rglob("*.c3d"))

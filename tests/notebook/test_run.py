@@ -7,6 +7,7 @@ import pytest
 
 from tests.exchange.runs import bodies, trajectories
 from vidtrack.errors import VidtrackError
+from vidtrack.files.outdated_note import write_note
 from vidtrack.files.tables import write_parquet
 from vidtrack.notebook.run import LoadedRun
 
@@ -49,3 +50,11 @@ def test_a_run_in_a_plane_has_two_coordinates(tmp_path):
 def test_a_record_that_is_not_there_is_named(run):
     with pytest.raises(VidtrackError, match=r"comparison\.json: no such record"):
         run.record("comparison")
+
+
+def test_a_table_of_an_earlier_call_is_read_with_a_warning(tmp_path):
+    folder = tmp_path / "runs/pluck"
+    write_parquet(folder / "trajectories.parquet", trajectories(), units="m", provenance={})
+    write_note(str(folder), ["runs/pluck/trajectories.parquet"])
+    with pytest.warns(UserWarning, match="of an earlier call"):
+        assert len(LoadedRun("pluck", str(folder), "m").trajectories) == len(trajectories())

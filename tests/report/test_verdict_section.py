@@ -65,3 +65,9 @@ def test_runs_that_are_not_recorded_yet_are_named():
     verdict = {"verdict": "good", "calibration": {**GOOD, "cameras": {}}, "runs": {}, "awaited": ["later"]}
     line = verdict_section(Results(verdict=verdict), "in").line
     assert line == "The calibration is good. Run later: not recorded yet: there is no such folder in runs/."
+
+
+def test_results_of_an_earlier_call_are_named():
+    verdict = {"verdict": "good", "calibration": {**GOOD, "cameras": {}}, "runs": {}, "outdated": ["runs/a/x.csv"]}
+    line = verdict_section(Results(verdict=verdict), "in").line
+    assert line.startswith("The calibration is good. results/runs/a/x.csv is of an earlier call")

@@ -208,3 +208,14 @@ def test_what_is_known_of_the_calibration_is_not_looked_for_again(monkeypatch):
     assert known.cameras["cam1"].verdict == "doubtful"
     monkeypatch.setattr("vidtrack.stages.verdict._of_camera", None)
     assert verdict(results, {"a": asked}, of_calibration=known) == whole
+
+
+def test_results_that_an_earlier_call_left_of_a_run_that_failed_now_are_named():
+    places = ["calibration/backprojection.json", "runs/pluck/locate.json", "runs/pluck/trajectories.csv"]
+    old = {"rule": "outdated", "parts": [], "findings": [], "outdated": places}
+    results = Results(cameras={"cam1": camera()}, failures=[failure("locate", "pluck"), old])
+    record = verdict(results, ASKED)
+    assert record["outdated"] == places
+    assert record["runs"]["pluck"]["verdict"] == "failed"
+    (reason,) = [r for r in record["runs"]["pluck"]["reasons"] if r["code"] == "results-outdated"]
+    assert reason["text"].startswith("trajectories.csv, locate.json in results/runs/pluck are of an earlier call")

@@ -4,7 +4,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vidtrack.findings import LEVELS, Finding
-from vidtrack.verdict.judgement import WORDS, added, inherited, judged, not_recorded, terminal_lines, worst_word
+from vidtrack.verdict.judgement import (
+    WORDS,
+    added,
+    inherited,
+    judged,
+    not_recorded,
+    of_earlier_call,
+    terminal_lines,
+    worst_word,
+)
 
 findings = st.lists(st.builds(Finding, st.sampled_from(LEVELS), st.sampled_from("ab"), st.sampled_from("xyz")))
 
@@ -78,3 +87,10 @@ def test_runs_that_are_not_recorded_yet_have_a_line_of_their_own():
     record = {"calibration": None, "runs": {}, "awaited": ["a", "b"]}
     assert terminal_lines(record) == ["vidtrack: runs a, b: not recorded yet: there are no such folders in runs/."]
     assert not_recorded(["a"]) == "run a: not recorded yet: there is no such folder in runs/."
+
+
+def test_results_of_an_earlier_call_have_a_line_of_their_own():
+    record = {"calibration": None, "runs": {}, "outdated": ["runs/a/locate.json", "runs/a/trajectories.csv"]}
+    (line,) = terminal_lines(record)
+    assert line.startswith("vidtrack: results/runs/a/trajectories.csv and 1 more files are of an earlier call")
+    assert of_earlier_call(["v.csv"]).startswith("results/v.csv is of an earlier call")

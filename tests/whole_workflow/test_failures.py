@@ -6,7 +6,7 @@ import shutil
 import pandas as pd
 import pytest
 
-from tests.whole_workflow.conftest import REPO, configure, planned, snakemake
+from tests.whole_workflow.conftest import CONFIG, REPO, configure, planned, snakemake
 from tests.whole_workflow.test_reruns import ONE_PAGE, changed
 
 OUTSIDE = "camera,target,Xf,Yf\ncam1,t1,5000,5000\n"
@@ -29,9 +29,13 @@ def test_a_run_that_fails_costs_that_run(laboratory):
     comparison = json.loads((laboratory / "results/runs/pluck/comparison.json").read_text())
     assert comparison["provenance"]["settings"]["axis"] == "auto"
     assert "runs/still/targets.csv, line 2" in (laboratory / "results/report.html").read_text()
-    last = [line for line in answer.stderr.splitlines() if line.startswith("vidtrack: ")][-4:]
+    last = [line for line in answer.stderr.splitlines() if line.startswith("vidtrack: ")][-5:]
     assert last[0].startswith("vidtrack: run still: failed: runs/still/targets.csv, line 2")
-    assert last[-1] == "vidtrack: report: results/report.html"
+    assert last[-2:] == [
+        "vidtrack: results/runs/still/trajectories.csv and 9 more files are of an earlier call, not of this one: do "
+        "not use them (see OUTDATED.txt there).",
+        "vidtrack: report: results/report.html",
+    ]
     assert not (laboratory / "results/runs/still/centroids/cam1.parquet").exists()
 
     follows = {"steadiness": 1, "locate": 1, "kinematics": 1, "compare": 1, **ONE_PAGE}
@@ -85,6 +89,24 @@ def test_a_calibration_that_fails_is_told_of_the_runs_that_use_it(laboratory):
     assert said["calibration"]["verdict"] == "failed"
     assert {own["verdict"] for own in said["runs"].values()} <= {"bad", "failed"}
     assert "Traceback" not in answer.stdout + answer.stderr
+
+    # what an earlier call located is kept, and said to be of an earlier call wherever it may be read
+    old = laboratory / "results/runs/pluck/trajectories.csv"
+    assert old.exists()
+    assert "runs/pluck/trajectories.csv" in said["outdated"]
+    assert not any("centroids" in place for place in said["outdated"])
+    assert "results-outdated" in [reason["code"] for reason in said["runs"]["pluck"]["reasons"]]
+    assert "of an earlier call" in (laboratory / "results/report.html").read_text()
+    assert "of an earlier call, not of this one" in answer.stderr
+    note = old.with_name("OUTDATED.txt")
+    assert "runs/pluck/trajectories.csv" in note.read_text().splitlines()
+
+    configure(laboratory, CONFIG)
+    points.write_text("\n".join([*lines, ""]))
+    assert snakemake(laboratory).returncode == 0
+    assert "outdated" not in verdict(laboratory)
+    assert not note.exists()
+    assert old.exists()
 
 
 def test_a_camera_whose_points_cannot_be_named_costs_that_camera_where_two_others_are_left(laboratory):

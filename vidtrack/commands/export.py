@@ -88,6 +88,7 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[M
     from vidtrack.exchange.results import axes_of, read_run, result_paths
     from vidtrack.files.camera_json import located_by
     from vidtrack.files.experiment import within
+    from vidtrack.files.outdated_note import is_outdated
     from vidtrack.naming import did_you_mean
 
     results = within(settings.experiment, "results")
@@ -113,6 +114,9 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[M
                 paths["cameras"] = [located_by(os.path.dirname(path), refined) for path in paths["cameras"]]
             if missing := [path for several in paths.values() for path in several if not os.path.isfile(path)]:
                 reasons.append(f"{missing[0]}: not there yet, or run {run} failed. Call vidtrack run first.")
+                continue
+            if old := [path for several in paths.values() for path in several if is_outdated(path)]:
+                reasons.append(f"{old[0]}: of an earlier call, not of the present settings. Call vidtrack run first.")
                 continue
             answer = written(name, read_run(paths, run, settings.units, axes, layout.mode))
             made.append((os.path.join(results, "runs", run, "export"), places(name, layout), answer))

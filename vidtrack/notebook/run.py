@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 from vidtrack.errors import VidtrackError
 
@@ -39,8 +40,12 @@ class LoadedRun:
         return found
 
     def table(self, name: str) -> DataFrame:
-        """A table by its name: trajectories, kinematics, bodies, motions, comparison, centroids/cam1, ..."""
+        """A table by its name: trajectories, kinematics, bodies, motions, comparison, centroids/cam1, ...
+
+        A warning where it is of an earlier call (OUTDATED.txt lies beside it).
+        """
         if name not in self._read:
+            from vidtrack.files.outdated_note import is_outdated
             from vidtrack.files.tables import read_parquet, read_units
 
             if name not in self.tables:
@@ -48,6 +53,10 @@ class LoadedRun:
                     f"run {self.name}: no table {name!r}; there are {', '.join(self.tables) or 'none'}."
                 )
             path = os.path.join(self.folder, f"{name}.parquet")
+            if is_outdated(path):
+                warn(
+                    f"{path}: of an earlier call, not of the present settings and inputs. Do not use it.", stacklevel=2
+                )
             table = read_parquet(path)
             table.attrs["units"] = read_units(path)
             self._read[name] = table

@@ -11,7 +11,7 @@ from vidtrack.report.numbers import measured, number, pick, share
 from vidtrack.report.page import Reason, Table, Verdict
 from vidtrack.report.run_summary import run_summary
 from vidtrack.results import CameraResults, Results, RunResults
-from vidtrack.verdict.judgement import WORDS, capitalised, not_recorded, sentence
+from vidtrack.verdict.judgement import WORDS, capitalised, not_recorded, of_earlier_call, sentence
 
 Record = Mapping[str, Any]
 
@@ -45,6 +45,8 @@ def verdict_section(results: Results, units: str) -> Verdict:
     line = _line(calibration, runs)
     if awaited := record.get("awaited"):
         line = f"{line} {sentence(capitalised(not_recorded(awaited)))}".lstrip()
+    if places := record.get("outdated"):
+        line = f"{line} {of_earlier_call(places)}".lstrip()
     return _verdict(record["verdict"], line, tables, entries)
 
 

@@ -10,6 +10,7 @@ import pandas as pd
 
 from vidtrack.findings import Finding
 from vidtrack.labelling.naming_doubts import AT_EDGE, MERGED, OUTSIDE
+from vidtrack.naming import some_of
 from vidtrack.results import CameraResults, Results, RunResults
 from vidtrack.verdict.calibration_rules import (
     Fit,
@@ -91,8 +92,9 @@ def verdict(
     awaited  runs that the config names and that are not recorded
     of_calibration   `calibration_verdict` of the same results, where it is known
     Keys: verdict (the worst of all), calibration ({verdict, reasons, notes, cameras: {camera: the same}}, None where
-    nothing was calibrated), runs ({run: {verdict, reasons, notes}}), and awaited where there are such runs. A reason is
-    a finding: level, code, text, cure. A run inherits the doubts about the calibration that it uses.
+    nothing was calibrated), runs ({run: {verdict, reasons, notes}}), and awaited where there are such runs, outdated
+    (places under results/) where failed jobs left results of an earlier call. A reason is a finding: level, code, text,
+    cure. A run inherits the doubts about the calibration that it uses.
     """
     cameras, whole = of_calibration or calibration_verdict(results)
     judgements = {name: judged(_of_run(name, results, asked, cameras, whole)) for name, asked in runs.items()}
@@ -101,12 +103,19 @@ def verdict(
         together = judged([*whole, *(f for own in cameras.values() for f in (*own.reasons, *own.notes))])
         calibration = together.as_record() | {"cameras": {name: own.as_record() for name, own in cameras.items()}}
     words = [own.verdict for own in judgements.values()] + ([calibration["verdict"]] if calibration else [])
-    record = {
+    record: dict[str, Any] = {
         "verdict": worst_word(words),
         "calibration": calibration,
         "runs": {name: own.as_record() for name, own in judgements.items()},
     }
-    return record | ({"awaited": list(awaited)} if awaited else {})
+    record |= {"awaited": list(awaited)} if awaited else {}
+    return record | ({"outdated": places} if (places := _outdated(results)) else {})
+
+
+def _outdated(results: Results, run: str | None = None) -> list[str]:
+    """The results, by their places under results/, that are of an earlier call; those of a run where one is named."""
+    places = [str(place) for failure in results.failures for place in failure.get("outdated", ())]
+    return [place for place in places if run is None or place.startswith(f"runs/{run}/")]
 
 
 def _of_camera(name: str, own: CameraResults) -> list[Finding]:
@@ -190,6 +199,8 @@ def _of_run(
         if failure["rule"] not in CALIBRATING and failure["parts"][:1] == [name]:
             found += [_weighed(finding, failure, asked) for finding in collected(failure)]
     found += [_left_out(name, camera, why) for camera, why in asked.get("without", {}).items()]
+    if places := _outdated(results, name):
+        found.append(_of_earlier_call(name, places))
     locate = own.record("locate")
     ruled = [finding for camera, reading in own.readings.items() for finding in picture_findings(camera, reading)]
     if ("waterline" if asked["mode"] == "waterline" else "trajectories") not in own.tables | own.records:
@@ -219,6 +230,13 @@ def _left_out(run: str, camera: str, why: str) -> Finding:
     text = f"the positions are without {camera}: {why}"
     cure = f"Look under {camera} or in the log. Correct the cause and run again, or remove {camera} from {run}."
     return Finding("doubtful", "camera-left-out", text, cure)
+
+
+def _of_earlier_call(run: str, places: Sequence[str]) -> Finding:
+    own = [place.removeprefix(f"runs/{run}/") for place in places]
+    tables = [place for place in own if place.startswith("trajectories")]
+    text = f"{some_of([*tables, *(p for p in own if p not in tables)], 5)} in results/runs/{run} are of an earlier call"
+    return Finding("bad", "results-outdated", text, "Do not use them: correct what failed, and run again.")
 
 
 def _not_made(used: Sequence[str], cameras: Mapping[str, Judgement]) -> Finding:

@@ -111,7 +111,11 @@ def terminal_lines(record: Mapping[str, Any]) -> list[str]:
         f"vidtrack: {name}: {own['verdict']}{_because(own['reasons'])}"
         for name, own in sorted(entries, key=lambda entry: -WORDS.index(entry[1]["verdict"]))
     ]
-    return [*lines, f"vidtrack: {not_recorded(awaited)}"] if (awaited := record.get("awaited")) else lines
+    if awaited := record.get("awaited"):
+        lines.append(f"vidtrack: {not_recorded(awaited)}")
+    if places := record.get("outdated"):
+        lines.append(f"vidtrack: {of_earlier_call(places)}")
+    return lines
 
 
 def not_recorded(awaited: Sequence[str]) -> str:
@@ -119,6 +123,13 @@ def not_recorded(awaited: Sequence[str]) -> str:
     many = len(awaited) > 1
     folders = "are no such folders" if many else "is no such folder"
     return f"run{'s' * many} {some_of(awaited)}: not recorded yet: there {folders} in runs/."
+
+
+def of_earlier_call(places: Sequence[str]) -> str:
+    """What is said of results that are there and do not belong to the present settings and inputs."""
+    first = next((place for place in places if place.endswith("/trajectories.csv")), places[0])
+    more = f" and {len(places) - 1} more files are" if len(places) > 1 else " is"
+    return f"results/{first}{more} of an earlier call, not of this one: do not use them (see OUTDATED.txt there)."
 
 
 def _because(reasons: list[Mapping[str, str]]) -> str:

@@ -8,7 +8,7 @@ from snakemake.jobs import Job
 
 from vidtrack.files.atomic import remove_all_partial
 from vidtrack.files.records import read_json
-from vidtrack.verdict.judgement import terminal_lines
+from vidtrack.verdict.judgement import of_earlier_call, terminal_lines
 from vidtrack.workflow.bookkeeping import (
     with_checksums_of_a_job,
     with_kept_commands,
@@ -22,6 +22,7 @@ from vidtrack.workflow.conclusion import failures, same_call, write_without
 from vidtrack.workflow.direct_jobs import for_shell_commands, with_places
 from vidtrack.workflow.left_out import also_left_out, to_environment
 from vidtrack.workflow.lock import note_holder
+from vidtrack.workflow.outdated import forget, note, outdated, record
 
 # Of each job that is wanted; what is made on request alone is not.
 ACCOUNTS = [BOOK.place(*job) for job in BOOK.jobs if job not in OFFERED]
@@ -84,6 +85,13 @@ def say_verdict_last():
         atexit.register(lambda: print(*lines, sep="\n", file=sys.stderr))
 
 
+def say_what_is_outdated():
+    """Note and print which results are of earlier settings, and were not wanted from this call."""
+    note(RESULTS, places := outdated(BOOK))
+    if places:
+        print(f"vidtrack: {of_earlier_call(places)}", file=sys.stderr)
+
+
 onstart:
     atexit.unregister(say_why_locked)
     note_holder(os.getcwd())
@@ -100,6 +108,8 @@ onsuccess:
     BOOK.save()
     if may_be_finished() and BOOK.settled.issuperset(ACCOUNTS):
         note_finished(CACHE, plan())
+    forget(RESULTS)
+    say_what_is_outdated()
     if LEFT_OUT.records or VERDICT in BOOK.settled:
         say_verdict_last()
 
@@ -115,6 +125,7 @@ onerror:
         BOOK.look_again()
         records = failures(BOOK, ((rule, path) for path, rule in failed.items()))
         if not go_on_without(records):
+            note(RESULTS, places := outdated(BOOK))
             wanted = {"verdict": (JUDGED, VERDICT), "report": (REPORTED, REPORT)}
             write_without(
                 BOOK,
@@ -123,7 +134,7 @@ onerror:
                     for rule, own in wanted.items()
                     if rule not in failed.values()
                 },
-                records,
+                [*records, *record(RESULTS, places)],
             )
             BOOK.save()
             say_verdict_last()
