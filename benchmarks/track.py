@@ -13,7 +13,8 @@ which a busy computer changes less. The second look at pictures that change sudd
 last one, is counted apart, and with both. What was tracked is compared with the scene afterwards. `sd` follows balls of
 five sizes, at rest and moving, through codecs, and prints z, the rms of error over sd_x, sd_y, which is 1 for an honest
 sd (errors beyond 1 px are counted as wrong). `limits` runs the track job as the workflow does, on 450, 900 and 2700
-frames of 1080p (450 in a loop), and prints its peak memory and how long it takes from its start to the first frame.
+frames of 1080p (450 in a loop, and as many different ones, with B pictures, which takes two minutes to write), and
+prints its peak memory and how long it takes from its start to the first frame.
 `peers` needs trackpy, numba and scikit-image: this script runs in any Python that has them beside vidtrack's own
 dependencies (a venv of its own keeps them out of the project's).
 """
@@ -30,6 +31,7 @@ import tempfile
 import time
 from fractions import Fraction
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import av
@@ -264,10 +266,10 @@ def stage(frames: int, rounds: int, only: list[str], counts: list[int], threads:
 
 def limits(rounds: int, folder: Path) -> None:
     """Peak memory of the whole job, MB, and time from its start to the first frame, s."""
-    for frames in LENGTHS:
-        path = folder / f"h264_1080p_10_loop_{frames}.mp4"
+    for film, frames in product(("loop", "different"), LENGTHS):
+        path = folder / f"h264_1080p_10_{'loop_' * (film == 'loop')}{frames}.mp4"
         if not path.exists():
-            write_loop(path, 10, frames)
+            write_loop(path, 10, frames) if film == "loop" else write_clip(path, "h264_1080p", 10, frames)
         peaks, waits = [], []
         for _ in range(rounds):
             with tempfile.TemporaryDirectory() as out:
@@ -278,7 +280,7 @@ def limits(rounds: int, folder: Path) -> None:
             )
             waits.append(float(printed.stdout) - began)
         print(
-            f"1080p {frames:5d} frames  peak {max(peaks):4.0f} MB (limit {PEAK_MB})  "
+            f"1080p {film:9s} {frames:5d} frames  peak {max(peaks):4.0f} MB (limit {PEAK_MB})  "
             f"first frame after {statistics.median(waits):.2f} s (limit {FIRST_FRAME_S})",
             flush=True,
         )

@@ -177,6 +177,33 @@ def test_packets_far_from_what_is_wanted_are_not_held(clips, monkeypatch):
     assert [[one.packet is not None for one in group] for group in held] == [[False] * 10, [True] * 10, [True] * 10]
 
 
+@pytest.mark.parametrize("name", ["h264.mp4", "h264.ts"])
+def test_of_packets_that_are_wanted_no_more_than_two_groups_are_in_memory(clips, monkeypatch, name):
+    held = []
+    monkeypatch.setattr(SecondLook, "_look_at", lambda self, groups, looked, suspects, found: held.extend(groups))
+    every = [pts for _, pts, _ in packets(clips(name))]
+    SecondLook(str(clips(name)), 0, 100).damaged(every)
+    assert [len(group) for group in held] == [10, 10, 10]
+    in_memory = [sum(one.packet.is_held for one in group) for group in held]
+    assert in_memory[0] == 0
+    assert sum(in_memory) == 0 or name == "h264.ts"
+
+
+def test_where_packets_lie_changes_nothing(clips, monkeypatch):
+    """Read from there each time, or all in memory."""
+    found = []
+    for can in (True, False):
+        if not can:
+            monkeypatch.setattr("vidtrack.video.kept_packets.os.pread", lambda *_: b"")
+            monkeypatch.setattr("vidtrack.video.kept_packets.os.pwrite", lambda *_: 0)
+        for name in ("h264.mp4", "hevc.mp4", "vp9.webm", "mpeg4.avi"):
+            sent = packets(clips(name))
+            hurt = with_hole(clips(name), sent[[i for i, one in enumerate(sent) if one[2]][1]][0], seed=7)
+            found.append(SecondLook(str(hurt), 0, 100_000).damaged([pts for _, pts, _ in sent]))
+    assert found[:4] == found[4:]
+    assert any(found)
+
+
 def test_wrong_pictures_that_no_decoder_reports_are_flagged(clips):
     """HEVC reports nothing: the last group of pictures, or the first, was wrong from beginning to end in silence."""
     sent = packets(clips("hevc.mp4"))
@@ -255,7 +282,7 @@ def test_pictures_that_nothing_is_built_on_are_not_decoded_on_the_way_and_change
     look.damaged([])
     with av.open(str(path)) as container:
         group = next(groups_of(container, 0, 300, 64_000_000))
-    references = [one for one in group if look._units.bitstream.is_reference(one.packet)]
+    references = [one for one in group if look._units.bitstream.is_reference(one.data)]
     alone = next(one for one in reversed(group) if one not in references)
     assert len(group) - len(references) > 1
     data = bytes(alone.packet)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import av
+
+from vidtrack.video.kept_packets import KeptPacket
 
 
 class Coded(NamedTuple):
     """A packet, and its time stamp; None for a packet that is too far from its key frame to be looked at."""
 
-    packet: Any
+    packet: KeptPacket | None
     pts: int
+
+    @property
+    def data(self) -> bytes:
+        """The packet's bytes, where there is one."""
+        return b"" if self.packet is None else bytes(self.packet)
 
 
 class Look(NamedTuple):
@@ -32,10 +39,13 @@ class Look(NamedTuple):
         return self.group[self.i]
 
 
-def groups_of(container: Any, stream: int, far: int, room: int) -> Iterator[list[Coded]]:
+def groups_of(
+    container: Any, stream: int, far: int, room: int, keep: Callable[[Any], KeptPacket] = KeptPacket
+) -> Iterator[list[Coded]]:
     """Packets of a stream from key frame to key frame, in the order of coding.
 
-    far, room  packets of a group, and bytes of them, that are held: the others are too far from their key frame
+    far, room  packets of a group, and bytes of them, that are kept: the others are too far from their key frame
+    keep       makes of a packet one that is kept; otherwise each is held
     """
     group, left = list[Coded](), room
     try:
@@ -46,7 +56,7 @@ def groups_of(container: Any, stream: int, far: int, room: int) -> Iterator[list
                 yield group
                 group, left = [], room
             left -= packet.size
-            group.append(Coded(packet if left > 0 and len(group) < far else None, packet.pts))
+            group.append(Coded(keep(packet) if left > 0 and len(group) < far else None, packet.pts))
     except (av.error.FFmpegError, IndexError):
         pass  # what is behind was not read the first time either, or is flagged
     if group:

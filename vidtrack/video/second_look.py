@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple
 
 import av
@@ -23,6 +24,7 @@ from av.logging import get_last_error
 from vidtrack.video.coded_groups import Coded, Look, groups_of, looks_at, size_of
 from vidtrack.video.coded_units import SHORTEST, CodedUnits
 from vidtrack.video.container import open_container
+from vidtrack.video.kept_packets import KeptPackets
 from vidtrack.video.looks_beside import LooksBeside
 from vidtrack.video.luma import bits_of
 from vidtrack.video.taller import taller_headers, taller_packet
@@ -50,7 +52,7 @@ class Limits:
     beside    pictures with which one is compared, at most
     units     of a picture that are tested, at most
     far, room pictures and bytes from a key frame on in which it is looked
-    held      bytes of groups at once, as soon as there are more than two
+    held      bytes of groups of which the most doubtful picture is looked at first, as soon as there are more than two
     """
 
     tail: int = 24
@@ -126,17 +128,21 @@ class SecondLook:
         return found
 
     def _batches(self, container: Any, wanted: set[int]) -> Iterator[tuple[list[list[Coded]], range]]:
-        """As many groups as may be held at once, and which of them are looked at: the others were, or come again.
+        """As many groups as are looked at at once, and which of them are: the others were, or come again.
 
-        Of groups that are not beside one with a picture that is wanted the packets are not held.
+        Of groups that are not beside one with a picture that is wanted the packets are not kept; of the others only the
+        last two are in memory, where they cannot be read again from where they lie.
         """
+        kept = KeptPackets(self._path)
         batch, held, begin, latest = list[list[Coded]](), 0, 0, max(wanted, default=-1)
-        for group in groups_of(container, self._stream, LIMITS.far, LIMITS.room):
+        for group in groups_of(container, self._stream, LIMITS.far, LIMITS.room, kept.keep):
             batch.append(group)
             held += size_of(group)
             if len(batch) > 1 and not any(one.pts in wanted for near in batch[-3:] for one in near):
                 held -= size_of(batch[-2])
                 batch[-2] = [one._replace(packet=None) for one in batch[-2]]
+            elif len(batch) > 1:
+                kept.put_aside(one.packet for one in batch[-2] if one.packet is not None)
             if len(batch) > 2 and group[0].pts > latest and batch[-2][0].pts > latest:
                 break
             if held > LIMITS.held and len(batch) > 2:
@@ -214,7 +220,7 @@ class SecondLook:
         places = self._places(group[i], SHORTEST)
         if not places:
             return None
-        data = bytes(group[i].packet)
+        data = group[i].data
         for few in (self._read_with(group, i), group[: i + 1]):
             taller = self._decoded(few, data, taller=True)
             if taller is not None and not taller.errors:
@@ -232,7 +238,7 @@ class SecondLook:
     def _needs_no_more(self, group: list[Coded], i: int) -> bool | None:
         """Whether bytes behind the units of packet i do not matter; None where that is not shown."""
         places = self._places(group[i], SHORTEST)
-        data = bytes(group[i].packet) if places else b""
+        data = group[i].data if places else b""
         longer = [self._units.longer(data, places, LIMITS.more, seed) for seed in range(LIMITS.longer if places else 0)]
         others = [other for other in longer if other]
         if not others:
@@ -281,13 +287,13 @@ class SecondLook:
 
     def _places(self, one: Coded, shortest: int, *, any_type: bool = False) -> list[tuple[int, int]]:
         """Where units of a packet that hold pictures begin and end, those that are long enough."""
-        places = [] if one.packet is None else self._units.places(bytes(one.packet), any_type=any_type)
+        places = [] if one.packet is None else self._units.places(one.data, any_type=any_type)
         return [place for place in places if place[1] - place[0] >= shortest][-LIMITS.units :]
 
     def _others(self, group: list[Coded], place: tuple[int, int], enough: int, *, in_order: bool = False) -> int | None:
         """How many other endings of one of its units, up to one more than `enough`, make another picture of a group's
         last; None where that is not shown, as where it has errors and should be in order."""
-        data, (begin, end) = bytes(group[-1].packet), place
+        data, (begin, end) = group[-1].data, place
         own, others = self._decoded(group, data), 0
         if own is None or (in_order and own.errors):
             return None
@@ -306,11 +312,12 @@ class SecondLook:
         codec.extradata, codec.thread_count = self._taller if taller else self._extradata, 1
         codec.options = _OPTIONS | {"apply_cropping": str(int(self._shown >= LIMITS.shown))}
         codec.skip_frame = "NONREF" if self._name in ("h264", "mpeg4") else "DEFAULT"
-        sent = [self._packet(bytes(one.packet), one.pts, taller) if taller else one.packet for one in group[:-1]]
-        last, decoded, before = self._packet(data, group[-1].pts, taller), None, 0
-        for packet in [*sent, last, None]:
+        before = [one.packet for one in group[:-1] if one.packet]
+        sent = (self._packet(bytes(one), one.pts, taller) if taller else one.packet() for one in before)
+        last, decoded, earlier = self._packet(data, group[-1].pts, taller), None, 0
+        for packet in chain(sent, (last, None)):
             if packet is last:
-                before, codec.skip_frame = get_last_error()[0], "DEFAULT"
+                earlier, codec.skip_frame = get_last_error()[0], "DEFAULT"
             with suppress(av.error.FFmpegError, EOFError):
                 for picture in codec.decode(packet):
                     if picture.pts == last.pts:
@@ -318,7 +325,7 @@ class SecondLook:
                         levels = b"".join(_levels(plane, deep) for plane in picture.planes)
                         decoded = _Decoded(0, bool(picture.is_corrupt), levels)
         errors, _ = get_last_error()
-        return decoded and decoded._replace(errors=errors - before)
+        return decoded and decoded._replace(errors=errors - earlier)
 
     def _packet(self, data: bytes, pts: int, taller: bool) -> Any:
         packet = av.Packet((taller and taller_packet(data, self._units.bitstream)) or data)
