@@ -61,6 +61,29 @@ def _copied(folder: Path, rng: Rng) -> None:
     other.write_bytes(one.read_bytes())
 
 
+def _copied_and_coded(share: float) -> Callable[[Path, Rng], None]:
+    """The recording of one camera, coded again and of another size, in the place of another."""
+
+    def after(folder: Path, rng: Rng) -> None:
+        one, other = run_videos(folder)[:2]
+        refilmed(other, lambda pictures: pictures)
+        other = other.with_suffix(".mkv")
+        kept = one.read_bytes()
+        refilmed(
+            one,
+            lambda pictures: [cv2.resize(p, None, fx=share, fy=share, interpolation=cv2.INTER_AREA) for p in pictures],
+        )
+        one.with_suffix(".mkv").replace(other)
+        one.write_bytes(kept)
+
+    return after
+
+
+def _dropped(pictures: Pictures, rng: Rng) -> Pictures:
+    """A capture card drops a tenth of the pictures, and stamps the rest evenly."""
+    return [p for k, p in enumerate(pictures) if k < 3 or rng.random() > 0.1]
+
+
 def _another_repeat(pictures: Pictures, rng: Rng) -> Pictures:
     """The recording of another repeat of the test, which began at the same hour: here the same in reverse."""
     return pictures[::-1]
@@ -260,6 +283,9 @@ REPORTED: dict[str, Circumstance] = {
     "autofocus-hunts": Circumstance(SIGHTS, after=_film(_breathing), harmless=True),
     "stabiliser-on": Circumstance(SIGHTS, after=_film(_stabilised), harmless=True),
     "recording-copied": Circumstance(r"same|copy|copied|identical", after=_copied),
+    "recording-coded-again": Circumstance(r"one film", after=_copied_and_coded(1.0)),
+    "recording-made-smaller": Circumstance(r"one film|outside the picture", after=_copied_and_coded(0.5)),
+    "pictures-dropped-silently": Circumstance(r"missing", after=_film(_dropped), harmless=True),
     "repeats-mixed": Circumstance(SIGHTS + "|" + TIME, after=_film(_another_repeat), harmless=True),
     "recording-paused": Circumstance(SIGHTS + "|" + TIME + "|jump|missing", after=_film(_paused), harmless=True),
     "frames-blended": Circumstance(

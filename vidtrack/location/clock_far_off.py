@@ -15,6 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array
 from vidtrack.findings import Finding
+from vidtrack.location.hidden_losses import hidden_losses, losses_finding
 from vidtrack.location.rough_clock import rough_offset
 from vidtrack.location.views import View
 from vidtrack.timing.resample import interval
@@ -71,11 +72,14 @@ def clock_far_off(views: Sequence[View], times: Sequence[Array], sought: Sequenc
             continue
         if (FAR_OFF.better * near < before).all() and all(late[i, j] == 0 for i, j in combinations(others, 2)):
             return _finding(views[k].name, [views[i].name for i in others], offset, near.max(), before.max())
-    return _other_rate(views, times, px[..., 0])
+    stretched, lost = _other_rate(views, times, px[..., 0]), hidden_losses(views, times)
+    if lost is not None and (stretched is None or lost.px < stretched[0]):
+        return losses_finding(lost, views)
+    return None if stretched is None else stretched[1]
 
 
-def _other_rate(views: Sequence[View], times: Sequence[Array], near: Array) -> Finding | None:
-    """The camera whose pictures came at another rate than its file states, where that alone explains the misses.
+def _other_rate(views: Sequence[View], times: Sequence[Array], near: Array) -> tuple[float, Finding] | None:
+    """The camera whose pictures came at another rate than its file states, where that alone explains the misses; px.
 
     near  (n, n) px, how near the tracks of two cameras come by an offset alone
     """
@@ -92,7 +96,7 @@ def _other_rate(views: Sequence[View], times: Sequence[Array], near: Array) -> F
     if found is None:
         return None
     k, q, before = found
-    return _rate_finding([v.name for v in views], k, [1 / interval(t) for t in times], q, best, before)
+    return best, _rate_finding([v.name for v in views], k, [1 / interval(t) for t in times], q, best, before)
 
 
 def _rate_finding(

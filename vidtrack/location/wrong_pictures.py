@@ -18,6 +18,7 @@ from vidtrack.assignment import one_to_one
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.location.same_film import same_film
 from vidtrack.location.views import Seen, View
 
 
@@ -51,6 +52,8 @@ class Mistake(NamedTuple):
 
 def wrong_pictures(views: Sequence[View], seen: Sequence[Seen], tolerance_px: float, matched: bool) -> list[Finding]:
     """What to say of a run whose cameras do not fit together; matched: some of them do."""
+    if copies := same_film(views, matched and len(views) > 2):
+        return copies
     found = mistake([v.camera for v in views], [s.b for s in seen], tolerance_px)
     if found is None:
         return []

@@ -18,6 +18,8 @@ them; failed: there are none."""
 CAUSES = frozenset(
     (
         "pictures-wrong",
+        "same-film",
+        "losses-hidden",
         "clip-flipped",
         "clock-far-off",
         "picture-rate-wrong",
