@@ -10,12 +10,11 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.labelling.label import Labels
 from vidtrack.labelling.naming_doubts import Case, odd_picks, picked_alone
+from vidtrack.labelling.shot import SWING
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SWING = 0.3
-"""px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
 DISAGREE = 0.5
 """px between two clips' views of one tag that is worth a warning, where noise does not explain it."""
 

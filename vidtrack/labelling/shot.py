@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Picture
 from vidtrack.labelling.background_texture import texture_sd
 from vidtrack.labelling.still import FrameLike, Still, average, sample
+from vidtrack.labelling.swing import rim_movement
 from vidtrack.tracking.detection.blobs import Blobs, find_blobs
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, noise_sd
@@ -20,6 +21,8 @@ SCATTER_FRAMES = 24
 """Frames, at most, from whose centroids the scatter of a ball's position is estimated."""
 SEVERAL, GRAIN = 1.5, 8
 """Times a ball's pixels, and px besides, beyond which what one frame shows is more than that ball."""
+SWING = 0.3
+"""px of movement within a clip beyond which a ball is said to swing, if it is also five times the usual."""
 SMALLEST_SD = 0.002
 """px; frames that a codec copies do not scatter at all, which does not make them exact."""
 SETTINGS = ("polarity", "threshold", "min_pixels", "centroid")
@@ -34,6 +37,8 @@ class Shot(NamedTuple):
     still    grey levels 0-255, stretched as `stretch` does (gain and offset)
     at       (n, 2) px, where its blobs are; sd (n, 2) px, one standard deviation of that
     scatter  (n, 2) px, standard deviation of a single frame's centroid; NaN with fewer than three frames
+    swing    (n,) px rms by which it moves within the clip, where that is by more than SWING: as its centroids scatter,
+             but no further than its rim moves; NaN as above
     seen     frames in the clip; damaged: how many of them were damaged, and left out
     """
 
@@ -42,6 +47,7 @@ class Shot(NamedTuple):
     at: Array
     sd: Array
     scatter: Array
+    swing: Array
     settings: dict[str, Any]
     seen: int
     damaged: int
@@ -94,10 +100,14 @@ def take(
             blobs, settings = fewer, raised
     at = np.stack([blobs.Xf, blobs.Yf], -1)
     scatter = _scatter(lumas, at, blobs, settings, bits, noise)
+    swing = np.hypot(scatter[:, 0], scatter[:, 1])
+    if (seen := np.flatnonzero(swing > SWING)).size:
+        levels = _spread(lumas) * np.float32(255.0 / (2**bits - 1))
+        swing[seen] = np.minimum(swing[seen], rim_movement(levels, still.mean, blobs, seen))
     stated = np.stack([blobs.sd_x, blobs.sd_y], -1)
     sd = np.where(np.isfinite(scatter), scatter / np.sqrt(still.frames), stated)
     sd = np.hypot(sd, texture_sd(still, blobs, noise or noise_sd(lumas[0], scale=float(scale))))
-    shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), scatter, settings, taken.seen, taken.damaged)
+    shot = Shot(still, blobs, at, np.maximum(sd, SMALLEST_SD), scatter, swing, settings, taken.seen, taken.damaged)
     return shot._replace(stretch=(table.gain, table.offset)) if table else shot
 
 
@@ -134,6 +144,7 @@ def with_placed(shot: Shot, placed: Array) -> Shot:
         at=np.concatenate([shot.at[keep], placed[:, :2]]),
         sd=np.concatenate([shot.sd[keep], placed[:, [2, 2]]]),
         scatter=np.concatenate([shot.scatter[keep], np.full((n, 2), np.nan)]),
+        swing=np.concatenate([shot.swing[keep], np.full(n, np.nan)]),
     )
 
 
@@ -155,7 +166,14 @@ def look_again(shot: Shot, xy: Array, reach: float) -> Shot | None:
     blobs = Blobs._make(column[whole] for column in blobs)
     blobs = blobs._replace(Xf=blobs.Xf + left, Yf=blobs.Yf + top, left=blobs.left + left, top=blobs.top + top)
     at, sd = np.stack([blobs.Xf, blobs.Yf], -1), np.stack([blobs.sd_x, blobs.sd_y], -1)
-    return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), scatter=np.full(at.shape, np.nan))
+    unknown = np.full(at.shape, np.nan)
+    return shot._replace(blobs=blobs, at=at, sd=np.maximum(sd, SMALLEST_SD), scatter=unknown, swing=unknown[:, 0])
+
+
+def _spread(lumas: Picture) -> Picture:
+    """SCATTER_FRAMES of them at most, spread over all."""
+    which = np.linspace(0, len(lumas) - 1, min(len(lumas), SCATTER_FRAMES)).round().astype(int)
+    return np.asarray(lumas[np.unique(which)])
 
 
 def _scatter(
@@ -165,7 +183,7 @@ def _scatter(
     frames. Frames in which a ball runs into its neighbour by their noise do not count.
     """
     reach = np.maximum(blobs.width, blobs.height) / 2
-    chosen = lumas[np.unique(np.linspace(0, len(lumas) - 1, min(len(lumas), SCATTER_FRAMES)).round().astype(int))]
+    chosen = _spread(lumas)
     places = np.full((len(chosen), len(at), 2), np.nan)
     for k, luma in enumerate(chosen if len(chosen) >= 3 and len(at) else ()):
         found = find_blobs(luma, bits=bits, noise=noise, **settings)

@@ -264,13 +264,12 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     table.insert(0, "clip", clip)
     known = own["sigma"] if "sigma" in own else pd.Series(np.nan, own.index)
     table["sigma"] = known.fillna(sigma).to_numpy(float)
-    scatter = np.hypot(shot.scatter[:, 0], shot.scatter[:, 1])
     for name, column in (("Xf", shot.at[:, 0]), ("Yf", shot.at[:, 1])):
         table[name] = np.where(has, column[blob], np.nan)
     table["pixels"] = np.where(has, shot.blobs.pixels[blob], 0)
     table["width"] = np.where(has, shot.widths()[blob], np.nan)
     table["frames"] = shot.still.frames
-    for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("scatter", scatter)):
+    for name, column in (("sd_x", shot.sd[:, 0]), ("sd_y", shot.sd[:, 1]), ("scatter", shot.swing)):
         table[name] = np.where(has, column[blob], np.nan)
     apart = separated(shot, labels, i)
     table.loc[apart.row, ["Xf", "Yf"]] = apart.at
