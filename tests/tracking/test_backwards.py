@@ -1,7 +1,9 @@
 """The opening followed backwards: before a target's own first sample, and of all that was not plain at first."""
 
 import numpy as np
+import pytest
 
+from tests.discs import picture
 from tests.tracking.test_tracker import DETECTION, circle, samples_of, starts_at
 from vidtrack.tracking.backwards import (
     Back,
@@ -11,10 +13,15 @@ from vidtrack.tracking.backwards import (
     with_gaps_filled,
     with_others_filled,
 )
+from vidtrack.tracking.measurement.rims import Rims
+from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.record import Others
+from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import LOST, MERGED, NEVER, PIXELS, RECOVERED, Rows, present
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.windows import Windows
+
+NO_LOOKS = Surfaces(1), Rims(1, DETECTION)
 
 
 def touching(n):
@@ -52,6 +59,45 @@ def test_targets_that_overlap_at_first_are_followed_back_once_they_are_apart():
     assert not whole.flag[present(whole)].any()
 
 
+def half_hidden(path, radius=7.0):
+    """Samples of a ball whose lower third a board of the background's level hides."""
+    found = []
+    for k, (x, y) in enumerate(path[:, 0]):
+        luma = picture((160, 160), [(x, y, radius)], level=30.0, contrast=180.0).copy()
+        luma[round(y + radius / 3) :] = 30
+        found.append(Sample(luma, float(k)))
+    return found
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_what_rims_show_on_the_way_back_counts_in_the_samples_that_it_fills(alone):
+    k = np.arange(30.0)
+    path = np.stack([40 + 2.5 * k, 80 + 0 * k], axis=-1)[:, None]
+    samples = half_hidden(path)
+    begun = starts_at(path[12])._replace(
+        first=np.array([12 if alone else NEVER]), velocity=path[13] - path[12], acceleration=np.zeros((1, 2))
+    )
+    tracker = Tracker(begun, DETECTION, 100.0)
+    tracker.follow(samples[:20])
+    tracker.finish()
+    if not alone:
+        seen = path[17:20] - [0, 1.2]
+        tracker.begin(0, seen[:, 0], np.arange(17.0, 20), [100.0, 180.0, 30.0, 14.0, 10.0])
+    earlier = Earlier(tracker, samples[:20], 48)
+    tracker.follow(samples[20:])
+    tracker.finish()
+    earlier.add(tracker, samples[20:])
+    rows = earlier.into(tracker, 1)
+    at, n = rows.values[:2], 12 if alone else 20
+    assert present(rows)[1:].all()
+    assert (np.abs(at[1] - 80) > 1)[1:].all(), "the light that is left lies higher"
+    sd = np.full(at.shape, 0.01)
+    moved, grown = tracker.looks[1].corrected(at, sd, sd)
+    for some in (slice(1, n), slice(n, None)):
+        assert np.abs(moved[1, some] - 80).mean() < 0.25
+        assert (grown[1, some] > 0.05).mean() > 0.9
+
+
 def test_samples_are_held_until_all_targets_are_plain_and_no_longer():
     path = touching(28)
     samples = samples_of(path)
@@ -79,7 +125,7 @@ def filled(own, back, flag=0, back_flags=()):
     rows, other = rows_of([[v] for v in own], flag), rows_of([[v] for v in back])
     for s in back_flags:
         other.flag[s] = RECOVERED
-    return with_gaps_filled(rows, Back(np.array([0]), 1, other))
+    return with_gaps_filled(rows, Back(np.array([0]), 1, other, NO_LOOKS))
 
 
 def test_gaps_are_filled_as_far_back_as_both_are_of_one_thing():
@@ -117,7 +163,7 @@ def test_other_tracks_are_filled_too_and_stay_in_order_of_time():
         return Others(np.array(track), np.array(sample), values, np.where(np.isnan(x), LOST, 0))
 
     known = others([7, 8, 8, 8, 8], [2, 2, 3, 4, 5], np.array([90, 14, np.nan, 18, 20.0]))
-    back = Back(np.array([1, 8]), 1, rows_of([[0, 10], [0, 12], [0, 14], [0, 16], [0, 18]]))
+    back = Back(np.array([1, 8]), 1, rows_of([[0, 10], [0, 12], [0, 14], [0, 16], [0, 18]]), NO_LOOKS)
     found = with_others_filled(known, back)
     assert found.sample.tolist() == [0, 1, 2, 2, 3, 4, 5]
     assert found.track.tolist() == [8, 8, 7, 8, 8, 8, 8]
@@ -128,7 +174,7 @@ def test_other_tracks_are_filled_too_and_stay_in_order_of_time():
 def test_where_the_way_back_comes_to_what_another_target_shows_neither_is_measured():
     no = np.nan
     rows, back = rows_of([[no, 14], [no, 30], [18, 40]]), rows_of([[14.5], [16], [18]])
-    found = with_gaps_filled(rows, Back(np.array([0]), 1, back))
+    found = with_gaps_filled(rows, Back(np.array([0]), 1, back, NO_LOOKS))
     assert np.isfinite(found.values[0]).tolist() == [[False, False], [True, True], [True, True]]
     assert (found.flag[0] & MERGED > 0).all()
 
@@ -140,8 +186,8 @@ def test_samples_before_a_target_s_own_first_are_followed_backwards():
     begun = begun._replace(
         first=np.array([6]), velocity=(path[7] - path[5]) / 2, acceleration=path[7] - 2 * path[6] + path[5]
     )
-    ((target, rows),) = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(1))
-    assert target == 0
+    ((target, _, rows, _),) = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(1))
+    assert target.tolist() == [0]
     assert rows.flag.shape == (6, 1)
     assert np.abs(rows.values[:2, :, 0].T - path[:6, 0]).max() < 0.1
     never = begun._replace(first=np.array([NEVER]))
@@ -156,7 +202,7 @@ def test_what_was_followed_backwards_stands_before_and_is_no_recovery():
     one = Rows(*(a[..., :1] if a.ndim > 1 and i != 1 else a for i, a in enumerate(rows(2, 7.0, RECOVERED))))
     one = one._replace(corner=np.full((2, 1, 2), 7.0))
     whole = rows(5, 1.0)
-    joined = with_earlier(whole, [(1, one)])
+    joined = with_earlier(whole, [Back(np.array([1]), 1, one, NO_LOOKS)])
     assert (joined.values[:, :2, 1] == 7).all()
     assert (joined.values[:, 2:] == 1).all()
     assert (joined.values[..., 0] == 1).all()
@@ -175,7 +221,7 @@ def test_where_a_target_was_followed_back_onto_another_neither_is_measured():
     whole.values[:, :2, 1] = np.nan
     back = rows(2, [50.3])
     back.values[0, 0] = 65.0  # in the sample before it is apart
-    joined = with_earlier(whole, [(1, back)])
+    joined = with_earlier(whole, [Back(np.array([1]), 1, back, NO_LOOKS)])
     measured = np.isfinite(joined.values[0])
     assert measured[:, 0].tolist() == [True, False, True, True, True]
     assert measured[:2, 1].tolist() == [True, False]

@@ -18,6 +18,8 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.following.occlusion import OCCLUSION, touched
+from vidtrack.tracking.measurement.rims import Rims
+from vidtrack.tracking.measurement.surface import Surfaces
 from vidtrack.tracking.record import Others
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, NEVER, PIXELS, POSITION, PREDICTED, RECOVERED, Rows, Starts, X, Y, present
@@ -42,11 +44,13 @@ BACKWARDS = Backwards()
 
 
 class Back(NamedTuple):
-    """What was followed backwards together: numbers of tracks (m,), those of the n targets first; rows in order."""
+    """What was followed backwards: numbers of tracks (m,), those of the n targets first; rows in order; and what the
+    surfaces and rims of targets showed on that way."""
 
     track: Ints
     n: int
     rows: Rows
+    looks: tuple[Surfaces, Rims]
 
 
 class Earlier:
@@ -76,11 +80,19 @@ class Earlier:
             self._follow(tracker)
 
     def into(self, tracker: Tracker, lines: int) -> Rows:
-        """All that a tracker which is finished has measured, with what was followed backwards; lines: 2 for fields."""
+        """All that a tracker which is finished has measured, with what was followed backwards, whose looks it takes;
+        lines: 2 for fields."""
         if self._waits:
             self._follow(tracker)
-        rows = with_earlier(tracker.rows(), self._alone, lines)
-        return rows if self._back is None else with_gaps_filled(rows, self._back, lines)
+        before = tracker.rows()
+        rows = with_earlier(before, self._alone, lines)
+        for back in self._alone:
+            _looks_taken(tracker, back, before, rows)
+        if self._back is None:
+            return rows
+        filled = with_gaps_filled(rows, self._back, lines)
+        _looks_taken(tracker, self._back, rows, filled)
+        return filled
 
     def others(self, tracker: Tracker) -> Others:
         """The same of all else that was followed; after `into`."""
@@ -101,8 +113,8 @@ def followed_backwards(
     level: float,
     static: StaticClutter | None,
     windows: Windows,
-) -> list[tuple[int, Rows]]:
-    """What the samples before a target's own first one show, followed backwards in time: (target, rows in order).
+) -> list[Back]:
+    """What the samples before each target's own first one show, followed backwards in time.
 
     windows   takes what is kept of them for a second search
     """
@@ -119,7 +131,7 @@ def followed_backwards(
         back.follow([sample._replace(time=last - sample.time) for sample in before])
         back.finish()
         windows.backwards(back.windows, int(starts.first[i]))
-        followed.append((int(i), _in_order(back.rows())))
+        followed.append(Back(np.array([i]), 1, _in_order(back.rows()), back.looks))
     return followed
 
 
@@ -152,7 +164,21 @@ def together_backwards(tracker: Tracker, samples: Sequence[Sample]) -> Back | No
     back.follow([sample._replace(time=last - sample.time) for sample in reversed(samples)])
     back.finish()
     number = np.arange(n) if tracker.newcomers is None else tracker.newcomers.track
-    return Back(number[who], int((who < n).sum()), _in_order(back.rows()))
+    return Back(number[who], int((who < n).sum()), _in_order(back.rows()), back.looks)
+
+
+def _looks_taken(tracker: Tracker, back: Back, before: Rows, after: Rows) -> None:
+    """Give a tracker what the way back saw of its targets in the samples whose rows it has filled."""
+    last = len(back.rows.flag) - 1
+    filled = np.isfinite(after.values[X, : last + 1]) & (after.values[X, : last + 1] != before.values[X, : last + 1])
+
+    def moved(sample: Ints, place: Ints) -> tuple[Ints, Ints, Bools]:
+        target = np.asarray(back.track[place], np.intp)
+        own = place < back.n
+        return last - sample, target, own & filled[last - sample, np.where(own, target, 0)]
+
+    tracker.looks[0].followed_back(back.looks[0], moved)
+    tracker.looks[1].followed_back(back.looks[1], moved)
 
 
 def _touching_at_first(back: Tracker, tracker: Tracker, who: Ints, velocity: Array, lines: int) -> None:
@@ -172,7 +198,7 @@ def _in_order(rows: Rows) -> Rows:
     return Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels[::-1])
 
 
-def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]], lines: int = 1) -> Rows:
+def with_earlier(rows: Rows, earlier: Sequence[Back], lines: int = 1) -> Rows:
     """The rows with what was followed backwards; lines: 2 for fields.
 
     Each target was followed backwards alone: where it came to what another one shows, neither is measured.
@@ -180,13 +206,14 @@ def with_earlier(rows: Rows, earlier: list[tuple[int, Rows]], lines: int = 1) ->
     if not earlier:
         return rows
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
-    for i, before in earlier:
+    for back in earlier:
+        i, before = int(back.track[0]), back.rows
         k = len(before.flag)
         values[:, :k, i] = before.values[..., 0]
         corner[:k, i] = before.corner[:, 0]
         flag[:k, i] = before.flag[:, 0] & ~RECOVERED
-    for i, before in earlier:
-        _neither(values, flag, i, np.arange(len(before.flag)), lines)
+    for back in earlier:
+        _neither(values, flag, int(back.track[0]), np.arange(len(back.rows.flag)), lines)
     return Rows(values, corner, flag, rows.total_pixels)
 
 

@@ -128,3 +128,19 @@ def test_what_was_not_clear_or_is_no_target_is_not_looked_at():
         surfaces.seen(k, np.array([0, 1]), np.full((2, 2), float(k)), np.array([False, True]))
         surfaces.seen(k, np.array([0]), np.full((2, 1), np.nan), np.array([True]))
     assert not surfaces.sd(np.full((2, 10, 1), 0.02)).any()
+
+
+def test_looks_on_the_way_back_count_as_if_they_had_been_in_order():
+    rng, sd = np.random.default_rng(5), np.full((2, 40, 2), 0.01)
+    looks = [(k, rng.normal(0, 0.05, (2, 1))) for k in range(0, 40, 4)]
+    forward, whole, back = Surfaces(2), Surfaces(2), Surfaces(3)
+    for k, shift in looks:
+        whole.seen(k, np.array([1]), shift, np.array([True]))
+        some, number, place = (forward, k, 1) if k >= 20 else (back, 19 - k, 2)
+        some.seen(number, np.array([place]), shift, np.array([True]))
+    forward.followed_back(back, lambda sample, place: (19 - sample, place - 1, np.ones(sample.size, bool)))
+    assert forward.sd(sd).any()
+    assert np.array_equal(forward.sd(sd), whole.sd(sd))
+    none = Surfaces(2)
+    none.followed_back(back, lambda sample, place: (19 - sample, place - 1, np.zeros(sample.size, bool)))
+    assert not none.sd(sd).any()

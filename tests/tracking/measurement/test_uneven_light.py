@@ -125,3 +125,16 @@ def test_smaller_ways_count_about_a_plain_one_only():
     added = seen(plain + some)[0]
     assert np.flatnonzero(added).max() == 4 * 14 - 1
     assert np.allclose(added[4 * 13], UNEVEN_LIGHT.whole * 0.08)
+
+
+def test_ways_of_the_way_back_count_as_if_they_had_been_in_order():
+    rng, yes, sd = np.random.default_rng(6), np.ones(1, bool), np.full((2, 40, 1), 0.02)
+    forward, whole, back = Ways(1), Ways(1), Ways(2)
+    for k in range(0, 40, 4):
+        way = rng.normal(0, 0.3, (2, 1))
+        whole.seen(k, np.zeros(1, int), way, np.full(1, 0.02), yes)
+        some, number, place = (forward, k, 0) if k >= 20 else (back, 19 - k, 1)
+        some.seen(number, np.full(1, place), way, np.full(1, 0.02), yes)
+    forward.followed_back(back, lambda sample, place: (19 - sample, place - 1, np.ones(sample.size, bool)))
+    assert (forward.grown(sd, sd) > sd).any()
+    assert np.allclose(forward.grown(sd, sd), whole.grown(sd, sd), rtol=1e-6)

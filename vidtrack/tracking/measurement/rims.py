@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from vidtrack.arrays import Array, Ints
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.rim import look_at_rims, middle_of_arc, middle_of_rim
 from vidtrack.tracking.measurement.uneven_light import Ways
@@ -132,6 +132,13 @@ class Rims:
             which = np.flatnonzero(plainly)
             self._found.append((np.full(which.size, number), who_of[which], way[:, which], more[which], sd[which]))
         return who[(lately > UNEVEN_RIMS.look_on) & (before <= UNEVEN_RIMS.look_on)]
+
+    def followed_back(self, back: Rims, moved: Callable[[Ints, Ints], tuple[Ints, Ints, Bools]]) -> None:
+        """As `Surfaces.followed_back`."""
+        self._ways.followed_back(back._ways, moved)
+        for sample, who, way, more, sd in back._found:
+            at, here, good = moved(sample, who)
+            self._found.append((at[good], here[good], way[:, good], more[good], sd[good]))
 
     def corrected(
         self, position: Array, sd: Array, own: Array, lit: tuple[Array, Array] | None = None

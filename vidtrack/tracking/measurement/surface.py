@@ -13,6 +13,7 @@ which noise alone makes less than the sd of x, whatever the threshold. Looked at
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +89,15 @@ class Surfaces:
             self._x.extend(shift[0, good].tolist())
             self._y.extend(shift[1, good].tolist())
 
+    def followed_back(self, back: Surfaces, moved: Callable[[Ints, Ints], tuple[Ints, Ints, Bools]]) -> None:
+        """Take what was seen on the way back in time; moved: gives samples and places there their numbers here, and
+        says which of them count."""
+        sample, place, good = moved(np.array(back._samples, np.intp), np.array(back._places, np.intp))
+        self._samples.extend(sample[good].tolist())
+        self._places.extend(place[good].tolist())
+        for own, of in ((self._x, back._x), (self._y, back._y)):
+            own.extend(np.array(of)[good].tolist())
+
     def sd(self, sd: Array, radius: Array | float = np.inf) -> Array:
         """px (2, k, n), what surfaces add to the sd (2, k, n) of centroids; 0 where nothing of it is seen.
 
@@ -101,7 +111,7 @@ class Surfaces:
         with np.errstate(divide="ignore"):
             grid = np.fmin(np.fmax(SURFACE.grid_of / np.sqrt(radius), SURFACE.grid_px[0]), SURFACE.grid_px[1])
         usual = np.hypot(np.fmax(*median(sd)), grid)
-        order, every = np.argsort(place, kind="stable"), np.arange(sd.shape[1])
+        order, every = np.lexsort((sample, place)), np.arange(sd.shape[1])
         cuts = np.flatnonzero(np.diff(place[order], prepend=-1))
         reach = [extreme.reduceat(shift[:, order], cuts, axis=1) for extreme in (np.maximum, np.minimum)]
         half = (reach[0] - reach[1]).max(axis=0) / 2

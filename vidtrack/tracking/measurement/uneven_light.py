@@ -9,7 +9,7 @@ and then, and only where the rim is a whole one.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,6 +76,12 @@ class Ways:
         if len(self._looks) >= UNEVEN_LIGHT.together:
             self._kept.append(_joined(self._looks))
             self._looks = []
+
+    def followed_back(self, back: Ways, moved: Callable[[Ints, Ints], tuple[Ints, Ints, Bools]]) -> None:
+        """As `Surfaces.followed_back`."""
+        for sample, who, way, sd in [*back._kept, *back._looks]:
+            at, here, good = moved(sample.astype(np.intp), who.astype(np.intp))
+            self._kept.append(_joined([(at[good], here[good], way[:, good], sd[good])]))
 
     def grown(self, sd: Array, own: Array, place: Array | None = None) -> Array:
         """sd (2, k, n) px of centroids, with what light adds; own (2, k, n) px: what ways are compared with.
