@@ -31,6 +31,14 @@ class Calibrated(NamedTuple):
     uncertainty: Uncertainty | None
     record: dict[str, Any]  # every key of the file
 
+    @property
+    def describes(self) -> str:
+        """Where the camera shows a ball: `points` the image of its middle, `outlines` the middle of its outline, as
+        cameras do that an older version fitted to balls (see `geometry.ball_perspective`).
+        """
+        old = "outlines" if self.record.get("n_points") else "points"
+        return str(self.record.get("describes", old))
+
 
 def write_camera(
     path: str | os.PathLike[str],
@@ -57,6 +65,7 @@ def camera_record(camera: Camera, uncertainty: Uncertainty | None, extra: Mappin
         own["projection"] = camera.projection
     own |= {"R": camera.R.tolist(), "T": camera.T.tolist(), "det_R": float(np.linalg.det(camera.R))}
     own["position"] = camera.position.tolist()
+    own["describes"] = str(extra.get("describes", "points"))
     if camera.through:
         own["through"] = [_interface_record(interface) for interface in camera.through]
     if uncertainty is not None:

@@ -28,7 +28,7 @@ UNITS = {
     **dict.fromkeys(("ax", "ay", "az"), "world/s^2"),
     **dict.fromkeys(("roll", "pitch", "yaw"), "deg"),
     **dict.fromkeys(("Xf", "Yf", "sd_x", "sd_y", "box_x", "box_y", "box_w", "box_h", "width"), "px"),
-    **dict.fromkeys(("residual_x", "residual_y", "Xf_projected", "Yf_projected"), "px"),
+    **dict.fromkeys(("residual_x", "residual_y", "outline_x", "outline_y", "Xf_projected", "Yf_projected"), "px"),
     **dict.fromkeys(("Xf_no_distortion", "Yf_no_distortion", "Xf_from_located", "Yf_from_located"), "px"),
     **dict.fromkeys(("pixels", "total_pixels"), "px^2"),
     **dict.fromkeys(("time_s", "stamp_s", "middle_s"), "s"),

@@ -54,6 +54,7 @@ def run(job: Job) -> None:
         names, done.cameras, done.uncertainties, done.records, alone, strict=True
     ):
         kept = {key: value for key, value in each.record.items() if key not in FRESH}
+        kept["describes"] = each.describes
         kept["alone"] = {key: kept.get(key) for key in ("rms_px", "max_px", "sigma_px")}
         write_camera(job.outputs[name], camera, uncertainty, {**kept, **record}, job.provenance)
     if "survey" in job.outputs:

@@ -114,7 +114,8 @@ def _in_space(job: Job) -> Locations:
         tracklets=followed,
         kept=kept,
         points=points or None,
-        widths=_widths(_lit_alike(job, readings), scale.shift),
+        widths=_widths(readings, scale.shift),
+        lit_otherwise=_lit_otherwise(job, readings),
         late={name: own.get("late", 0.0) for name, own in readings.items()},
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),
         units=job.settings["units"],
@@ -162,16 +163,13 @@ def _pictures(job: Job, sizes: Mapping[str, Picture]) -> dict[str, Pictures]:
     return pictures_of(job.settings["cameras"], job.paths("labelling"), job.paths("readings"), sizes, crops)
 
 
-def _lit_alike(job: Job, readings: Mapping[str, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
-    """The readings without the widths of targets that are lit from one side where the calibration's balls are not, or
-    the other way round: widths of outlines and of light are not compared.
+def _lit_otherwise(job: Job, readings: Mapping[str, Mapping[str, Any]]) -> set[str]:
+    """The cameras whose targets are lit from one side where the calibration's balls are not, or the other way round:
+    widths of outlines and of light are not compared.
     """
     labelled = [read_json(path) for path in job.paths("labelling")]
     lit = {own["camera"]: "lighting" in own for own in labelled if "camera" in own}
-    return {
-        name: own if lit.get(name, "lighting" in own) == ("lighting" in own) else {**own, "widths": {}}
-        for name, own in readings.items()
-    }
+    return {name for name, own in readings.items() if lit.get(name, "lighting" in own) != ("lighting" in own)}
 
 
 def _widths(readings: Mapping[str, Mapping[str, Any]], later: Mapping[str, float]) -> dict[str, Any]:
@@ -232,9 +230,8 @@ def _in_plane(job: Job) -> PlaneLocations:
         located.record["readout"] = {name: own.seconds for name, own in chosen.readouts.items()}
     if points is not None and not windows(pictures, where)[0]:
         for name, own in readings.items():
-            located.record["sizes"] = plane_sizes(
-                name, _lit_alike(job, {name: own})[name].get("widths"), columns_of(points)
-            )
+            alike = None if _lit_otherwise(job, {name: own}) else own.get("widths")
+            located.record["sizes"] = plane_sizes(name, alike, columns_of(points))
     lean = _leaning(dict.fromkeys(videos, table), readings, chosen.readouts, located.record)
     located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *aspect.findings])]
     return located

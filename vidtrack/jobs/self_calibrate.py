@@ -41,6 +41,7 @@ def run(job: Job) -> None:
         before = calibrated[name].record
         dropped = (*ELSEWHERE, *(FRESH if done.used else ("provenance",)))
         kept = {key: value for key, value in before.items() if key not in dropped}
+        kept["describes"] = calibrated[name].describes
         record = kept | ({"joint": done.joint} if done.joint else {}) | {"self": {"used": done.used}}
         write_camera(job.outputs[f"camera_{i}"], done.cameras[i], done.uncertainties[i], record, job.provenance)
     write_json(job.outputs["record"], done.record, job.provenance)

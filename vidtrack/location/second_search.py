@@ -92,12 +92,20 @@ def second_search(
         place = np.searchsorted(near, some)
         course = or_measured(about, b[i][:, near], sd[i][:, near])
         motion = Motion(*(column[:, place] for column in motion_of(course, steps[near], own.exposure, bias)))
-        where = InPicture(about.at[:, place], about.S[:, place])
         usual = _looks(view, match.trajectory[i], looks[view.name], len(match.labels))
         usual = usual_discs(usual, b[i], steps, own.exposure)
-        measured = b[i][:, some], sd[i][:, some]
-        out.append(found_in_pieces(own, usable, sample[usable], column, where, motion, usual, *measured, bias, vain[i]))
+        shown = _outwards(view, about.at[:, place], usual[0]), _outwards(view, b[i][:, some], usual[0])
+        where, seen = InPicture(shown[0], about.S[:, place]), (shown[1], sd[i][:, some])
+        found = found_in_pieces(own, usable, sample[usable], column, where, motion, usual, *seen, bias, vain[i])
+        if view.balls and found.target.size:
+            found = found._replace(b=view.balls.inwards(view.camera, found.b, usual[0][found.target]))
+        out.append(found)
     return out
+
+
+def _outwards(view: View, b: Array, radius: Array) -> Array:
+    """Where the pictures show the outlines of balls (m, ...) that are seen at b (m, ..., 2) px, of radius (m,) px."""
+    return view.balls.outwards(view.camera, b, radius[:, None]) if view.balls else b
 
 
 def _samples_of(view: View, own: Kept) -> tuple[Ints, Bools]:

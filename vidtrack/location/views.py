@@ -13,6 +13,7 @@ from vidtrack.association.associate import NONE
 from vidtrack.association.tracklets import Tracklets, tracklets_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
+from vidtrack.location.ball_middles import AtMiddles
 from vidtrack.timing.resample import resample
 
 Labels = NDArray[np.object_]
@@ -34,6 +35,7 @@ class View(NamedTuple):
     piece: Ints  # (n, T) the tracklet of each sample, numbered from 0 in a camera; NONE where there is none
     number: Ints  # (n_pieces,) that of the same tracklet in the table of the track stage; NONE where it has none
     bound: Bools  # (n_pieces,) whether it begins in a start box of its track's name
+    balls: AtMiddles | None = None  # how balls were moved to their middles; None: b is where they were measured
 
     @property
     def named(self) -> list[str]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
 from vidtrack.calibration import gates
+from vidtrack.calibration.ball_points import ball_offsets, ball_radii, perspective_record
 from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
 from vidtrack.calibration.centroid_noise import centroid_sd
 from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
@@ -27,7 +28,7 @@ from vidtrack.calibration.one_camera import (
     inliers,
     with_unexplained_noise,
 )
-from vidtrack.calibration.outliers import Mixup, limit_for, mixups
+from vidtrack.calibration.outliers import Mask, Mixup, limit_for, mixups
 from vidtrack.calibration.refine import Uncertainty, free_parameters
 from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
 from vidtrack.errors import VidtrackError
@@ -45,7 +46,7 @@ class Calibration(NamedTuple):
 
     camera: Camera
     uncertainty: Uncertainty
-    points: pd.DataFrame  # the sightings, with used, reason, residual_x, residual_y (px)
+    points: pd.DataFrame  # the sightings, with used, reason, residual_x, residual_y, outline_x, outline_y (px)
     search: pd.DataFrame | None  # the error over Cx, Cy and the sensor's width
     record: dict[str, Any]  # what camera.json holds beside the camera
     findings: tuple[Finding, ...]
@@ -94,6 +95,8 @@ def calibrate(
     search       whether to map the error over Cx, Cy and the sensor's width
     seed         of the random samples by which bad points are found
     lens         where the lens is known: 4 points place the camera
+    Balls, whose width or pixels are known, are moved to where a point in their middle is seen, by the camera that a
+    first fit gives (`geometry.ball_perspective`), and the camera is fitted again: it is one of points.
     Raises VidtrackError, one line a problem, when no camera can be had; what can be lived with is in `findings`.
     """
     where = f"cameras.{camera}" if camera else "calibrate"
@@ -108,15 +111,14 @@ def calibrate(
     _refuse(where, points, task)
     best = better_part(points, seed=seed)
     _refuse_mirror(where, points.take(best), task.nominal)
-    try:
-        found = inliers(points, task, best)
-        good = with_unexplained_noise(points.take(found.keep), found)
-        _refuse(where, good, task, among=points.n)
-        answer = calibrated(good, task)
-        if lens and good.n < gates.LINEAR_NEEDS and mirrored_place(lens, good, answer.fit.sigma_px):
-            raise NoCamera(gates.mirrored(-1))
-    except NoCamera as none:
-        raise VidtrackError(f"{where}: {none}") from None
+    found, good, answer = _answered(where, points, task, best)
+    radius, perspective = ball_radii(table)[rows], {}
+    if (radius > 0).any():  # the camera is known well enough for what its perspective does to balls
+        offset = ball_offsets(answer.camera, points.p, points.b, radius)
+        points = stated = points._replace(b=points.b - offset)
+        table = _moved(table, rows, offset)
+        found, good, answer = _answered(where, points, task, best)
+        perspective = {"perspective": perspective_record(answer.camera, points.p, points.b, offset, radius)}
     places = project(answer.camera, points.p)
     noise = found.scale if np.isfinite(found.scale) else answer.fit.sigma_px
     mixed = mixups(places, points.b, ~found.keep, max(limit_for(points.n) * noise, 1.0))
@@ -129,14 +131,40 @@ def calibrate(
         *(lens_findings(lens, answer, good, tags, units) if lens else ()),
     ]
     findings = [finding._replace(text=f"{where}: {finding.text}") for finding in findings]
-    record = _record(answer, task, good, table, mapped) | {
-        "units": units,
-        "settings": _settings(Cx, Cy, sensor, task, sigma),
-        "warnings": [f"{finding.text} {finding.cure}".strip() for finding in findings],
-        "findings": as_records(findings),
-    }
+    record = (
+        _record(answer, task, good, table, mapped)
+        | perspective
+        | {
+            "units": units,
+            "settings": _settings(Cx, Cy, sensor, task, sigma),
+            "warnings": [f"{finding.text} {finding.cure}".strip() for finding in findings],
+            "findings": as_records(findings),
+        }
+    )
     named = answer.camera.with_(name=camera)
     return Calibration(named, answer.uncertainty, used, _search_table(mapped, task), record, tuple(findings))
+
+
+def _answered(where: str, points: Points, task: Task, best: Mask) -> tuple[Inliers, Points, Answer]:
+    """Which points are inliers, those with their noise, and the camera that they give."""
+    try:
+        found = inliers(points, task, best)
+        good = with_unexplained_noise(points.take(found.keep), found)
+        _refuse(where, good, task, among=points.n)
+        answer = calibrated(good, task)
+        if task.lens and good.n < gates.LINEAR_NEEDS and mirrored_place(task.lens, good, answer.fit.sigma_px):
+            raise NoCamera(gates.mirrored(-1))
+    except NoCamera as none:
+        raise VidtrackError(f"{where}: {none}") from None
+    return found, good, answer
+
+
+def _moved(table: pd.DataFrame, rows: Rows, offset: Array) -> pd.DataFrame:
+    """The sightings with balls where their middles are seen, and by how much their outlines lie off these."""
+    every = np.zeros((len(table), 2))
+    every[rows] = offset
+    off = dict(zip(("outline_x", "outline_y"), every.T, strict=True))
+    return table.assign(Xf=table["Xf"] - every[:, 0], Yf=table["Yf"] - every[:, 1], **off)
 
 
 def _check_tags(where: str, table: pd.DataFrame) -> None:

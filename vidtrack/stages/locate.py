@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -11,18 +11,16 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.errors import VidtrackError
 from vidtrack.findings import as_records
-from vidtrack.geometry.picture_part import Window
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
+from vidtrack.location.ball_middles import perspective_findings
 from vidtrack.location.ball_sizes import ball_sizes, timed_looks
 from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.clock_far_off import clock_far_off
 from vidtrack.location.common_moments import check_overlap, recorded_twice
-from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.locate_findings import caused_by, findings_of
 from vidtrack.location.locate_record import (
@@ -36,8 +34,9 @@ from vidtrack.location.locate_record import (
 from vidtrack.location.matching import matched
 from vidtrack.location.readout_search import sought_readouts
 from vidtrack.location.run_clocks import run_clocks
-from vidtrack.location.run_pictures import Pictures, camera_shown, columns_shown, record_of, windows
+from vidtrack.location.run_pictures import Pictures, columns_shown, record_of, windows
 from vidtrack.location.run_sights import RunSights
+from vidtrack.location.run_views import run_views
 from vidtrack.location.sample_flags import sample_flags
 from vidtrack.location.second_search import LOOKS, searched_again
 from vidtrack.location.seen_late import with_lateness
@@ -93,6 +92,7 @@ def locate(
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     widths: Mapping[str, Any] | None = None,
+    lit_otherwise: Collection[str] = (),
     late: Mapping[str, float] | None = None,
     units: str = "in",
     where: str = "locate",
@@ -119,6 +119,7 @@ def locate(
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
     late           camera: samples by which what moves is seen late at most, where its pictures are mixed
     widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
+    lit_otherwise  cameras whose targets are lit otherwise than those balls: widths are not compared there
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge. A fix where another
@@ -127,7 +128,8 @@ def locate(
     """
     shown, findings = windows(pictures or {}, where)
     rolling = readouts or {}
-    views = same_day(_views(centroids, tracklets or {}, cameras, shown, where))
+    sighted = run_views(centroids, tracklets or {}, cameras, shown, widths or {}, where)
+    views = same_day(sighted.views)
     views = [v._replace(b=at_frame_time(v.t, v.b, rolling[v.name])) if v.name in rolling else v for v in views]
     if points is not None:
         points = {name: table.assign(**columns_shown(table, shown.get(name))) for name, table in points.items()}
@@ -198,15 +200,17 @@ def locate(
     record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged)}
     field = calibration_field(rig, located.point, uncertainties, joint)
     record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
-    findings += findings_of(record, units)
+    findings += findings_of(record, units) + perspective_findings(sighted.balls, where)
     if any(finding.code in MISFITS for finding in findings):
         findings = [*wrong_pictures(views, seen, reach, bool(match.labels)), *findings]
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
-    own = {v.name: timed_looks((widths or {}).get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
+    alike = {name: looks for name, looks in (widths or {}).items() if name not in lit_otherwise}
+    own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
     balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
     record |= {"sizes": ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels)}
+    record |= {"perspective": {name: balls._asdict() for name, balls in sighted.balls.items()}}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
     return Locations(table, record, pd.DataFrame(association_columns(*followed)), sights)
@@ -280,33 +284,6 @@ def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) ->
     if any(view.name not in readouts for view in views):
         return None
     return np.stack([readouts[view.name].share(own) for view, own in zip(views, b, strict=True)])
-
-
-def _views(
-    centroids: Mapping[str, pd.DataFrame],
-    tracklets: Mapping[str, pd.DataFrame],
-    cameras: Mapping[str, Any],
-    shown: Mapping[str, Window],
-    where: str,
-) -> list[View]:
-    if missing := [name for name in centroids if name not in cameras]:
-        raise VidtrackError(
-            *(f"{where}: camera {c} has no calibration. Add calibration clips, or remove its video." for c in missing)
-        )
-    if len(centroids) < 2:
-        names = ", ".join(centroids) or "no camera"
-        raise VidtrackError(
-            f"{where}: mode space needs two cameras or more; there is {names}. Add a camera, or use mode: plane."
-        )
-    return [
-        view_of(
-            name,
-            rows_of(columns_of(table, ROWS)),
-            rows_of(columns_of(tracklets[name], ROWS)) if name in tracklets else None,
-            *camera_shown(cameras[name][0], cameras[name][1], shown.get(name)),
-        )
-        for name, table in centroids.items()
-    ]
 
 
 def _given_clocks(

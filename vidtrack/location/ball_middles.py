@@ -1,0 +1,190 @@
+"""What a run's cameras see of balls, moved from the middles of their outlines to where their own middles are seen.
+
+A camera that was calibrated for points is used for points (`geometry.ball_perspective`). The radius of a ball in the
+picture follows from its pixels, sample by sample, and from how wide its track looks at some samples: that is free of
+the threshold. Where a sample shows a part of a ball (`merged`, `edge`), its radius lies between its neighbours'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vidtrack.arrays import Array
+from vidtrack.findings import Finding
+from vidtrack.geometry.ball_perspective import SHARE, outline_offset
+from vidtrack.geometry.camera import Camera
+
+SIZE = ("pixels", "field", "tracklet")
+"""The columns, besides those of `followed.ROWS`, that say how large a ball looks."""
+
+WHOLE = ("", "recovered", "saturated")
+"""Flags of samples that show a whole ball."""
+
+
+@dataclass(frozen=True)
+class Middles:
+    """How sure the radii are, and when something is said.
+
+    larger    apparent diameters over those by pixels, at least and at most; farther off it is something else
+    said_px   offsets from which on the record's findings say that they were taken off
+    """
+
+    larger: tuple[float, float] = (0.7, 1.5)
+    said_px: float = 0.05
+
+
+MIDDLES = Middles()
+
+
+class AtMiddles(NamedTuple):
+    """Of a camera whose balls are moved: the distance (world units) of its points from where light leaves the last
+    interface, as `outline_offset` takes it; None in air, or where it is not known.
+    """
+
+    distance: float | None = None
+
+    def inwards(self, camera: Camera, b: Array, radius: ArrayLike) -> Array:
+        """Where the middles of balls are seen, whose outlines have theirs at b (..., 2) px; radius (...) px."""
+        return b - outline_offset(camera, b, radius, self.distance)
+
+    def outwards(self, camera: Camera, b: Array, radius: ArrayLike) -> Array:
+        """Where the outlines of balls have their middles, (..., 2) px, which are themselves seen at b."""
+        return b + outline_offset(camera, b, radius, self.distance)
+
+
+class BallSizes(NamedTuple):
+    """What was taken off in one camera: px, the usual radius and the largest offset; describes: `points`, or `outlines`
+    where nothing was, because its calibration has it already.
+    """
+
+    radius_px: float
+    largest_px: float
+    describes: str
+
+
+def moved_columns(
+    columns: Mapping[str, NDArray[Any]],
+    camera: Camera,
+    how: AtMiddles,
+    larger: Mapping[str, float],
+) -> tuple[dict[str, NDArray[Any]], Array]:
+    """Columns of centroids or of tracklets at the balls' middles, and the offsets (N, 2) px that were taken off.
+
+    larger   track: its apparent diameter over that by pixels, as of `larger_than_pixels`; others are as all of these
+    sd_x, sd_y hold how well the offsets are known. A table without pixels is as it was.
+    """
+    b = np.stack([np.asarray(columns[name], float) for name in ("Xf", "Yf")], -1)
+    if "pixels" not in columns:
+        return dict(columns), np.zeros(b.shape)
+    offset = outline_offset(camera, b, _radii(columns, larger), how.distance)
+    own = dict(columns)
+    for k, (at, sd) in enumerate((("Xf", "sd_x"), ("Yf", "sd_y"))):
+        own[at] = b[:, k] - offset[:, k]
+        if sd in columns:
+            own[sd] = np.hypot(np.asarray(columns[sd], float), SHARE * offset[:, k])
+    return own, offset
+
+
+def larger_than_pixels(
+    columns: Mapping[str, NDArray[Any]], looks: Mapping[str, Mapping[str, ArrayLike]] | None
+) -> dict[str, float]:
+    """Of each track how much larger its apparent diameter is than that by its pixels: medians.
+
+    columns  of the centroids; looks: track: time_s (s, of the same clock), width (px), as `ball_widths` has them
+    """
+    if not looks or "pixels" not in columns:
+        return {}
+    wide, out = _diameters(columns), {}
+    time, target, whole = np.asarray(columns["time_s"], float), columns["target"], _whole(columns)
+    for name, own in looks.items():
+        at, width = np.asarray(own["time_s"], float), np.asarray(own["width"], float)
+        rows = np.flatnonzero((target == name) & whole & (wide > 0))
+        if not rows.size or not at.size:
+            continue
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        near = np.clip(np.searchsorted(time[rows], at - 1e-4), 0, rows.size - 1)
+        same = (np.abs(time[rows[near]] - at) < 1e-3) & (width > 0)
+        if same.any():
+            out[name] = float(np.clip(np.median(width[same] / wide[rows[near[same]]]), *MIDDLES.larger))
+    return out
+
+
+def perspective_findings(seen: Mapping[str, BallSizes], where: str) -> list[Finding]:
+    """What to know of balls whose perspective is no longer small."""
+    taken = {name: own for name, own in seen.items() if own.describes == "points"}
+    left = {name: own for name, own in seen.items() if own.describes != "points"}
+    out = []
+    if (most := max((own.largest_px for own in left.values()), default=0.0)) >= MIDDLES.said_px:
+        text = (
+            f"{where}: {', '.join(left)} was calibrated by an older version, by the middles of balls' outlines. These "
+            f"lie up to {most:.2f} px from where the middles of this run's targets are seen: positions are wrong by "
+            "what that is more or less than of the calibration's balls."
+        )
+        cure = "Calibrate again: run the experiment from its calibration on."
+        out.append(Finding("doubtful", "perspective-of-balls", text, cure))
+    if (most := max((own.largest_px for own in taken.values()), default=0.0)) >= MIDDLES.said_px:
+        text = (
+            f"{where}: targets are taken for balls: the middles of their outlines lie up to {most:.2f} px from where "
+            "their own middles are seen, which is taken off."
+        )
+        cure = "Flat or long targets are off by as much; keep these small in the picture."
+        out.append(Finding("note", "perspective-of-balls", text, cure))
+    return out
+
+
+def ball_sizes_seen(
+    columns: Mapping[str, NDArray[Any]], camera: Camera, describes: str, offset: Array | None
+) -> BallSizes:
+    """What a camera's table shows of its balls; offset (N, 2) px that was taken off it, None: nothing was."""
+    wide = _diameters(columns)
+    if offset is None:
+        b = np.stack([np.asarray(columns[name], float) for name in ("Xf", "Yf")], -1)
+        offset = outline_offset(camera, b, wide / 2)
+    wide = wide[np.isfinite(wide)]
+    usual = float(np.median(wide)) / 2 if wide.size else np.nan
+    return BallSizes(usual, float(np.hypot(*offset.T).max(initial=0.0)), describes)
+
+
+def _radii(columns: Mapping[str, NDArray[Any]], larger: Mapping[str, float]) -> Array:
+    """The radius (N,), px, of each row's ball; NaN where its track has no sample that shows its size."""
+    wide = _diameters(columns)
+    known = _whole(columns) & np.isfinite(wide)
+    time = np.asarray(columns["time_s"], float)
+    usual = float(np.median(list(larger.values()))) if larger else 1.0
+    by = np.array([larger.get(str(name), usual) for name in columns["target"].tolist()])
+    out = np.where(known, wide, np.nan)
+    for rows in _tracks(columns):
+        good = rows[known[rows]]
+        if good.size and good.size < rows.size:
+            out[rows] = np.interp(time[rows], time[good], wide[good])
+        elif not good.size:
+            out[rows] = wide[rows]
+    return np.asarray(out * by / 2, float)
+
+
+def _tracks(columns: Mapping[str, NDArray[Any]]) -> Sequence[NDArray[np.intp]]:
+    """The rows of each tracklet, or where there are none of each target, in order of time."""
+    names = columns["tracklet"] if "tracklet" in columns else np.asarray(columns["target"]).astype(str)
+    _, which = np.unique(names, return_inverse=True)
+    order = np.lexsort((np.asarray(columns["time_s"], float), which))
+    return np.split(order, np.flatnonzero(np.diff(which[order])) + 1)
+
+
+def _diameters(columns: Mapping[str, NDArray[Any]]) -> Array:
+    """By pixels, (N,) px; NaN where there are none."""
+    if "pixels" not in columns:
+        return np.full(len(columns["time_s"]), np.nan)
+    pixels = np.asarray(columns["pixels"], float)
+    lines = np.isin(columns["field"].astype(str), ("top", "bottom")) + 1 if "field" in columns else 1
+    return np.asarray(2 * np.sqrt(np.where(pixels > 0, pixels, np.nan) * lines / np.pi))
+
+
+def _whole(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    if "flag" not in columns:
+        return np.ones(len(columns["time_s"]), bool)
+    return np.array([word is None or word != word or str(word) in WHOLE for word in columns["flag"].tolist()], bool)
