@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.geometry.underwater import LEFT
+from tests.spheres import middle_and_area, touched
 from vidtrack.geometry.ball_perspective import outline_offset
 from vidtrack.geometry.camera import Camera, line_of_sight, project
 
@@ -15,29 +16,6 @@ LENSES = {
     "decentred": {"kappa1": 3e-7, "p1": 2e-5, "kappa2": 1e-13},
     "equidistant": {"projection": "equidistant", "f": 300.0},
 }
-
-
-def middle_and_area(polygon):
-    """The middle (..., 2) and the area (...) of polygons (..., n, 2)."""
-    about = polygon.mean(-2, keepdims=True)
-    x, y = np.moveaxis(polygon - about, -1, 0)
-    xn, yn = np.roll(x, -1, -1), np.roll(y, -1, -1)
-    cross = x * yn - xn * y
-    area = cross.sum(-1) / 2
-    middle = np.stack([((x + xn) * cross).sum(-1), ((y + yn) * cross).sum(-1)], -1) / (6 * area)[..., None]
-    return middle + about[..., 0, :], np.abs(area)
-
-
-def touched(c, r, n=720):
-    """The circles (..., n, 3) in which cones from the origin touch balls at c (..., 3) of radius r (...)."""
-    D = np.linalg.norm(c, axis=-1, keepdims=True)
-    e1 = np.cross(c, [0.0, 1.0, 0.0])
-    e1 /= np.linalg.norm(e1, axis=-1, keepdims=True)
-    e2 = np.cross(c / D, e1)
-    r = np.asarray(r)[..., None]
-    turn = 2 * np.pi * np.arange(n)[:, None] / n
-    ring = np.cos(turn) * e1[..., None, :] + np.sin(turn) * e2[..., None, :]
-    return (c * (1 - (r / D) ** 2))[..., None, :] + (r * np.sqrt(1 - (r / D) ** 2))[..., None] * ring
 
 
 def test_an_example_by_hand():

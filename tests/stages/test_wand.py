@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from tests.calibration.wand.waved import rigid_error, waved
+from tests.spheres import seen
 from vidtrack.calibration.wand.measured import wand_of
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
@@ -238,3 +239,22 @@ def test_an_upright_alone_leaves_the_heading_to_the_first_camera_and_says_so(pic
     right = done.cameras[0].R[0]
     assert right[0] > 0.99 * np.hypot(right[0], right[1])
     assert right[0] > 0
+
+
+def test_large_balls_calibrate_as_points_do():
+    # 2 in of radius look 15 to 20 px wide: the middles of their outlines lie up to 0.4 px off
+    scene = waved(67, m=2, n=300, noise=0.02)
+    balls = [seen(c, scene.ends, 2.0) for c in scene.cameras]
+    noise = scene.b - np.stack([project(c, scene.ends) for c in scene.cameras])
+    b = np.stack([own.b for own in balls]) + noise
+    as_points, plain = calibrated(scene), calibrated(scene, b)
+    nominal = {f"cam{i + 1}": c.with_(name=f"cam{i + 1}") for i, c in enumerate(scene.nominal)}
+    sized = {}
+    for i, (name, table) in enumerate(tables(scene, b=b).items()):
+        parts = [balls[i].pixels[np.isfinite(b[i, :, k, 0]), k] for k in range(2)]
+        sized[name] = table.assign(pixels=np.concatenate(parts))
+    done = calibrate_by_wand(sized, nominal, scene.wand, units="in", axes="camera", model="tsai")
+    f = [np.array([c.f for c in own.cameras]) for own in (as_points, plain, done)]
+    assert np.abs(f[2] - f[0]).max() < 0.2 * np.abs(f[1] - f[0]).max()
+    middles = [[own.points[i][["Xf", "Yf"]].to_numpy() for own in (as_points, done)] for i in range(2)]
+    assert max(np.abs(one - other).max() for one, other in middles) < 0.02

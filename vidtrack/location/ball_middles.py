@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +18,13 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.geometry.ball_perspective import SHARE, outline_offset
 from vidtrack.geometry.camera import Camera
+from vidtrack.memory import columns_of
 
-SIZE = ("pixels", "field", "tracklet")
-"""The columns, besides those of `followed.ROWS`, that say how large a ball looks."""
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+SIZE = ("time_s", "target", "tracklet", "field", "flag", "pixels")
+"""The columns that say how large a ball looks."""
 
 WHOLE = ("", "recovered", "saturated")
 """Flags of samples that show a whole ball."""
@@ -88,6 +92,30 @@ def moved_columns(
         if sd in columns:
             own[sd] = np.hypot(np.asarray(columns[sd], float), SHARE * offset[:, k])
     return own, offset
+
+
+class Moved(NamedTuple):
+    """Tables at balls' middles, and the largest offset, px."""
+
+    tables: dict[str, DataFrame]
+    largest_px: float
+
+
+def at_middles(tables: Mapping[str, DataFrame], cameras: Mapping[str, Camera]) -> Moved:
+    """Tables of balls, by camera, with Xf, Yf (px) where their middles are seen: of tracks, or of surveyed points.
+
+    Their radius is that by their pixels; a table without, or without a camera, is as it was.
+    """
+    out, largest = {}, 0.0
+    for name, table in tables.items():
+        out[name] = table
+        if name in cameras and "pixels" in table:
+            own = columns_of(table, (*SIZE, "Xf", "Yf"))
+            place = {"time_s": np.zeros(len(table)), "target": np.arange(len(table))} | own
+            moved, offset = moved_columns(place, cameras[name], AtMiddles(), {})
+            out[name] = table.assign(Xf=moved["Xf"], Yf=moved["Yf"])
+            largest = max(largest, float(np.hypot(*offset.T).max(initial=0.0)))
+    return Moved(out, largest)
 
 
 def larger_than_pixels(

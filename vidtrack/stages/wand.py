@@ -30,6 +30,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.projection import Projection
+from vidtrack.location.ball_middles import at_middles
 from vidtrack.timing.readout import Readout, table_at_frame_time
 from vidtrack.timing.timecode import Timecode
 
@@ -40,6 +41,8 @@ STILL_SAMPLES, STILL_PX = 25, 2.0
 """What stays within so many px for so many samples does not belong to a wand that is waved."""
 LEAST_SD = 0.05
 """px, of a centroid whose table has none."""
+AGAIN_PX = 0.01
+"""By which the middles of balls' outlines lie off these, at most, for the cameras not to be sought again."""
 
 
 class Calibrated(NamedTuple):
@@ -83,34 +86,43 @@ def calibrate_by_wand(
     names = list(tracks)
     if len(names) < 2:
         raise VidtrackError(f"calibration.wand: {len(names)} camera filmed the wand; it needs two that see it at once.")
-    follows = {name: _follow(name, tracks[name], len(wand.ends), wand) for name in names}
     cameras = [_fixed(nominal[name], (fixed or {}).get(name, {})) for name in names]
     ways = orders(wand.lengths)
-    timed = Timed(list(follows.values()), ways, [names.index(name) for name in late])
-    b = timed.sampled(np.zeros(len(names))).b
     focal = [_focal(name, fixed, priors) for name in names]
 
-    def solved(projection: Projection, models: tuple[str, ...]) -> Refined:
-        nominal = [camera.with_(projection=projection) for camera in cameras]
-        rig = find_rig(b, timed.stretch(), nominal, wand, focal, np.random.default_rng(0))
-        return refine_wand(
-            rig.cameras,
-            timed.sampled,
-            wand,
-            arrange=Arranged(ways, b, rig.b),
-            models=models,
-            priors=[dict((priors or {}).get(name, {})) for name in names],
-            fixed=[tuple((fixed or {}).get(name, {})) for name in names],
-            late=timed.late,
-        )
+    def of_tracks(tracks: Mapping[str, pd.DataFrame]) -> tuple[Refined, Timed]:
+        follows = [_follow(name, tracks[name], len(wand.ends), wand) for name in names]
+        timed = Timed(follows, ways, [names.index(name) for name in late])
+        b = timed.sampled(np.zeros(len(names))).b
 
-    try:
-        done = by_projection(solved, model)
-    except ValueError as error:
-        raise VidtrackError(
-            f"calibration.wand: {_named(str(error), names)}. Wave the wand slowly through all of the volume, "
-            "turning it, every ball in at least two pictures, and see that detect finds the balls and nothing else."
-        ) from None
+        def solved(projection: Projection, models: tuple[str, ...]) -> Refined:
+            nominal = [camera.with_(projection=projection) for camera in cameras]
+            rig = find_rig(b, timed.stretch(), nominal, wand, focal, np.random.default_rng(0))
+            return refine_wand(
+                rig.cameras,
+                timed.sampled,
+                wand,
+                arrange=Arranged(ways, b, rig.b),
+                models=models,
+                priors=[dict((priors or {}).get(name, {})) for name in names],
+                fixed=[tuple((fixed or {}).get(name, {})) for name in names],
+                late=timed.late,
+            )
+
+        try:
+            return by_projection(solved, model), timed
+        except ValueError as error:
+            raise VidtrackError(
+                f"calibration.wand: {_named(str(error), names)}. Wave the wand slowly through all of the volume, "
+                "turning it, every ball in at least two pictures, and see that detect finds the balls and nothing else."
+            ) from None
+
+    done, timed = of_tracks(tracks)
+    eyes = dict(zip(names, done.cameras, strict=True))
+    moved = at_middles(tracks, eyes)
+    if moved.largest_px > AGAIN_PX:  # the balls are large: the cameras that saw their middles
+        done, timed = of_tracks(moved.tables)
+    points, drop = (tables and at_middles(tables, eyes).tables for tables in (points, drop))
     where = "calibration.wand.axes"
     fall = _fall(done, names, drop, timed)
     surveyed, picked = _surveyed(points, names), _picked(picks, names)
