@@ -155,6 +155,21 @@ def test_known_points_of_the_clip_that_is_named_make_a_plane_run(plane):
         run(plane(scale=None, points="calibration/points.csv", clip="row2"))
 
 
+def test_large_balls_in_a_plane_have_the_sd_of_their_perspective(plane):
+    # the plane of small points does not know f: a ball of radius 20 px at 240 px from the middle may be 0.3 px off
+    job = plane(scale=None, points="calibration/points.csv", clip="row1")
+    table = read_parquet(job.path("centroids")).assign(sd_x=0.01, sd_y=0.01)
+    sigma = {}
+    for radius in (1.0, 20.0):
+        own = table.assign(pixels=np.pi * radius**2)
+        write_parquet(job.path("centroids"), own, units="in", provenance={})
+        write_json(job.path("readings"), {"image_size": [512, 480], "video": {"width": 512, "height": 480}}, {})
+        run(job)
+        sigma[radius] = read_parquet(job.outputs["trajectories"])["sigma_x"].to_numpy()
+    off = 0.25 * (20.0**2) * np.abs(table["Xf"].to_numpy() - 255.5) / 512**2
+    assert np.sqrt(sigma[20.0] ** 2 - sigma[1.0] ** 2) == pytest.approx(off, rel=0.03)
+
+
 def test_recordings_without_any_time_code_that_were_started_seconds_apart_are_brought_together(space, tmp_path):
     job, _ = space
     t = np.arange(600) / 30

@@ -11,6 +11,7 @@ from vidtrack.location.ball_middles import (
     larger_than_pixels,
     moved_columns,
     perspective_findings,
+    sd_in_a_plane,
 )
 from vidtrack.simulate.rig import thesis_rig
 
@@ -118,3 +119,15 @@ def test_a_calibration_by_outlines_is_used_by_outlines_and_that_is_said():
     assert "older version" in said.text
     small = ball_sizes_seen(columns([20.0] * 4), CAMERA, "outlines", None)
     assert perspective_findings({"cam1": small}, "run") == []
+
+
+def test_in_a_plane_the_sd_grows_by_what_its_map_cannot_know():
+    own = columns([np.pi * 20.0**2] * 4)
+    wider = sd_in_a_plane(own, (641, 481), 5.0)
+    share = (20.0**2 - 5.0**2) / 641**2
+    np.testing.assert_allclose(wider["sd_x"], np.hypot(0.01, share * (own["Xf"] - 320)))
+    np.testing.assert_allclose(wider["sd_y"], np.hypot(0.01, share * (own["Yf"] - 240)))
+    alike = sd_in_a_plane(own, (641, 481), 20.0)  # the map takes it up
+    np.testing.assert_allclose(alike["sd_x"], 0.01)
+    without = {name: column for name, column in own.items() if name != "pixels"}
+    assert sd_in_a_plane(without, (641, 481), 5.0) == {}

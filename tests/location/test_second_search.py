@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from vidtrack.geometry.ball_perspective import outline_offset
 from vidtrack.geometry.camera import project
 from vidtrack.location.second_search import SOUGHT, searched_again
 from vidtrack.simulate.rig import thesis_rig
@@ -51,14 +52,16 @@ def grey(places, rng, covered=False, shape=(70, 70)):
     return np.clip(np.rint(image), 1, 255).astype(np.uint8)
 
 
-def recorded(cameras, p, rng, covered=False, exposure=0.0):
+def recorded(cameras, p, rng, covered=False, exposure=0.0, sized=False):
     """Tables of centroids, of tracklets and of pieces, as the track stage writes them; the first camera has a gap.
 
     exposure  samples, over which what is in the pieces is drawn out
+    sized     the middles of outlines are seen, as balls have them, and tables say how large balls look
     """
     centroids, tracklets, kept = {}, {}, {}
     for i, camera in enumerate(cameras):
         b = project(camera, p)
+        b = b + outline_offset(camera, b, RADIUS * sized)
         seen = b + rng.normal(0, 0.05, b.shape)
         flag = np.full((2, N), "", object)
         if i == 0:
@@ -73,7 +76,7 @@ def recorded(cameras, p, rng, covered=False, exposure=0.0):
             "sd_x": 0.05,
             "sd_y": 0.05,
             "flag": flag.ravel(),
-        }
+        } | ({"pixels": np.pi * RADIUS**2} if sized else {})
         table = centroids[f"cam{i + 1}"] = pd.DataFrame(rows)
         number = np.repeat([0, 2], N) + (np.tile(np.arange(N), 2) >= GAP.stop) * (i == 0)
         drawn = exposure * float(np.nanmedian(np.linalg.norm(np.diff(seen, axis=1), axis=-1)))
@@ -93,10 +96,10 @@ def recorded(cameras, p, rng, covered=False, exposure=0.0):
     return centroids, tracklets, kept
 
 
-def found(n_cameras, apart, *, seed=0, covered=False, sought=True, exposure=0.0):
+def found(n_cameras, apart, *, seed=0, covered=False, sought=True, exposure=0.0, sized=False):
     cameras = thesis_rig(n_cameras)
     p = courses(cameras, apart, seed)
-    centroids, tracklets, kept = recorded(cameras, p, np.random.default_rng(seed), covered, exposure)
+    centroids, tracklets, kept = recorded(cameras, p, np.random.default_rng(seed), covered, exposure, sized)
     known = {f"cam{i + 1}": (camera, None) for i, camera in enumerate(cameras)}
     done = locate(centroids, known, targets=2, tracklets=tracklets, kept=kept if sought else None)
     table = done.trajectories
@@ -146,6 +149,25 @@ def test_what_a_long_exposure_draws_out_is_put_to_the_middle_of_the_exposure():
         assert own.sum() >= 16
         rms.append(float(np.sqrt(np.nanmean(error[own] ** 2))))
     assert rms[1] < 1.5 * rms[0]
+
+
+def test_balls_are_sought_where_their_outlines_are_and_located_where_their_middles_are(monkeypatch):
+    """As if the perspective were sixty times what it is."""
+    single = outline_offset
+
+    def sixtyfold(*args):
+        return 60 * single(*args)
+
+    monkeypatch.setattr("vidtrack.location.ball_middles.outline_offset", sixtyfold)
+    monkeypatch.setattr("tests.location.test_second_search.outline_offset", sixtyfold)
+    monkeypatch.setattr("vidtrack.location.ball_middles.SHARE", 0.0)
+    monkeypatch.setattr("tests.location.test_second_search.RADIUS", 12.0)
+    done, error = found(2, 1.7, sized=True)
+    table = done.trajectories
+    own = table["flag"].str.contains(SOUGHT).to_numpy().reshape(2, N)
+    sigma = table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy().reshape(2, N, 3)
+    assert own.sum() >= 16  # of 20
+    assert np.sqrt(np.mean((error / sigma)[own] ** 2)) < 1.25
 
 
 @pytest.mark.parametrize("n_cameras", [2, 3])

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from vidtrack.calibration.ball_points import ball_radii
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json, write_json
@@ -13,6 +16,7 @@ from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.picture_part import Picture, picture_from_record
+from vidtrack.location.ball_middles import SIZE, sd_in_a_plane
 from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.location.leaning_targets import leaning_targets
 from vidtrack.location.plane_sizes import plane_sizes
@@ -195,8 +199,8 @@ def _in_plane(job: Job) -> PlaneLocations:
     pictures = _pictures(job, {}) if plane.get("points") else {}
     clip = next((own.calibration for own in pictures.values()), None)
     clock = job.settings["clocks"].get(job.settings["cameras"][0])
-    table = read_parquet(tables[0], ROWS)
-    followed = next((read_parquet(path, ROWS) for path in job.paths("tracklets")), None)
+    table = read_parquet(tables[0], {*ROWS, *SIZE})
+    followed = next((read_parquet(path, {*ROWS, *SIZE}) for path in job.paths("tracklets")), None)
     videos = videos_of(job.settings["cameras"], job.paths("readings"))
     chosen = chosen_readouts(videos, job.settings.get("readout_ms") or {}, by_motion=False)
     for readout in chosen.readouts.values():
@@ -210,6 +214,9 @@ def _in_plane(job: Job) -> PlaneLocations:
     names = job.settings["cameras"]
     readings = {name: read_json(path) for name, path in zip(names, job.paths("readings"), strict=False)}
     points = _known_points(job, plane.get("clip"), where) if plane.get("points") else None
+    if points is not None and (video := videos.get(job.settings["cameras"][0])):
+        table = _unsure(table, points, video)
+        followed = None if followed is None else _unsure(followed, points, video)
     aspect = _aspect(job, plane.get("aspect"), clip, videos)
     located = locate_plane(
         table,
@@ -235,6 +242,13 @@ def _in_plane(job: Job) -> PlaneLocations:
     lean = _leaning(dict.fromkeys(videos, table), readings, chosen.readouts, located.record)
     located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *aspect.findings])]
     return located
+
+
+def _unsure(table: DataFrame, points: DataFrame, video: Mapping[str, Any]) -> DataFrame:
+    """A table of a plane's camera with sd of what is not known of its balls' perspective, beside its points'."""
+    radius = ball_radii(points)
+    usual = float(np.median(radius[radius > 0])) if (radius > 0).any() else 0.0
+    return table.assign(**sd_in_a_plane(columns_of(table), (int(video["width"]), int(video["height"])), usual))
 
 
 class _Aspect(NamedTuple):

@@ -94,6 +94,23 @@ def moved_columns(
     return own, offset
 
 
+def sd_in_a_plane(columns: Mapping[str, NDArray[Any]], picture: tuple[int, int], radius: float) -> dict[str, Array]:
+    """Columns sd_x, sd_y (N,), px, grown by what a plane map does not know of its balls' perspective.
+
+    picture  px, (width, height), of the run
+    radius   px, of the known points' balls, with which the map takes it up; 0 of points
+    ASSUME: f is the picture's width (53 degrees across), so that the middles of balls' outlines lie x (R^2 - r^2) / f^2
+    further out, x px from the middle of the picture.
+    """
+    if "pixels" not in columns or not {"sd_x", "sd_y"} <= set(columns):
+        return {}
+    more = np.nan_to_num(np.abs(_radii(columns, {}) ** 2 - radius**2)) / picture[0] ** 2
+    return {
+        sd: np.hypot(np.asarray(columns[sd], float), more * (np.asarray(columns[at], float) - (size - 1) / 2))
+        for sd, at, size in zip(("sd_x", "sd_y"), ("Xf", "Yf"), picture, strict=True)
+    }
+
+
 class Moved(NamedTuple):
     """Tables at balls' middles, and the largest offset, px."""
 
