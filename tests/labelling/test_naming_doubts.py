@@ -136,3 +136,19 @@ def test_picks_of_another_camera_are_said_to_fit_no_ball():
     other = project(thesis_rig()[1], POINTS)
     with pytest.raises(VidtrackError, match="exchanged"):
         answer(case([0, 3, 5, 8, 11, 14], other[[0, 3, 5, 8, 11, 14]]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", [1.25, 2 / 3])
+def test_picks_of_a_magnified_window_are_named(scale):
+    chosen = [0, 3, 5, 8, 11]
+    with pytest.raises(VidtrackError, match=f"they are of a picture {scale:.3g} times as large"):
+        answer(case(chosen, B[chosen] * scale))
+
+
+@pytest.mark.slow
+def test_clips_that_are_mirrored_beside_their_picks_are_named():
+    chosen = [0, 3, 5, 8, 11]
+    views = [view._replace(blobs=np.array([SIZE[0] - 1, 0]) + view.blobs * [-1, 1]) for view in VIEWS]
+    with pytest.raises(VidtrackError, match="only if its clips are mirrored left to right"):
+        answer(case(chosen, views=views))

@@ -15,6 +15,12 @@ from vidtrack.labelling.seeds import label_from_picks, on_one_line
 LEAST_SHARE = 0.6
 """Of the balls that should be in the picture, how many must be found before labels are accepted."""
 
+SCALES = (1.25, 1.5, 4 / 3, 0.8, 2 / 3, 0.75)
+"""Of pictures in which people pick, besides a half and two: screens magnify windows, converters make them smaller."""
+
+FLIPS = {"mirrored left to right": (-1, 1), "mirrored top to bottom": (1, -1)}
+"""How all clips of a camera may be flipped since they were picked in; upside down its picks say otherwise."""
+
 LEAST_PICKS = 4
 """Picks from which it can be judged whether they belong to the picture at all."""
 
@@ -73,11 +79,11 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
     frames = {
         "Yf is counted from the lower edge": picks.xy * [1, -1] + [0, last[1]],
         "Xf is counted from the right edge": picks.xy * [-1, 1] + [last[0], 0],
-        "Xf and Yf are counted from the lower right corner": last - picks.xy,
+        "Xf and Yf are counted from the lower right corner (or its clips are upside down)": last - picks.xy,
         "they are of a picture twice as large": picks.xy / 2,
         "they are of a picture half as large": picks.xy * 2,
         "Xf and Yf are exchanged": picks.xy[:, ::-1],
-    }
+    } | {f"they are of a picture {scale:.3g} times as large": picks.xy / scale for scale in SCALES}
     for what, xy in frames.items():
         moved = picks._replace(xy=np.ascontiguousarray(xy))
         found = label_from_picks(case.points, case.views, moved, case.image_size, trusted=True)
@@ -85,6 +91,14 @@ def _check_frame_of_picks(case: Case, answers: Sequence[Labels]) -> None:
             raise VidtrackError(
                 f"{case.where[0]}: the picks of camera {case.camera} fit the balls only if {what}. Write Xf from the "
                 "left, Yf from the top, 0 in the middle of the first pixel, in px of the recording."
+            )
+    for way, sign in FLIPS.items():
+        back = [view._replace(blobs=np.where(np.array(sign) < 0, last - view.blobs, view.blobs)) for view in case.views]
+        found = label_from_picks(case.points, back, picks, case.image_size, trusted=True)
+        if found and complete(found[0], picks) and agreeing(found[0], picks).all():
+            raise VidtrackError(
+                f"{case.where[0]}: the picks of camera {case.camera} fit the balls only if its clips are {way}. Flip "
+                "their recordings back, and see whether those of its runs are flipped too."
             )
     if answers and all(3 * (~agreeing(labels, picks)).sum() > len(picks.point) for labels in answers):
         if _mirrored(case):

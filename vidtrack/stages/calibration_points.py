@@ -14,11 +14,12 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
 from vidtrack.labelling.doubts import clip_flipped, clip_moved, coinciding, disagreeing, swinging, with_picked
+from vidtrack.labelling.exchanged_clips import settled_or_exchanged
 from vidtrack.labelling.flipped import flipped
 from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View, complete
 from vidtrack.labelling.mixed_units import check_units
-from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because, settled
+from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because
 from vidtrack.labelling.outlined import outlined
 from vidtrack.labelling.refusals import common_size, refuse_empty
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
@@ -77,8 +78,7 @@ def calibration_points(
     A position is the centroid on the mean of up to 64 frames, sd its standard deviation: the scatter of single
     frames' centroids over the root of their number; for a lone frame, what noise and contrast make of it.
     A tag that a clip should show and does not keeps its row: Xf, Yf NaN, found False, and a reason.
-    Raises VidtrackError, a line a problem: picks that cannot be right, clips without balls, names in doubt.
-    """
+    Raises VidtrackError, a line a problem: picks that cannot be right, clips without balls, names in doubt."""
     shown = _shown_tags(points, clips, tags)
     shots = {
         clip: _shot(clip, frames, (detect or {}).get(clip, {}), (bits or {}).get(clip), len(shown[clip]))
@@ -95,7 +95,7 @@ def calibration_points(
     answers = label_with(case.points, case.views, case.picks, size)
     if not any(complete(answer, case.picks) for answer in answers):
         check_units(case)
-    labels = settled(case, answers)
+    labels = settled_or_exchanged(case, answers)
     labels, findings = with_picked(case, labels)
     findings += [clip_moved(case, i, offset) for i, offset in moved(labels, case.points).items()]
     parts = []
