@@ -16,12 +16,17 @@ def waves(seed=0, m=3):
     return rng.uniform(-5, 5, (m, 1, 3)) + 3 * np.sin(2 * np.pi * hz * T[:, None] + phase)
 
 
+def alike(p, sd=0.01):
+    """Places that are all known equally well."""
+    return Expected(p, np.tile(sd**2 * np.eye(3), (*p.shape[:2], 1, 1)))
+
+
 @pytest.mark.parametrize(("length", "most"), [(3, 0.05), (10, 0.2), (18, 1.2)])
 def test_a_gap_is_bridged_within_the_error_that_stretches_without_a_gap_show(length, most):
     p = waves() + np.random.default_rng(1).normal(0, 0.003, (3, 200, 3))
     gap = p.copy()
     gap[:, 90 : 90 + length] = np.nan
-    bridged = bridged_gaps(gap)
+    bridged = bridged_gaps(alike(gap))
     inner = slice(90, 90 + length)
     z = (bridged.p - p)[:, inner] / np.sqrt(np.einsum("...ii->...i", bridged.S[:, inner]))
     assert np.isfinite(z).all()
@@ -30,11 +35,25 @@ def test_a_gap_is_bridged_within_the_error_that_stretches_without_a_gap_show(len
     assert np.isnan(bridged.p[:, :80]).all()
 
 
+def test_places_beside_a_gap_that_are_hardly_known_do_not_lead_it_astray():
+    """As of a ball that something has begun to hide: what is left of it lies elsewhere, and its sd says so."""
+    p = waves() + np.random.default_rng(1).normal(0, 0.003, (3, 200, 3))
+    seen = alike(p.copy())
+    seen.p[:, 90:96] = np.nan
+    seen.p[:, 87:90] += 0.2
+    seen.S[:, 87:90] = 0.15**2 * np.eye(3)
+    bridged = bridged_gaps(seen)
+    inner = slice(87, 96)
+    z = (bridged.p - p)[:, inner] / np.sqrt(np.einsum("...ii->...i", bridged.S[:, inner]))
+    assert np.isfinite(z).all()
+    assert np.sqrt(np.mean(z**2)) < 3
+
+
 def test_long_gaps_and_short_courses_are_not_bridged():
     p = waves()
     p[0, 90 : 91 + BRIDGING.longest] = np.nan
     p[1, 10:] = np.nan
-    bridged = bridged_gaps(p)
+    bridged = bridged_gaps(alike(p))
     assert np.isnan(bridged.p[0, 95:108]).all()
     assert np.isnan(bridged.p[1]).all()
 
@@ -43,7 +62,7 @@ def test_a_few_moments_before_the_begin_and_after_the_end_are_expected():
     p = waves()
     cut = p.copy()
     cut[0, :50] = cut[0, 150:] = np.nan
-    bridged = bridged_gaps(cut)
+    bridged = bridged_gaps(alike(cut))
     there = np.flatnonzero(np.isfinite(bridged.p[0, :, 0]))
     n = BRIDGING.beyond
     assert there.tolist() == [*range(50 - n, 50), *range(150, 150 + n)]
@@ -62,7 +81,7 @@ def test_what_other_cameras_see_says_where_a_target_is_in_the_picture(n_cameras)
     if n_cameras == 2:
         known[:, 90:96] = np.nan
     where = in_picture(
-        cameras[0], expected(cameras, seen, np.full(b.shape, 0.1), 0, 0.02, moments, bridged_gaps(known))
+        cameras[0], expected(cameras, seen, np.full(b.shape, 0.1), 0, 0.02, moments, bridged_gaps(alike(known)))
     )
     off = where.at - b[0][:, moments]
     sd = np.sqrt(np.einsum("...ii->...i", where.S))

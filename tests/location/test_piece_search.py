@@ -98,6 +98,37 @@ def test_a_ball_behind_something_dark_is_measured_by_what_is_left_of_it():
     assert np.abs((found.b[0] - 35.0) / found.sd[0]).max() < 4
 
 
+def test_a_whole_ball_beside_something_dark_is_measured():
+    rng = np.random.default_rng(4)
+    piece = grey([(35.0, 35.0)], rng).astype(float)
+    near = int(35 - RADIUS) - 4
+    piece[:, near : near + 4] = rng.normal(6, NOISE, (70, 4))
+    found = sought(np.clip(np.rint(piece), 1, 255).astype(np.uint8), [(35.3, 34.8)])
+    assert found.target.tolist() == [0]
+    assert np.abs((found.b[0] - 35.0) / found.sd[0]).max() < 4
+
+
+@pytest.mark.parametrize(("apart", "spread", "tried"), [(0.3, 0.05, False), (0.3, 1.0, True), (1.3, 0.05, True)])
+def test_balls_that_are_known_to_be_nearly_behind_each_other_are_not_fitted(monkeypatch, apart, spread, tried):
+    fits = []
+    monkeypatch.setattr("vidtrack.location.piece_search._fitted", lambda *own: fits.append(own))
+    at = np.array([(35.0, 35.0), (35.0 + apart * RADIUS, 35.0)])
+    assert not sought(grey(at, np.random.default_rng(2)), at, spread=spread).target.size
+    assert bool(fits) is tried
+
+
+def test_what_discs_alone_explain_is_not_taken_for_half_hidden(monkeypatch):
+    """Two that overlap by more than can be separated; that they seem dark in part may come of a size that is wrong."""
+    fits = []
+    monkeypatch.setattr(
+        "vidtrack.tracking.measurement.half_hidden.fit_half_hidden", lambda *a, **k: (fits.append(a), 0)
+    )
+    monkeypatch.setattr("vidtrack.location.piece_search._half_dark", lambda *_: True)
+    at = np.array([(35.0, 35.0), (35.0 + 0.55 * RADIUS, 35.0)])
+    assert not sought(grey(at, np.random.default_rng(2)), at, spread=0.6).target.size
+    assert not fits
+
+
 def test_a_fit_that_was_tried_in_vain_is_not_tried_again():
     piece = grey([(35.0, 35.0)], np.random.default_rng(2), covered=True)
     kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0, np.zeros((3, 1)))

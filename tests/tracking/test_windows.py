@@ -8,7 +8,7 @@ from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.state import Appearance, TargetState
 from vidtrack.tracking.tracker import Tracker
-from vidtrack.tracking.windows import KEEPING, Windows, no_disc
+from vidtrack.tracking.windows import KEEPING, Keeping, Windows, no_disc
 
 SHAPE = (120, 200)
 SCENE = Scene(DETECTION, 100.0, np.zeros((2, 0)))
@@ -54,6 +54,21 @@ def test_no_more_is_kept_than_there_is_room_for():
     size = windows.kept[0].grey.size
     assert sum(one.grey.size for one in windows.kept) <= KEEPING.of_each + size
     assert len(windows.kept) < 400
+
+
+def test_of_a_large_target_enough_samples_are_kept_and_of_all_no_more_than_there_is_room_for(monkeypatch):
+    """Its pieces are so large that ten of them were all the room: an overlap lasts longer."""
+    image = np.full((300, 400), 30, np.uint8)
+    state = TargetState.before(starts_at([[200.0, 150.0]])).missed(np.arange(1), 1)
+    monkeypatch.setattr(TargetState, "sizes", lambda self, lines: np.full((1, 2), 80.0))
+    for most, n in ((KEEPING.most_bytes, KEEPING.many), (1_000_000, 25)):
+        monkeypatch.setattr("vidtrack.tracking.windows.KEEPING", Keeping(most_bytes=most))
+        windows = Windows(1)
+        for k in range(100):
+            nothing = np.full((8, 1), np.nan)
+            windows.sought(SCENE, Sample(image, 0.0), k, np.arange(1), np.array([[200.0, 150.0]]), nothing, state)
+        assert windows.kept[0].grey.size > KEEPING.of_each / 11
+        assert len(windows.kept) == n
 
 
 def test_the_tracker_keeps_what_a_hidden_target_s_place_shows():

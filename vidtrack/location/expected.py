@@ -27,6 +27,7 @@ class Bridging:
     side     moments on each side of a gap that the polynomial goes through; degrees: those that are tried
     longest  moments of a gap, at most; beyond: moments before the begin or after the end of a course
     fewest   stretches without a gap on which the error is measured, at least; most: at most
+    unsure   times the usual sd of a place, from which on it says nothing of those beside it
     """
 
     side: int = 6
@@ -35,6 +36,7 @@ class Bridging:
     beyond: int = 4
     fewest: int = 20
     most: int = 400
+    unsure: float = 8.0
 
 
 BRIDGING = Bridging()
@@ -109,10 +111,17 @@ def in_picture(camera: Camera, where: Expected) -> InPicture:
     return InPicture(at, J @ where.S @ np.swapaxes(J, -1, -2))
 
 
-def bridged_gaps(p: Array) -> Expected:
-    """Places in the gaps of courses p (m, M, 3), and shortly before their begin and after their end."""
-    out, S = np.full(p.shape, np.nan), np.full((*p.shape, 3), np.nan)
+def bridged_gaps(located: Expected) -> Expected:
+    """Places in the gaps of located courses (m, M), and shortly before their begin and after their end.
+
+    A place that is known much less well than most counts as a gap: an interpolation that goes through it goes astray,
+    by more than stretches without a gap say.
+    """
+    p, out, S = located.p, np.full(located.p.shape, np.nan), np.full(located.S.shape, np.nan)
     known = np.isfinite(p[..., 0])
+    spread = np.sqrt(np.maximum(np.einsum("...ii->...", located.S), 0.0))
+    if known.any():
+        known &= spread < BRIDGING.unsure * float(np.median(spread[known]))
     gaps: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
     for k in range(len(p)):
         for gap in _gaps(known[k]):

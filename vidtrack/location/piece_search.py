@@ -34,6 +34,7 @@ class Seeking:
     again_px   by which a target must be expected elsewhere before it is sought again in a piece
     about      of a disc's half axes, on each side of it, and about_px besides, of which a piece is looked at
     dark       share of a disc that may be hidden by something dark: from, to
+    smaller    of their radius: discs that overlap by too much even if they are as small are not fitted
     known_px   how well it is known where a target is, from which on a fit must explain all that is seen
     left       times the noise, that a fit leaves at most where it must explain all; misfit: of the light, where more
     streak     sd of log half axes, of the light (share) and of log blur of what is drawn out
@@ -53,6 +54,7 @@ class Seeking:
     about: float = 0.5
     about_px: float = 12.0
     dark: tuple[float, float] = (0.03, 0.85)
+    smaller: float = 0.75
     known_px: float = 0.5
     left: float = 1.5
     misfit: float = 0.02
@@ -165,7 +167,7 @@ def found_in_pieces(
                 continue
             tried.add((number, *own.tolist()))
             this = (w, *own.tolist(), *np.rint(at[own, k] / SEEKING.again_px).astype(int).ravel().tolist())
-            if this in vain:
+            if this in vain or _behind_each_other(place[own], usual[0, own], spread[own, k]):
                 continue
             beside = np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own)
             hidden = (grey == 0) | _covered(grey.shape, place[beside], (reach[beside] + 2)[:, None] / scale)
@@ -228,6 +230,18 @@ def _beside(at: Array, reach: Array, own: Ints, alone: Bools) -> Ints:
     return np.flatnonzero(np.isfinite(at[:, 0]) & np.isfinite(reach) & (apart | ~alone))
 
 
+def _behind_each_other(at: Array, radius: Array, spread: Array) -> bool:
+    """Whether discs (n,) at places (n, 2), px of a piece, that are known to `spread` (n, 2) px overlap by more than can
+    be separated, even if they are smaller: no fit of them counts, and those take the longest."""
+    from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, overlaps
+
+    if len(at) < 2:
+        return False
+    unsure = SEEKING.beyond * float(np.sort(np.hypot(*spread.T))[-2:].sum())
+    overlap = overlaps(at[:, 0], at[:, 1], SEEKING.smaller * radius - unsure / 2, np.zeros(len(at)))
+    return bool((np.nan_to_num(overlap) > JOINT_FIT.overlap).any())
+
+
 def _covered(shape: tuple[int, ...], middle: Array, half: Array) -> Bools:
     """Pixels (rows, columns) within ellipses about middles (n, 2), x and y, with half axes (n, 2)."""
     out = np.zeros(shape, bool)
@@ -254,7 +268,7 @@ def _fitted(
     """
     from vidtrack.tracking.measurement.fit_apart import fit_apart
     from vidtrack.tracking.measurement.half_hidden import HALF_HIDDEN, fit_half_hidden
-    from vidtrack.tracking.measurement.joint_fit import Shapes, shapes_of
+    from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, Shapes, shapes_of
 
     radius, light = usual
     n, pixels = radius.size, np.pi * radius**2
@@ -265,10 +279,11 @@ def _fitted(
     if not still:
         axis, of_light, blur = SEEKING.streak
         known = Shapes(known.value, np.repeat([[axis], [axis], [of_light], [blur]], n, axis=1))
-    fit, _ = fit_apart(seen, hidden, x, y, known, noise, drawn=None if still else drawn)
-    if fit is None and still and _half_dark(seen, hidden, x, y, known.value):
+    fit, piece = fit_apart(seen, hidden, x, y, known, noise, drawn=None if still else drawn)
+    alone = piece.left < JOINT_FIT.unlike * noise  # discs explain all that is seen: nothing else hides them
+    if fit is None and still and not alone and _half_dark(seen, hidden, x, y, known.value, noise):
         halves = Shapes(known.value, np.repeat(np.array(HALF_HIDDEN.usual)[:, None], n, axis=1))
-        fit, _ = fit_half_hidden(seen, hidden, x, y, halves, noise)
+        fit, _ = fit_half_hidden(seen, hidden, x, y, halves, noise, beside=True)
     if fit is None or (plain and not fit.left < max(SEEKING.left * noise, SEEKING.misfit * float(light.min()))):
         return None
     return np.stack([fit.x, fit.y], -1) + corner, np.stack([fit.sd_x, fit.sd_y], -1)
@@ -283,14 +298,21 @@ def _about(grey: NDArray[np.uint8], hidden: Bools, place: Array, half: Array) ->
     return grey[part], hidden[part], low
 
 
-def _half_dark(seen: NDArray[np.float32], hidden: Bools, x: Array, y: Array, shape: Array) -> bool:
-    """Whether a part of some disc, but not all of it, is so dark that something in front may hide it."""
+def _half_dark(seen: NDArray[np.float32], hidden: Bools, x: Array, y: Array, shape: Array, noise: float) -> bool:
+    """Whether a part of some disc, but not all of it, is so dark that something in front may hide it, or something
+    darker than the background is beside it: pixels that a fit of discs alone cannot explain."""
+    from vidtrack.tracking.measurement.half_hidden import below_background
+    from vidtrack.tracking.measurement.joint_fit import JOINT_FIT
+
     (a, c), light = np.exp(shape[:2]) - 1, np.exp(shape[2])
     row, column = np.ogrid[: seen.shape[0], : seen.shape[1]]
-    ground = float(np.percentile(seen, 20))
+    ground, reach = float(np.percentile(seen, 20)), 1 + JOINT_FIT.reach_px
+    black = ~hidden & (seen < ground - below_background(light, noise))
     for i in range(x.size):
-        own = ((column - x[i]) / a[i]) ** 2 + ((row - y[i]) / c[i]) ** 2 < 1
-        dark = float((seen[own & ~hidden] < ground + light[i] / 2).mean()) if (own & ~hidden).any() else 0.0
+        own = (((column - x[i]) / a[i]) ** 2 + ((row - y[i]) / c[i]) ** 2 < 1) & ~hidden
+        dark = float((seen[own] < ground + light[i] / 2).mean()) if own.any() else 0.0
         if SEEKING.dark[0] < dark < SEEKING.dark[1]:
+            return True
+        if (black & (((column - x[i]) / (a[i] + reach)) ** 2 + ((row - y[i]) / (c[i] + reach)) ** 2 < 1)).any():
             return True
     return False

@@ -69,7 +69,7 @@ def second_search(
     bias = match.bias_px if np.isfinite(match.bias_px) else 0.0
     cameras = [view.camera for view in views]
     located = located_by_all(cameras, b, sd, bias)
-    bridged = bridged_gaps(located.p)
+    bridged = bridged_gaps(located)
     smoothed = smoothed_gaps(cameras, b, sd, bias, at, located, _with_pieces(views, times, at, kept))
     out = []
     for i, view in enumerate(views):

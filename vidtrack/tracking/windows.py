@@ -29,7 +29,7 @@ class Keeping:
     lost_px          on each side of a target that was lost, besides
     widest_px        half of a piece, at most
     most_bytes       of all pieces; of_each: of those about one place, so that a target that always looks odd leaves
-                     room for others
+                     room for others; many: pieces of one place that are kept however large they are
     aspect, fill     of a disc: ratio of its sides at most, share of its box at least; uneven_px: by which sides differ
                      at least where that is no disc
     before           samples before a new track from which pieces are kept
@@ -41,6 +41,7 @@ class Keeping:
     widest_px: float = 100.0
     most_bytes: int = 12_000_000
     of_each: int = 400_000
+    many: int = 40
     aspect: float = 1.3
     fill: float = 0.64
     uneven_px: float = 3.0
@@ -95,7 +96,7 @@ class Windows:
     def __init__(self, places: int) -> None:
         self.kept: list[Window] = []
         self._bytes = 0
-        self._of_place = np.zeros(places, np.int64)
+        self._of_place, self._pieces = np.zeros((2, places), np.int64)
         self._recent: deque[tuple[int, Sample]] = deque(maxlen=KEEPING.before)
 
     def sought(
@@ -118,7 +119,7 @@ class Windows:
         """
         if self._bytes > KEEPING.most_bytes:
             return
-        odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines) & (self._of_place <= KEEPING.of_each))
+        odd = np.flatnonzero(no_disc(state.appearance, samples[0].lines) & self._has_room())
         for j, sample in enumerate(samples if odd.size else ()):
             who = odd[np.isfinite(values[X, j, odd])]
             self._keep(scene, sample, first + j, who, values[[X, Y], j].T, state.sizes(sample.lines), 0.0)
@@ -133,7 +134,7 @@ class Windows:
 
     def begun(self, scene: Scene, who: Ints, state: TargetState) -> None:
         """Keep what the samples before show where new tracks `who` begin."""
-        self._of_place[who] = 0
+        self._of_place[who] = self._pieces[who] = 0
         begun = who[np.isfinite(state.positions[-1, who, 0])]
         for number, sample in self._recent if begun.size else ():
             self._keep(scene, sample, number, begun, state.positions[-1], state.sizes(sample.lines), KEEPING.lost_px)
@@ -142,7 +143,7 @@ class Windows:
         """Keep what a sample shows about targets `who`; at, size (n, 2) px of all; more: px on each side."""
         if self._bytes > KEEPING.most_bytes:
             return
-        who = who[(self._of_place[who] <= KEEPING.of_each) & np.isfinite(at[who]).all(axis=1)]
+        who = who[self._has_room()[who] & np.isfinite(at[who]).all(axis=1)]
         if not who.size:
             return
         half = np.minimum(KEEPING.sizes * np.nan_to_num(size[who]) + KEEPING.room_px + more, KEEPING.widest_px)
@@ -158,6 +159,11 @@ class Windows:
             self.kept.append(Window(number, left, top, sample.parity, sample.lines, grey))
             self._bytes += grey.size
             self._of_place[place] += grey.size
+            self._pieces[place] += 1
+
+    def _has_room(self) -> Bools:
+        """Of each place whether another piece about it may be kept."""
+        return np.asarray((self._of_place <= KEEPING.of_each) | (self._pieces < KEEPING.many))
 
 
 def no_disc(looks: Appearance, lines: int) -> Bools:

@@ -31,6 +31,15 @@ def test_two_that_touch_are_measured_on_an_uneven_background():
     assert np.abs(under.background - (40 + 0.3 * np.array([26.3, 34.6]))).max() < 1
 
 
+def test_what_is_left_says_whether_discs_explain_a_piece_that_is_not_measured():
+    overlapping = piece([(30, 30), (33, 30)])
+    fit, under = fitted(overlapping, [30, 33], [30, 30])
+    assert fit is None
+    assert under.left < 1.2 * NOISE
+    overlapping[:, 31:34] = 20
+    assert fitted(overlapping, [30, 33], [30, 30])[1].left > 5 * NOISE
+
+
 def test_what_is_not_there_is_not_found():
     assert fitted(piece([(30, 30)]), [30, 41], [30, 30])[0] is None
     assert fitted(piece([]), [30], [30])[0] is None

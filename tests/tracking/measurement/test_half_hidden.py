@@ -25,10 +25,10 @@ def drawn(rng, radius, width, offset, *, front=8.0, size=(1.0, 1.0)):
     return np.rint(light).astype(np.float32), x, y, ((1 - bar) * disc).sum() / disc.sum()
 
 
-def fitted(rng, grey, x, y, radius, *, roughly=1.5):
+def fitted(rng, grey, x, y, radius, *, roughly=1.5, beside=False):
     known = usual_disc(np.array([[np.pi * (radius * rng.normal(1, 0.01)) ** 2, LIGHT, 2 * radius, 2 * radius]]).T)
     at = np.array([x, y]) + rng.normal(0, roughly, 2)
-    return fit_half_hidden(grey, np.zeros(grey.shape, bool), at[:1], at[1:], known, NOISE)[0]
+    return fit_half_hidden(grey, np.zeros(grey.shape, bool), at[:1], at[1:], known, NOISE, beside=beside)[0]
 
 
 @pytest.mark.parametrize("width", [3.0, 7.0])
@@ -66,6 +66,19 @@ def test_a_disc_that_nothing_dark_hides_is_not_measured_here():
     rng = np.random.default_rng(3)
     grey, x, y, _ = drawn(rng, 6.0, 2.0, 20.0)
     assert fitted(rng, grey, x, y, 6.0) is None
+
+
+def test_beside_something_dark_a_whole_disc_is_measured_where_that_is_asked_for():
+    """A fit of discs alone counts what the rope takes off the background as its own error."""
+    rng = np.random.default_rng(3)
+    for _ in range(6):
+        grey, x, y, shown = drawn(rng, 6.0, 3.0, 9.0)
+        assert shown > 0.99
+        assert fitted(rng, grey, x, y, 6.0) is None
+        fit = fitted(rng, grey, x, y, 6.0, beside=True)
+        assert np.abs([(fit.x[0] - x) / fit.sd_x[0], (fit.y[0] - y) / fit.sd_y[0]]).max() < 4
+    grey, x, y, _ = drawn(rng, 6.0, 2.0, 20.0)  # too far off to matter
+    assert fitted(rng, grey, x, y, 6.0, beside=True) is None
 
 
 def test_two_that_touch_behind_a_rope_are_measured_within_their_sd():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,14 @@ piece beside its discs, and is not hidden, makes the piece's own noise as large 
 @dataclass(frozen=True)
 class Piece:
     """A piece of a sample: grey levels over its background, those at full scale, the background under each target (m,),
-    and the noise about it.
+    the noise about it, and the rms that the best fit of discs leaves of it, once there is one.
     """
 
     over: NDArray[np.float32]
     clipped: NDArray[np.bool_]
     background: Array
     noise: float
+    left: float = np.nan
 
 
 def fit_apart(
@@ -53,7 +54,7 @@ def fit_apart(
     piece = without_background(grey, hidden, x, y, axes, noise)
     fit = fit_together(piece.over, ~hidden, piece.clipped, x, y, known, max(noise, piece.noise), drawn=drawn)
     holds = (fit.good or (courses and fit.course)) and explained(fit, noise)
-    return (fit if holds and each_its_own(fit, x, y) else None), piece
+    return (fit if holds and each_its_own(fit, x, y) else None), replace(piece, left=fit.left)
 
 
 def explained(fit: Joint, noise: float) -> bool:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools
 from vidtrack.tracking.measurement.fit_apart import Piece, each_its_own, explained, without_background
-from vidtrack.tracking.measurement.joint_fit import Joint, Shapes, fit_together, shapes_of
+from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, Joint, Shapes, fit_together, shapes_of
 
 
 @dataclass(frozen=True)
@@ -78,24 +78,42 @@ def usual_disc(usual: Array) -> Shapes | None:
     return Shapes(value, np.repeat(np.array(HALF_HIDDEN.usual)[:, None], pixels.size, axis=1))
 
 
+def below_background(light: Array, noise: float) -> float:
+    """Grey levels by which a pixel is darker than the background where something is in front of that too.
+
+    light (m,) of the discs beside it, grey levels; noise: grey levels, of a pixel
+    """
+    return max(4 * noise, HALF_HIDDEN.below * float(light.min()))
+
+
 def fit_half_hidden(
-    grey: NDArray[np.float32], hidden: NDArray[np.bool_], x: Array, y: Array, known: Shapes, noise: float
+    grey: NDArray[np.float32],
+    hidden: NDArray[np.bool_],
+    x: Array,
+    y: Array,
+    known: Shapes,
+    noise: float,
+    *,
+    beside: bool = False,
 ) -> tuple[Joint | None, Piece]:
     """The discs of known shapes (SHAPE, m), expected at x, y (m,) px of the piece; None where the fit does not hold.
 
     grey    (height, width) grey levels; hidden: what something else may light; noise: grey levels, of a pixel
+    beside  whether something darker than the background that only touches a disc is left out too; otherwise something
+            dark must hide a part of it
     """
     axes, light = np.exp(known.value[:2]), np.exp(known.value[2])
     piece = without_background(grey, hidden, x, y, axes, noise)
-    limit = max(4 * noise, HALF_HIDDEN.below * float(light.min()))
+    limit = below_background(light, noise)
     front = _about(piece.over < -limit)
     piece = without_background(grey, hidden | front, x, y, axes, noise)
     of_all, noise = noise, max(noise, piece.noise)
+    reach = axes + JOINT_FIT.reach_px
     at, fit, step = _all_sought(piece.over, ~hidden, x, y, axes, light), None, np.inf
     for _ in range(HALF_HIDDEN.rounds):
         inside = np.stack([_inside(grey.shape, x0, y0, own) for (x0, y0), own in zip(at, axes.T, strict=True)])
         dark = inside.any(axis=0) & (piece.over < HALF_HIDDEN.dark * light.min())
-        if not dark.any():
+        if not dark.any() and not (beside and _meets(front, at[:, 0], at[:, 1], reach)):
             return None, piece
         free = ~hidden & ~_about(dark | (piece.over < -limit))
         if ((free & inside).sum(axis=(1, 2)) < HALF_HIDDEN.shown * inside.sum(axis=(1, 2))).any():
@@ -121,6 +139,11 @@ def _inside(shape: tuple[int, ...], x: float, y: float, axes: Array) -> Bools:
     row, column = np.ogrid[: shape[0], : shape[1]]
     a, c = np.maximum(axes - 0.7, 0.5)
     return np.asarray(((column - x) / a) ** 2 + ((row - y) / c) ** 2 < 1)
+
+
+def _meets(mask: Bools, x: Array, y: Array, axes: Array) -> bool:
+    """Whether any of these pixels is in one of the ellipses at x, y (m,) with half axes (2, m)."""
+    return any((mask & _inside(mask.shape, *own)).any() for own in zip(x, y, axes.T, strict=True))
 
 
 def _about(mask: Bools) -> Bools:
