@@ -117,6 +117,29 @@ def test_balls_that_are_known_to_be_nearly_behind_each_other_are_not_fitted(monk
     assert bool(fits) is tried
 
 
+@pytest.mark.parametrize("far", [0.0, 37.0])
+def test_a_ball_that_touches_two_nearly_behind_each_other_is_measured_beside_them(far):
+    """Also where one of the two is beyond the edge of the piece."""
+    first = 40.0 - far
+    at = np.array([(first + 2.3 * RADIUS, 35.0), (first + 0.5 * RADIUS, 35.0), (first, 35.0)])
+    found = sought(grey(at, np.random.default_rng(2)), at + 0.1)
+    assert found.target.tolist() == [0]
+    assert np.abs((found.b[0] - at[0]) / found.sd[0]).max() < 4
+
+
+def test_a_fit_is_tried_again_when_it_is_known_what_is_beside():
+    at = np.array([(2.0 + 1.7 * RADIUS, 35.0), (2.0, 35.0)])  # this one is never fitted: the piece cuts it
+    piece = grey(at, np.random.default_rng(2))
+    kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0, np.zeros((3, 1)))
+    still, looks = Motion(*np.zeros((4, 2, 1, 2))), np.array([[RADIUS] * 2, [CONTRAST] * 2])
+    nothing, vain = np.full((2, 1, 2), np.nan), set[tuple[int, ...]]()
+    for unsure, off, n in ((60.0, 30.0, 0), (0.1, 0.0, 1)):
+        S = np.array([0.1, unsure])[:, None, None, None] ** 2 * np.eye(2)
+        where = InPicture(at[:, None] + np.array([0.0, off])[:, None, None], S)
+        found = found_in_pieces(kept, ONE, ONE, ONE, where, still, looks, nothing, nothing, 0.0, vain)
+        assert found.target.size == n
+
+
 def test_what_discs_alone_explain_is_not_taken_for_half_hidden(monkeypatch):
     """Two that overlap by more than can be separated; that they seem dark in part may come of a size that is wrong."""
     fits = []

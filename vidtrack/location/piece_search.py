@@ -139,7 +139,7 @@ def found_in_pieces(
     usual            (2, m) radius, px, and light of targets, as `usual_discs`
     vain             which fits were tried in vain: in which piece, of which targets and where; takes others in
     """
-    alone = np.isnan(where.at[..., 0])
+    alone, most = np.isnan(where.at[..., 0]), _too_much()
     at, S = or_measured(where, b, sd)
     spread = np.sqrt(np.maximum(np.einsum("...ii->...i", S), 0.0) + bias**2)
     rows: dict[tuple[int, int], tuple[Array, Array]] = {}
@@ -160,16 +160,17 @@ def found_in_pieces(
         seen = np.isfinite(b[:, k, 0])
         off = np.abs(b[:, k] - where.at[:, k]) > SEEKING.beyond * np.hypot(spread[:, k], sd[:, k])
         wanted = ~seen | off.any(-1)
-        for own in _groups(at[:, k], reach, able, able[~alone[able, k]]):
+        behind = _overlaps(at[:, k], np.where(sure, reach, np.nan)) > most
+        for own, buried in _groups(at[:, k], reach, able, able[~alone[able, k]], behind):
             if not wanted[own].any() or own.size > SEEKING.at_most or (number, *own.tolist()) in tried:
                 continue
             if any((int(t), number) in rows for t in own):
                 continue
             tried.add((number, *own.tolist()))
-            this = (w, *own.tolist(), *np.rint(at[own, k] / SEEKING.again_px).astype(int).ravel().tolist())
+            beside = np.union1d(np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own), buried)
+            this = (w, *own.tolist(), *np.rint(at[[*own, *beside], k] / SEEKING.again_px).astype(int).ravel().tolist())
             if this in vain or _behind_each_other(place[own], usual[0, own], spread[own, k]):
                 continue
-            beside = np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own)
             hidden = (grey == 0) | _covered(grey.shape, place[beside], (reach[beside] + 2)[:, None] / scale)
             drawn = np.nan_to_num(np.stack([motion.way[own, k], motion.bend[own, k]])) / scale
             # where they are not known well, a blob of others must not pass for them
@@ -206,11 +207,19 @@ def usual_discs(looks: Array, b: Array, steps: Array, exposure: float) -> Array:
     return np.stack([radius, contrast * pixels / (np.pi * radius**2)])
 
 
-def _groups(at: Array, reach: Array, able: Ints, expected: Ints) -> Iterator[Ints]:
-    """Which of the discs that can be fitted touch; first with those that only this camera sees, then without."""
+def _groups(at: Array, reach: Array, able: Ints, expected: Ints, behind: Bools) -> Iterator[tuple[Ints, Ints]]:
+    """Which of the discs that can be fitted touch, and which of these are left out; first with those that only this
+    camera sees, then without. Where some overlap others by more than can be separated (behind), the rest comes again.
+    """
+    none = np.zeros(0, np.intp)
     for some in (able, expected) if expected.size < able.size else (able,):
         for group in _touching(at[some], reach[some]):
-            yield some[group]
+            own = some[group]
+            yield own, none
+            left = own[~behind[own]]
+            if left.size < own.size:
+                for part in _touching(at[left], reach[left]):
+                    yield left[part], own[behind[own]]
 
 
 def _touching(at: Array, radius: Array) -> list[Ints]:
@@ -233,13 +242,27 @@ def _beside(at: Array, reach: Array, own: Ints, alone: Bools) -> Ints:
 def _behind_each_other(at: Array, radius: Array, spread: Array) -> bool:
     """Whether discs (n,) at places (n, 2), px of a piece, that are known to `spread` (n, 2) px overlap by more than can
     be separated, even if they are smaller: no fit of them counts, and those take the longest."""
-    from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, overlaps
-
     if len(at) < 2:
         return False
     unsure = SEEKING.beyond * float(np.sort(np.hypot(*spread.T))[-2:].sum())
-    overlap = overlaps(at[:, 0], at[:, 1], SEEKING.smaller * radius - unsure / 2, np.zeros(len(at)))
-    return bool((np.nan_to_num(overlap) > JOINT_FIT.overlap).any())
+    return bool((_overlaps(at, SEEKING.smaller * radius - unsure / 2) > _too_much()).any())
+
+
+def _overlaps(at: Array, radius: Array) -> Array:
+    """Of discs (n,) at (n, 2), px, the share of the smaller diameter by which another one overlaps each at most, as of
+    `JointFit.overlap`; 0 where none does, or where it is not known."""
+    both = radius[:, None] + radius
+    with np.errstate(invalid="ignore", divide="ignore"):
+        over = (both - np.linalg.norm(at[:, None] - at, axis=-1)) / (2 * np.minimum(radius[:, None], radius))
+    over[np.diag_indices(len(at))] = 0.0
+    return np.asarray(np.maximum(np.nan_to_num(np.where(both > 0, over, 0.0)), 0.0).max(axis=1, initial=0.0))
+
+
+def _too_much() -> float:
+    """The overlap from which on discs are not separated."""
+    from vidtrack.tracking.measurement.joint_fit import JOINT_FIT
+
+    return JOINT_FIT.overlap
 
 
 def _covered(shape: tuple[int, ...], middle: Array, half: Array) -> Bools:

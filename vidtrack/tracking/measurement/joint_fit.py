@@ -174,7 +174,7 @@ def fit_together(
     linear = (max(noise, scatter) ** 2 + beyond * of_one_cause) * np.maximum(variance.reshape(6, m)[:2], 0)
     size2 = radius2 + np.exp(2 * best[5])
     blur = np.exp(best[5])
-    overlap = overlaps(best[0], best[1], np.sqrt(radius2), blur)
+    overlap = _overlap(best, np.sqrt(radius2))
     cusps = (JOINT_FIT.cusp * blur) ** 2 / np.sqrt(radius2) * np.nan_to_num(1 + 40 * overlap**4)
     linear = linear * (1 + np.nan_to_num(overlap / JOINT_FIT.steep) ** 8)
     sd = np.sqrt(linear * (1 + DISC_FIT.curved * linear / size2) + grid_variance(size2, blur) + cusps)
@@ -191,19 +191,17 @@ def fit_together(
     return Joint(best[0], best[1], sd[0], sd[1], mass, best[2:], good, float(scatter), course)
 
 
-def overlaps(x: Array, y: Array, radius: Array, blur: Array) -> Array:
+def _overlap(best: Array, radius: Array) -> Array:
     """Of each disc (m,), the share of the smaller diameter by which another disc overlaps it at most; NaN where no disc
     touches it.
-
-    x, y, radius, blur  (m,) px
     """
     m = radius.size
     out = np.full(m, np.nan)
     for i in range(m):
         for j in range(m):
             if i != j:
-                gap = float(np.hypot(x[i] - x[j], y[i] - y[j])) - radius[i] - radius[j]
-                if gap < 3 * float(blur[i]):
+                gap = float(np.hypot(*(best[:2, i] - best[:2, j]))) - radius[i] - radius[j]
+                if gap < 3 * float(np.exp(best[5, i])):
                     out[i] = np.fmax(out[i], max(0.0, -gap) / (2 * min(radius[i], radius[j])))
     return out
 
