@@ -7,6 +7,7 @@ when all have passed, may do so in the decoder's process.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
+from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple, cast
 
@@ -60,7 +61,7 @@ def frames_monitored(
             if luma is None:
                 return cast(Looked, what)
             index, time, *rest = what
-            yield Frame(index, time, luma, *rest)
+            yield Frame(index, Fraction(*time), luma, *rest)
     finally:
         reader.close()
     return None
@@ -70,5 +71,5 @@ def _looked_at(here: Decoding, framing: Framing, monitor: Monitor) -> Iterator[t
     """In a process of its own: pictures, and what else their frames have; at the end what is known."""
     for frame in monitor.monitored(framing.frames(with_reports(lambda: here))):
         index, time, luma, *rest = frame
-        yield luma, (index, time, *rest)
+        yield luma, (index, time.as_integer_ratio(), *rest)  # a Fraction is passed on as text, which takes long to read
     yield None, Looked(framing.log, here.reported(), monitor.seen())
