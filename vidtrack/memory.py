@@ -44,13 +44,12 @@ def give_back_memory() -> None:
 
 
 def keep_freed_memory(most: int) -> None:
-    """Give back what was freed; from now on up to so many bytes of it stay with the process, until `give_back_memory`.
+    """From now on up to so many bytes of what is freed stay with the process, until `give_back_memory`.
 
     By itself C's library gives large arrays back and asks for the next ones, whose pages the system fills with zeros:
     where many of some MB come and go, that takes as long as the work on them. Where the library is not that of GNU,
     nothing is done.
     """
-    give_back_memory()
     with suppress(AttributeError, OSError, TypeError):
         library = ctypes.CDLL(None)
         library.mallopt(_MMAP_THRESHOLD, _LARGEST)

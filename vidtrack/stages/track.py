@@ -189,9 +189,10 @@ def track(
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
     pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
     del tracker, earlier, stamps  # what was recorded is as large as each table
-    give_back_memory()
-    if rows.values.nbytes < PICTURES.kept_bytes:
+    if few := rows.values.nbytes < PICTURES.kept_bytes:
         keep_freed_memory(PICTURES.kept_bytes)
+    else:
+        give_back_memory()
     clock, uneven = chosen_clock(info.time, moment.time[::lines], rows, lines)
     elapsed = clock.seconds(moment.time) - clock.seconds(0.0) if uneven else moment.time
     time = lines * (elapsed * float(info.rate) + moment.offset)
@@ -223,13 +224,15 @@ def track(
     ]
     table = _table(rows, columns, names, begun.starts)
     del rows, crops, widths  # each table is as large as what was recorded
-    give_back_memory()
+    if not few:
+        give_back_memory()
     tracklets = _tracklet_table(cut, columns, names, boxes is not None)
     pieces = sorted((one for one in pieces if not damaged[one.sample]), key=lambda one: one.sample)
     alike = {"noise": detection.noise, "grown_x": grown[0], "grown_y": grown[1], "exposure": blur.exposure}
     windows = _window_table(pieces, columns, alike | lit_pieces(pieces, lit))
     diagnostics["problems"] = [line(finding) for finding in found]
     keep_freed_memory(PICTURES.kept_bytes // 8)
+    give_back_memory()
     return Tracked(table, tracklets, windows, diagnostics, found, clock)
 
 

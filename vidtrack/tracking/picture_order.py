@@ -88,11 +88,15 @@ def exchanged(where: Array, sd: Array) -> Bools:
     if len(where) < 8 or not where.shape[1]:
         return out
     a, b, c, d = where[:-3], where[1:-2], where[2:-1], where[3:]
-    as_is, turned = (_squares(a, b, c, d), _squares(a, c, b, d))
+    bends = np.square(where[:-2] - 2 * where[1:-1] + where[2:])
+    as_is = (bends[:-1] + bends[1:]).sum(-1)
     seen = np.isfinite(as_is)
     noise = np.where(seen, 12 * np.square(sd[1:-2]).sum(-1), 0.0).sum(axis=1)  # 1 + 4 + 1 in each of the two
-    before, after = (np.where(seen, own, 0.0).sum(axis=1) for own in (as_is, turned))
-    plain = before > PICTURE_ORDER.plain**2 * after + PICTURE_ORDER.noises**2 * noise
+    before, noise = np.where(seen, as_is, 0.0).sum(axis=1), PICTURE_ORDER.noises**2 * noise
+    if not (before > noise).any():
+        return out
+    turned = (np.square(a - 2 * c + b) + np.square(c - 2 * b + d)).sum(-1)
+    plain = before > PICTURE_ORDER.plain**2 * np.where(seen, turned, 0.0).sum(axis=1) + noise
     out[1:-2] = plain
     out[1:] &= ~out[:-1]
     if not out.any():
@@ -102,8 +106,3 @@ def exchanged(where: Array, sd: Array) -> Bools:
     order[k], order[k + 1] = k + 1, k
     rough, smooth = (np.nansum(np.square(np.diff(own, 2, axis=0))) for own in (where, where[order]))
     return out if smooth < PICTURE_ORDER.smooth**2 * rough else np.zeros_like(out)
-
-
-def _squares(a: Array, b: Array, c: Array, d: Array) -> Array:
-    """Of both second differences of four samples in a row, (n, targets) px^2; NaN where one was not measured."""
-    return np.asarray((np.square(a - 2 * b + c) + np.square(b - 2 * c + d)).sum(-1))

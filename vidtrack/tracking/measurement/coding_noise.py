@@ -22,13 +22,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.arrays import Array, Bools
+from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.side_by_side import side_by_side
 from vidtrack.tracking.measurement.empirical_sd import (
     DIFFERENCES,
     Changes,
     Scatter,
     changes_of,
     differences,
+    in_a_row,
     least_of,
     least_over_sd,
     mass_sd,
@@ -113,11 +115,13 @@ def with_coding_noise(
     rough = seen.rough & _still_rough(position, sd, mass, pixels, time, g, lines, seen.rough)
     every, left, grown = np.flatnonzero(short & ~rough), factor.copy(), sd * factor[:, None]
     several = max(1, CODING_NOISE.at_once // max(len(time), 1))
-    for first in range(0, every.size, several):
-        own = every[first : first + several]
+
+    def grow(own: Ints) -> None:
         level[:, own], left[:, own], grown[:, :, own] = _grown(
             position[:, :, own], sd[:, :, own], g[:, own], time, seen.lasting, copied=copied
         )
+
+    side_by_side(grow, [every[first : first + several] for first in range(0, every.size, several)])
     rest = ~moves(position) & ~rough
     if rest.any() and (usable := ~rest & ~rough & np.isfinite(seen.track).all(axis=0)).any():
         usual = DIFFERENCES.at_rest * np.median(level[:, usable], axis=1, keepdims=True)
@@ -223,8 +227,9 @@ def _uneven_by(position: Array, sd: Array, time: Array, order: int) -> Array:
     total, some = share.sum(axis=0), known.sum(axis=0).astype(float)
     del share, known
     for i, part in enumerate(weight**2 / (weight**2).sum()):
-        found[number + i] += part * total
-        count[number + i] += part * some
+        at = in_a_row(number + i)
+        found[at] += part * total
+        count[at] += part * some
     here = (found + CODING_NOISE.usual / 4) / (count + CODING_NOISE.usual / 4)
     about = (_about(found) + CODING_NOISE.usual) / (_about(count) + CODING_NOISE.usual)
     return np.asarray(np.clip(np.maximum(here, about) / CODING_NOISE.chance, 1.0, CODING_NOISE.at_most**2))
@@ -232,9 +237,12 @@ def _uneven_by(position: Array, sd: Array, time: Array, order: int) -> Array:
 
 def _about(values: Array) -> Array:
     """Sums (k, n) of the samples about each."""
-    total, at = np.cumsum(np.pad(values, ((1, 0), (0, 0))), axis=0), np.arange(len(values))
-    last, first = np.minimum(at + CODING_NOISE.about + 1, len(values)), np.maximum(at - CODING_NOISE.about, 0)
-    return np.asarray(total[last] - total[first])
+    total, k, about = np.zeros((len(values) + 1, values.shape[1])), len(values), CODING_NOISE.about
+    np.cumsum(values, axis=0, out=total[1:])
+    sums = np.empty(values.shape)
+    sums[: max(k - about, 0)], sums[max(k - about, 0) :] = total[about + 1 :], total[-1]
+    sums[about:] -= total[: max(k - about, 0)]
+    return sums
 
 
 def _with_level(sd: Array, level: Array, g: Array, left: Array) -> Array:

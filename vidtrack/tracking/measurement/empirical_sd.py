@@ -114,9 +114,13 @@ class Changes(NamedTuple):
     squares: Array
 
     def of(self, i: int) -> Ints | slice:
-        """The i-th sample of each, as a slice where it can be: then nothing need be copied out."""
-        at = self.starts + i * self.stride
-        return slice(at[0], at[-1] + 1) if at.size and at[-1] - at[0] + 1 == at.size else at
+        """The i-th sample of each."""
+        return in_a_row(self.starts + i * self.stride)
+
+
+def in_a_row(at: Ints) -> Ints | slice:
+    """Places that rise, as a slice where they can be: then nothing need be copied out."""
+    return slice(at[0], at[-1] + 1) if at.size and at[-1] - at[0] + 1 == at.size else at
 
 
 def changes_of(values: Array, time: Array, stride: int = 1) -> list[Changes]:

@@ -12,6 +12,9 @@ from vidtrack.arrays import Array, Ints
 FEW = 64
 """Numbers that Python's own sorting orders faster than numpy."""
 
+IN_CACHE = 20_000
+"""Numbers that are worked on at once: the processor's caches hold a few times as many."""
+
 
 def median_of(values: NDArray[Any]) -> float:
     """The median of all numbers of an array, NaN where one is or none is there: numpy's, in a tenth of the time."""
@@ -64,16 +67,18 @@ def middle_and_nearest(values: Array, share: float) -> tuple[Array, Array]:
     place = share * (count - 1)
     below = np.floor(place).astype(np.intp)
     low, high = np.full((2, *count.shape), np.nan)
-    for i in np.ndindex(count.shape):
-        if n := int(count[i]):
-            off = ordered[i][:n] - middle[i]
-            low[i], high[i] = (_nearest(off, min(int(below[i]) + k, n)) for k in (1, 2))
+    for n in np.unique(count[count > 0]).tolist():  # most columns hold as many numbers
+        alike, k = np.argwhere(count == n), int(share * (n - 1))
+        for first in range(0, len(alike), max(1, IN_CACHE // n)):
+            some = tuple(alike[first : first + max(1, IN_CACHE // n)].T)
+            off = ordered[some][:, :n] - middle[some][:, None]
+            low[some], high[some] = (_nearest(off, min(k + more, n)) for more in (1, 2))
     return np.asarray(middle), _between(low, high, place - below)
 
 
-def _nearest(off: Array, k: int) -> float:
-    """The k-th smallest of ordered numbers, by their size."""
-    return float(np.maximum(-off[: off.size - k + 1], off[k - 1 :]).min())
+def _nearest(off: Array, k: int) -> Array:
+    """The k-th smallest by its size of each row of ordered numbers."""
+    return np.asarray(np.maximum(-off[:, : off.shape[1] - k + 1], off[:, k - 1 :]).min(axis=1))
 
 
 def _ordered(values: Array) -> tuple[Array, Ints]:
