@@ -192,18 +192,18 @@ def _windows(
     rows, columns = pictures[0].shape
     inside = np.minimum(np.maximum(corner, 0), [[columns - w.width], [rows - w.height]])
     column, row = inside
-    beyond = (inside != corner).any(axis=0)
-    outside = bool(beyond.any())
     cut = np.empty((corner.shape[1], w.height * w.width), pictures[0].dtype)
     for picture, view, a, b in zip(pictures, views, first[:-1], first[1:], strict=True):
-        if a == b:
-            continue
-        cut[a:b] = view[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
-        if outside and (some := a + np.flatnonzero(beyond[a:b])).size:
-            x, y = corner[:, some]
-            down = np.minimum(np.maximum(y[:, None] + np.arange(w.height), 0), rows - 1)
-            across = np.minimum(np.maximum(x[:, None] + np.arange(w.width), 0), columns - 1)
-            cut[some] = picture[down[:, :, None], across[:, None]].reshape(some.size, -1)
+        if a != b:
+            cut[a:b] = view[row[a:b], column[a:b]].view(picture.dtype).reshape(b - a, -1)
+    beyond = corner - inside
+    if beyond.any():  # what is repeated lies in the window of the picture that is nearest
+        some = np.flatnonzero(beyond.any(axis=0))
+        across, down = beyond[:, some]
+        across = np.minimum(np.maximum(across[:, None] + np.arange(w.width), 0), w.width - 1)
+        down = np.minimum(np.maximum(down[:, None] + np.arange(w.height), 0), w.height - 1)
+        pixel = (down * w.width)[:, :, None] + across[:, None]
+        cut[some] = cut[some[:, None], pixel.reshape(some.size, -1)]
     return detection.bright(cut)
 
 
