@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.memory import give_back_memory, keep_freed_memory, tables_from_c_library
-from vidtrack.side_by_side import side_by_side
+from vidtrack.side_by_side import both, side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
@@ -203,7 +204,7 @@ def track(
     lit = None if shapes.blur.late else lighting(widths.pieces(len(names)), detection.noise, lines=lines)
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied, lit=lit)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines, lit=lit)
-    cut = cut_tracks(rows, others)
+    cut, order = both(partial(cut_tracks, rows, others), partial(order_findings, rows, moment.field))
     seen, blur, grown = noise.seen, shapes.blur, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks
     columns = _Columns(moment, clock)
@@ -215,7 +216,7 @@ def track(
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, detection),
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
-        *order_findings(rows, moment.field),
+        *order,
         *uneven,
         *mixed_pictures(blur.late, blur.drawn),
         *repeated_pictures(repeats.flags, rows),

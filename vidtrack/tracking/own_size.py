@@ -135,7 +135,7 @@ class OwnSize:
         return np.asarray(alike & (diameter >= OWN_SIZES.shape_from))
 
     def unlike(self, values: Array, who: Ints) -> Bools:
-        """As `odd`, of readings (VALUES, k, m), by their shape too."""
+        """As `odd`, of readings (VALUES, k, m), by their shape too: none where none is `changed`."""
         odd = self.odd(values[PIXELS], values[CONTRAST], who)
         return odd & ~self._same_shape(values, who) if odd.any() else odd
 

@@ -260,11 +260,11 @@ class Tracker:
             detection=self.scene.detection,
             careful=len(self.record) % PACE.careful_every == 0,
         )
-        shaped = seen.values
+        shaped, clear, at = seen.values, seen.clear, seen.values[[X, Y]]
         if (changed := self.own_size.changed(shaped, who)).size:
             levels, detection = self.levels(who), self.scene.detection
             shaped = with_shapes(seen, changed, samples, predicted[:, who], appearance, levels, detection)
-        clear, at = seen.clear & ~self.own_size.unlike(shaped, who), seen.values[[X, Y]]
+            clear = clear & ~self.own_size.unlike(shaped, who)
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5
             clear = clear & ~near.all(axis=0).any(axis=-1)

@@ -23,6 +23,9 @@ from vidtrack.video.shares import Decoding, Report, gone_on_with, with_reports
 SPARE = {"dvvideo": 150, "mpeg1video": 1, "mpeg2video": 1}
 """Codec -> targets from which on its decoder waits for those who follow them, of 720 x 480 px."""
 
+MORE_AHEAD = 1.5
+"""Times the memory for pictures that wait: while hundreds of targets are found, more come."""
+
 
 class Looked(NamedTuple):
     """What the other process knows at the end: the log of the reading, what the decoder said, and `Monitor.seen`."""
@@ -49,6 +52,7 @@ def frames_monitored(
     opened  opens it again; shape, dtype, memory, path: as `ReadApart` has them
     """
     try:
+        memory = int(MORE_AHEAD * memory)
         reader = ReadApart(partial(_looked_at, here, framing, monitor), shape, dtype, memory, path)
     except OSError:  # too many processes, or too little memory for another
         yield from framing.frames(gone_on_with(opened, 0))

@@ -77,7 +77,9 @@ def grow_sd(
     sd, grown = with_coding_noise(position, sd, *light, time, seen, lines=lines, copied=copied)
     if shapes is not None:  # what they add is of single samples: it is no scatter of all
         sd = np.hypot(sd, shapes.sd)
-        sd = np.hypot(sd, shared_blob_sd(rows, time, shapes.exposure))
+        if (shared := shared_blob_sd(rows, time, shapes.exposure)).any():
+            sd = np.hypot(sd, shared)
+        del shared
     values[[X, Y]] = position
     own = sd
     if surfaces is not None:
