@@ -7,7 +7,7 @@ import pytest
 
 from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.errors import VidtrackError
-from vidtrack.files.camera_json import camera_record, located_by, read_camera, write_camera
+from vidtrack.files.camera_json import Calibrated, camera_record, located_by, read_camera, write_camera
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.interface import Interface
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -32,6 +32,21 @@ def test_a_camera_comes_back_to_the_last_digit(fit, tmp_path):
     np.testing.assert_array_equal(back.uncertainty.covariance, fit.uncertainty.covariance)
     np.testing.assert_array_equal(back.uncertainty.pivot, fit.uncertainty.pivot)
     assert back.record["provenance"] == {"vidtrack": "0"}
+
+
+def test_a_camera_is_one_of_points_and_one_of_an_older_version_of_the_outlines_of_balls(fit, tmp_path):
+    path = tmp_path / "camera.json"
+    write_camera(path, fit.camera, fit.uncertainty, {"n_points": 64})
+    assert read_camera(path).describes == "points"
+    record = json.loads(path.read_text())
+    del record["describes"], record["checksum"]
+    path.write_text(json.dumps(record))
+    old = read_camera(path)
+    assert old.describes == "outlines"
+    write_camera(path, fit.camera, fit.uncertainty, {**old.record, "describes": old.describes})  # as bundle does
+    assert read_camera(path).describes == "outlines"
+    del record["n_points"]  # of another program, which had no balls
+    assert Calibrated(fit.camera, None, record).describes == "points"
 
 
 def test_standard_errors_and_correlations_go_by_name(fit):

@@ -109,6 +109,24 @@ def test_cameras_with_non_drop_code_are_put_on_the_scale_of_the_earliest_first_l
     assert record["time"]["shift_s"] == {"cam1": 0, "cam2": pytest.approx(0.06)}
 
 
+def test_targets_that_are_lit_from_one_side_and_not_as_high_as_balls_are_doubtful(space, tmp_path):
+    job, _ = space
+    ball = [camera.dx / (camera.Sx * camera.dy) for camera in thesis_rig(2)]
+    said = {}
+    for share in (1.0, 0.7):
+        readings = []
+        for k in range(2):
+            readings.append(str(tmp_path / f"r{k}"))
+            light = {"height": ball[k] * (share if k else 1.0), "height_sd": 0.004}
+            write_json(readings[-1], {"lighting": light}, {})
+        run(Job(job.settings, {**job.inputs, "readings": readings}, job.outputs, {}))
+        findings = json.loads(Path(job.outputs["record"]).read_text())["findings"]
+        said[share] = [one["text"] for one in findings if one["code"] == "lit-targets-no-balls"]
+    assert said[1.0] == []
+    (text,) = said[0.7]
+    assert "cam2" in text
+
+
 def test_a_run_of_one_camera_names_its_place_in_the_config(space):
     job, _ = space
     one = {kind: paths[:1] for kind, paths in job.inputs.items()}

@@ -19,6 +19,7 @@ from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.ball_middles import SIZE, sd_in_a_plane
 from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.location.leaning_targets import leaning_targets
+from vidtrack.location.lit_shapes import lit_shape_findings
 from vidtrack.location.plane_sizes import plane_sizes
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
 from vidtrack.memory import columns_of
@@ -128,7 +129,11 @@ def _in_space(job: Job) -> Locations:
     )
     located.record["time"] = {"scale": scale.note, "shift_s": scale.shift}
     lean = _leaning(tables, readings, chosen.readouts, located.record)
-    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *scale.findings])]
+    shown = windows(pictures, where)[0]
+    cameras = {name: camera_shown(own.camera, None, shown.get(name))[0] for name, own in calibrated.items()}
+    cut = lit_shape_findings({name: own.get("lighting") for name, own in readings.items()}, cameras, where)
+    more = [*cut, *lean, *chosen.findings, *scale.findings]
+    located.record["findings"] = [*located.record["findings"], *as_records(more)]
     return located
 
 

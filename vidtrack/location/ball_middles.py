@@ -201,7 +201,7 @@ def _radii(columns: Mapping[str, NDArray[Any]], larger: Mapping[str, float]) -> 
     known = _whole(columns) & np.isfinite(wide)
     time = np.asarray(columns["time_s"], float)
     usual = float(np.median(list(larger.values()))) if larger else 1.0
-    by = np.array([larger.get(str(name), usual) for name in columns["target"].tolist()])
+    by = np.array([larger.get(name, usual) for name in columns["target"].tolist()])
     out = np.where(known, wide, np.nan)
     for rows in _tracks(columns):
         good = rows[known[rows]]
@@ -214,8 +214,9 @@ def _radii(columns: Mapping[str, NDArray[Any]], larger: Mapping[str, float]) -> 
 
 def _tracks(columns: Mapping[str, NDArray[Any]]) -> Sequence[NDArray[np.intp]]:
     """The rows of each tracklet, or where there are none of each target, in order of time."""
-    names = columns["tracklet"] if "tracklet" in columns else np.asarray(columns["target"]).astype(str)
-    _, which = np.unique(names, return_inverse=True)
+    names = columns["tracklet" if "tracklet" in columns else "target"].tolist()
+    number = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    which = np.array([number[name] for name in names], np.intp)
     order = np.lexsort((np.asarray(columns["time_s"], float), which))
     return np.split(order, np.flatnonzero(np.diff(which[order])) + 1)
 
@@ -232,4 +233,4 @@ def _diameters(columns: Mapping[str, NDArray[Any]]) -> Array:
 def _whole(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
     if "flag" not in columns:
         return np.ones(len(columns["time_s"]), bool)
-    return np.array([word is None or word != word or str(word) in WHOLE for word in columns["flag"].tolist()], bool)
+    return np.array([word in WHOLE or word is None or word != word for word in columns["flag"].tolist()], bool)

@@ -44,6 +44,7 @@ def test_a_ball_lit_from_one_side_is_where_its_outline_is(monkeypatch):
     own = found.diagnostics["lighting"]
     assert own["way_px"] == pytest.approx(1.9, abs=0.4)
     assert own["without"] == 0
+    assert abs(np.log(own["height"])) < 4 * np.hypot(own["height_sd"], 0.005)
     widths = found.diagnostics["widths"]["t1"]
     assert np.median(widths["width"]) == pytest.approx(12.0, abs=0.4)
     monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)

@@ -42,13 +42,15 @@ def lighting(
         return None
     fitted = _fitted(alone, noise, lines, None)
     heights = np.array([one.height for own in fitted for one in own if np.isfinite(one.height[0])])
+    height = None
     if len(heights) >= LIT.heights:
         usual = float(np.median(heights[:, 0]))
+        height = usual, float(np.median(np.abs(heights[:, 0] - usual)) * 1.86 / np.sqrt(len(heights)))
         unlike = np.abs(heights[:, 0] - usual) / np.hypot(heights[:, 1], LIT.height_sd)
         if np.quantile(unlike, LIT.most) > LIT.unlike:
             return None  # pixels have one shape, and balls too: something else is brighter on one side
         fitted = _fitted(alone, noise, lines, usual)
-    found = Lighting([own if _steady(own) else [] for own in fitted])
+    found = Lighting([own if _steady(own) else [] for own in fitted], height)
     return found if found.one_sided else None
 
 
@@ -82,9 +84,12 @@ def _steady(own: Sequence[Outline]) -> bool:
 
 
 class Lighting:
-    """How balls are lit: `found` has of each of them its outlines at a few places."""
+    """How balls are lit: `found` has of each of them its outlines at a few places; height: the logarithm of their
+    height over their width, and its sd.
+    """
 
-    def __init__(self, found: Sequence[Sequence[Outline]]) -> None:
+    def __init__(self, found: Sequence[Sequence[Outline]], height: tuple[float, float] | None = None) -> None:
+        self.height = height
         self.found = [list(own) for own in found]
         held = [one for own in self.found for one in own if one.held]
         ways = [[one.way for one in own if one.held] for own in self.found]
@@ -135,11 +140,12 @@ class Lighting:
         return np.array([[*one.where, one.width] for one in known]).reshape(-1, 3), [one.sample for one in known]
 
     def as_record(self) -> dict[str, Any]:
-        """For the diagnostics: px."""
+        """For the diagnostics: px; height: over the width, height_sd: of its logarithm."""
         held = [one for own in self.found for one in own if one.held]
         ways = [float(np.hypot(*one.way)) * one.radius for one in held]
         lost = sum(not one.held for own in self.found for one in own)
-        return {
+        high = {} if self.height is None else {"height": float(np.exp(self.height[0])), "height_sd": self.height[1]}
+        return high | {
             "outlines": len(held),
             "without": lost,
             "way_px": float(np.median(ways)) if ways else np.nan,
