@@ -96,3 +96,34 @@ def test_words_of_tables_lie_where_what_is_freed_can_be_given_back_with_all_else
         assert list(words[:3]) == ["top", "bottom", "top"]
     finally:
         pa.set_memory_pool(before)
+
+
+AHEAD = """
+import numpy, psutil
+from vidtrack.memory import PagesAhead
+
+def used():
+    return psutil.Process().memory_info().rss
+
+before = used()
+ahead = PagesAhead({each}, 20_000_000)
+made = used() - before
+for _ in range(100):
+    ahead.touch(1)
+touched = used() - before
+ahead.touch(10_000)
+del ahead
+print(made, touched, used() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="mallopt is a function of glibc")
+@pytest.mark.parametrize(("each", "least"), [(100_000, 10_000_000), (1000, 0)])
+def test_pages_are_there_ahead_as_samples_pass_and_stay(each, least):
+    printed = subprocess.run(
+        [sys.executable, "-c", AHEAD.format(each=each)], capture_output=True, text=True, check=True
+    )
+    made, touched, kept = (int(word) for word in printed.stdout.split())
+    assert made < 5_000_000
+    assert least <= touched < least + 5_000_000
+    assert (kept > 15_000_000) == (least > 0)

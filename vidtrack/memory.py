@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import mmap
 from collections.abc import Collection, Generator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
@@ -54,6 +55,28 @@ def keep_freed_memory(most: int) -> None:
         library = ctypes.CDLL(None)
         library.mallopt(_MMAP_THRESHOLD, _LARGEST)
         library.mallopt(_TRIM_THRESHOLD, most)
+
+
+class PagesAhead:
+    """Pages of memory that the system fills with zeros now, while a process waits for another, for what it does later:
+    `del` leaves them with the process.
+
+    each  bytes that will be needed of each sample: where that is less than a page, nothing is done; most: in all
+    """
+
+    def __init__(self, each: int, most: int) -> None:
+        import numpy as np
+
+        self._each, self._touched = each, 0
+        if each >= mmap.PAGESIZE:
+            keep_freed_memory(most)
+        self._memory = np.empty(most - (1 << 20) if each >= mmap.PAGESIZE else 0, np.uint8)
+
+    def touch(self, samples: int) -> None:
+        """So many more samples have passed."""
+        to = self._touched + samples * self._each
+        self._memory[self._touched : to : mmap.PAGESIZE] = 0
+        self._touched = to
 
 
 def tables_from_c_library() -> None:

@@ -19,7 +19,7 @@ from vidtrack.arrays import Array
 from vidtrack.association.tracklets import COLUMNS
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
-from vidtrack.memory import give_back_memory, keep_freed_memory, tables_from_c_library
+from vidtrack.memory import PagesAhead, give_back_memory, keep_freed_memory, tables_from_c_library
 from vidtrack.side_by_side import both, side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
@@ -48,7 +48,7 @@ from vidtrack.tracking.measurement.still_wall import behind_targets
 from vidtrack.tracking.picture_order import order_findings
 from vidtrack.tracking.repeats import RepeatedPictures, with_resting
 from vidtrack.tracking.starts import begun_in_boxes, begun_without_boxes, late_comers, named_boxes
-from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
+from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, MEASURED, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
 from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
 from vidtrack.tracking.track_record import diagnosed, record_scatter
 from vidtrack.tracking.tracker import Tracker
@@ -174,9 +174,10 @@ def track(
     earlier = Earlier(tracker, samples, searched * (1 if clip.order == "frame" else 2))
     stamps, waiting, late = Stamps(), begun.waiting, samples[-2:]
     stamps.add(clip.opening)
-    clip.opening, samples = [], []
+    clip.opening, samples, ahead = [], [], PagesAhead(8 * MEASURED * len(names), PICTURES.kept_bytes)
     for batch in clip.batches:
         samples = clip.samples(batch)
+        ahead.touch(len(samples))
         tracker.follow(samples)
         earlier.add(tracker, samples)
         pattern.prepare(tracker.rows, samples)
@@ -189,7 +190,7 @@ def track(
     lines = len(set(moment.offset))
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
     pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
-    del tracker, earlier, stamps  # what was recorded is as large as each table
+    del tracker, earlier, stamps, ahead  # what was recorded is as large as each table
     if few := rows.values.nbytes < PICTURES.kept_bytes:
         keep_freed_memory(PICTURES.kept_bytes)
     else:
