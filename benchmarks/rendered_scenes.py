@@ -1,8 +1,9 @@
 """Random scenes drawn as pictures: what 2 to 4 cameras record of balls in space, with the circumstances of a kind.
 
-A ball is a disc about its middle's image, opaque, nearer ones before farther ones, its edge that of a Gaussian blur
-seen by pixels. Motion blur is the mean over stations of the exposure, which is centred on the sample's time. Pictures
-are made when they are asked for and never written: no codec stands between the scene and the tracker.
+A ball is a disc about the middle of its outline (of the cone of rays that touch it) with the area of that, opaque,
+nearer ones before farther ones, its edge that of a Gaussian blur seen by pixels. Motion blur is the mean over stations
+of the exposure, which is centred on the sample's time. Pictures are made when they are asked for and never written: no
+codec stands between the scene and the tracker.
 """
 
 from __future__ import annotations
@@ -223,9 +224,8 @@ class _Drawing:
         stations = 1 if not look.shutter else 12
         self.stations = look.shutter / float(RATE) * ((np.arange(stations) + 0.5) / stations - 0.5)
         p = things[0].course(t)
-        self.place = project(camera, p)
         depth = camera_from_world(camera, p)[..., 2]
-        self.radius = things[0].radius[:, None] * camera.f / depth
+        self.place, self.radius = _outline(camera, p, things[0].radius[:, None])
         self.noise = float(self.rng.uniform(*look.noise))
         self.base = self._base()
         self.ropes = [self._rope() for _ in range(look.ropes)]
@@ -280,9 +280,8 @@ class _Drawing:
             p = thing.course(at)[:, 0]
             there = thing.present(at)[:, 0]
             depth = camera_from_world(self.camera, p)[:, 2]
-            b = project(self.camera, p)
+            b, radius = _outline(self.camera, p, thing.radius)
             light = thing.contrast * (1 + self.look.flicker * np.sin(2 * np.pi * self.hz * t + self.phase))
-            radius = thing.radius * self.camera.f / depth
             balls += [(depth[i], *b[i], radius[i], light[i]) for i in range(len(p)) if there[i]]
         for _, x, y, radius, light in sorted(balls, key=lambda ball: -ball[0]):
             _paint(picture, x, y, radius, self.look.blur, self.look.level + light, None)
@@ -368,8 +367,7 @@ class _Drawing:
         discs = [(self.place, self.radius, self.things[0].present(self.t))]
         for thing in self.things[1:]:
             q = thing.course(self.t)
-            far = camera_from_world(self.camera, q)[..., 2]
-            discs.append((project(self.camera, q), thing.radius[:, None] * self.camera.f / far, thing.present(self.t)))
+            discs.append((*_outline(self.camera, q, thing.radius[:, None]), thing.present(self.t)))
         flies = [self.flies(t) for t in self.t]
         if self.look.moving:
             other = np.array(flies)  # (M, n, 4)
@@ -399,6 +397,26 @@ class _Drawing:
                 y = np.clip(np.rint(self.place[..., 1] + share * self.radius * np.sin(a)), 0, free.shape[0] - 1)
                 out += free[y.astype(int), x.astype(int)] * share
         return out / (12 * 2.5)
+
+
+def _outline(camera: Camera, p: Array, radius: Array) -> tuple[Array, Array]:
+    """The middles (..., 2), px, of the outlines of balls about p (..., 3), radius (...) m, and the radii (...), px, of
+    discs as large as they: by 48 of the rays that touch a ball."""
+    sight = p - camera.position
+    far = np.linalg.norm(sight, axis=-1, keepdims=True)
+    along = sight / far
+    right = np.cross(along, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right, axis=-1, keepdims=True)
+    r = np.broadcast_to(radius, p.shape[:-1])[..., None]
+    wide = r * np.sqrt(1 - (r / far) ** 2)
+    angle = 2 * np.pi * np.arange(48) / 48
+    ring = np.cos(angle)[:, None] * right[..., None, :] + np.sin(angle)[:, None] * np.cross(along, right)[..., None, :]
+    b = project(camera, (p - along * r * r / far)[..., None, :] + wide[..., None] * ring)
+    after = np.roll(b, -1, axis=-2)
+    cross = b[..., 0] * after[..., 1] - after[..., 0] * b[..., 1]
+    area = cross.sum(axis=-1) / 2
+    middle = ((b + after) * cross[..., None]).sum(axis=-2) / (6 * area[..., None])
+    return middle, np.sqrt(np.abs(area) / np.pi)
 
 
 def _paint(
