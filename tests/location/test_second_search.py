@@ -7,6 +7,7 @@ from scipy.ndimage import gaussian_filter
 
 from vidtrack.geometry.ball_perspective import outline_offset
 from vidtrack.geometry.camera import project
+from vidtrack.location import second_search
 from vidtrack.location.second_search import SOUGHT, searched_again
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.locate import locate
@@ -168,6 +169,23 @@ def test_balls_are_sought_where_their_outlines_are_and_located_where_their_middl
     sigma = table[["sigma_x", "sigma_y", "sigma_z"]].to_numpy().reshape(2, N, 3)
     assert own.sum() >= 16  # of 20
     assert np.sqrt(np.mean((error / sigma)[own] ** 2)) < 1.25
+
+
+def test_the_sd_of_what_is_sought_holds_how_well_the_perspective_of_balls_is_known(monkeypatch):
+    own, sd = second_search.second_search, []
+
+    def watched(*args):
+        out = own(*args)
+        sd[-1].extend(np.concatenate([one.sd for one in out]).max(axis=1))
+        return out
+
+    monkeypatch.setattr(second_search, "second_search", watched)
+    monkeypatch.setattr("tests.location.test_second_search.RADIUS", 12.0)
+    for share in (0.0, 3.0):
+        monkeypatch.setattr("vidtrack.location.ball_middles.SHARE", share)
+        sd.append([])
+        found(2, 1.7, sized=True)
+    assert np.median(sd[1]) > 1.5 * np.median(sd[0])
 
 
 @pytest.mark.parametrize("n_cameras", [2, 3])

@@ -56,6 +56,10 @@ class AtMiddles(NamedTuple):
         """Where the middles of balls are seen, whose outlines have theirs at b (..., 2) px; radius (...) px."""
         return b - outline_offset(camera, b, radius, self.distance)
 
+    def sd_inwards(self, sd: Array, moved: Array) -> Array:
+        """The sd (..., 2), px, of what was moved inwards by so many px (..., 2): it holds how well that is known."""
+        return np.hypot(sd, SHARE * moved)
+
     def outwards(self, camera: Camera, b: Array, radius: ArrayLike) -> Array:
         """Where the outlines of balls have their middles, (..., 2) px, which are themselves seen at b."""
         return b + outline_offset(camera, b, radius, self.distance)

@@ -98,7 +98,8 @@ def second_search(
         where, seen = InPicture(shown[0], about.S[:, place]), (shown[1], sd[i][:, some])
         found = found_in_pieces(own, usable, sample[usable], column, where, motion, usual, *seen, bias, vain[i])
         if view.balls and found.target.size:
-            found = found._replace(b=view.balls.inwards(view.camera, found.b, usual[0][found.target]))
+            middle = view.balls.inwards(view.camera, found.b, usual[0][found.target])
+            found = found._replace(b=middle, sd=view.balls.sd_inwards(found.sd, found.b - middle))
         out.append(found)
     return out
 
