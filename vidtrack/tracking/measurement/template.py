@@ -221,14 +221,13 @@ def _moments(bright: NDArray[Any], w: Weights, detection: Detection) -> Array:
     """Mass, m_x, m_y and background of windows, grey levels and px, the sum of the harmonics squared, the second
     moments about the window's middle, and what the outline cuts, (10, m).
     """
-    found = np.empty((len(bright), w.quick.shape[1]), np.float32)
+    found = np.empty((len(bright), w.linear.shape[1]))
     for some in _chunks(bright):
-        np.matmul(bright[some].astype(np.float32), w.quick, out=found[some])
+        np.matmul(bright[some].astype(float), w.linear, out=found[some])
     moments = np.empty((10, len(bright)))
-    np.multiply(found[:, :4].T, detection.scale, out=moments[:4], dtype=float)
-    np.multiply(found[:, 8:13].T, detection.scale, out=moments[5:], dtype=float)
-    uneven = found[:, 4:8].astype(float)
-    np.einsum("mu,mu->m", uneven, uneven, out=moments[4])
+    np.multiply(found[:, :4].T, detection.scale, out=moments[:4])
+    np.multiply(found[:, 8:].T, detection.scale, out=moments[5:])
+    np.einsum("mu,mu->m", found[:, 4:8], found[:, 4:8], out=moments[4])
     moments[4] *= detection.scale * detection.scale
     return moments
 

@@ -54,9 +54,7 @@ MASK = Mask()
 class Weights(NamedTuple):
     """Windows (m, height * width) times `linear` (.., 13) are mass, m_x, m_y, the background; how the ring differs from
     a plane: its second and third harmonic about the target, each with a noise of 1 for a noise of 1; the second
-    moments of the light; and what the mask's outline cuts. `quick` is the same as floats of half the length, which are
-    multiplied in half the time and move a centroid by 2e-6 px at most, with three empty columns: 16 take less time than
-    13. `moments` (.., 3) are its first columns.
+    moments of the light; and what the mask's outline cuts. `moments` (.., 3) are its first columns.
 
     pull           px by which one grey level of those may have moved the target, times its mass
     inside            weights of what is counted: 1 within the mask, MASK.stray without
@@ -67,7 +65,6 @@ class Weights(NamedTuple):
     width: int
     height: int
     linear: Array
-    quick: Float32
     moments: Array
     pull: float
     inside: Float32
@@ -102,8 +99,7 @@ def weights(twice_a: int, twice_b: int) -> Weights:
     columns = np.flatnonzero(ring)
     across = np.stack([x[columns] / np.sqrt((ring * x * x).sum()), y[columns] / np.sqrt((ring * y * y).sum())])
     size, first = (2 * half_w + 1, 2 * half_h + 1), np.ascontiguousarray(linear[:, :3])
-    quick = np.pad(linear, ((0, 0), (0, 3))).astype(np.float32)
-    return Weights(*size, linear, quick, first, pull, inside, x_noise, y_noise, cut_noise, columns, across)
+    return Weights(*size, linear, first, pull, inside, x_noise, y_noise, cut_noise, columns, across)
 
 
 def _outline(disc: Array, x: Array, y: Array) -> Array:
