@@ -114,6 +114,7 @@ def test_a_unit_that_is_not_offered_is_not_taken_for_a_millionfold_one():
             "4 entries where 2 are wanted: [6, 4, 4, 8]. Decimals begin with a",
         ),
         ({"cameras": {"c": {"sensor": "6.4 x 4.8"}}}, "takes a list, not '6.4 x 4.8'. Write [6.4, 4.8]."),
+        ({"runs": {"r": {"detect": {"start": 1.5}}}}, "takes a whole number, not 1.5."),
         ({"runs": {"r": {"targets": "bow, stern"}}}, "takes a list, not 'bow, stern'. Write [bow, stern]."),
     ],
 )

@@ -54,7 +54,7 @@ def test_pictures_out_of_order_are_bad_and_a_few_are_not_named():
     for pairs, codes in ((np.arange(2, 57, 3), ["pictures-out-of-order"]), (np.array([20]), [])):
         values[POSITION] = moved(course(), pairs).transpose(2, 0, 1)
         rows = Rows(values, np.zeros((T.size, 2, 2)), np.zeros((T.size, 2), np.int64), np.zeros(T.size))
-        assert [one.code for one in order_findings(rows, np.full(T.size, "", object))] == codes
+        assert [one.code for one in order_findings(rows, np.full(T.size, "", object), T / 30)] == codes
 
 
 def test_fields_that_were_taken_at_one_time_are_whole_frames():
@@ -62,6 +62,18 @@ def test_fields_that_were_taken_at_one_time_are_whole_frames():
     values = np.zeros((MEASURED, len(where), 2))
     values[[SD_X, SD_Y]], values[POSITION] = SD, where.transpose(2, 0, 1)
     rows = Rows(values, np.zeros((*where.shape[:2], 2)), np.zeros(where.shape[:2], np.int64), np.zeros(len(where)))
-    (finding,) = order_findings(rows, np.array(["top", "bottom"] * T.size, object))
+    (finding,) = order_findings(rows, np.array(["top", "bottom"] * T.size, object), np.arange(2 * T.size) / 60)
     assert "both fields of a frame at one time" in finding.text
     assert finding.cure == "Set detect.fields to frame."
+
+
+def test_pulldown_is_named_in_place_of_another_order_of_fields():
+    where = course()[np.repeat(np.arange(T.size), np.resize([2, 3], T.size))]
+    values = np.zeros((MEASURED, len(where), 2))
+    values[[SD_X, SD_Y]], values[POSITION] = SD, where.transpose(2, 0, 1)
+    rows = Rows(values, np.zeros((*where.shape[:2], 2)), np.zeros(where.shape[:2], np.int64), np.zeros(len(where)))
+    (finding,) = order_findings(
+        rows, np.resize(np.array(["top", "bottom"], object), len(where)), np.arange(len(where)) / 60
+    )
+    assert finding.code == "pictures-repeat-in-pattern"
+    assert "24 pictures a second were taken and are shown as 60 fields" in finding.text

@@ -68,6 +68,8 @@ def _message(path: list[str], problem: Mapping[str, Any], model: type[BaseModel]
         return f"{context['actual_length']} entries where {wanted} are wanted: {value}. Decimals begin with a point."
     if kind in ("float_parsing", "int_parsing"):
         return f"takes a {'whole ' * (kind == 'int_parsing')}number, not {value}. {_as_number(problem['input'])}"
+    if kind == "int_from_float":
+        return f"takes a whole number, not {value}."
     message = str(context["error"]) if kind == "value_error" else str(problem["msg"])
     tail = "" if kind == "value_error" and isinstance(problem["input"], Mapping) else f", not {value}"
     return f"{message[0].lower()}{message[1:]}{tail}."

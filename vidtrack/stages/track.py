@@ -205,10 +205,10 @@ def track(
     lit = None if shapes.blur.late else lighting(widths.pieces(len(names)), detection.noise, lines=lines)
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied, lit=lit)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines, lit=lit)
-    cut, order = both(partial(cut_tracks, rows, others), partial(order_findings, rows, moment.field))
+    columns = _Columns(moment, clock)
+    cut, order = both(partial(cut_tracks, rows, others), partial(order_findings, rows, moment.field, columns.time_s))
     seen, blur, grown = noise.seen, shapes.blur, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks
-    columns = _Columns(moment, clock)
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
     diagnostics |= blur.as_record() | ({"lighting": lit.as_record()} if lit else {})
     diagnostics |= {"begun": begun.how, "widths": widths.as_record(names, columns.time_s, lit)}

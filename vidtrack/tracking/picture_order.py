@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array, Bools
 from vidtrack.findings import Finding
 from vidtrack.timing.fields import order_from_motion
+from vidtrack.timing.resample import interval
+from vidtrack.tracking.repeat_pattern import pattern_findings
 from vidtrack.tracking.state import POSITION, SD_X, SD_Y, Rows
 
 
@@ -26,6 +28,7 @@ class PictureOrder:
     fewest   pairs, and share of the samples: fewer may be an impact
     smooth   of the second differences of the whole track, that are left when all pairs are exchanged: a target that
              shakes at a third of the sampling rate looks exchanged too, and is no smoother then
+    repeats  samples and targets, the first ones, by which a pattern of repeats is judged
     at_most  coordinates that the order of fields is judged by: of many targets every so-many-th one
     """
 
@@ -33,16 +36,26 @@ class PictureOrder:
     noises: float = 8.0
     fewest: tuple[int, float] = (3, 0.02)
     smooth: float = 0.4
+    repeats: tuple[int, int] = (20_000, 16)
     at_most: int = 100_000
 
 
 PICTURE_ORDER = PictureOrder()
 
 
-def order_findings(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:
-    """What contradicts the order that was used; field (samples,) words."""
-    fields = _order_of_fields(rows, field)
-    return fields or _order_of_pictures(rows)
+def order_findings(rows: Rows, field: NDArray[np.object_], time: Array) -> list[Finding]:
+    """What contradicts the order that was used, or shows that samples repeat others; field (samples,) words; time s."""
+    repeats = _repeats(rows, field, time)
+    return repeats or _order_of_fields(rows, field) or _order_of_pictures(rows)
+
+
+def _repeats(rows: Rows, field: NDArray[np.object_], time: Array) -> list[Finding]:
+    """A finding where samples come in a pattern of new ones and repeats."""
+    if len(time) < 2 or not (step := interval(time)) > 0:
+        return []
+    some = rows.values[:, : PICTURE_ORDER.repeats[0], : PICTURE_ORDER.repeats[1]]
+    where, sd = some[POSITION].transpose(1, 2, 0), some[[SD_X, SD_Y]].transpose(1, 2, 0)
+    return pattern_findings(where, sd, 1 / step, set(field) == {"top", "bottom"})
 
 
 def _order_of_fields(rows: Rows, field: NDArray[np.object_]) -> list[Finding]:

@@ -27,6 +27,7 @@ CAUSES = frozenset(
         "camera-moved-along-run",
         "rotation-differs",
         "pictures-lost",
+        "pictures-repeat-in-pattern",
     )
 )
 """Kinds of findings that explain others: they come first among those of their level."""

@@ -29,7 +29,11 @@ def outdated(book: OrderBook) -> list[str]:
     made of has changed.
     """
     wanted = {book.place(*key): key for key in book.jobs}
-    accounts = {path: account for path in _accounts(book.results) if (account := read_account(path))}
+    accounts = {
+        path: account
+        for path in _accounts(book.results)
+        if (account := book.done.get(wanted.get(path, ())) or read_account(path))
+    }
     others = {path: own for path, own in accounts.items() if path not in wanted and _rule(book, path) not in CONCLUDING}
     found = [own for path, own in accounts.items() if path in wanted and wanted[path][0] not in CONCLUDING]
     places = {place for own in found for place in _made(book, own) if place not in book.settled}
