@@ -101,12 +101,21 @@ def test_a_lens_that_is_surely_zoomed_a_little_is_named_though_little_speaks_for
     """A zoom of 0.75 %, known to 17 sd, moved positions by 10 sigma under a verdict of good."""
     zoomed = {"kind": "all zoomed", "cameras": ["cam1", "cam2"], "amount": 0.0075, "sd": 0.00044, "share": 0.92}
     zoomed |= {"evidence": 4.2, "moves_over_sigma": 10.04, "units": "share of f"}
-    (finding,) = found(sight_lines__over_sigma=2.1, sight_lines__cause=zoomed)
+    (finding,) = found(sight_lines__over_sigma=1.9, sight_lines__cause=zoomed)
     assert finding.level == "doubtful"
     assert "off by some 10 sigma; it would be explained by all lenses at another zoom" in finding.text
     for doubt in ({"sd": 0.002}, {"share": 0.7}):
-        assert found(sight_lines__over_sigma=2.1, sight_lines__cause=zoomed | doubt) == []
+        assert found(sight_lines__over_sigma=1.9, sight_lines__cause=zoomed | doubt) == []
     assert found(sight_lines__over_sigma=1.4, sight_lines__cause=zoomed) == []
+
+
+def test_a_camera_that_wanders_by_less_than_a_pixel_is_doubtful_though_no_cause_explains_it():
+    """As a stabiliser made it in one of three cameras: a quarter of the samples were off by more than 5 sigma."""
+    cause = {"kind": "jumped", "cameras": ["cam1"], "amount": -0.0045, "sd": 0.001, "share": 0.08, "units": "s"}
+    cause |= {"evidence": 115.0, "moves_over_sigma": 1.53, "from_s": 2.6}
+    (finding,) = found(sight_lines__over_sigma=2.59, sight_lines__cause=cause)
+    assert (finding.level, finding.code) == ("doubtful", "sight-lines-miss")
+    assert found(sight_lines__over_sigma=1.44, sight_lines__cause=cause) == []
 
 
 def test_a_cause_that_explains_little_is_not_named():
