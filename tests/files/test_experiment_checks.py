@@ -98,6 +98,17 @@ def test_many_tags_that_are_written_otherwise_are_one_line(folder):
     assert "tags 77, 78 are not in calibration/points.csv. Add the points there" in line
 
 
+def test_points_that_are_counted_from_0_and_clips_from_1_are_recognised(folder):
+    rows = "".join(f"{n},{n},0,0\n" for n in range(6))
+    spoil(folder, "calibration/points.csv", f"tag,x,y,z\n{rows}")
+    spoil(folder, "calibration/row1/picks.csv")
+    (line, *_) = problems(calibration={"clips": {"row1": {"tags": "1-6"}}})
+    assert "tag 6 is not in calibration/points.csv. calibration/points.csv counts from 0: if this clip counts" in line
+    spoil(folder, "calibration/points.csv", "tag,x,y,z\n" + rows.partition("\n")[2])
+    (line, *_) = problems(calibration={"clips": {"row1": {"tags": "0-5"}}})
+    assert "calibration/points.csv counts from 1" in line
+
+
 def test_very_many_problems_of_one_kind_are_counted(folder):
     spoil(folder, "calibration/row1/picks.csv", "camera,tag,Xf,Yf\n" + "".join(f"cam1,q{n},1,1\n" for n in range(47)))
     lines = problems()

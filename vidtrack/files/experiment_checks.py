@@ -200,6 +200,15 @@ def _unpicked(settings: Settings, path: str, picks: Mapping[str, list[str]]) -> 
     ]
 
 
+def _counted_from_0(missing: list[str], known: list[str], points: str) -> str:
+    """What to write where the points are counted from 0 and the clips from 1, or the other way round; else empty."""
+    if "0" in known and all(tag.isdecimal() and str(int(tag) - 1) in known for tag in missing):
+        return f"{points} counts from 0: if this clip counts from 1, all its tags are one off. Count alike in both."
+    if missing == ["0"] and "1" in known:
+        return f"{points} counts from 1: if this clip counts from 0, all its tags are one off. Count alike in both."
+    return ""
+
+
 def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str], points: str | None) -> list[str]:
     """What is wrong with the tags that the config says a clip shows."""
     own = settings.calibration.clips.get(clip)
@@ -216,7 +225,8 @@ def _check_tags(settings: Settings, clip: str, tags: list[str], known: list[str]
             "drop or add zeros, and make dates of numbers. Write the tags alike in both."
         )
     if missing := [tag for tag in unknown if tag not in changed]:
-        problems.append(f"{place}: {_tags_are(missing)} not in {points}. Add the points there or correct the tags.")
+        cure = _counted_from_0(missing, known, str(points)) or "Add the points there or correct the tags."
+        problems.append(f"{place}: {_tags_are(missing)} not in {points}. {cure}")
     for tag, times in Counter(tags).items():
         if tag in known and times > 1:
             problems.append(f"{place}: tag {tag} appears twice. Name each once.")
