@@ -4,11 +4,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from tests.lit_balls import noisy, picture
 from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.measurement import ball_outline
 from vidtrack.tracking.measurement.ball_outline import Outline, piece_of
 from vidtrack.tracking.measurement.lighting import Lighting, _agreed, _steady, lighting, lit_findings
 
@@ -20,12 +22,18 @@ def rng():
     return np.random.default_rng(11)
 
 
-def film(n=40, hidden=False, **how):
-    """Errors and sd of a ball that goes its way, its flags, and what the stage gives."""
+def film(n=40, hidden=False, deep=None, **how):
+    """Errors and sd of a ball that goes its way, its flags, and what the stage gives.
+
+    deep  of its radius: how far below its middle water covers it
+    """
     rng, frames, truth = np.random.default_rng(5), [], []
     for k in range(n):
         x, y = 65 + 30 * np.sin(k / 9), 45 + 15 * np.cos(k / 7)
-        luma = noisy(picture(SHAPE, [(x, y, 6.0)], **how), rng)
+        light = picture(SHAPE, [(x, y, 6.0)], **how)
+        if deep is not None:
+            light += ndtr((np.arange(SHAPE[0])[:, None] - y - deep * 6.0) / 0.6) * (40.0 - light)
+        luma = noisy(light, rng)
         if hidden:
             luma[:, 70:74] = noisy(np.full((SHAPE[0], 4), 30.0), rng)
         frames.append(Frame(k, Fraction(k, 25), luma, False, None))
@@ -53,6 +61,35 @@ def test_a_ball_lit_from_one_side_is_where_its_outline_is(monkeypatch):
     assert found.findings == []
     assert np.median(np.abs(error[:, 0])) > 0.3
     assert np.median(np.abs(error[:, 0]) / sd[:, 0]) > 3
+
+
+@pytest.mark.parametrize("deep", [0.1, 0.4])
+def test_a_ball_that_swims_half_under_water_is_not_lit_by_a_lamp(deep, monkeypatch):
+    error, sd, flag, found = film(lamp=None, deep=deep)
+    assert "lighting" not in found.diagnostics
+    assert (flag == "").mean() > 0.9
+    assert np.nanmedian(np.abs(error[:, 1])) < 0.12
+    assert not (np.abs(error) > 5 * sd).any()
+    monkeypatch.setattr(ball_outline, "is_cut", lambda *given, **more: False)
+    error, sd, _, _ = film(lamp=None, deep=deep)
+    assert (np.abs(error) > 5 * sd).any(axis=1).mean() > 0.5, "the fit of a lit ball is off where it is cut"
+
+
+def test_where_water_covers_one_of_several_balls_the_lamp_counts_for_the_others(rng):
+    def pieces(x, y, deep):
+        for _ in range(8):
+            light = picture(SHAPE, [(x, y, 6.0)], lamp=(1, 0.2, 0.6), ambient=0.3)
+            if deep is not None:
+                light += ndtr((np.arange(SHAPE[0])[:, None] - y - deep * 6.0) / 0.6) * (40.0 - light)
+            grey = noisy(light, rng)
+            over = np.clip(grey.astype(float) - 60, 0, None)
+            at = (over.sum(0) @ np.arange(SHAPE[1]) / over.sum(), over.sum(1) @ np.arange(SHAPE[0]) / over.sum())
+            yield piece_of(grey, at, float((over > 0).sum()))
+
+    places = [(30 + 30 * k, 40 + 5 * k) for k in range(3)]
+    balls = [list(pieces(*at, None)) for at in places[:2]] + [list(pieces(*places[2], 0.0))]
+    found = lighting(balls, 1.5)
+    assert [len(own) > 0 for own in found.found] == [True, True, False]
 
 
 def test_little_light_from_one_side_is_enough():

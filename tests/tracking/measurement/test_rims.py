@@ -59,13 +59,16 @@ def test_a_plain_ball_is_measured_as_if_no_rim_were_looked_at(monkeypatch):
     np.testing.assert_array_equal(sd, plain[1])
 
 
-def passed(wet, targets=1):
-    """Rims of so many targets, all of them the ball, after samples of which `wet` are cut."""
+def passed(wet, targets=1, searched=()):
+    """Rims of so many targets, all of them the ball, after samples of which `wet` are cut; searched: samples in which
+    it was not plainly itself.
+    """
     rng, rims = np.random.default_rng(0), Rims(targets, Detection(noise=1.5))
     for k, cut in enumerate(wet):
         luma, (x, y) = picture(k, cut, rng)
         values = np.full((MEASURED, 1, targets), np.nan)
-        values[[X, Y, PIXELS]] = np.array([x, y - 1.5 * cut, 100.0])[:, None, None]
+        if k not in searched:
+            values[[X, Y, PIXELS]] = np.array([x, y - 1.5 * cut, 100.0])[:, None, None]
         rims.passed([Sample(luma, float(k))], k, values)
     return rims
 
@@ -83,6 +86,15 @@ def test_samples_before_the_look_that_finds_it_are_looked_at_too_and_each_once()
     np.testing.assert_array_equal(moved(passed(wet), len(wet)), np.arange(6, 14))
     way = corrected(passed(wet), 20, 1)[0][1, 6:14, 0]
     np.testing.assert_allclose(way, 1.5, atol=0.3)
+
+
+def test_what_was_searched_for_beside_samples_that_were_moved_may_be_off_as_far():
+    n, searched = 30, (0, 13, 14, 27)
+    wet = [True] * 20 + [False] * 10
+    position, sd = corrected(passed(wet, searched=searched), n, 1)
+    assert (position[1, searched, 0] == 0).all()
+    np.testing.assert_allclose(sd[:, searched[:3], 0], np.hypot(1.0, 1.5), rtol=0.1)
+    assert (sd[:, 26:, 0] == 1).all(), "nothing is cut any more"
 
 
 def test_of_many_targets_some_are_looked_at_in_turn():

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from tests.lit_balls import picture
-from vidtrack.tracking.measurement.shaded_ball import fit_ball
+from vidtrack.tracking.measurement.ball_outline import LIT
+from vidtrack.tracking.measurement.shaded_ball import fit_ball, is_cut
 
 
 @pytest.fixture
@@ -79,3 +81,34 @@ def test_what_is_no_ball_leaves_much(rng):
     light[:, 20:23] = 30  # a rope before it
     fit = fit_ball(light + rng.normal(0, 0.5, SHAPE), PLACE, 5.5, 0.5)
     assert fit is None or fit.misfit > 0.08
+
+
+def cut(rng, deep, radius, angle, *, water=40.0, noise=1.0):
+    """Whether a ball that water covers from `deep` radii on, in a direction, counts as cut."""
+    row, column = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    below = (column - PLACE[0]) * np.cos(angle) + (row - PLACE[1]) * np.sin(angle) - deep * radius
+    light = picture(SHAPE, [(*PLACE, radius)], lamp=None)
+    light = light + ndtr(below / 0.6) * (water - light) + rng.normal(0, noise, SHAPE)
+    over = np.where(light > 120, light - 30, 0)
+    at = np.array([(over * column).sum(), (over * row).sum()]) / over.sum()
+    own = np.sqrt((over > 0).sum() / np.pi)
+    return is_cut(light, at, own, noise, fit_ball(light, at, own, noise))
+
+
+@pytest.mark.parametrize("radius", [4.0, 6.0, 8.0])
+@pytest.mark.parametrize("deep", [-0.1, 0.2, 0.5])
+@pytest.mark.parametrize("angle", [np.pi / 2, 0.3])
+def test_a_ball_that_a_line_cuts_is_not_lit_from_one_side(deep, radius, angle, rng):
+    assert cut(rng, deep, radius, angle)
+
+
+@pytest.mark.parametrize("radius", [3.0, 5.0, 8.0])
+@pytest.mark.parametrize("ambient", [0.1, 0.4])
+@pytest.mark.parametrize("lamp", [(1, 0, 1.5), (0.3, -1, 0.4), (-1, 0.5, -0.2)])
+def test_a_ball_in_a_lamps_light_is_not_cut(lamp, ambient, radius, rng):
+    light = picture(SHAPE, [(*PLACE, radius)], lamp=lamp, ambient=ambient) + rng.normal(0, 1, SHAPE)
+    at = centroid(light)
+    fit = fit_ball(light, at, radius, 1.0)
+    assert not is_cut(light, at, radius, 1.0, fit, held=fit.misfit < LIT.misfit)
+    worse = fit._replace(misfit=max(fit.misfit, 0.02))
+    assert not is_cut(light, at, radius, 1.0, worse, held=fit.misfit < LIT.misfit), "the line fits worse than the lamp"

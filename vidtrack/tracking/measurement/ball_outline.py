@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
-from vidtrack.tracking.measurement.shaded_ball import fit_ball
+from vidtrack.tracking.measurement.shaded_ball import fit_ball, is_cut
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class Lit:
     least_way    px that ways are at least: less is none
     changes      of a way: how far it usually changes over the places of a ball; steady: by how much `most` ways of one
                  ball may scatter, more is a shadow, a mark or a rope, which come and go
+    cut          share of a ball's outlines that are rather cut off by a line, at most: else water or a board hides part
     about        samples over which a radius is averaged
     rounds, outlying  of a field's fit, in which ways weigh less that are off by more than so many times the median
     """
@@ -75,6 +76,7 @@ class Lit:
     changes: float = 0.15
     steady: float = 0.35
     most: float = 0.75
+    cut: float = 0.25
     about: int = 15
     rounds: int = 5
     outlying: float = 3.0
@@ -103,7 +105,7 @@ class Outline(NamedTuple):
     """Of a ball at one place (2,) px: radius, px, of what is above the threshold; the way (2,) to the middle of its
     outline and the sd of that, in such radii. held: a fit holds, or it is lit alike on all sides; else the way is
     nought, and sd as large as it may be. width: of the outline, px, NaN where none was fitted; sample: its middle one;
-    height: of it, as that of `FittedBall`
+    height: of it, as that of `FittedBall`; cut: it is rather cut off by a straight line
     """
 
     where: Array
@@ -114,6 +116,7 @@ class Outline(NamedTuple):
     width: float
     sample: int
     height: tuple[float, float] = (np.nan, np.nan)
+    cut: bool = False
 
 
 def piece_of(
@@ -234,10 +237,12 @@ def outline_of(seen: Light, noise: float, lines: int, height: float | None = Non
     """Fit the outline of a ball; noise and lines as those of `light_of`, height as that of `fit_ball`."""
     laid = seen.laid
     rows, columns = laid.grey.shape
-    own = laid.radius * laid.shrunk
-    fit = fit_ball(laid.grey, (columns // 2, rows // 2), laid.radius, noise, lines=lines, height=height)
-    if fit is None or fit.misfit > LIT.misfit or fit.radius < LIT.smallest * laid.radius:
+    own, middle = laid.radius * laid.shrunk, (columns // 2, rows // 2)
+    fit = fit_ball(laid.grey, middle, laid.radius, noise, lines=lines, height=height)
+    held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= LIT.smallest * laid.radius
+    cut = seen.plainly and is_cut(laid.grey, middle, laid.radius, noise, fit, lines=lines, held=held, height=height)
+    if fit is None or not held:
         sd = LIT.unknown * min(float(np.hypot(*seen.aside)), 0.5)
-        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample)
-    width = 2 * fit.radius * laid.shrunk
-    return Outline(laid.where, own, fit.way / laid.radius, fit.sd / laid.radius, True, width, laid.sample, fit.height)
+        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample, cut=cut)
+    width, way, sd = 2 * fit.radius * laid.shrunk, fit.way / laid.radius, fit.sd / laid.radius
+    return Outline(laid.where, own, way, sd, True, width, laid.sample, fit.height, cut)

@@ -41,17 +41,27 @@ def lighting(
     if not _agreed([[one.aside for one in own] for own in alone], LIT.least):
         return None
     fitted = _fitted(alone, noise, lines, None)
+    whole = [sum(one.cut for one in own) <= LIT.cut * len(own) for own in fitted]
+    alone = [own if good else [] for good, own in zip(whole, alone, strict=True)]
+    fitted = [own if good else [] for good, own in zip(whole, fitted, strict=True)]
     heights = np.array([one.height for own in fitted for one in own if np.isfinite(one.height[0])])
     height = None
     if len(heights) >= LIT.heights:
         usual = float(np.median(heights[:, 0]))
         height = usual, float(np.median(np.abs(heights[:, 0] - usual)) * 1.86 / np.sqrt(len(heights)))
-        unlike = np.abs(heights[:, 0] - usual) / np.hypot(heights[:, 1], LIT.height_sd)
-        if np.quantile(unlike, LIT.most) > LIT.unlike:
+        alike = [_of_height(own, usual) for own in fitted]
+        if 2 * sum(alike) <= len(alike):
             return None  # pixels have one shape, and balls too: something else is brighter on one side
-        fitted = _fitted(alone, noise, lines, usual)
+        fitted = _fitted([own if good else [] for good, own in zip(alike, alone, strict=True)], noise, lines, usual)
     found = Lighting([own if _steady(own) else [] for own in fitted], height)
     return found if found.one_sided else None
+
+
+def _of_height(own: Sequence[Outline], usual: float) -> bool:
+    """Whether outlines of a ball are as high as those of all balls are; where none is known, it may be."""
+    heights = np.array([one.height for one in own if np.isfinite(one.height[0])]).reshape(-1, 2)
+    unlike = np.abs(heights[:, 0] - usual) / np.hypot(heights[:, 1], LIT.height_sd)
+    return not unlike.size or bool(np.quantile(unlike, LIT.most) <= LIT.unlike)
 
 
 def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:

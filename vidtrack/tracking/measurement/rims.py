@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,8 @@ class UnevenRims:
     dented          share of the unevenness that is an error of the middle: where part of the rim is a circle's, and
                     where none is
     furthest        of the mean distance of the rim, which no middle is from the centroid
+    beside          samples after one that was moved, and before, in which a rim that was not looked at is taken for as
+                    uneven: what was searched for, and the first
     """
 
     every: int = 4
@@ -45,6 +47,7 @@ class UnevenRims:
     moved: float = 0.25
     dented: tuple[float, float] = (0.5, 1.0)
     furthest: float = 0.9
+    beside: int = 4
 
 
 UNEVEN_RIMS = UnevenRims()
@@ -64,6 +67,7 @@ class Rims:
         self._ways = Ways(n)
         # samples, targets, way to the middle (2, m), its sd (m,), sd of a place of the rim (m,)
         self._found: list[tuple[Ints, Ints, Array, Array, Array]] = []
+        self._looked: list[tuple[Ints, Ints]] = []  # samples and targets, while every sample is looked at
 
     def passed(self, samples: Sequence[Sample], first: int, values: Array) -> None:
         """Look at samples, the first of which has this number; values (MEASURED, samples or more, n or more) of what is
@@ -111,6 +115,8 @@ class Rims:
         now, before = uneven / sd, self._lately[who]
         lately = np.where(before > 0, before + (now - before) / UNEVEN_RIMS.memory, now)
         self._lately[who] = np.minimum(lately, UNEVEN_RIMS.beyond)
+        if (closely := who[lately > UNEVEN_RIMS.look_on]).size:
+            self._looked.append((np.full(closely.size, number), closely))
         shaped = seen.shaped[able]
         self._shaped[who] += (np.minimum(shaped, UNEVEN_RIMS.shaped[0]) - self._shaped[who]) / UNEVEN_RIMS.memory
         (by_rim, error), by_side = middle_of_rim(rim, sd), middle_of_rim(seen.edge[able], sd)[0]
@@ -136,6 +142,9 @@ class Rims:
     def followed_back(self, back: Rims, moved: Callable[[Ints, Ints], tuple[Ints, Ints, Bools]]) -> None:
         """As `Surfaces.followed_back`."""
         self._ways.followed_back(back._ways, moved)
+        for sample, who in back._looked:
+            at, here, good = moved(sample, who)
+            self._looked.append((at[good], here[good]))
         for sample, who, way, more, sd in back._found:
             at, here, good = moved(sample, who)
             self._found.append((at[good], here[good], way[:, good], more[good], sd[good]))
@@ -161,11 +170,31 @@ class Rims:
                 off[~(off > UNEVEN_RIMS.apart * place)] = 0.0
                 sd[:, sample, who] = np.hypot(sd[:, sample, who], off)
             else:
+                for i, rows, off in self._passed_over(sample, who, np.hypot(*way), np.isfinite(position[0])):
+                    sd[:, rows, i] = np.hypot(sd[:, rows, i], off)
                 position = position.copy()
                 position[:, sample, who] += way
                 by_light = np.where(way.any(axis=0), own[:, sample, who], sd[:, sample, who])
                 sd[:, sample, who] = np.hypot(by_light, more)
         return (position, sd) if lit is None else (position + lit[0], np.hypot(sd, lit[1]))
+
+    def _passed_over(self, sample: Ints, who: Ints, off: Array, measured: Bools) -> Iterator[tuple[int, Ints, Array]]:
+        """Of each target samples that were not looked at beside such as were moved, and how far these were, px.
+
+        sample, who, off  (m,) that were moved; measured: (k, n)
+        """
+        looked = np.zeros(measured.shape, bool)
+        for at, those in self._looked:
+            looked[at, those] = True
+        looked[sample, who] = True
+        for i in np.unique(who).tolist():
+            own = np.flatnonzero(who == i)
+            own = own[np.argsort(sample[own], kind="stable")]
+            moved, rows = sample[own], np.flatnonzero(measured[:, i] & ~looked[:, i])
+            after = np.minimum(np.searchsorted(moved, rows), moved.size - 1)
+            before = np.maximum(after - 1, 0)
+            near = [np.where(np.abs(moved[k] - rows) <= UNEVEN_RIMS.beside, off[own[k]], 0.0) for k in (before, after)]
+            yield i, rows, np.maximum(*near)
 
     def _beside(self, off: Array, who: Ints, measured: Ints) -> Array:
         """How far (m,) middles of rims lie from outlines (2, m) px, but for what they do in most samples of a target:
