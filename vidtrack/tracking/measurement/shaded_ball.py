@@ -36,6 +36,8 @@ class BallFit:
     lamps       angles of the lamp from the direction of the camera to begin with, radians; others, wider: where those
                 leave more than `noisy` times the noise, more of them, with so many times the radius
     steps, enough  at most; share by which the sum of squares falls at least, as long as steps go on
+    damping     at least, and ridge, of the largest unknown's, which each other's is: with less the last bits of a
+    ridge       processor choose the way that the direction of a lamp in front goes
     furthest    of the radius that the fit starts with, which its middle is from the light's, and its own radius from it
     longest     step of x, y (of the radius), log radius, log blur, log height and the two angles
     flattest    height over width, or the other way round, at most
@@ -60,6 +62,8 @@ class BallFit:
     noisy: float = 1.2
     steps: int = 30
     enough: float = 1e-4
+    damping: float = 1e-4
+    ridge: float = 1e-3
     furthest: tuple[float, float] = (1.5, 2.5)
     longest: tuple[float, ...] = (0.3, 0.3, 0.3, 0.5, 0.2, 0.4, 0.5)
     flattest: float = 1.6
@@ -220,13 +224,14 @@ def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
         )
         slopes[4] *= not view.height_known
         normal, gradient = slopes @ slopes.T, slopes @ left
+        ridge = np.diag(np.maximum(np.diag(normal), BALL_FIT.ridge * np.diag(normal).max()))
         for _ in range(6):
-            step = -np.linalg.solve(normal + damping * np.diag(np.maximum(np.diag(normal), 1e-9)), gradient)
+            step = -np.linalg.solve(normal + damping * ridge, gradient)
             trial = now + np.clip(step, -longest, longest)
             trial[3] = max(trial[3], np.log(BALL_FIT.least_px))
             new, new_level = _left(view, trial, data)
             better = float(new @ new) < cost
-            damping = np.clip(damping / 5 if better else damping * 8, 1e-9, 1e9)
+            damping = np.clip(damping / 5 if better else damping * 8, BALL_FIT.damping, 1e9)
             if better:
                 break
         if not better:
