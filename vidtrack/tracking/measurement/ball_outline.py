@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
-from vidtrack.tracking.measurement.shaded_ball import fit_ball, is_cut
+from vidtrack.tracking.measurement.shaded_ball import FittedBall, fit_ball, is_cut
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Outline(NamedTuple):
     """Of a ball at one place (2,) px: radius, px, of what is above the threshold; the way (2,) to the middle of its
     outline and the sd of that, in such radii. held: a fit holds, or it is lit alike on all sides; else the way is
     nought, and sd as large as it may be. width: of the outline, px, NaN where none was fitted; sample: its middle one;
-    height: of it, as that of `FittedBall`; cut: it is rather cut off by a straight line
+    height: of it, as that of `FittedBall`; cut: it is rather cut off by a straight line; fit: what it is by
     """
 
     where: Array
@@ -117,6 +117,7 @@ class Outline(NamedTuple):
     sample: int
     height: tuple[float, float] = (np.nan, np.nan)
     cut: bool = False
+    fit: FittedBall | None = None
 
 
 def piece_of(
@@ -233,16 +234,24 @@ def light_of(laid: Laid, noise: float, lines: int) -> Light | None:
     return Light(laid, level, aside, bool(np.hypot(*aside) > max(LIT.least + grid, LIT.plainly * noisy)))
 
 
-def outline_of(seen: Light, noise: float, lines: int, height: float | None = None) -> Outline:
-    """Fit the outline of a ball; noise and lines as those of `light_of`, height as that of `fit_ball`."""
+def outline_of(
+    seen: Light, noise: float, lines: int, height: float | None = None, before: Outline | None = None
+) -> Outline:
+    """Fit the outline of a ball; noise and lines as those of `light_of`, height as that of `fit_ball`; before: what was
+    found without it, where it is known only now.
+    """
     laid = seen.laid
     rows, columns = laid.grey.shape
     own, middle = laid.radius * laid.shrunk, (columns // 2, rows // 2)
-    fit = fit_ball(laid.grey, middle, laid.radius, noise, lines=lines, height=height)
+    begun = before.fit if before else None
+    fit = fit_ball(laid.grey, middle, laid.radius, noise, lines=lines, height=height, begun=begun)
     held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= LIT.smallest * laid.radius
-    cut = seen.plainly and is_cut(laid.grey, middle, laid.radius, noise, fit, lines=lines, held=held, height=height)
+    if before:
+        cut = before.cut
+    else:
+        cut = seen.plainly and is_cut(laid.grey, middle, laid.radius, noise, fit, lines=lines, held=held, height=height)
     if fit is None or not held:
         sd = LIT.unknown * min(float(np.hypot(*seen.aside)), 0.5)
-        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample, cut=cut)
+        return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample, cut=cut, fit=fit)
     width, way, sd = 2 * fit.radius * laid.shrunk, fit.way / laid.radius, fit.sd / laid.radius
-    return Outline(laid.where, own, way, sd, True, width, laid.sample, fit.height, cut)
+    return Outline(laid.where, own, way, sd, True, width, laid.sample, fit.height, cut, fit)

@@ -17,7 +17,6 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.tracking.measurement.ball_outline import (
     LIT,
-    Light,
     Outline,
     Piece,
     by_place,
@@ -40,7 +39,7 @@ def lighting(
     alone = [[one for one in own if one is not None] for own in seen]
     if not _agreed([[one.aside for one in own] for own in alone], LIT.least):
         return None
-    fitted = _fitted(alone, noise, lines, None)
+    fitted = [[outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own] for own in alone]
     whole = [sum(one.cut for one in own) <= LIT.cut * len(own) for own in fitted]
     alone = [own if good else [] for good, own in zip(whole, alone, strict=True)]
     fitted = [own if good else [] for good, own in zip(whole, fitted, strict=True)]
@@ -52,7 +51,15 @@ def lighting(
         alike = [_of_height(own, usual) for own in fitted]
         if 2 * sum(alike) <= len(alike):
             return None  # pixels have one shape, and balls too: something else is brighter on one side
-        fitted = _fitted([own if good else [] for good, own in zip(alike, alone, strict=True)], noise, lines, usual)
+        fitted = [
+            [
+                outline_of(one, noise / np.sqrt(one.laid.number), lines, usual, before)
+                for one, before in zip(own, found, strict=True)
+            ]
+            if good
+            else []
+            for good, own, found in zip(alike, alone, fitted, strict=True)
+        ]
     found = Lighting([own if _steady(own) else [] for own in fitted], height)
     return found if found.one_sided else None
 
@@ -76,10 +83,6 @@ def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
         if np.hypot(*way.mean(axis=0)) > max(least if len(way) >= enough else LIT.alone, beyond * chance):
             return True
     return False
-
-
-def _fitted(balls: Sequence[Sequence[Light]], noise: float, lines: int, height: float | None) -> list[list[Outline]]:
-    return [[outline_of(one, noise / np.sqrt(one.laid.number), lines, height) for one in own] for own in balls]
 
 
 def _steady(own: Sequence[Outline]) -> bool:

@@ -36,6 +36,7 @@ class BallFit:
     lamps       angles of the lamp from the direction of the camera to begin with, radians; others, wider: where those
                 leave more than `noisy` times the noise, more of them, with so many times the radius
     steps, enough  at most; share by which the sum of squares falls at least, as long as steps go on
+    same        times what a fit left without the height, that it leaves with it at most: else others may be better now
     damping     at least, and ridge, of the largest unknown's, which each other's is: with less the last bits of a
     ridge       processor choose the way that the direction of a lamp in front goes
     furthest    of the radius that the fit starts with, which its middle is from the light's, and its own radius from it
@@ -62,6 +63,7 @@ class BallFit:
     noisy: float = 1.2
     steps: int = 30
     enough: float = 1e-4
+    same: float = 1.02
     damping: float = 1e-4
     ridge: float = 1e-3
     furthest: tuple[float, float] = (1.5, 2.5)
@@ -77,7 +79,7 @@ class BallFit:
     )
     ways: int = 12
     best: int = 3
-    well: float = 0.01
+    well: float = 0.015
     plain: tuple[float, float] = (0.045, 0.015)
     better: float = 0.7
 
@@ -92,6 +94,7 @@ class FittedBall(NamedTuple):
     radius  of its outline; height: logarithm of its height over its width, and the sd of that
     misfit  rms of what the fit leaves beyond the noise, of the level of its surface; rms: of all that it leaves, grey
             levels
+    spread  px between this and other fits that are about as good; unknowns: as `_descend` has them
     """
 
     way: Array
@@ -100,6 +103,8 @@ class FittedBall(NamedTuple):
     height: tuple[float, float]
     misfit: float
     rms: float
+    spread: float
+    unknowns: Array
 
 
 def fit_ball(
@@ -110,15 +115,23 @@ def fit_ball(
     *,
     lines: int = 1,
     height: float | None = None,
+    begun: FittedBall | None = None,
 ) -> FittedBall | None:
     """The outline of a bright ball; None where no fit holds.
 
     piece   (rows, columns) grey levels, with background on all sides; at: column and row of the middle of its light
     radius  px, roughly; noise: grey levels, of a pixel; lines: 2 for a field, whose rows lie 2 px apart
-    height  logarithm of a ball's height over its width, None: not known, and fitted
+    height  logarithm of a ball's height over its width, None: not known, and fitted; begun: the fit without it, from
+            which this one goes on
     """
     view = _View(np.asarray(piece, float), float(at[0]), float(at[1]) * lines, lines, height is not None)
     begin = np.array([0.0, 0.0, np.log(radius), np.log(BALL_FIT.begin_px), height or 0.0])
+    if begun is not None and height is not None:
+        known = begun.unknowns.copy()
+        known[4] = height
+        same = _descend(view, known, radius)
+        if same is not None and same.rms < BALL_FIT.same * begun.rms:
+            return _fitted(same, noise, begun.spread)
     first = _descend(view, begin, radius)
     fits = [first] if first is not None else []
     start = begin if first is None else first.unknowns
@@ -133,12 +146,16 @@ def fit_ball(
     if not fits:
         return None
     best = min(fits, key=lambda one: one.rms)
-    misfit = float(np.sqrt(max(best.rms**2 - noise**2, 0.0))) / max(best.level, 1e-6)
     good = [one for one in fits if one.rms <= BALL_FIT.alike * best.rms]
-    middle, own = best.unknowns[:2], float(np.exp(best.unknowns[2]))
-    spread = max(float(np.hypot(*(one.unknowns[:2] - middle))) for one in good)
+    return _fitted(best, noise, max(float(np.hypot(*(one.unknowns[:2] - best.unknowns[:2]))) for one in good))
+
+
+def _fitted(best: _Fit, noise: float, spread: float) -> FittedBall:
+    misfit = float(np.sqrt(max(best.rms**2 - noise**2, 0.0))) / max(best.level, 1e-6)
+    own = float(np.exp(best.unknowns[2]))
     sd = float(np.sqrt(best.variance + spread**2 / 2 + (BALL_FIT.misfit * misfit * own) ** 2))
-    return FittedBall(middle.copy(), sd, own, (float(best.unknowns[4]), best.height_sd), misfit, best.rms)
+    height = float(best.unknowns[4]), best.height_sd
+    return FittedBall(best.unknowns[:2].copy(), sd, own, height, misfit, best.rms, spread, best.unknowns)
 
 
 def is_cut(
