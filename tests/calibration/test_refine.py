@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidtrack.calibration.refine import best_of, free_parameters, inverse_root, refine, whiteners
+from vidtrack.calibration.refine import _step, best_of, free_parameters, inverse_root, refine, whiteners
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import stepped
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -201,3 +201,7 @@ def thesis_start(p, b):
     from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
 
     return camera_from_closed_form(closed_form(p, b, Cx=258, Cy=204, dx=0.023, dy=0.023), (576, 384))
+
+
+def test_a_step_leaves_alone_what_no_point_settles():
+    assert _step(np.ones((2, 2)), np.ones(2), 0.0) == pytest.approx([0.5, 0.5])

@@ -209,7 +209,11 @@ def _descend(problem: _Problem, camera: Camera, W: Array) -> Fit:
 
 
 def _step(H: Array, gradient: Array, damping: float) -> Array:
-    return np.asarray(np.linalg.solve(H + damping * np.eye(len(H)), gradient))
+    damped = H + damping * np.eye(len(H))
+    try:
+        return np.asarray(np.linalg.solve(damped, gradient))
+    except np.linalg.LinAlgError:  # damping too small to count, and something that no point settles: it stays
+        return np.asarray(np.linalg.lstsq(damped, gradient, rcond=None)[0])
 
 
 def _stepped(problem: _Problem, camera: Camera, step: Array) -> Camera | None:
