@@ -6,7 +6,7 @@
 balls: single balls in random light (one lamp, two, a sky, gloss, levels as light^(1/2.2)); how far the middles of their
 light and of their outlines lie from where they are, px, and the error over its sd. rigs: whole experiments of two
 cameras with random lamps, the calibration's and the run's balls of the same or of other sizes, in the same or in other
-light; errors over sigma and verdicts. Nothing here is shared with the simulator: it draws discs that are lit alike.
+light; errors over sigma and verdicts. Nothing here is shared with the simulator, which draws contours of light.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class AtMiddles(NamedTuple):
         return b - outline_offset(camera, b, radius, self.distance)
 
     def sd_inwards(self, sd: Array, moved: Array) -> Array:
-        """The sd (..., 2), px, of what was moved inwards by so many px (..., 2): it holds how well that is known."""
+        """The sd, px, of what was moved inwards by so many px, of one shape: it holds how well that is known."""
         return np.hypot(sd, SHARE * moved)
 
     def outwards(self, camera: Camera, b: Array, radius: ArrayLike) -> Array:
@@ -94,7 +94,7 @@ def moved_columns(
     for k, (at, sd) in enumerate((("Xf", "sd_x"), ("Yf", "sd_y"))):
         own[at] = b[:, k] - offset[:, k]
         if sd in columns:
-            own[sd] = np.hypot(np.asarray(columns[sd], float), SHARE * offset[:, k])
+            own[sd] = how.sd_inwards(np.asarray(columns[sd], float), offset[:, k])
     return own, offset
 
 

@@ -246,10 +246,9 @@ def outline_of(
     begun = before.fit if before else None
     fit = fit_ball(laid.grey, middle, laid.radius, noise, lines=lines, height=height, begun=begun)
     held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= LIT.smallest * laid.radius
-    if before:
-        cut = before.cut
-    else:
-        cut = seen.plainly and is_cut(laid.grey, middle, laid.radius, noise, fit, lines=lines, held=held, height=height)
+    cut = before.cut if before else seen.plainly
+    if cut and not before:
+        cut = is_cut(laid.grey, middle, laid.radius, noise, fit, lines=lines, held=held)
     if fit is None or not held:
         sd = LIT.unknown * min(float(np.hypot(*seen.aside)), 0.5)
         return Outline(laid.where, own, np.zeros(2), sd, not seen.plainly, np.nan, laid.sample, cut=cut, fit=fit)

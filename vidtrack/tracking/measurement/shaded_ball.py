@@ -150,9 +150,12 @@ def fit_ball(
     return _fitted(best, noise, max(float(np.hypot(*(one.unknowns[:2] - best.unknowns[:2]))) for one in good))
 
 
+def _misfit(fit: _Fit, noise: float) -> float:
+    return float(np.sqrt(max(fit.rms**2 - noise**2, 0.0))) / max(fit.level, 1e-6)
+
+
 def _fitted(best: _Fit, noise: float, spread: float) -> FittedBall:
-    misfit = float(np.sqrt(max(best.rms**2 - noise**2, 0.0))) / max(best.level, 1e-6)
-    own = float(np.exp(best.unknowns[2]))
+    misfit, own = _misfit(best, noise), float(np.exp(best.unknowns[2]))
     sd = float(np.sqrt(best.variance + spread**2 / 2 + (BALL_FIT.misfit * misfit * own) ** 2))
     height = float(best.unknowns[4]), best.height_sd
     return FittedBall(best.unknowns[:2].copy(), sd, own, height, misfit, best.rms, spread, best.unknowns)
@@ -167,12 +170,10 @@ def is_cut(
     *,
     lines: int = 1,
     held: bool = True,
-    height: float | None = None,
 ) -> bool:
-    """Whether a ball is rather cut off by a straight line, as by water, than lit from one side, as `fit` has it; held:
-    whether that counts.
+    """Whether a ball is rather cut off by a straight line, as by water, than lit from one side, as `fit` has it.
 
-    Others as those of `fit_ball`.
+    fit   without the ball's height, or None; held: whether it counts; others as those of `fit_ball`
     """
     if fit is not None and fit.misfit < BALL_FIT.well:
         return False
@@ -181,7 +182,7 @@ def is_cut(
     for off, way, wide in BALL_FIT.cuts:
         for angle in 2 * np.pi / BALL_FIT.ways * np.arange(BALL_FIT.ways):
             x, y = way * radius * np.cos(angle), way * radius * np.sin(angle)
-            start = np.array([x, y, np.log(wide * radius), np.log(BALL_FIT.begin_px), height or 0.0, off, angle])
+            start = np.array([x, y, np.log(wide * radius), np.log(BALL_FIT.begin_px), 0.0, off, angle])
             left, _ = _left(view, start, data)
             starts.append((float(left @ left), start))
     starts.sort(key=lambda start: start[0])
@@ -189,12 +190,10 @@ def is_cut(
     if not fits:
         return False
     best = min(fits, key=lambda one: one.rms)
-    if height is None:
-        free = _descend(view._replace(height_known=False), best.unknowns, radius)
-        best = free if free is not None and free.rms < best.rms else best
-    misfit = np.sqrt(max(best.rms**2 - noise**2, 0.0)) / max(best.level, 1e-6)
+    free = _descend(view._replace(height_known=False), best.unknowns, radius)
+    best = free if free is not None and free.rms < best.rms else best
     plain = BALL_FIT.plain[0 if held else 1]
-    return bool(misfit < plain and (fit is None or best.rms < BALL_FIT.better * fit.rms))
+    return bool(_misfit(best, noise) < plain and (fit is None or best.rms < BALL_FIT.better * fit.rms))
 
 
 class _Fit(NamedTuple):
