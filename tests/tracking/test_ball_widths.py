@@ -82,3 +82,28 @@ def test_of_many_targets_fewer_samples_are_looked_at():
     looks = len(widths.as_record(["t0"], np.arange(200.0))["t0"]["time_s"])
     assert LOOKS.in_all / 2 <= looks * LOOKS.targets < 2 * LOOKS.in_all
     assert looks < 2 * LOOKS.samples
+
+
+def two_at(apart):
+    values = np.full((MEASURED, 3, 2), np.nan)
+    values[X], values[Y], values[PIXELS] = [30.3, 30.3 + apart], 22.6, 68
+    return values
+
+
+def test_a_ball_beside_another_shows_nothing_of_how_it_is_lit():
+    """Two that touch look like one that is lit from the side."""
+    for apart, pieces in ((12.0, 0), (20.0, 3)):
+        widths = BallWidths(2, Detection())
+        widths.passed([Sample(SEEN, float(j)) for j in range(3)], 0, two_at(apart))
+        alone = np.full((MEASURED, 3, 2), np.nan)
+        assert len(widths.pieces(alone, 1)[0]) == pieces
+
+
+def test_what_two_showed_as_long_as_they_were_taken_for_one_is_left_out():
+    widths = BallWidths(2, Detection())
+    passed(widths, 0, 3)
+    found = widths.pieces(two_at(60.0)[:, :, :1], 1)
+    assert [len(own) for own in found] == [3]
+    later = two_at(12.0)
+    later[:, 2, 1] = np.nan
+    assert [piece.sample for piece in widths.pieces(later, 1)[0]] == [2]

@@ -202,7 +202,7 @@ def track(
     rows = without_damaged(with_resting(rows, np.repeat(np.array(repeats.flags, bool), lines), lines), damaged)
     pattern.take_off(rows, 1 * (moment.field == "bottom"), samples or late)
     shapes = shape_evidence(rows.values, time, lines, mixed=mixed, columns=info.rotation in (90, 270))
-    lit = None if shapes.blur.late else lighting(widths.pieces(len(names)), detection.noise, lines=lines)
+    lit = None if shapes.blur.late else lighting(widths.pieces(rows.values, lines), detection.noise, lines=lines)
     noise = grow_sd(rows, time, shapes, *looks, lines=lines, kind=centroid, copied=damage.copied, lit=lit)
     others = others_with_grown_sd(kept_others(others, damaged), rows, time, noise, shapes, lines=lines, lit=lit)
     columns = _Columns(moment, clock)

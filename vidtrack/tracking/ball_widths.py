@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.measurement.apparent_width import apparent_widths
 from vidtrack.tracking.measurement.ball_outline import Piece, piece_of
@@ -23,11 +23,13 @@ class Looks:
 
     targets   at most, evenly chosen
     samples   at most; with several targets fewer: so many looks at all of them together
+    apart     px from outline to outline, up to which a neighbour changes how a target's own edge looks
     """
 
     targets: int = 16
     samples: int = 16
     in_all: int = 192
+    apart: float = 5.0
 
 
 LOOKS = Looks()
@@ -52,7 +54,9 @@ class BallWidths:
         for j, sample in enumerate(samples):
             if (first + j) % self._every or sample.corrupt or sample.repeated or not self._who.size:
                 continue
-            x, y, pixels = values[[X, Y, PIXELS], j][:, self._who]
+            every = values[[X, Y, PIXELS], j]
+            x, y, pixels = every[:, self._who]
+            alone = _alone(every, self._who, sample.lines)
             at = np.stack([x, sample.row(y)], -1)
             grey = self._detection.bright(sample.luma)
             scale = self._detection.scale
@@ -61,10 +65,10 @@ class BallWidths:
             self._rows.append(np.stack([x, y, widths], -1))
             self._pieces.append(
                 [
-                    piece_of(
-                        grey, place, count, lines=sample.lines, scale=self._detection.scale, shown=(own, first + j)
-                    )
-                    for place, count, own in zip(at, pixels.tolist(), y.tolist(), strict=True)
+                    piece_of(grey, place, count, lines=sample.lines, scale=scale, shown=(own, first + j))
+                    if free
+                    else None
+                    for place, count, own, free in zip(at, pixels.tolist(), y.tolist(), alone.tolist(), strict=True)
                 ]
             )
         if len(self._samples) >= 2 * self._most:
@@ -74,11 +78,19 @@ class BallWidths:
             self._rows = [self._rows[k] for k in keep]
             self._pieces = [self._pieces[k] for k in keep]
 
-    def pieces(self, n: int) -> list[list[Piece]]:
-        """Those of each of n targets, none of targets that were not looked at."""
+    def pieces(self, values: Array, lines: int) -> list[list[Piece]]:
+        """Those of each of n targets, none of targets that were not looked at.
+
+        values  (MEASURED, samples, n) of all of the recording: what two targets that touch showed as long as they were
+                taken for one is left out
+        """
+        n = values.shape[2]
         found: list[list[Piece]] = [[] for _ in range(n)]
-        for i, target in enumerate(self._who.tolist()):
-            found[target] = [piece for row in self._pieces if (piece := row[i]) is not None]
+        for number, row in zip(self._samples, self._pieces, strict=True):
+            alone = _alone(values[[X, Y, PIXELS], number], self._who[self._who < n], lines)
+            for target, piece, free in zip(self._who.tolist(), row, alone.tolist(), strict=False):
+                if piece is not None and free:
+                    found[target].append(piece)
         return found
 
     def as_record(self, names: Sequence[str], time_s: Array, lit: Lighting | None = None) -> dict[str, Any]:
@@ -101,3 +113,14 @@ class BallWidths:
                 "width": np.round(seen[:, 2], 4).tolist(),
             }
         return out
+
+
+def _alone(every: Array, who: Ints, lines: int) -> Bools:
+    """Which of the tracks `who` have no other one beside them, of Xf, Yf and pixels (3, n) of all: two balls that touch
+    look like one that is lit from the side.
+    """
+    place, radius = every[:2], np.sqrt(every[2] * lines / np.pi)
+    off = np.hypot(*(place[:, who, None] - place[:, None]))
+    beside = off < radius[who, None] + radius + LOOKS.apart
+    beside[np.arange(who.size), who] = False
+    return np.asarray(~beside.any(axis=1))
