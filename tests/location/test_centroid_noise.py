@@ -75,3 +75,13 @@ def test_samples_whose_sd_is_right_keep_it_where_half_of_the_others_is_too_large
     sd *= 0.05
     sd[:, :, 100:200] *= 20
     assert (noise_factor(cameras, b, sd, 0.1).each > 0.9).all()
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_an_error_that_lasts_keeps_the_sd_that_holds_it(n):
+    """As behind a ball before a pattern, which is 2 sd off for a third of the run and is not seen to change there."""
+    cameras, b, sd = sights(n, 300, 0.2)
+    b[-1, :, 100:200] += (2.0, 1.0)
+    found = noise_factor(cameras, b, sd, 1.0)
+    assert found.whole[-1, 0] > 0.9
+    assert found.each[-1, 0] < 0.5

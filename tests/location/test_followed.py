@@ -14,9 +14,8 @@ def rows(samples, target, flags=None, number=-1, Xf=None, bound=False):
     b = np.repeat(np.where(flag == "lost", np.nan, 10.0 + np.arange(n) if Xf is None else Xf)[:, None], 2, 1)
     words = np.full(n, "", object)
     named = np.full(n, target, object)
-    return Rows(
-        np.array(samples) / 30, named, b, np.full((n, 2), np.nan), flag, words, np.full(n, number), np.full(n, bound)
-    )
+    sd, ball = np.full((n, 2), np.nan), np.full((n, 3), np.nan)
+    return Rows(np.array(samples) / 30, named, b, sd, flag, words, np.full(n, number), np.full(n, bound), ball)
 
 
 def centroids(flags):

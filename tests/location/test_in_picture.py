@@ -19,7 +19,7 @@ def paths(rng, noise=0.05):
 def table(b, name, number=-1, flag="", bound=False):
     n = len(b)
     words = np.full(n, name, object), b, np.full((n, 2), 0.05), np.where(np.isnan(b[:, 0]), "lost", flag).astype(object)
-    return Rows(T, *words, np.full(n, "", object), np.full(n, number), np.full(n, bound))
+    return Rows(T, *words, np.full(n, "", object), np.full(n, number), np.full(n, bound), np.full((n, 3), np.nan))
 
 
 def joined(*parts):

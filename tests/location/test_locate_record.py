@@ -112,16 +112,18 @@ def test_noise_says_its_source_and_the_reprojection_errors(located):
     views, _, found = located
     sd = np.stack([v.sd for v in views])
     alike = np.ones(sd.shape[:2])
-    record = noise_record(views, found, sd, Noise(1.0, "none", alike))
+    record = noise_record(views, found, sd, Noise(1.0, "none", alike, alike))
     assert record["source"] == "tracker"
     assert record["sd_px"] == {"cam1": 0.1, "cam2": 0.1}
     # of 4 coordinates of two cameras 3 go into the point
     rms = np.sqrt(np.mean(np.square(list(record["reprojection_rms_px"].values()))))
     assert rms == pytest.approx(0.1 / 2, rel=0.15)
-    assert noise_record(views, found, sd, Noise(2.0, "errors", 2.0 * alike))["source"].startswith("tracker, scaled")
+    assert noise_record(views, found, sd, Noise(2.0, "errors", 2.0 * alike, 2.0 * alike))["source"].startswith(
+        "tracker, scaled"
+    )
     unsaid = [v._replace(has_sd=False) for v in views]
     kinds = ("differences", "errors", "none")
-    sources = [noise_record(unsaid, found, sd, Noise(1.0, kind, alike))["source"] for kind in kinds]
+    sources = [noise_record(unsaid, found, sd, Noise(1.0, kind, alike, alike))["source"] for kind in kinds]
     assert sources == ["reprojection", "reprojection errors of few samples", "assumed"]
 
 

@@ -17,7 +17,7 @@ def sought(piece, expected, *, measured=None, way=None, spread=0.3, exposure=0.0
     m = len(expected)
     kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), exposure, np.array([lit]).T)
     where = InPicture(expected[:, None], np.tile(spread**2 * np.eye(2), (m, 1, 1, 1)))
-    usual = np.array([[RADIUS] * m, [CONTRAST] * m])
+    usual = np.array([[RADIUS] * m, [CONTRAST] * m])[..., None]
     nothing = np.zeros((m, 1, 2))
     motion = Motion(nothing, nothing, nothing if way is None else np.asarray(way, float)[:, None], nothing)
     b = np.full((m, 1, 2), np.nan) if measured is None else np.asarray(measured, float)[:, None]
@@ -131,7 +131,7 @@ def test_a_fit_is_tried_again_when_it_is_known_what_is_beside():
     at = np.array([(2.0 + 1.7 * RADIUS, 35.0), (2.0, 35.0)])  # this one is never fitted: the piece cuts it
     piece = grey(at, np.random.default_rng(2))
     kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0, np.zeros((3, 1)))
-    still, looks = Motion(*np.zeros((4, 2, 1, 2))), np.array([[RADIUS] * 2, [CONTRAST] * 2])
+    still, looks = Motion(*np.zeros((4, 2, 1, 2))), np.array([[RADIUS] * 2, [CONTRAST] * 2])[..., None]
     nothing, vain = np.full((2, 1, 2), np.nan), set[tuple[int, ...]]()
     for unsure, off, n in ((60.0, 30.0, 0), (0.1, 0.0, 1)):
         S = np.array([0.1, unsure])[:, None, None, None] ** 2 * np.eye(2)
@@ -156,7 +156,7 @@ def test_a_fit_that_was_tried_in_vain_is_not_tried_again():
     piece = grey([(35.0, 35.0)], np.random.default_rng(2), covered=True)
     kept = Kept(np.zeros(1), ONE, ONE, ONE, ONE + 1, [piece], NOISE, np.ones(2), 0.0, np.zeros((3, 1)))
     where = InPicture(np.full((1, 1, 2), 35.0), np.tile(0.1 * np.eye(2), (1, 1, 1, 1)))
-    still, looks = Motion(*np.zeros((4, 1, 1, 2))), np.array([[RADIUS], [CONTRAST]])
+    still, looks = Motion(*np.zeros((4, 1, 1, 2))), np.array([[RADIUS], [CONTRAST]])[..., None]
     vain: set[tuple[int, ...]] = set()
     b = np.full((1, 1, 2), np.nan)
     found_in_pieces(kept, ONE, ONE, ONE, where, still, looks, b, b, 0.0, vain)

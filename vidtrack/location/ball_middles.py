@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 SIZE = ("time_s", "target", "tracklet", "field", "flag", "pixels")
 """The columns that say how large a ball looks."""
 
+BALL = ("ball_x", "ball_y", "ball_radius")
+"""The columns that `moved_columns` adds: px, what was taken off Xf and Yf, and the radius of the ball."""
+
 WHOLE = ("", "recovered", "saturated")
 """Flags of samples that show a whole ball."""
 
@@ -84,13 +87,15 @@ def moved_columns(
     """Columns of centroids or of tracklets at the balls' middles, and the offsets (N, 2) px that were taken off.
 
     larger   track: its apparent diameter over that by pixels, as of `larger_than_pixels`; others are as all of these
-    sd_x, sd_y hold how well the offsets are known. A table without pixels is as it was.
+    sd_x, sd_y hold how well the offsets are known; columns BALL say what was taken off. A table without pixels is as it
+    was.
     """
     b = np.stack([np.asarray(columns[name], float) for name in ("Xf", "Yf")], -1)
     if "pixels" not in columns:
         return dict(columns), np.zeros(b.shape)
-    offset = outline_offset(camera, b, _radii(columns, larger), how.distance)
-    own = dict(columns)
+    radius = _radii(columns, larger)
+    offset = outline_offset(camera, b, radius, how.distance)
+    own = dict(columns) | dict(zip(BALL, (*offset.T, radius), strict=True))
     for k, (at, sd) in enumerate((("Xf", "sd_x"), ("Yf", "sd_y"))):
         own[at] = b[:, k] - offset[:, k]
         if sd in columns:

@@ -44,7 +44,8 @@ class Noise(NamedTuple):
     """What the standard deviations of centroids are to be multiplied by, and what that rests on.
 
     factor   that of all; where each camera's sd of each target has its own, their median
-    each     (n_cameras, n_targets): of each camera's sd of each target
+    each     (n_cameras, n_targets): of each camera's sd of each target, for what changes from sample to sample
+    whole    the same, for all that is in them: sd may hold what lasts
     source   differences (of reprojection errors, from sample to sample) | errors (themselves: the calibration's are in
              them) | none: too few samples for either
     """
@@ -52,6 +53,7 @@ class Noise(NamedTuple):
     factor: float
     source: str
     each: Array
+    whole: Array
 
 
 def noise_factor(
@@ -69,7 +71,8 @@ def noise_factor(
     mistaken samples do not count.
 
     Below 1 it is a factor of each camera's sd of each target (`_smaller`), and one that the largest errors bear out too
-    (EVIDENCE.tail): what makes some sd too large says nothing of the others.
+    (EVIDENCE.tail): what makes some sd too large says nothing of the others. `whole` is one that the errors themselves
+    bear out, with what the calibration leaves in them.
     """
     b, sd = b[:, :, : EVIDENCE.most], np.nan_to_num(sd[:, :, : EVIDENCE.most], nan=1.0)
     if not b.size:
@@ -93,14 +96,16 @@ def noise_factor(
         variance = float(chi2[good].sum() / spare[good].sum())
     if variance >= 1 or relative:
         return _alike(max(float(np.sqrt(variance)), 1e-6), "differences", sd)
-    redundant = _redundancy(cameras, located.point[:, middle], sd[:, :, middle])
-    each = _smaller(change, redundant, both & used[:, :, middle])
-    return Noise(float(np.median(each)), "differences", each)
+    redundant = _redundancy(cameras, located.point, sd)
+    each = _smaller(change, redundant[:, :, middle], both & used[:, :, middle])
+    lasting = _smaller(located.error / sd, redundant, (used.sum(0) >= 2) & used)
+    return Noise(float(np.median(each)), "differences", each, np.maximum(each, lasting))
 
 
 def _alike(factor: float, source: str, sd: Array) -> Noise:
     """One factor for all."""
-    return Noise(factor, source, np.full(sd.shape[:2], factor))
+    each = np.full(sd.shape[:2], factor)
+    return Noise(factor, source, each, each)
 
 
 def _smaller(change: Array, redundant: Array, used: Bools) -> Array:

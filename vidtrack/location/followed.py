@@ -12,6 +12,7 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.tracklets import lanes, may_change, pieces_of
 from vidtrack.geometry.calibration_error import CameraUncertainty
 from vidtrack.geometry.camera import Camera
+from vidtrack.location.ball_middles import BALL
 from vidtrack.location.views import Labels, View
 
 SHORTEST = 3
@@ -29,9 +30,10 @@ class Rows(NamedTuple):
     label: Labels  # (N,) time code, or the like
     tracklet: Ints  # (N,) -1 for none
     bound: Bools  # (N,) whether its tracklet begins in a start box of its target's name
+    ball: Array  # (N, 3) px, as `View.ball` has it; NaN where nothing was taken off
 
 
-ROWS = ("time_s", "target", "Xf", "Yf", "sd_x", "sd_y", "flag", "timecode", "tracklet", "bound")
+ROWS = ("time_s", "target", "Xf", "Yf", "sd_x", "sd_y", "flag", "timecode", "tracklet", "bound", *BALL)
 """The columns that `rows_of` reads."""
 
 
@@ -59,6 +61,7 @@ def rows_of(columns: Mapping[str, NDArray[Any]]) -> Rows:
         words("timecode"),
         np.asarray(columns.get("tracklet", np.full(n, -1)), np.intp),
         np.asarray([x is True or x == 1 for x in columns.get("bound", np.zeros(n)).tolist()], bool),
+        np.stack([numbers(name) for name in BALL], -1),
     )
 
 
@@ -112,7 +115,11 @@ def view_of(
     _, first = np.unique(piece[piece >= 0], return_index=True)
     said = numbers[piece >= 0][first], is_bound[piece >= 0][first]
     seen = t, label, tracks, b, sd, flag, has_sd, piece
-    return View(name, camera, uncertainty, *seen, *said)  # type: ignore[arg-type] # mode plane needs no camera
+    ball = None
+    if np.isfinite(rows.ball).any():
+        ball = np.full((*b.shape[:2], 3), np.nan)
+        ball[codes, column] = rows.ball
+    return View(name, camera, uncertainty, *seen, *said, ball=ball)  # type: ignore[arg-type] # mode plane needs no camera
 
 
 def _codes(target: Labels, labels: list[str]) -> Ints:

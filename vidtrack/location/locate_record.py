@@ -168,7 +168,7 @@ def noise_record(views: Sequence[View], located: Located, sd: Array, noise: Nois
     errors = [e[u] for e, u in zip(located.error, used, strict=True)]
     return {
         "sd_px": {v.name: _median(s[u]) for v, s, u in zip(views, sd, used, strict=True)},
-        "factor": noise.factor,
+        "factor": float(np.median(noise.whole)),
         "source": _source(views, noise),
         "reprojection_rms_px": {
             v.name: float(np.sqrt(np.mean(e**2))) if e.size else None for v, e in zip(views, errors, strict=True)

@@ -72,6 +72,7 @@ class Found(NamedTuple):
     sample: Ints
     b: Array  # (n, 2) px
     sd: Array  # (n, 2) px
+    ball: Array | None = None  # (n, 3) px as `View.ball`, of balls that were moved to their middles
 
 
 class Motion(NamedTuple):
@@ -136,7 +137,7 @@ def found_in_pieces(
 
     sample, moment   (n_usable,) of each: its number in the camera, and its place in where, motion, b and sd (m, k, 2)
                      px, the camera's own samples
-    usual            (2, m) radius, px, and light of targets, as `usual_discs`
+    usual            (2, m, k) radius, px, and light of targets, as `usual_discs`
     vain             which fits were tried in vain: in which piece, of which targets and where; takes others in
     """
     alone, most = np.isnan(where.at[..., 0]), _too_much()
@@ -147,7 +148,7 @@ def found_in_pieces(
     for w, number, k in zip(usable.tolist(), sample.tolist(), moment.tolist(), strict=True):
         grey, lines = kept.grey[w], int(kept.lines[w])
         corner, scale = np.array([kept.left[w], kept.top[w]]), np.array([1, lines])
-        radius = usual[0] * np.sqrt(lines)
+        radius = usual[0, :, k] * np.sqrt(lines)
         way = np.nan_to_num(motion.way[:, k])
         reach = radius + np.hypot(*way.T) / 2
         aside = radius[:, None] * kept.lit[:, w]  # from the light, where it is sought, to the outline
@@ -156,7 +157,7 @@ def found_in_pieces(
         with np.errstate(invalid="ignore"):
             inside = ((place >= room) & (place + room <= np.array(grey.shape[::-1]) - 1)).all(-1)
             sure = (spread[:, k] < np.maximum(SEEKING.sure_px, SEEKING.sure * radius)[:, None]).all(-1)
-        able = np.flatnonzero(inside & sure & np.isfinite(usual).all(0))
+        able = np.flatnonzero(inside & sure & np.isfinite(usual[:, :, k]).all(0))
         seen = np.isfinite(b[:, k, 0])
         off = np.abs(b[:, k] - where.at[:, k]) > SEEKING.beyond * np.hypot(spread[:, k], sd[:, k])
         wanted = ~seen | off.any(-1)
@@ -169,13 +170,13 @@ def found_in_pieces(
             tried.add((number, *own.tolist()))
             beside = np.union1d(np.setdiff1d(_beside(at[:, k], reach, own, alone[:, k]), own), buried)
             this = (w, *own.tolist(), *np.rint(at[[*own, *beside], k] / SEEKING.again_px).astype(int).ravel().tolist())
-            if this in vain or _behind_each_other(place[own], usual[0, own], spread[own, k]):
+            if this in vain or _behind_each_other(place[own], usual[0, own, k], spread[own, k]):
                 continue
             hidden = (grey == 0) | _covered(grey.shape, place[beside], (reach[beside] + 2)[:, None] / scale)
             drawn = np.nan_to_num(np.stack([motion.way[own, k], motion.bend[own, k]])) / scale
             # where they are not known well, a blob of others must not pass for them
             plain = bool((spread[own, k] > SEEKING.known_px).any())
-            fit = _fitted(grey, hidden, place[own], usual[:, own], drawn.swapaxes(1, 2), lines, kept.noise, plain)
+            fit = _fitted(grey, hidden, place[own], usual[:, own, k], drawn.swapaxes(1, 2), lines, kept.noise, plain)
             if fit is None:
                 vain.add(this)
                 continue

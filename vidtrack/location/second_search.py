@@ -14,12 +14,13 @@ import numpy as np
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.association.associate import NONE
 from vidtrack.association.tracklets import pieces_of
+from vidtrack.location.ball_diameters import diameters, px_across
 from vidtrack.location.expected import InPicture, bridged_gaps, expected, in_picture, located_by_all, moments_of
 from vidtrack.location.kept_pieces import Columns, Kept, kept_of
 from vidtrack.location.matching import Match
 from vidtrack.location.piece_search import SEEKING, Found, Motion, found_in_pieces, motion_of, or_measured, usual_discs
 from vidtrack.location.smoothed_courses import smoothed_gaps
-from vidtrack.location.views import Labels, View, brought, by_target, of_samples, owners
+from vidtrack.location.views import Labels, View, balls_by_target, brought, by_target, of_samples, owners
 
 LOOKS = ("tracklet", "pixels", "brightness")
 
@@ -60,16 +61,19 @@ def second_search(
     kept: Mapping[str, Kept],
     looks: Mapping[str, Looks],
     vain: Sequence[set[tuple[int, ...]]],
+    ball: Array | None = None,
 ) -> list[Found]:
     """What each camera shows where the other cameras expect targets.
 
     vain     for each view which fits were tried in vain, as of `found_in_pieces`
     times    (T,) s of each view, corrected; at (M,) s: common moments, at which b, sd (n_cameras, m, M, 2) px are known
+    ball     (n_cameras, m, M, 3) as of `balls_by_target`
     """
     bias = match.bias_px if np.isfinite(match.bias_px) else 0.0
     cameras = [view.camera for view in views]
     located = located_by_all(cameras, b, sd, bias)
     bridged = bridged_gaps(located)
+    diameter = np.full(b.shape[1], np.nan) if ball is None else diameters(cameras, located.p, ball[..., 2])
     smoothed = smoothed_gaps(cameras, b, sd, bias, at, located, _with_pieces(views, times, at, kept))
     out = []
     for i, view in enumerate(views):
@@ -87,26 +91,41 @@ def second_search(
             continue
         some, column = np.unique(moment[usable], return_inverse=True)
         near = np.unique(np.clip(some[:, None] + (-1, 0, 1), 0, at.size - 1)) if own.exposure else some
-        about = in_picture(view.camera, expected(cameras, b, sd, i, bias, near, bridged, smoothed))
+        where = expected(cameras, b, sd, i, bias, near, bridged, smoothed)
+        about = in_picture(view.camera, where)
         steps = at / float(np.median(np.diff(view.t))) if own.exposure else np.arange(at.size, dtype=float)
         place = np.searchsorted(near, some)
         course = or_measured(about, b[i][:, near], sd[i][:, near])
         motion = Motion(*(column[:, place] for column in motion_of(course, steps[near], own.exposure, bias)))
         usual = _looks(view, match.trajectory[i], looks[view.name], len(match.labels))
-        usual = usual_discs(usual, b[i], steps, own.exposure)
+        usual = np.repeat(usual_discs(usual, b[i], steps, own.exposure)[..., None], some.size, axis=2)
+        if not own.exposure:  # of what is drawn out the pixels say less
+            usual = _at_their_distance(usual, diameter, view, where.p[:, place], ball)
         shown = _outwards(view, about.at[:, place], usual[0]), _outwards(view, b[i][:, some], usual[0])
-        where, seen = InPicture(shown[0], about.S[:, place]), (shown[1], sd[i][:, some])
-        found = found_in_pieces(own, usable, sample[usable], column, where, motion, usual, *seen, bias, vain[i])
+        expect, seen = InPicture(shown[0], about.S[:, place]), (shown[1], sd[i][:, some])
+        found = found_in_pieces(own, usable, sample[usable], column, expect, motion, usual, *seen, bias, vain[i])
         if view.balls and found.target.size:
-            middle = view.balls.inwards(view.camera, found.b, usual[0][found.target])
-            found = found._replace(b=middle, sd=view.balls.sd_inwards(found.sd, found.b - middle))
+            at_moment = moments_of(found.sample, times[i], at)
+            radius = usual[0][found.target, np.searchsorted(some, at_moment)]
+            middle = view.balls.inwards(view.camera, found.b, radius)
+            moved = found.b - middle
+            columns = np.concatenate([moved, radius[:, None]], axis=1)
+            found = found._replace(b=middle, sd=view.balls.sd_inwards(found.sd, moved), ball=columns)
         out.append(found)
     return out
 
 
 def _outwards(view: View, b: Array, radius: Array) -> Array:
-    """Where the pictures show the outlines of balls (m, ...) that are seen at b (m, ..., 2) px, of radius (m,) px."""
-    return view.balls.outwards(view.camera, b, radius[:, None]) if view.balls else b
+    """Where the pictures show the outlines of balls that are seen at b (m, k, 2) px, of radius (m, k) px."""
+    return view.balls.outwards(view.camera, b, radius) if view.balls else b
+
+
+def _at_their_distance(usual: Array, diameter: Array, view: View, p: Array, ball: Array | None) -> Array:
+    """Usual discs (2, m, k), with the radius that balls of a diameter (m,) have at p (m, k, 3), where that is known."""
+    if ball is None:
+        return usual
+    radius = diameter[:, None] / 2 * px_across(view.camera, p)
+    return np.stack([np.where(np.isfinite(radius), radius, usual[0]), usual[1]])
 
 
 def _samples_of(view: View, own: Kept) -> tuple[Ints, Bools]:
@@ -152,6 +171,11 @@ def with_found(view: View, trajectory: Ints, reason: Labels, found: Found) -> tu
     n, T = len(targets), view.t.size
     b, sd = np.full((n, T, 2), np.nan), np.ones((n, T, 2))
     b[row, found.sample], sd[row, found.sample] = found.b, found.sd
+    ball = view.ball
+    if ball is not None:
+        ball = np.concatenate([ball, np.full((n, T, 3), np.nan)])
+        if found.ball is not None:
+            ball[len(view.tracks) + row, found.sample] = found.ball
     flag = np.full((n, T), "", object)
     flag[row, found.sample] = SOUGHT
     piece = pieces_of(b)
@@ -170,6 +194,7 @@ def with_found(view: View, trajectory: Ints, reason: Labels, found: Found) -> tu
         b=np.concatenate([old_b, b]),
         sd=np.concatenate([view.sd, sd]),
         flag=np.concatenate([old_flag, flag]),
+        ball=ball,
         piece=piece,
         number=np.concatenate([view.number, np.full(whose.size, NONE)])[left],
         bound=np.concatenate([view.bound, np.zeros(whose.size, bool)])[left],
@@ -198,7 +223,8 @@ def searched_again(
     for _ in range(SEEKING.rounds if any(own.time.size for own in pieces.values()) else 0):
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
-        found = second_search(views, times, at, match, b, sd, pieces, looks, vain)
+        ball = balls_by_target(seen, match.trajectory, len(match.labels))
+        found = second_search(views, times, at, match, b, sd, pieces, looks, vain, ball)
         if not any(f.target.size for f in found):
             break
         counts = [n + f.target.size for n, f in zip(counts, found, strict=True)]

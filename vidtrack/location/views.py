@@ -36,6 +36,7 @@ class View(NamedTuple):
     number: Ints  # (n_pieces,) that of the same tracklet in the table of the track stage; NONE where it has none
     bound: Bools  # (n_pieces,) whether it begins in a start box of its track's name
     balls: AtMiddles | None = None  # how balls were moved to their middles; None: b is where they were measured
+    ball: Array | None = None  # (n, T, 3) px, x and y taken off b for that, and the ball's radius; NaN: nothing
 
     @property
     def named(self) -> list[str]:
@@ -71,6 +72,7 @@ class Seen(NamedTuple):
     flag: Labels  # (n, M)
     between: bool  # whether any moment lies between samples
     piece: Ints  # (n, M) the tracklet of each sample; NONE where there is none
+    ball: Array | None  # (n, M, 3) px, as `View.ball` has it
 
 
 def brought(view: View, t: Array, at: Array) -> Seen:
@@ -82,7 +84,7 @@ def brought(view: View, t: Array, at: Array) -> Seen:
     if not view.t.size:
         nothing = np.full(moved.gain.shape, NONE, np.intp)
         unknown = np.full(moved.values.shape, np.nan)
-        return Seen(moved.values, unknown, np.full(moved.gain.shape, "", object), False, nothing)
+        return Seen(moved.values, unknown, np.full(moved.gain.shape, "", object), False, nothing, None)
     before, after = np.clip(moved.before, 0, t.size - 1), np.clip(moved.after, 0, t.size - 1)
     sd = np.maximum(view.sd[:, before], view.sd[:, after]) * moved.gain[..., None]
     a, b = view.flag[:, before], view.flag[:, after]
@@ -91,7 +93,8 @@ def brought(view: View, t: Array, at: Array) -> Seen:
     piece = view.piece[:, before]
     one = (piece == view.piece[:, after]) & np.isfinite(moved.values).all(-1)
     values = np.where(one[..., None], moved.values, np.nan)
-    return Seen(values, sd, flag, bool((moved.before != moved.after).any()), np.where(one, piece, NONE))
+    ball = None if view.ball is None else (view.ball[:, before] + view.ball[:, after]) / 2
+    return Seen(values, sd, flag, bool((moved.before != moved.after).any()), np.where(one, piece, NONE), ball)
 
 
 def tracklets_seen(seen: Seen) -> tuple[Tracklets, Ints]:
@@ -119,6 +122,15 @@ def by_target(seen: Sequence[Seen], trajectory: Sequence[Ints], m: int) -> tuple
     b = [by_trajectory(s.b, s.piece, t, m) for s, t in both]
     sd = [by_trajectory(s.sd, s.piece, t, m) for s, t in both]
     return np.stack(b), np.stack(sd)
+
+
+def balls_by_target(seen: Sequence[Seen], trajectory: Sequence[Ints], m: int) -> Array | None:
+    """`View.ball` by trajectory (n_cameras, m, M, 3); None where no camera's balls were moved."""
+    if all(s.ball is None for s in seen):
+        return None
+    both = zip(seen, trajectory, strict=True)
+    nothing = np.full((m, seen[0].piece.shape[1], 3), np.nan)
+    return np.stack([nothing if s.ball is None else by_trajectory(s.ball, s.piece, t, m) for s, t in both])
 
 
 def of_samples(piece: Ints, trajectory: Ints) -> Ints:

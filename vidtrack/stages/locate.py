@@ -15,6 +15,7 @@ from vidtrack.findings import as_records
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
+from vidtrack.location.ball_diameters import resized
 from vidtrack.location.ball_middles import perspective_findings
 from vidtrack.location.ball_sizes import ball_sizes, timed_looks
 from vidtrack.location.budget import calibration_field, error_budget
@@ -44,7 +45,7 @@ from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance,
 from vidtrack.location.sight_misses import sight_misses
 from vidtrack.location.sudden_misses import with_grown_sigma
 from vidtrack.location.unseen import shares_seen, unseen
-from vidtrack.location.views import Labels, View, brought, by_target, same_day, timecodes
+from vidtrack.location.views import Labels, View, balls_by_target, brought, by_target, same_day, timecodes
 from vidtrack.location.volume import distance_outside
 from vidtrack.location.wrong_pictures import wrong_pictures
 from vidtrack.memory import columns_of
@@ -163,19 +164,25 @@ def locate(
         views, match, again = searched_again(views, times, at, match, pieces, rows)
         seen = [brought(view, t, at) for view, t in zip(views, times, strict=True)]
         b, sd = by_target(seen, match.trajectory, len(match.labels))
+    rig, m = [v.camera for v in views], len(match.labels)
+    rough = locate_points(rig, b, sd=sd).point if any(s.ball is not None for s in seen) else b[0]
+    sized = resized(rig, b, sd, balls_by_target(seen, match.trajectory, m), rough)
+    b, sd = sized.b, sized.sd
     relative = not all(v.has_sd for v in views)
     fallback = SD_PX if relative else 1.0
     lag = 3 if any(s.between for s in seen) else 1
-    noise = noise_factor([v.camera for v in views], b, sd, fallback, lag=lag, relative=relative)
-    sd *= noise.each[:, :, None, None]
+    noise = noise_factor(rig, b, sd, fallback, lag=lag, relative=relative)
+    quick, sd = (np.hypot(sd * by[:, :, None, None], sized.lasting) for by in (noise.each, noise.whole))
     reject = tolerance_px or limits_of(sd, b, TOLERANCE_PX, TOLERANCE_SD)
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
-    rig, slips = [v.camera for v in views], timed.slips(b, at)
+    slips = timed.slips(b, at)
     joint = joint_of([cameras[v.name] for v in views], rig, uncertainties, surveys)
     points_of = partial(locate_points, rig, b, sd=sd, uncertainties=uncertainties, joint=joint, slips=slips)
     located = without_chance(points_of(reject=reject))
-    whole = points_of() if located.disagree.any() else located  # why cameras disagree is seen where they do
-    misses = sight_misses(rig, uncertainties, joint, whole, b, sd, at, _shares(views, rolling, b))
+    # why cameras disagree is seen where they do; what lasts is what is looked for
+    same = not located.disagree.any() and (noise.each == noise.whole).all()
+    whole = located if same else points_of(sd=quick)
+    misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
     located, sudden = with_grown_sigma(located, sd)
