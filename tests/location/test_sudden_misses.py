@@ -36,12 +36,12 @@ def test_noise_alone_grows_nothing(n, seed):
 @pytest.mark.parametrize("px", [0.4, 1.0])
 def test_a_centroid_that_was_moved_gets_the_sigma_that_it_deserves(n, px):
     where = [40, 41, 42, 200]
-    now, grown = located(3, n, (where, px))
+    now, grown, _ = located(3, n, (where, px))
     assert np.isin(where, np.flatnonzero(grown[0])).all()
     assert grown.sum() <= len(where) + 1
     z = np.abs(now.point - PATH)[0] / now.sigma[0]
     assert z[where].max() < 5
-    plain, _ = located(3, n)
+    plain = located(3, n).located
     rest = ~grown[0]
     assert now.sigma[0, rest] == pytest.approx(plain.sigma[0, rest], rel=0.02)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vidtrack.findings import Finding, Level
+from vidtrack.location.erring_camera import lens_findings
 from vidtrack.timing.clock_text import readable
 
 Record = Mapping[str, Any]
@@ -92,10 +93,11 @@ def findings_of(record: Record, units: str) -> list[Finding]:
         grave: Level = "doubtful" if sudden > SUDDEN[1] * samples["n"] else "note"
         text = (
             f"{sudden} samples: lines of sight miss each other for a moment by more than noise explains; their sigma "
-            "is grown by it"
+            "is grown by it, or the camera that errs is left out"
         )
         cure = "See the tracks there: a rope, a flash or a neighbour may touch the target in one camera."
         out.append(Finding(grave, "sudden-misses", text, cure))
+    out += lens_findings(samples.get("erring") or {})
     return [*out, *_left_out(samples), *_seldom(samples.get("in_view") or {})]
 
 

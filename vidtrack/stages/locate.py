@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from vidtrack.arrays import Array
+from vidtrack.arrays import Array, Bools
 from vidtrack.findings import as_records
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
@@ -22,6 +22,7 @@ from vidtrack.location.budget import calibration_field, error_budget
 from vidtrack.location.centroid_noise import noise_factor
 from vidtrack.location.clock_far_off import clock_far_off
 from vidtrack.location.common_moments import check_overlap, recorded_twice
+from vidtrack.location.erring_camera import places_of_errors, without_erring
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.locate_findings import caused_by, findings_of
 from vidtrack.location.locate_record import (
@@ -185,7 +186,13 @@ def locate(
     misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
-    located, sudden = with_grown_sigma(located, sd)
+    grown = with_grown_sigma(located, sd)
+
+    def of_some(which: Bools, own_sd: Array) -> Located:
+        own = None if slips is None else slips[:, which]
+        return locate_points(rig, b[:, which], sd=own_sd, uncertainties=uncertainties, joint=joint, slips=own)
+
+    located, erring = without_erring(*grown, sd, of_some)
     old = [late[v.name] * interval(t) for v, t in zip(views, times, strict=True) if late and late.get(v.name)]
     located, aged = with_lateness(located, at, max(old, default=0.0))
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
@@ -199,7 +206,8 @@ def locate(
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
     record |= {"correspondence": match_record(views, match, located, at, reach)}
     record |= {"noise": noise_record(views, located, sd, noise), "samples": sample_record(views, located, at)}
-    record["samples"] |= {"sought_again": again, "sudden_misses": int(sudden.sum())}
+    record["samples"] |= {"sought_again": again, "sudden_misses": int(grown.samples.sum())}
+    record["samples"]["erring"] = places_of_errors(erring, b, {v.name: v.camera.image_size[0] for v in views})
     record["samples"]["in_view"] = shares_seen(views, times, at, located.point, tracked, b, match.labels)
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
