@@ -30,7 +30,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.stages.calibrate import calibrate
 from vidtrack.stages.locate import locate
 
-WIDE, HIGH, FINE, RATE = 640, 480, 6, 30000 / 1001
+WIDE, HIGH, FINE, RATE = 640, 480, 16, 30000 / 1001
 
 
 class Eye:

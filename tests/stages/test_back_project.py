@@ -165,6 +165,17 @@ def test_points_that_fit_better_than_their_stated_tolerance_are_a_finding():
     assert back_project(cameras, points, units="in").record["findings"] == []
 
 
+def test_residuals_that_the_centroids_explain_are_no_fault_of_the_lens():
+    """A survey better than its stated tolerance: a note, where the sd of the centroids says that these are as good."""
+    cameras, points = _rig(noise=0.02, survey=0.0)
+    known = [table.assign(sigma=0.03, sd_x=0.02, sd_y=0.02) for table in points]
+    (finding,) = back_project(cameras, known, units="in").record["findings"]
+    assert (finding["level"], finding["code"]) == ("note", "survey-better-than-stated")
+    finer = [table.assign(sd_x=0.004, sd_y=0.004) for table in known]  # residuals are five times that
+    (finding,) = back_project(cameras, finer, units="in").record["findings"]
+    assert (finding["level"], finding["code"]) == ("doubtful", "lens-model-too-plain")
+
+
 def test_a_lens_too_rich_for_its_points_is_a_finding():
     cameras, points = _rig(noise=0.5, survey=0.3)
     few = [table.iloc[::7].reset_index(drop=True) for table in points]

@@ -5,7 +5,7 @@ import pytest
 from tests.motion.test_smoothing import pluck
 from vidtrack.files.tables import read_parquet, read_units, write_parquet
 from vidtrack.jobs import kinematics as job
-from vidtrack.stages.kinematics import COLUMNS, kinematics
+from vidtrack.stages.kinematics import COLUMNS, jump_findings, kinematics
 from vidtrack.workflow.job import Job
 
 
@@ -62,3 +62,16 @@ def test_the_job_writes_units_into_the_table(tmp_path):
     job.run(Job({"units": "in"}, {"trajectories": source}, {"kinematics": out, "record": str(tmp_path / "k.json")}))
     assert read_units(out)["ax"] == "in/s^2"
     assert len(read_parquet(out)) == 600
+
+
+def test_a_cut_in_all_recordings_is_a_finding_with_its_moment():
+    given = trajectories()
+    assert jump_findings(given, "in") == []
+    late = given["time_s"] >= 5
+    given.loc[late, "x"] = given.loc[late, "x"] + 2.0  # both targets are elsewhere from one sample to the next
+    (finding,) = jump_findings(given, "in")
+    assert (finding.level, finding.code) == ("doubtful", "positions-jump")
+    assert "at 5.000 s" in finding.text
+    assert "in all cameras alike" in finding.cure
+    assert jump_findings(given.assign(flag="lost"), "in") == []
+    assert len(jump_findings(given.assign(z=np.nan, sigma_z=np.nan), "in")) == 1  # mode plane

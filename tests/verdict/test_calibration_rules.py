@@ -148,6 +148,32 @@ def test_the_pixels_of_video_are_a_note_about_the_sensor():
     assert squares(59 / 54 * 1.0 + 0.08, 10 / 11) == [("doubtful", "pixels-not-square")]
 
 
+def of_sensor(Sx, sensor, held=False, size=(384, 288)):
+    """A camera's record with this sensor, mm."""
+    dx, dy = sensor[0] / size[0], sensor[1] / size[1]
+    return {"Sx": Sx, "dx": dx, "dy": dy, "image_size": size, "standard_errors": {} if held else {"Sx": 0.001}}
+
+
+def test_a_sensor_whose_width_and_height_are_exchanged_is_named():
+    (finding,) = square_findings({"cam1": of_sensor(0.5625, (4.8, 6.4))})
+    assert (finding.level, finding.code) == ("note", "sensor-not-as-pixels")
+    assert "seem to be exchanged" in finding.text
+    assert "[6.4, 4.8]" in finding.cure
+    (other,) = square_findings({"cam1": of_sensor(1.2, (7.68, 4.8))})
+    assert "exchanged" not in other.text
+    assert square_findings({"cam1": of_sensor(1.0, (6.4, 4.8))}) == []
+    assert square_findings({"cam1": of_sensor(1.02, (7.0, 4.8))}) == []  # pixels are as the sensor says
+
+
+def test_where_sx_is_held_the_sensor_is_asked_about_before_the_survey():
+    cure = camera_findings("cam1", {"rms_px": 2.0} | of_sensor(1.0, (4.8, 6.4), held=True), Fit(64, 64, 9.0), {})[
+        0
+    ].cure
+    assert cure.startswith("cameras.cam1.sensor makes pixels that are 0.562 times as wide as high")
+    for record in (of_sensor(1.0, (6.4, 4.8), held=True), of_sensor(0.56, (4.8, 6.4))):
+        assert "sensor" not in camera_findings("cam1", {"rms_px": 2.0} | record, Fit(64, 64, 9.0), {})[0].cure
+
+
 def stretch(kind, share, sd=0.001, gain=400.0):
     return {"kind": kind, "share": share, "sd": sd, "gain": gain}
 

@@ -26,6 +26,7 @@ from vidtrack.timing.run_scale import code_as_record
 from vidtrack.tracking.assessment import reading_findings
 from vidtrack.tracking.damaged_pictures import DamagedPictures
 from vidtrack.tracking.tag_reader import TagReader
+from vidtrack.video.makers_rate import rate_finding
 from vidtrack.video.makers_readout import makers_readout
 from vidtrack.video.reader import open_video
 from vidtrack.video.time_source import find_time
@@ -46,6 +47,8 @@ def run(job: Job) -> None:
         found = find_time(job.path("video"), video.info, start_timecode=settings.get("start_timecode"))
         info = replace(video.info, time=found.base)
         stated = makers_readout(job.path("video"), float(1 / info.rate), info.rotation)
+        given = "rate" in settings.get("recording", {})  # then a person has said which rate counts
+        taken = [] if given else rate_finding(job.path("video"), float(info.rate), settings["run"])
         meter, samples = LightMeter(info.bits), BackgroundSamples()
         damage = DamagedPictures(info.bits, video.look_again, info.codec)
         tags = _tag_reader(settings, info, damage)
@@ -93,7 +96,7 @@ def run(job: Job) -> None:
         "background": {"block": samples.block, "patches": len(np.unique(course["patch"]))},
         **tracked.diagnostics,
     }
-    record["findings"] = as_records([*tracked.findings, *reading_findings(account, found.problems)])
+    record["findings"] = as_records([*taken, *tracked.findings, *reading_findings(account, found.problems)])
     record["problems"] = [*found.problems, *tracked.diagnostics["problems"]]
     record["worst"] = [{**worst, "picture": _png_text(worst["picture"])} for worst in record["worst"]]
     tables = [tracked.windows, tracked.tracklets, tracked.centroids]

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array, Picture
+from vidtrack.labelling.rim_roughness import with_roughness
 from vidtrack.labelling.shot import Shot
 from vidtrack.tracking.measurement.ball_outline import Piece, piece_of
 from vidtrack.tracking.measurement.lighting import Lighting, lighting
@@ -22,6 +23,16 @@ class Outlined(NamedTuple):
     sd: Array
     width: Array
     lit: Lighting
+
+
+def with_outlines(
+    shots: Mapping[str, Shot], clips: Sequence[str], at: Array, sd: Array, pixels: Array
+) -> tuple[Array, Array, Array | None, Lighting | None]:
+    """Where a camera's balls are, (n, 2) px, and the sd (n, 2) px of that: as `outlined`, with widths (n,) px and how
+    they are lit; where none is lit from one side, as they were, with what their rims show in the sd.
+    """
+    seen = outlined(shots, clips, at, sd, pixels)
+    return (at, with_roughness(shots, clips, at, sd, pixels), None, None) if seen is None else seen
 
 
 def outlined(shots: Mapping[str, Shot], clips: Sequence[str], at: Array, sd: Array, pixels: Array) -> Outlined | None:

@@ -35,6 +35,10 @@ from vidtrack.geometry.triangulate import Located, locate_points
 TOO_GOOD = 0.8
 """Held-out error over what noise and survey allow, below which residuals are no noise: chance stays above 0.9."""
 
+EXPLAINED = 1.5
+"""Residuals over the sd of the centroids, up to which these explain them: then a good ratio says that the survey is
+better than its tolerance, which is no fault of the lens."""
+
 TOO_RICH = 1.5
 """Held-out error over that of the points used, above which the model fits the noise: 1.1 is usual."""
 
@@ -102,7 +106,7 @@ def back_project(
     lens_free = any(set(each) - set(POSE) for each in names)
     effect = refraction_effect(cameras, shared.p, b, names)
     more = [effect_finding(effect, units)] if effect else []
-    record |= _record(cameras, shared, located, out, noise, lens_free, more)
+    record |= _record(cameras, shared, located, out, noise, lens_free, _stated_px(points), more)
     if effect:
         record["refraction"] = effect._asdict()
     if not ties:
@@ -195,6 +199,7 @@ def _record(
     out: HeldOut,
     noise: Noise,
     lens_free: bool,
+    stated_px: float,
     more: Sequence[Finding],
 ) -> dict[str, Any]:
     seen = shared.p[shared.used.any(0)]
@@ -216,7 +221,7 @@ def _record(
             for i, camera in enumerate(cameras)
         },
     }
-    findings = [*_findings(record, lens_free), *more]
+    findings = [*_findings(record, lens_free, stated_px), *more]
     warnings = [f"{finding.text}. {finding.cure}" for finding in findings]
     return {**record, "findings": as_records(findings), "warnings": warnings}
 
@@ -224,7 +229,15 @@ def _record(
 PLAIN_CURE = "Give the survey's tolerance (sigma) as it is; where the config names a plain lens model, set model: auto."
 
 
-def _findings(record: Mapping[str, Any], lens_free: bool) -> list[Finding]:
+def _stated_px(points: Sequence[pd.DataFrame]) -> float:
+    """px rms, the sd that the centroids of all cameras have by themselves; NaN where it is not known of all."""
+    if not all({"sd_x", "sd_y", "used"} <= set(table) for table in points):
+        return np.nan
+    sd = np.concatenate([table.loc[table["used"].astype(bool), ["sd_x", "sd_y"]].to_numpy(float) for table in points])
+    return float(np.sqrt((sd**2).mean())) if sd.size else np.nan
+
+
+def _findings(record: Mapping[str, Any], lens_free: bool, stated_px: float) -> list[Finding]:
     """What the errors say of the lens model, and what would help."""
     found = []
     whole = record["held_out"]["of_all"]
@@ -237,7 +250,14 @@ def _findings(record: Mapping[str, Any], lens_free: bool) -> list[Finding]:
         cure = "If those points are good after all, the second number counts: see points.parquet for the reasons."
         found.append(Finding("note", "held-out-without-some", text, cure))
     ratio, held, used = record["ratio_with_survey"], record["held_out"]["mean_3d"], record["mean_3d"]
-    if ratio < TOO_GOOD:
+    if ratio < TOO_GOOD and record["floor"]["sigma_px"] < EXPLAINED * stated_px:
+        text = (
+            f"calibration: points are located {1 / ratio:.1f} times better than the survey's tolerance lets expect, "
+            "and no worse than their centroids allow: the survey is better than stated"
+        )
+        cure = "State the tolerance (sigma) as it is: the sigma of positions is larger than need be."
+        found.append(Finding("note", "survey-better-than-stated", text, cure))
+    elif ratio < TOO_GOOD:
         text = (
             f"calibration: points are located {1 / ratio:.1f} times better than their residuals in the pictures allow: "
             "the residuals are not noise, the lens model is too plain or sigma is too large"

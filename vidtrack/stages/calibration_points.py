@@ -20,7 +20,7 @@ from vidtrack.labelling.knock import moved, shifted
 from vidtrack.labelling.label import GATE, Index, Labels, Picks, View, complete
 from vidtrack.labelling.mixed_units import check_units
 from vidtrack.labelling.naming_doubts import AT_EDGE, Case, missing_because
-from vidtrack.labelling.outlined import outlined
+from vidtrack.labelling.outlined import with_outlines
 from vidtrack.labelling.refusals import common_size, refuse_empty
 from vidtrack.labelling.shot import Shot, composite, look_again, take, with_placed
 from vidtrack.labelling.still import FrameLike
@@ -76,7 +76,7 @@ def calibration_points(
     bits     clip: significant bits of 16-bit luma
     sigma    world units, survey tolerance where points has none
     A position is the centroid on the mean of up to 64 frames, sd its standard deviation: the scatter of single
-    frames' centroids over the root of their number; for a lone frame, what noise and contrast make of it.
+    frames' centroids over the root of their number, what their rims show at least; for a lone frame by its noise.
     A tag that a clip should show and does not keeps its row: Xf, Yf NaN, found False, and a reason.
     Raises VidtrackError, a line a problem: picks that cannot be right, clips without balls, names in doubt."""
     shown = _shown_tags(points, clips, tags)
@@ -102,7 +102,7 @@ def calibration_points(
     for i, (clip, shot) in enumerate(shots.items()):
         blob = _blobs_of(case, labels, i, findings)
         parts.append(_rows(clip, shot, points.iloc[case.views[i].points], blob, labels, i, sigma))
-    rows, lit = _with_outlines(pd.concat(parts, ignore_index=True), shots)
+    rows, lit = _outlined(pd.concat(parts, ignore_index=True), shots)
     findings += lit_findings(lit) + coinciding(rows) + swinging(rows, camera) + disagreeing(rows, camera)
     record = _record(case, labels, shots, rows, findings) | ({"lighting": lit.as_record()} if lit else {})
     rows, means = rows.drop(columns="scatter"), {clip: shot.still.mean for clip, shot in shots.items()}
@@ -287,13 +287,12 @@ def _rows(clip: str, shot: Shot, own: pd.DataFrame, blob: Index, labels: Labels,
     return table
 
 
-def _with_outlines(rows: pd.DataFrame, shots: Mapping[str, Shot]) -> tuple[pd.DataFrame, Lighting | None]:
-    """The rows, with balls that are lit from one side where their outlines are; and how they are lit, if they are."""
+def _outlined(rows: pd.DataFrame, shots: Mapping[str, Shot]) -> tuple[pd.DataFrame, Lighting | None]:
+    """The rows, with balls that are lit from one side where their outlines are; and how, if they are."""
     at, sd, pixels = (rows[names].to_numpy(float) for names in (["Xf", "Yf"], ["sd_x", "sd_y"], "pixels"))
-    if (seen := outlined(shots, rows["clip"].tolist(), at, sd, pixels)) is None:
-        return rows, None
-    (x, y), (sd_x, sd_y) = seen.at.T, seen.sd.T
-    return rows.assign(Xf=x, Yf=y, sd_x=sd_x, sd_y=sd_y, width=seen.width), seen.lit
+    at, sd, width, lit = with_outlines(shots, rows["clip"].tolist(), at, sd, pixels)
+    (x, y), (sd_x, sd_y) = at.T, sd.T
+    return rows.assign(Xf=x, Yf=y, sd_x=sd_x, sd_y=sd_y, width=rows["width"] if width is None else width), lit
 
 
 def _found_after_all(table: pd.DataFrame, k: int, shot: Shot, labels: Labels, i: int) -> bool:

@@ -8,9 +8,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from vidtrack.findings import Finding
 from vidtrack.memory import columns_of
+from vidtrack.motion.jumps import Jump, jumps
 from vidtrack.motion.kinematics import motion
 from vidtrack.motion.spline_basis import forget
+from vidtrack.naming import some_of
+from vidtrack.timing.clock_text import readable
 
 _AXES = ("x", "y", "z")
 USED = ("time_s", "target", *_AXES, "sigma_x", "sigma_y", "sigma_z", "flag")
@@ -71,3 +75,32 @@ def _one(own: dict[str, NDArray[Any]], target: str) -> tuple[dict[str, NDArray[A
         columns |= {a: m.position[:, k], f"v{a}": m.velocity[:, k], f"a{a}": m.acceleration[:, k]}
         columns |= {f"sigma_{d}{a}": m.sigma[:, k, i] for i, d in enumerate(("", "v", "a"))}
     return columns, smoothing
+
+
+def jump_findings(trajectories: pd.DataFrame, units: str) -> list[Finding]:
+    """Where targets that move are elsewhere from one sample to the next; trajectories as `kinematics` takes them."""
+    if not set(USED) <= set(trajectories):
+        return []
+    found: dict[str, list[Jump]] = {}
+    for target, rows in trajectories.sort_values("time_s").groupby("target", sort=True):
+        plain = (rows["flag"].fillna("") == "").to_numpy()[:, None]
+        p, sigma = (rows[[f"{of}{a}" for a in _AXES]].to_numpy(float) for of in ("", "sigma_"))
+        flat = np.isnan(p[:, 2]).all()  # mode plane has no z
+        p, sigma = (own[:, :2] if flat else own for own in (p, sigma))
+        if own := jumps(rows["time_s"].to_numpy(float), np.where(plain, p, np.nan), sigma):
+            found[str(target)] = own
+    if not found:
+        return []
+    moments = sorted({jump.time_s for own in found.values() for jump in own})
+    longest = max((jump for own in found.values() for jump in own), key=lambda jump: jump.length)
+    text = (
+        f"{some_of(list(found))} {'jumps' if len(found) == 1 else 'jump'} from one sample to the next at "
+        f"{some_of([readable(moment, 2) for moment in moments], 3)}, by up to {longest.length:.3g} {units} where "
+        f"{longest.usual:.2g} {units} are the longest step beside it"
+    )
+    cure = (
+        "Was a part of the recordings cut out there, in all cameras alike? Then times after it are too early by what "
+        "is missing: take the recordings as the cameras wrote them, or make each part a run of its own. If not, see in "
+        "the film whether another thing is followed from there on."
+    )
+    return [Finding("doubtful", "positions-jump", text, cure)]

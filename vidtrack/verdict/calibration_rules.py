@@ -48,6 +48,9 @@ class Limits:
     stretched: tuple[float, float] = (0.003, 5.0)
     """Share by which an axis of the survey is stretched, and in standard errors: less than 0.3 % is what tapes have."""
 
+    shape: float = 0.03
+    """Departure from the shape of a pixel that is known, below which it is that shape."""
+
     alike: float = 9.0
     """Chi squared by which another deformation may explain less and still be named."""
 
@@ -83,8 +86,8 @@ def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: M
             f"survey tolerance explain ({record['rms_px']:.2g} px rms)"
         )
         cure = (
-            f"{_richer(record)}heck the sigma in points.csv (in the unit of the coordinates) and the points with the "
-            "largest residuals."
+            f"{_sensor_hint(name, record)}{_richer(record)}heck the sigma in points.csv (in the unit of the "
+            "coordinates) and the points with the largest residuals."
         )
         out.append(Finding(level, "residuals-unexplained", text, cure))
     elif fit.misfit != fit.misfit and (level := graded(record.get("rms_px"), LIMITS.rms_px)):
@@ -108,6 +111,18 @@ def camera_findings(name: str, record: Mapping[str, Any], fit: Fit, labelling: M
         cure = "Correct calibration.clips.<clip>.tags to what each clip shows, or light the points."
         out.append(Finding(level, "points-not-found", text, cure))
     return out
+
+
+def _sensor_hint(name: str, record: Mapping[str, Any]) -> str:
+    """What to look at first where `sensor` makes pixels of a shape that no video has and Sx was held."""
+    shape = record.get("dx", 1.0) / record.get("dy", 1.0)
+    held = "Sx" not in (record.get("standard_errors") or {})
+    if not held or min(abs(shape / a - 1) for b in (1.0, *PIXEL_ASPECTS) for a in (b, 1 / b)) < LIMITS.shape:
+        return ""
+    return (
+        f"cameras.{name}.sensor makes pixels that are {shape:.3g} times as wide as high: are its width and height "
+        "exchanged? "
+    )
 
 
 def _of_clip(clip: str, own: Mapping[str, Any]) -> str:
@@ -152,27 +167,48 @@ def square_findings(cameras: Mapping[str, Mapping[str, Any]]) -> list[Finding]:
     up. What does not fit is a digital camera with a scale factor that is none of video's.
     """
     least, errors = LIMITS.square
-    off = {}
+    off, shapes = {}, []
     for name, record in cameras.items():
+        shapes += _shape_findings(name, record)
         Sx, sd = record.get("Sx"), (record.get("standard_errors") or {}).get("Sx")
         if Sx is None or not sd or abs(record["dx"] / record["dy"] - 1) > 1e-3:
             continue
         if abs(Sx - 1) > max(least, errors * sd):
             off[name] = Sx, sd
     if not off:
-        return []
+        return shapes
     known = all(min(min(abs(Sx - a), abs(Sx * a - 1)) for a in PIXEL_ASPECTS) < 0.005 for Sx, _ in off.values())
     text = (
         f"calibration: Sx is {', '.join(f'{Sx:.3f} ± {sd:.1g} for {name}' for name, (Sx, sd) in off.items())}, where "
         "square pixels have 1"
     )
     if known:
-        return [Finding("note", "pixels-not-square", text, "Give cameras.<name>.sensor as the pixels are.")]
+        return [*shapes, Finding("note", "pixels-not-square", text, "Give cameras.<name>.sensor as the pixels are.")]
     cure = (
         "Check points.csv for an axis that is scaled, and cameras.<name>.sensor; with square pixels set "
         "calibration.fix: {Sx: 1}."
     )
-    return [Finding("doubtful", "pixels-not-square", text, cure)]
+    return [*shapes, Finding("doubtful", "pixels-not-square", text, cure)]
+
+
+def _shape_findings(name: str, record: Mapping[str, Any]) -> list[Finding]:
+    """Whether `sensor` makes pixels that are not square, and Sx makes them square again."""
+    Sx, shape = record.get("Sx"), record.get("dx", 1.0) / record.get("dy", 1.0)
+    if Sx is None or "Sx" not in (record.get("standard_errors") or {}):
+        return []
+    if abs(shape - 1) < LIMITS.shape or abs(Sx / shape - 1) > LIMITS.shape:
+        return []
+    columns, rows = record["image_size"]
+    width, height = record["dx"] * columns, record["dy"] * rows
+    exchanged = abs((height / columns) / (width / rows) - 1) < LIMITS.shape
+    text = (
+        f"calibration: {name}: its points show square pixels, where cameras.{name}.sensor [{width:.3g}, {height:.3g}] "
+        f"makes them {shape:.3g} times as wide as high"
+        f"{': its width and height seem to be exchanged' if exchanged else ''}. Positions do not suffer; f and Sx do"
+    )
+    cure = f"Give sensor as width and height of what the frame covers{', [' if exchanged else ''}"
+    cure += f"{height:.3g}, {width:.3g}]." if exchanged else "."
+    return [Finding("note", "sensor-not-as-pixels", text, cure)]
 
 
 def stretch_findings(back: Mapping[str, Any]) -> list[Finding]:
