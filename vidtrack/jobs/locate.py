@@ -19,6 +19,7 @@ from vidtrack.geometry.picture_part import Picture, picture_from_record
 from vidtrack.location.ball_middles import SIZE, sd_in_a_plane
 from vidtrack.location.chosen_readout import chosen_readouts
 from vidtrack.location.leaning_targets import leaning_targets
+from vidtrack.location.light_aside import light_aside
 from vidtrack.location.lit_shapes import lit_shape_findings
 from vidtrack.location.plane_sizes import plane_sizes
 from vidtrack.location.run_pictures import Pictures, camera_shown, windows
@@ -120,6 +121,7 @@ def _in_space(job: Job) -> Locations:
         kept=kept,
         points=points or None,
         widths=_widths(readings, scale.shift),
+        lit=light_aside(readings),
         lit_otherwise=_lit_otherwise(job, readings),
         late={name: own.get("late", 0.0) for name, own in readings.items()},
         heard=next((read_json(path)["cameras"] for path in job.paths("clocks")), None),

@@ -57,7 +57,14 @@ class Noise(NamedTuple):
 
 
 def noise_factor(
-    cameras: Sequence[Camera], b: Array, sd: Array, fallback: float, *, lag: int = 1, relative: bool = False
+    cameras: Sequence[Camera],
+    b: Array,
+    sd: Array,
+    fallback: float,
+    *,
+    lag: int = 1,
+    relative: bool = False,
+    alike: Sequence[bool] | None = None,
 ) -> Noise:
     """By how much the standard deviations of centroids are to be multiplied, as the reprojection errors show.
 
@@ -65,6 +72,8 @@ def noise_factor(
     fallback   the answer where too few samples estimate it; a factor from the errors themselves is never below it
     relative   nothing is known of the size of sd
     lag        samples from one to the next that share no noise; samples brought to common moments do with the next two
+    alike      (n_cameras,) whose sd holds what is alike in all samples, as what is not known of the outlines of balls
+               that a lamp lights from one side: nothing there is made smaller
 
     The reprojection errors of one target change from sample to sample by the centroids' noise, while what the
     calibration leaves in them changes slowly and steadily: their second differences show the noise alone. Merged or
@@ -99,6 +108,8 @@ def noise_factor(
     redundant = _redundancy(cameras, located.point, sd)
     each = _smaller(change, redundant[:, :, middle], both & used[:, :, middle])
     lasting = _smaller(located.error / sd, redundant, (used.sum(0) >= 2) & used)
+    if alike is not None:
+        each[list(alike)] = lasting[list(alike)] = 1.0
     return Noise(float(np.median(each)), "differences", each, np.maximum(each, lasting))
 
 

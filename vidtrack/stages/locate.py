@@ -24,6 +24,7 @@ from vidtrack.location.clock_far_off import clock_far_off
 from vidtrack.location.common_moments import check_overlap, recorded_twice
 from vidtrack.location.erring_camera import places_of_errors, without_erring
 from vidtrack.location.late_cameras import cameras_apart, late_cameras
+from vidtrack.location.light_aside import LightAside, with_light_aside
 from vidtrack.location.locate_findings import caused_by, findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -94,6 +95,7 @@ def locate(
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     widths: Mapping[str, Any] | None = None,
+    lit: Mapping[str, LightAside] | None = None,
     lit_otherwise: Collection[str] = (),
     late: Mapping[str, float] | None = None,
     units: str = "in",
@@ -121,6 +123,7 @@ def locate(
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
     late           camera: samples by which what moves is seen late at most, where its pictures are mixed
     widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
+    lit            camera: what a lamp that lights the targets from one side leaves in its centroids
     lit_otherwise  cameras whose targets are lit otherwise than those balls: widths are not compared there
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
@@ -172,7 +175,9 @@ def locate(
     relative = not all(v.has_sd for v in views)
     fallback = SD_PX if relative else 1.0
     lag = 3 if any(s.between for s in seen) else 1
-    noise = noise_factor(rig, b, sd, fallback, lag=lag, relative=relative)
+    aside = [(lit or {}).get(v.name) for v in views]
+    sd = with_light_aside(sd, aside)
+    noise = noise_factor(rig, b, sd, fallback, lag=lag, relative=relative, alike=[own is not None for own in aside])
     quick, sd = (np.hypot(sd * by[:, :, None, None], sized.lasting) for by in (noise.each, noise.whole))
     reject = tolerance_px or limits_of(sd, b, TOLERANCE_PX, TOLERANCE_SD)
     surveys, uncertainties = _surveys(views, points, noise.factor), [v.uncertainty for v in views]
@@ -183,7 +188,8 @@ def locate(
     # why cameras disagree is seen where they do; what lasts is what is looked for
     same = not located.disagree.any() and (noise.each == noise.whole).all()
     whole = located if same else points_of(sd=quick)
-    misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b))
+    constant = np.array([own.lasting if own else 0.0 for own in aside])
+    misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b), constant)
     if max_miss is not None:
         located = without_far(located, max_miss)
     grown = with_grown_sigma(located, sd)

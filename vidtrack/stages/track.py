@@ -40,7 +40,7 @@ from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
-from vidtrack.tracking.measurement.lighting import lighting, lit_findings
+from vidtrack.tracking.measurement.lighting import light_record, lighting, lit_findings
 from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
 from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
 from vidtrack.tracking.measurement.shape_change import shape_evidence
@@ -210,7 +210,7 @@ def track(
     seen, blur, grown = noise.seen, shapes.blur, np.median(noise.seen.factor, axis=1) if names else np.ones(2)
     del others, shapes, time, elapsed, noise, looks
     diagnostics = diagnosed(rows, moment.frame, moment.field, names, crops) | clip.as_record() | damage.as_record()
-    diagnostics |= blur.as_record() | ({"lighting": lit.as_record()} if lit else {})
+    diagnostics |= blur.as_record() | light_record(lit, widths.pieces(rows.values, lines), detection.noise, lines=lines)
     diagnostics |= {"begun": begun.how, "widths": widths.as_record(names, columns.time_s, lit)}
     record_scatter(diagnostics, seen, names)
     found = [

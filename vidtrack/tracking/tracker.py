@@ -19,6 +19,7 @@ from vidtrack.tracking.crops import Crop, keep_piece
 from vidtrack.tracking.declumping import Clumps, looks_of
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
+from vidtrack.tracking.detection.from_below import from_below
 from vidtrack.tracking.detection.pixel_counter import PixelCounter
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
@@ -251,19 +252,20 @@ class Tracker:
 
     def _measured(self, samples: Sequence[Sample], predicted: Array, who: Ints) -> tuple[Seen, Bools]:
         """What targets show where they are predicted (k, n, 2), and where they are clear (k, m): whole and alone."""
-        appearance = self.state.appearance.of(who)
+        where, detection = predicted[:, who], self.scene.detection
+        known = self.state.appearance.of(who), self.levels(who)
+        appearance, levels = from_below(samples[0], where[0], *known, detection)
         seen = measure_targets(
             samples,
-            predicted[:, who],
+            where,
             appearance=appearance,
-            threshold=self.levels(who),
-            detection=self.scene.detection,
+            threshold=levels,
+            detection=detection,
             careful=len(self.record) % PACE.careful_every == 0,
         )
         shaped, clear, at = seen.values, seen.clear, seen.values[[X, Y]]
         if (changed := self.own_size.changed(shaped, who)).size:
-            levels, detection = self.levels(who), self.scene.detection
-            shaped = with_shapes(seen, changed, samples, predicted[:, who], appearance, levels, detection)
+            shaped = with_shapes(seen, changed, samples, where, appearance, levels, detection)
             clear = clear & ~self.own_size.unlike(shaped, who)
         if self.scene.clutter.size:
             near = np.abs(at[..., None] - self.scene.clutter[:, None, None]) < 1.5

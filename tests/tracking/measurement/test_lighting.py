@@ -10,9 +10,18 @@ from tests.lit_balls import noisy, picture
 from vidtrack.stages import track as stage
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
+from vidtrack.tracking.detection.blobs import find_blobs
 from vidtrack.tracking.measurement import ball_outline
 from vidtrack.tracking.measurement.ball_outline import Outline, piece_of
-from vidtrack.tracking.measurement.lighting import Lighting, _agreed, _steady, lighting, lit_findings
+from vidtrack.tracking.measurement.lighting import (
+    Lighting,
+    _agreed,
+    _steady,
+    _turning,
+    light_record,
+    lighting,
+    lit_findings,
+)
 
 SHAPE = (90, 130)
 
@@ -187,6 +196,60 @@ def test_what_the_grid_of_pixels_does_to_many_balls_is_no_lamp(rng):
     assert _agreed([[np.array([0.2, 0.0])]], 0.01)
     assert not _agreed([[np.array([0.03, 0.0])]], 0.01)
     assert not _agreed([[], []], 0.01)
+
+
+def test_many_balls_are_lit_all_ways_by_a_lamp_beside_the_camera(rng):
+    """Each on the side that is turned to the lamp: as many to the left as to the right, on the whole none."""
+    places = [[rng.uniform(0, 400, 2)] for _ in range(24)]
+    chance = rng.normal(0, 0.012, (24, 1, 2))
+    ways = [[1e-4 * (where[0] - 200) + off[0]] for where, off in zip(places, chance, strict=True)]
+    assert not _agreed(ways, 0.01)
+    assert _turning(ways, places, 0.01)
+    assert not _turning(ways, places, 0.03), "too little to matter"
+    assert not _turning(list(chance), places, 0.0)
+    assert not _turning(ways[:8], places[:8], 0.01), "of a few balls chance may make as much"
+    assert not _turning([[], []], [[], []], 0.01)
+    found = [
+        [Outline(np.array(where[0]), 4.5, way[0], 0.01, True, 9.0, 0)] for where, way in zip(places, ways, strict=True)
+    ]
+    assert Lighting(found).one_sided
+
+
+def test_balls_that_a_lamp_beside_the_camera_lights_are_moved_to_their_outlines(rng):
+    shape, at = (300, 420), [(x, y) for y in (50.0, 150.0, 250.0) for x in (50.0, 130.0, 210.0, 290.0, 370.0)]
+    light = np.full(shape, 30.0)
+    for x, y in at:
+        lamp = ((210 - x) / 400, (150 - y) / 400, 1)
+        one = picture((60, 60), [(30 + 0.3, 30 - 0.2, 4.5)], lamp=lamp, ambient=0.3)
+        light[int(y) - 30 : int(y) + 30, int(x) - 30 : int(x) + 30] = one
+    luma, truth = noisy(light, rng), np.array(at) + np.array([0.3, -0.2])
+    blobs = find_blobs(luma, bits=8)
+    seen = np.stack([blobs.Xf, blobs.Yf], axis=1)
+    pieces = [[piece_of(luma, where, count)] for where, count in zip(seen, blobs.pixels, strict=True)]
+    lit = lighting(pieces, 1.5, most=len(pieces))
+    assert lit is not None
+    true = truth[[int(np.argmin(np.hypot(*(truth - where).T))) for where in seen]]
+    ways = [lit.ways(i, seen[i][:, None], np.sqrt(blobs.pixels[i : i + 1] / np.pi)) for i in range(len(seen))]
+    way, sd = np.array([one[0][:, 0] for one in ways]), np.array([one[1][0] for one in ways])
+    assert np.median(np.hypot(*(seen - true).T)) > 0.3
+    assert np.median(np.hypot(*(seen + way - true).T)) < 0.06
+    assert (np.hypot(*(seen + way - true).T) < 4 * sd).all()
+
+
+def test_the_record_says_how_far_light_may_lie_aside_where_no_lamp_is_seen(rng):
+    def pieces(lamp, ambient):
+        for x, y in zip(rng.uniform(25, 65, 24), rng.uniform(25, 65, 24), strict=True):
+            luma = noisy(picture((90, 90), [(x, y, 4.8)], lamp=lamp, ambient=ambient, level=110.0), rng, 2.0)
+            blobs = find_blobs(luma, bits=8)
+            yield piece_of(luma, (blobs.Xf[0], blobs.Yf[0]), float(blobs.pixels[0]))
+
+    plain, behind = list(pieces(None, 1.0)), list(pieces((0.0, 1.0, -1.5), 0.6))
+    assert lighting([plain], 2.0) is None
+    even = light_record(None, [plain], 2.0)["light_aside_px"]
+    rim = light_record(None, [behind], 2.0)["light_aside_px"]
+    assert even < 0.06
+    assert rim > 1.5 * even
+    assert light_record(None, [plain[:4]], 2.0) == light_record(None, [], 2.0) == {}
 
 
 def test_nothing_is_said_of_no_ball():

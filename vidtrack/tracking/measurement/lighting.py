@@ -37,7 +37,9 @@ def lighting(
     groups = [[laid_over(some, lines) for some in by_place(pieces, each)] for pieces in balls]
     seen = [[light_of(one, noise / np.sqrt(one.number), lines) for one in own] for own in groups]
     alone = [[one for one in own if one is not None] for own in seen]
-    if not _agreed([[one.aside for one in own] for own in alone], LIT.least):
+    aside = [[one.aside for one in own] for own in alone]
+    places = [[one.laid.where for one in own] for own in alone]
+    if not (_agreed(aside, LIT.least) or _turning(aside, places, LIT.least)):
         return None
     fitted = [[outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own] for own in alone]
     whole = [sum(one.cut for one in own) <= LIT.cut * len(own) for own in fitted]
@@ -85,6 +87,24 @@ def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
     return False
 
 
+def _turning(balls: Sequence[Sequence[Array]], places: Sequence[Sequence[Array]], least: float) -> bool:
+    """Whether ways (2,), in radii, of many balls change evenly with their places (2,) px by more than chance: a lamp
+    beside the camera lights each on the side that is turned to it, all ways, and on the whole none.
+
+    The squares that two slopes explain, over those of what they leave and its freedom, follow F.
+    """
+    fewest, beyond = LIT.turning
+    way, place = (np.array([one for own in of for one in own]) for of in (balls, places))
+    if len(way) < fewest:
+        return False
+    off = place - place.mean(axis=0)
+    terms = np.column_stack([np.ones(len(way)), off / max(float(np.abs(off).max()), 1.0)])
+    shape = np.linalg.lstsq(terms, way, rcond=None)[0]
+    turned = terms[:, 1:] @ shape[1:]
+    chance = float(np.square(way - terms @ shape).sum()) / (len(way) - 3)
+    return bool(np.square(turned).sum() > max(2 * beyond * chance, len(way) * least**2))
+
+
 def _steady(own: Sequence[Outline]) -> bool:
     """Whether the outlines of a ball agree on how it is lit; two and fewer cannot disagree."""
     held = [one for one in own if one.held]
@@ -108,7 +128,9 @@ class Lighting:
         ways = [[one.way for one in own if one.held] for own in self.found]
         near = min((one.radius for one in held), default=1.0)
         lost = sum(not one.held for own in self.found for one in own)
-        self.one_sided = _agreed(ways, LIT.least_way / near) or lost > len(held)
+        places = [[one.where for one in own if one.held] for own in self.found]
+        least = LIT.least_way / near
+        self.one_sided = _agreed(ways, least) or _turning(ways, places, least) or lost > len(held)
         self._all = _Field(held)
         self._own = [_Field([one for one in own if one.held]) for own in self.found]
 
@@ -214,6 +236,25 @@ class _Field:
         """Ways (2, k) at places (2, k), and what the field is unsure by there (k,)."""
         terms = self._terms(where)
         return np.asarray((terms.T @ self._shape).T), np.sqrt(np.einsum("ik,ij,jk->k", terms, self._covariance, terms))
+
+
+def light_record(
+    lit: Lighting | None, balls: Sequence[Sequence[Piece]], noise: float, *, lines: int = 1
+) -> dict[str, Any]:
+    """For the diagnostics: lighting, or where no ball is lit from one side light_aside_px: by how much the middles of
+    their light may lie aside all the same, where a lamp lights them for other cameras; nothing where no ball is seen.
+
+    balls, noise, lines  as those of `lighting`
+    """
+    if lit is not None:
+        return {"lighting": lit.as_record()}
+    laid = [laid_over(some, lines) for pieces in balls for some in by_place(pieces, LIT.of_each)]
+    seen = [one for own in laid if (one := light_of(own, noise / np.sqrt(own.number), lines)) is not None]
+    if len(seen) < LIT.agreed[0]:
+        return {}
+    aside = np.array([one.aside * one.laid.radius * one.laid.shrunk for one in seen])
+    chance = np.sqrt(aside.var(axis=0).sum() / (len(aside) - 1))
+    return {"light_aside_px": LIT.unseen * float(np.hypot(np.hypot(*aside.mean(axis=0)), chance))}
 
 
 def lit_findings(lit: Lighting | None) -> list[Finding]:
