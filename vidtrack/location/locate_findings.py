@@ -95,7 +95,10 @@ def findings_of(record: Record, units: str) -> list[Finding]:
             f"{sudden} samples: lines of sight miss each other for a moment by more than noise explains; their sigma "
             "is grown by it, or the camera that errs is left out"
         )
-        cure = "See the tracks there: a rope, a flash or a neighbour may touch the target in one camera."
+        cure = (
+            "See the tracks there: a rope, a flash or a neighbour may touch the target in one camera, or a drop or "
+            "dirt lie on its lens or window."
+        )
         out.append(Finding(grave, "sudden-misses", text, cure))
     out += lens_findings(samples.get("erring") or {})
     return [*out, *_left_out(samples), *_seldom(samples.get("in_view") or {})]
@@ -329,7 +332,8 @@ def _cure(record: Record) -> str:
         "Neither one late clock nor one turned camera or zoomed lens explains all of it. What does, the likeliest "
         "first: a camera that moved, or a lens that was zoomed or focused, between the clips of its calibration or "
         "before the run (compare their pictures); water or a window before the targets that was not there when the "
-        "camera was calibrated; one name that means two targets; a track that jumps to a reflection or a neighbour."
+        "camera was calibrated; a drop or dirt on a lens or window; one name that means two targets; a track that "
+        "jumps to a reflection or a neighbour."
     )
 
 

@@ -24,15 +24,9 @@ from vidtrack.side_by_side import both, side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.assessment import (
-    damaged_pictures,
-    line,
-    missing_targets,
-    more_than_asked,
-    repeated_pictures,
-    scattering,
-)
+from vidtrack.tracking.assessment import damaged_pictures, line, missing_targets, repeated_pictures, scattering
 from vidtrack.tracking.backwards import Earlier
+from vidtrack.tracking.besides_targets import more_than_asked, still_findings
 from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
 from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
@@ -190,6 +184,7 @@ def track(
     lines = len(set(moment.offset))
     rows, others = earlier.into(tracker, lines), earlier.others(tracker)
     pieces, crops, widths, looks = tracker.windows.kept, tracker.crops, tracker.widths, tracker.looks
+    spread = tracker.spread
     del tracker, earlier, stamps, ahead  # what was recorded is as large as each table
     if few := rows.values.nbytes < PICTURES.kept_bytes:
         keep_freed_memory(PICTURES.kept_bytes)
@@ -217,6 +212,7 @@ def track(
         *scattering(seen, names),
         *missing_targets(rows, names, begun.expected, detection),
         *([] if every else more_than_asked(cut, len(rows.flag), len(names), chosen=boxes is not None)),
+        *still_findings(spread, rows.values, names, detection, chosen=boxes is not None),
         *order,
         *uneven,
         *mixed_pictures(blur.late, blur.drawn),

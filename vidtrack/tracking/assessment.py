@@ -20,21 +20,18 @@ from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.measurement.empirical_sd import Scatter
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import CORRUPT, EDGE, LOST, MERGED, REPEATED, SMALL, Rows, present
-from vidtrack.tracking.track_cuts import CutTracks
 
 
 @dataclass(frozen=True)
 class Limits:
     """Shares of the samples: below `bad` a target measured is hardly tracked, below `half` seldom, below `whole` not
-    all the time, which the positions in space judge: other cameras may have seen it; a track besides the targets that
-    lasts `long` may be a target as well; a larger share of samples than `repeated` that show the picture before is no
-    accident.
+    all the time, which the positions in space judge: other cameras may have seen it; a larger share of samples than
+    `repeated` that show the picture before is no accident.
     """
 
     bad: float = 0.1
     half: float = 0.5
     whole: float = 0.9
-    long: float = 0.5
     repeated: float = 0.02
 
 
@@ -183,26 +180,6 @@ def _cause(box: InBox, rows: Rows, i: int, detection: Detection) -> tuple[str, s
         )
     why = max(_WHY, key=lambda one: int((rows.flag[:, i] & one[0] > 0).sum()))[1]
     return why, "Look at the crops of the worst moments; move its start box, or set detect.threshold."
-
-
-def more_than_asked(cut: CutTracks, samples: int, n: int, *, chosen: bool) -> list[Finding]:
-    """Whether other things than the targets are followed for long, which look like targets.
-
-    chosen   start boxes say which things are the targets; else it is not known which of them were meant
-    """
-    if not len(cut.target):
-        return []
-    length = np.bincount(cut.tracklet, minlength=len(cut.target))
-    more = int(((cut.target < 0) & (length > LIMITS.long * samples)).sum())
-    if not more:
-        return []
-    things = "one more thing that looks" if more == 1 else f"{more} more things that look"
-    text = f"{things} like the {n} target{'s' * (n != 1)} can be seen for more than half of the run."
-    if chosen:
-        return [Finding("note", "more-targets-seen", text, f"Set targets to {n + more} if they are targets.")]
-    taken = "those that move, then the brightest, were taken"
-    cure = f"Set targets to {n + more}, or say in targets.csv which are meant: {taken}."
-    return [Finding("doubtful", "more-targets-seen", text, cure)]
 
 
 def scattering(seen: Scatter, names: Sequence[str]) -> list[Finding]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.ball_widths import BallWidths
+from vidtrack.tracking.besides_targets import SpreadPictures
 from vidtrack.tracking.crops import Crop, keep_piece
 from vidtrack.tracking.declumping import Clumps, looks_of
 from vidtrack.tracking.detect_settings import Detection
@@ -88,11 +89,11 @@ class Tracker:
         self.state = TargetState.before(self.starts)
         places = np.zeros((2, 0)) if clutter is None else np.stack([clutter.Xf, clutter.Yf])
         self.scene = Scene(detection, level, places, static)
-        self.own_size, self.clumps = OwnSize(n + spare), Clumps(n + spare)
+        self.own_size, self.clumps, self.crops = OwnSize(n + spare), Clumps(n + spare), list[Crop]()
         self.search = Reacquisition(self.scene, n, n + spare, self.own_size, far=far)
         self.newcomers = None if whole is None else Newcomers(n, spare, whole, detection)
-        self.record, self.windows, self.crops = Record(n), Windows(n + spare), list[Crop]()
-        self.widths, self.looks = BallWidths(n, detection), (Surfaces(n), Rims(n, detection))
+        self.record, self.windows, self.widths = Record(n), Windows(n + spare), BallWidths(n, detection)
+        self.looks, self.spread = (Surfaces(n), Rims(n, detection)), SpreadPictures(detection)
         self._pacer, self._lines, self._wall = Pacer(), 1, wall
         self._waiting: list[Sample] = []
         self._totals: list[int] = []  # pixels of those samples on the targets' side of the threshold
@@ -169,6 +170,7 @@ class Tracker:
         self._pacer.went(taken, well=taken == k and not lost_now.size)
         block.total_pixels[:taken] = self._totals[:taken]
         del self._totals[:taken]
+        self.spread.passed(samples[:taken], self.record.samples)
         self.widths.passed(samples[:taken], self.record.samples, block.values)
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
         if self.newcomers is not None:

@@ -88,7 +88,7 @@ def _wandering(free: Sequence[_Camera], cameras: Sequence[_Camera]) -> Finding |
         if others and own.wander > max(LIMITS.wander, LIMITS.times * max(others)):
             text = (
                 f"{own.name}: the size of the targets wanders by {own.wander:.2%} rms along the run, in the other "
-                f"cameras by {max(others):.2%} at most: its lens zooms or its focus hunts"
+                f"cameras by {max(others):.2%} at most: its lens zooms, its focus hunts, or a drop or dirt lies on it"
             )
             return Finding("doubtful", "lens-hunts", text, CURE)
     return None
