@@ -115,6 +115,12 @@ def test_a_unit_that_is_not_offered_is_not_taken_for_a_millionfold_one():
         ),
         ({"cameras": {"c": {"sensor": "6.4 x 4.8"}}}, "takes a list, not '6.4 x 4.8'. Write [6.4, 4.8]."),
         ({"runs": {"r": {"detect": {"start": 1.5}}}}, "takes a whole number, not 1.5."),
+        ({"runs": {"r": {"targets": "bow"}}}, "takes a list, not 'bow'. Write [bow]."),
+        ({"runs": {"r": {"rate": "120fps"}}}, "Write a number alone"),
+        ({"runs": {"r": {"fps": 120}}}, "no such setting; did you mean 'rate'?"),
+        ({"runs": {"r": {5: None}}}, "Decimals begin with a point, and in braces a comma ends a setting."),
+        ({"cameras": ["cam1", "cam2"]}, "Write `cam1: {}`, and so each of them, on a line of its own."),
+        ({"detect": {"threshold": 0.5}}, "a grey level of 255, not a share of it: write 128"),
         ({"runs": {"r": {"targets": "bow, stern"}}}, "takes a list, not 'bow, stern'. Write [bow, stern]."),
     ],
 )

@@ -21,6 +21,12 @@ def test_a_table_without_sizes_has_no_balls():
     assert np.isnan(ball_radii({"Xf": np.zeros(2), "pixels": np.zeros(2)})).all()  # placed by hand
 
 
+def test_flat_marks_have_no_radius():
+    assert np.isnan(
+        ball_radii({"Xf": np.zeros(2), "width": [9.0, 8.0], "pixels": [60, 50], "flat": [True, True]})
+    ).all()
+
+
 def test_in_air_the_offsets_are_those_of_the_cone_and_the_record_has_the_largest():
     camera, p = thesis_rig(1)[0], np.array([[3.0, -4.0, 2.0], [-5.0, 5.0, -3.0]])
     b, radius = project(camera, p), np.array([12.0, np.nan])

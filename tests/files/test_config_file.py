@@ -27,6 +27,15 @@ def test_a_tab_is_told_with_its_line(tmp_path):
     )
 
 
+def test_a_colon_without_a_space_is_named_where_it_stands(tmp_path):
+    line = refusal(tmp_path, "units:in\ncameras:\n  cam1: {}\n")
+    assert line == "config.yaml, line 1: no space follows the colon. Write `units: ...`."
+    line = refusal(tmp_path, "units: in\ncameras:\n  cam1:\n    Cx:256\n    Cy: 3\n")
+    assert line.startswith("config.yaml, line 4: no space")
+    times = "runs:\n  a: {start: 10:00:55:12, videos: {cam1: C:/films/a.mp4}\nunits: in\n"
+    assert "no space" not in refusal(tmp_path, times)
+
+
 def test_a_key_given_twice_is_refused_rather_than_the_last_one_taken(tmp_path):
     line = refusal(tmp_path, "units: in\ncameras:\n  cam1: {}\n  cam2: {}\n  cam1: {Cx: 3}\n")
     assert line.startswith("config.yaml, line 5")

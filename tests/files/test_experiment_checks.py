@@ -155,3 +155,11 @@ FLOAT = {"t1": [0, 0, 0], "t2": [9, 0, 0], "t3": [0, 9, 0]}
 def test_a_body_that_cannot_refine_the_cameras_is_refused_before_any_work(folder, own, runs, says):
     runs = {name: {"targets": 3} | run for name, run in runs.items()}
     assert any(says in line for line in problems(calibration={"self": own}, runs=runs))
+
+
+@pytest.mark.parametrize(("wanted", "named"), [("calibration", "calib"), ("runs", "run"), ("runs", "Runs")])
+def test_a_folder_that_is_named_nearly_as_it_should_be_is_one_line(folder, wanted, named):
+    (folder / wanted).rename(folder / named)
+    lines = problems()
+    assert f"{wanted}/: no such folder; did you mean {named!r}? Rename it to {wanted}." in lines
+    assert not any("no such folder in" in line for line in lines)

@@ -12,6 +12,7 @@ from vidtrack.location.ball_middles import (
     moved_columns,
     perspective_findings,
     sd_in_a_plane,
+    sd_of_flat,
 )
 from vidtrack.simulate.rig import thesis_rig
 
@@ -131,3 +132,26 @@ def test_in_a_plane_the_sd_grows_by_what_its_map_cannot_know():
     np.testing.assert_allclose(alike["sd_x"], 0.01)
     without = {name: column for name, column in own.items() if name != "pixels"}
     assert sd_in_a_plane(without, (641, 481), 5.0) == {}
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.8, 1.2])
+def test_the_outline_of_a_tilted_disc_has_its_middle_aside_by_no_more_than_the_sd_of_flat_targets_expects(angle):
+    """Points of the disc's edge, projected: its middle is off by R^2 / f sin(a) cos(a)."""
+    f, far, edge = 900.0, 160.0, 3.0
+    turn = np.linspace(0, 2 * np.pi, 721)[:-1]
+    y = f * edge * np.sin(turn) * np.cos(angle) / (far + edge * np.sin(turn) * np.sin(angle))
+    off = (y.max() + y.min()) / 2
+    assert abs(off) == pytest.approx((f * edge / far) ** 2 / f * np.sin(angle) * np.cos(angle), rel=0.01)
+    assert abs(off) < 2 * 0.35 * (f * edge / far) ** 2 / f
+
+
+def test_flat_targets_stay_and_their_sd_holds_how_they_may_be_turned():
+    own = columns([100.0, 1200.0])
+    flat = sd_of_flat(own, CAMERA, {})
+    np.testing.assert_array_equal(flat["Xf"], own["Xf"])
+    more = 0.35 * np.array([100.0, 1200.0]) / np.pi * CAMERA.dx / CAMERA.f
+    np.testing.assert_allclose(flat["sd_y"], np.hypot(0.01, more))
+    assert more[1] > 0.1
+    assert own["sd_y"][1] == 0.01
+    bare = {name: own[name] for name in ("time_s", "target", "Xf", "Yf")}
+    assert sd_of_flat(bare, CAMERA, {}) == bare

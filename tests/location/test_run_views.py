@@ -40,6 +40,17 @@ def test_balls_are_moved_for_a_calibration_of_points_and_for_a_bare_camera():
         assert found.balls["cam1"].largest_px == pytest.approx(np.hypot(*offset.T).max())
 
 
+def test_flat_targets_are_not_moved_and_nothing_is_said_of_their_perspective():
+    cameras = {f"cam{i + 1}": (camera, None) for i, camera in enumerate(CAMERAS)}
+    tables = dict.fromkeys(cameras, table())
+    found = run_views(tables, {}, cameras, {}, {}, "run", flat=True)
+    assert found.balls == {}
+    for view in found.views:
+        assert view.balls is None
+        np.testing.assert_array_equal(view.b[0], table()[["Xf", "Yf"]].to_numpy())
+        assert (view.sd > 0.03).all()
+
+
 def test_a_calibration_of_an_older_version_is_one_of_outlines():
     cameras = {f"cam{i + 1}": Calibrated(camera, None, {"n_points": 40}) for i, camera in enumerate(CAMERAS)}
     found = viewed(table(), cameras)

@@ -47,6 +47,15 @@ def test_a_runs_crop_goes_before_its_cameras():
     assert orders.locate(of_one, experiment(**both), "r1")["crop"] == {"cam1": (0, 0, 9, 9), "cam2": (1, 2, 3, 4)}
 
 
+def test_who_says_nothing_of_flat_marks_has_the_orders_of_before():
+    both, asked = {"r1": ["cam1", "cam2"]}, {"units": "in", "cameras": {"cam1": None, "cam2": None}}
+    assert "flat" not in orders.locate(config(r1={}), experiment(**both), "r1")
+    assert "flat" not in orders.calibrate(config(), "cam1")
+    flat = settings_from_config({**asked, "calibration": {"flat": True}, "runs": {"r1": {"flat": True}}})
+    assert orders.locate(flat, experiment(**both), "r1")["flat"] is True
+    assert orders.calibrate(flat, "cam1")["flat"] is True
+
+
 def test_a_plane_is_located_by_the_sensor_where_the_config_gives_no_shape_of_a_pixel():
     def order(camera, **run):
         asked = {"units": "in", "cameras": {"cam1": camera}, "runs": {"r1": run}}

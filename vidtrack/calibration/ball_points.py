@@ -22,9 +22,12 @@ def ball_radii(table: Columns) -> Array:
     """The radius (n,), px, of each ball of a table of sightings; NaN where that is not known, and what is no ball.
 
     By column width, its apparent diameter; where that is not known by pixels, those above the threshold. A point that
-    was placed by hand, a board's corner or a line of a file without sizes has neither.
+    was placed by hand, a board's corner or a line of a file without sizes has neither. Of a table with a column flat,
+    its points are flat marks.
     """
     n = len(table["Xf"])
+    if "flat" in table:
+        return np.full(n, np.nan)
     pixels = np.asarray(table["pixels"], float) if "pixels" in table else np.full(n, np.nan)
     width = np.asarray(table["width"], float) if "width" in table else np.full(n, np.nan)
     by_pixels = np.sqrt(np.where(pixels > 0, pixels, np.nan) / np.pi)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import yaml
@@ -44,6 +45,9 @@ def read_config(path: str, needed: str = "`units` and `cameras`") -> dict[str, A
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = f"{path}, line {mark.line + 1}, column {mark.column + 1}" if mark else path
+        if mark and (close := _without_space(text.splitlines()[: mark.line + 1])):
+            number, key = close
+            raise VidtrackError(f"{path}, line {number}: no space follows the colon. Write `{key}: ...`.") from None
         raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Correct that line.") from None
     except RecursionError:
         raise VidtrackError(
@@ -59,6 +63,14 @@ def read_config(path: str, needed: str = "`units` and `cameras`") -> dict[str, A
     if not isinstance(config, dict):
         raise VidtrackError(f"{path}: holds no settings, but {str(config)[:40]!r}. Write `key: value` lines.")
     return config
+
+
+def _without_space(lines: Sequence[str]) -> tuple[int, str] | None:
+    """The last line, and its key, that ends a key with a colon and goes on without a space; None where none does."""
+    for number in range(len(lines), 0, -1):
+        if found := re.match(r"\s*([A-Za-z]\w*):[^\s:/\\]", lines[number - 1]):
+            return number, found[1]
+    return None
 
 
 def _size(value: object, within: int = 0) -> int:

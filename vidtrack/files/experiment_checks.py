@@ -22,7 +22,7 @@ _DATE = re.compile(r"\d{1,2}[-. ][A-Za-z]{3,9}\.?|[A-Za-z]{3,9}[-. ]\d{1,2}|\d{1
 def checked_experiment(settings: Settings) -> Experiment:
     """The experiment that the settings name; VidtrackError with every problem of it, a line each."""
     experiment, problems = look_through(settings)
-    problems += _check_names(settings, experiment)
+    problems += _check_folders(experiment.folder) or _check_names(settings, experiment)
     problems += _check_tables(settings, experiment)
     problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
@@ -32,6 +32,18 @@ def checked_experiment(settings: Settings) -> Experiment:
     if problems:
         raise VidtrackError(*dict.fromkeys(problems))
     return experiment
+
+
+def _check_folders(folder: str) -> list[str]:
+    """A line for calibration/ or runs/ that is not there where another folder has nearly its name: calib, Runs, run."""
+    there = [name for name in os.listdir(folder) if os.path.isdir(within(folder, name))]
+    problems = []
+    for wanted in ("calibration", "runs"):
+        short = [name for name in there if len(name) > 2 and wanted.startswith(name.casefold())]
+        near = short[0] if short else did_you_mean(wanted, there)
+        if wanted not in there and near:
+            problems.append(f"{wanted}/: no such folder; did you mean {near!r}? Rename it to {wanted}.")
+    return problems
 
 
 def _check_names(settings: Settings, experiment: Experiment) -> list[str]:

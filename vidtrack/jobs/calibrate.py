@@ -29,11 +29,12 @@ def run(job: Job) -> None:
     if read_labelling(job.path("labelling")).get("placed_by") == "board":
         _placed_by_board(job)
         return
-    settings = {name: value for name, value in job.settings.items() if name not in ("units", "lens")}
+    settings = {name: value for name, value in job.settings.items() if name not in ("units", "lens", "flat")}
     board = _board_record(job)
     height, width = read_png(job.path("picture")).shape[:2]
+    sightings = read_parquet(job.path("sightings"))
     done = calibrate(
-        read_parquet(job.path("sightings")),
+        sightings.assign(flat=True) if job.settings.get("flat") else sightings,
         image_size=(width, height),
         units=job.settings["units"],
         left_out=_left_out(job),

@@ -38,10 +38,13 @@ class Middles:
     """How sure the radii are, and when something is said.
 
     larger    apparent diameters over those by pixels, at least and at most; farther off it is something else
+    tilted    of R^2 / f: how far the middle of a flat disc's outline lies from where its own is seen, sin(a) cos(a) at
+              an angle a between disc and picture; rms over all directions that a camera can see
     said_px   offsets from which on the record's findings say that they were taken off
     """
 
     larger: tuple[float, float] = (0.7, 1.5)
+    tilted: float = 0.35
     said_px: float = 0.05
 
 
@@ -120,6 +123,20 @@ def sd_in_a_plane(columns: Mapping[str, NDArray[Any]], picture: tuple[int, int],
     }
 
 
+def sd_of_flat(
+    columns: Mapping[str, NDArray[Any]], camera: Camera, larger: Mapping[str, float]
+) -> dict[str, NDArray[Any]]:
+    """Columns of flat targets of radius R px, whose sd_x, sd_y (px) hold what is not known of how they are turned.
+
+    A disc at an angle a to the picture has its middle nearer to the outline's far edge, by sin(a) cos(a) R^2 / f (f in
+    px), to first order of R / f.
+    """
+    if "pixels" not in columns or not {"sd_x", "sd_y"} <= set(columns):
+        return dict(columns)
+    more = MIDDLES.tilted * np.nan_to_num(_radii(columns, larger)) ** 2 * camera.dx / camera.f
+    return dict(columns) | {sd: np.hypot(np.asarray(columns[sd], float), more) for sd in ("sd_x", "sd_y")}
+
+
 class Moved(NamedTuple):
     """Tables at balls' middles, and the largest offset, px."""
 
@@ -186,7 +203,7 @@ def perspective_findings(seen: Mapping[str, BallSizes], where: str) -> list[Find
             f"{where}: targets are taken for balls: the middles of their outlines lie up to {most:.2f} px from where "
             "their own middles are seen, which is taken off."
         )
-        cure = "Flat or long targets are off by as much; keep these small in the picture."
+        cure = "Flat targets are off by as much: give flat: true for the run where they are; keep long ones small."
         out.append(Finding("note", "perspective-of-balls", text, cure))
     return out
 

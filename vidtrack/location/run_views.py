@@ -14,6 +14,7 @@ from vidtrack.location.ball_middles import (
     ball_sizes_seen,
     larger_than_pixels,
     moved_columns,
+    sd_of_flat,
 )
 from vidtrack.location.followed import ROWS, rows_of, view_of
 from vidtrack.location.run_pictures import camera_shown
@@ -38,9 +39,11 @@ def run_views(
     shown: Mapping[str, Window],
     widths: Mapping[str, Any],
     where: str,
+    flat: bool = False,
 ) -> RunViews:
     """The views of all cameras of a run; see `stages.locate.locate` for the tables.
 
+    flat    targets are flat marks: nothing is taken off, and sd_x, sd_y hold how they may be turned
     widths  camera: track: time_s, width (px), how wide tracks look at some samples
     Raises VidtrackError for fewer than two cameras, and for one without a calibration.
     """
@@ -59,8 +62,11 @@ def run_views(
         own = columns_of(table, wanted)
         others = columns_of(tracklets[name], wanted) if name in tracklets else None
         describes, how = _described(cameras[name])
-        sized = "pixels" in own
-        if sized:
+        sized = "pixels" in own and not flat
+        if flat:
+            larger = larger_than_pixels(own, widths.get(name))
+            own, others = sd_of_flat(own, camera, larger), others and sd_of_flat(others, camera, larger)
+        elif sized:
             larger, measured, offset = larger_than_pixels(own, widths.get(name)), own, None
             if describes == "points":
                 own, offset = moved_columns(own, camera, how, larger)

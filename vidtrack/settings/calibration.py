@@ -69,6 +69,11 @@ class Calibration(Section):
         "balls, and a difference of more than half a percent for lenses that were zoomed or focused since; false: "
         "targets are other balls",
     )
+    flat: bool = Field(
+        False,
+        description="true: the points are flat marks, such as dots on a plate; false: they are balls, the middles of "
+        "whose outlines lie further out than they themselves are seen",
+    )
     after: tuple[Name, ...] = Field((), description="clips filmed after the test: used to check that no camera moved")
     fix: Fix = Field({}, description="parameters that are not refined: a list of names, or names with values")
     prior: Prior = Field({}, description="parameter: [mean, standard deviation]")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from vidtrack.settings.sections import Instant, Level, Positive, Section
 
@@ -21,6 +21,14 @@ class Hue(Section):
         "this hue than of its opposite",
     )
 
+
+def _level(given: float) -> float:
+    if 0 < given < 1:
+        raise ValueError(f"a grey level of 255, not a share of it: write {round(255 * given)}")
+    return given
+
+
+GreyLevel = Annotated[float, Field(ge=0, le=255), AfterValidator(_level)]
 
 Colour = Literal["r", "g", "b"] | tuple[float, float, float] | Hue
 
@@ -67,7 +75,7 @@ class DetectChange(Section):
     """How targets are distinguished from the background, where a clip or a run differs from the rest."""
 
     polarity: Literal["bright", "dark"] | None = _change("polarity")
-    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] | None = _change("threshold")
+    threshold: Literal["auto"] | GreyLevel | None = _change("threshold")
     centroid: Literal["weighted", "binary", "ellipse"] | None = _change("centroid")
     min_pixels: Annotated[int, Field(ge=1)] | None = _change("min_pixels")
     box: tuple[Positive, Positive] | None = _change("box")
@@ -88,7 +96,7 @@ class Detect(Section):
     """How targets are distinguished from the background."""
 
     polarity: Literal["bright", "dark"] = Field("bright", description=DETECT["polarity"])
-    threshold: Literal["auto"] | Annotated[float, Field(ge=0, le=255)] = Field("auto", description=DETECT["threshold"])
+    threshold: Literal["auto"] | GreyLevel = Field("auto", description=DETECT["threshold"])
     centroid: Literal["weighted", "binary", "ellipse"] = Field("weighted", description=DETECT["centroid"])
     min_pixels: Annotated[int, Field(ge=1)] = Field(4, description=DETECT["min_pixels"])
     box: tuple[Positive, Positive] = Field((50.0, 50.0), description=DETECT["box"])

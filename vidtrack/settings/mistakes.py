@@ -12,10 +12,13 @@ from pydantic import BaseModel
 from vidtrack.lengths import METRES, WORDS
 from vidtrack.naming import did_you_mean
 
-_BRANCHES = re.compile(r"^(function-|tuple\[|constrained-|literal\[|Clock$|WandAxes$|\[key\]|nullable)")
+_BRANCHES = re.compile(r"^(function-|tuple\[|dict\[|constrained-|literal\[|Clock$|WandAxes$|\[key\]|nullable)")
 """What pydantic adds to a place to say which of several allowed forms it tried."""
 _PLAIN = ("float", "int", "str")
 """The same of a plain value, at the end of the place: elsewhere it is a name that a person gave, as of a body."""
+
+OTHER_WORDS = {"fps": "rate", "framerate": "rate", "frame_rate": "rate"}
+"""What other programs call a setting."""
 
 _FORM = re.compile(r"_type$|_parsing$|^literal_error$")
 """Errors of a value that has not the form which pydantic tried there."""
@@ -50,14 +53,17 @@ def _message(path: list[str], problem: Mapping[str, Any], model: type[BaseModel]
     kind, context, value = problem["type"], problem.get("ctx", {}), _short(problem["input"])
     if kind == "extra_forbidden":
         here = _known_keys(path[:-1], model)
-        near = did_you_mean(path[-1], here) or did_you_mean(path[-1], _all_keys(model))
+        usual = OTHER_WORDS.get(path[-1].casefold())
+        near = usual if usual in here else did_you_mean(path[-1], here) or did_you_mean(path[-1], _all_keys(model))
         if near == path[-1]:
             return f"no such setting in this section, but in another one. Move it; known here: {', '.join(here)}."
         return "no such setting; " + (f"did you mean {near!r}?" if near else f"known here: {', '.join(here)}.")
     if kind == "missing":
         return "missing. Give it; it has no default."
     if kind in ("dict_type", "model_type", "model_attributes_type"):
-        return f"takes `key: value` lines, not {value}."
+        return f"takes `key: value` lines, not {value}.{_as_lines(problem['input'])}"
+    if kind == "invalid_key":
+        return f"no setting is named {path[-1]}. Decimals begin with a point, and in braces a comma ends a setting."
     if kind == "literal_error":
         near = _near(str(problem["input"]), re.findall(r"'([^']*)'", context["expected"]))
         return f"{value} is not {context['expected']}" + (f"; did you mean {near!r}?" if near else ".")
@@ -104,9 +110,18 @@ def _as_number(given: str) -> str:
     return "Write a number."
 
 
+def _as_lines(given: object) -> str:
+    """What to write for a list of names in the place of a section."""
+    if isinstance(given, Sequence) and not isinstance(given, str) and given and isinstance(given[0], str):
+        return f" Write `{given[0]}: {{}}`, and so each of them, on a line of its own."
+    return ""
+
+
 def _as_list(given: object) -> str:
     """What to write for a single value in the place of a list."""
     if isinstance(given, str):
+        if re.fullmatch(r"[^\W\d]\w*", given):
+            return f"Write [{given}]."
         numbers = re.fullmatch(rf"\s*({_NUMBER})\s*[x×*;, ]\s*({_NUMBER})\s*", given)
         parts = numbers.groups() if numbers else [part.strip() for part in re.split("[,;]", given)]
         return (

@@ -143,6 +143,11 @@ class Run(DetectChange):
     crop: Crop | dict[str, Crop] | None = Field(
         None, description="as cameras.<camera>.crop, for this run: of all its cameras, or camera: crop"
     )
+    flat: bool = Field(
+        False,
+        description="true: targets are flat marks, which may be seen obliquely: by how much that moves the middles of "
+        "their outlines is in the sd; false: they are balls, whose perspective is taken off",
+    )
     max_miss: Positive | None = Field(None, description="world units, the lines of sight may miss a point by no more")
     waterline: Waterline | None = Field(None, description="transects along which the edge of the water is followed")
     detect: DetectChange = Field(

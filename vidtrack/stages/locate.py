@@ -96,6 +96,7 @@ def locate(
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     widths: Mapping[str, Any] | None = None,
     lit: Mapping[str, LightAside] | None = None,
+    flat: bool = False,
     lit_otherwise: Collection[str] = (),
     late: Mapping[str, float] | None = None,
     units: str = "in",
@@ -124,6 +125,7 @@ def locate(
     late           camera: samples by which what moves is seen late at most, where its pictures are mixed
     widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
     lit            camera: what a lamp that lights the targets from one side leaves in its centroids
+    flat           targets are flat marks and no balls
     lit_otherwise  cameras whose targets are lit otherwise than those balls: widths are not compared there
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
@@ -133,7 +135,7 @@ def locate(
     """
     shown, findings = windows(pictures or {}, where)
     rolling = readouts or {}
-    sighted = run_views(centroids, tracklets or {}, cameras, shown, widths or {}, where)
+    sighted = run_views(centroids, tracklets or {}, cameras, shown, widths or {}, where, flat)
     views = same_day(sighted.views)
     views = [v._replace(b=at_frame_time(v.t, v.b, rolling[v.name])) if v.name in rolling else v for v in views]
     if points is not None:
@@ -227,7 +229,7 @@ def locate(
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
-    alike = {name: looks for name, looks in (widths or {}).items() if name not in lit_otherwise}
+    alike = {name: looks for name, looks in (widths or {}).items() if not flat and name not in lit_otherwise}
     own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
     balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
     record |= {"sizes": ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels)}

@@ -126,6 +126,7 @@ def calibrate(settings: Settings, camera: str, board: bool = False) -> Order:
         "reject": how.reject,
         "sigma": how.sigma,
         **({"lens": lens.model_dump()} if (lens := lens_of(settings, camera)) else by_board),
+        **({"flat": True} if how.flat else {}),
     } | ({"through": through} if (through := _through(settings, camera)) else {})
 
 
@@ -231,6 +232,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "plane": plane,
         "follow": settings.calibration.follow,
         **({"through": bent} if bent else {}),
+        **({"flat": True} if own.flat else {}),
         **pixels,
         **tagged(own),
     }
