@@ -40,7 +40,7 @@ def test_clocks_that_agree_and_a_turned_camera_are_no_late_clock():
     assert not [f for f in run(2, 0.0, turned=0.02) if f["code"] == "clock-far-off"]
 
 
-@pytest.mark.parametrize(("stated", "true"), [(25.0, 30.0), (30.0, 25.0), (60.0, 30.0)])
+@pytest.mark.parametrize(("stated", "true"), [(25.0, 30.0), (30.0, 25.0), (60.0, 30.0), (7.5, 30.0)])
 def test_a_recording_that_states_another_rate_is_named_with_the_rate_at_which_it_fits(stated, true):
     rng = np.random.default_rng(8)
     cameras = thesis_rig(2)
@@ -54,6 +54,18 @@ def test_a_recording_that_states_another_rate_is_named_with_the_rate_at_which_it
     assert finding["text"].startswith("cam2: its pictures seem to have come at")
     assert float(finding["text"].split(" come at ")[1].split()[0]) == pytest.approx(rate, rel=0.01)
     assert not [f for f in found if "Neither one late clock" in f["cure"]]
+
+
+def test_slow_motion_beside_a_camera_without_time_code_is_named_though_its_clock_was_sought_in_vain():
+    rng = np.random.default_rng(8)
+    cameras = thesis_rig(2)
+    tables = {c.name: centroids(c, {"t1": pluck, "t2": other}, rng=rng) for c in cameras}
+    own = tables["cam2"]
+    tables["cam2"] = own.assign(time_s=3.0 + 4 * (own["time_s"] - own["time_s"].min()))
+    clocks = {"cam1": {"offset_s": 0.0}, "cam2": "motion"}
+    found = locate(tables, {c.name: (c, None) for c in cameras}, targets=["t1", "t2"], clocks=clocks).record["findings"]
+    (finding,) = [f for f in found if f["code"] == "picture-rate-wrong"]
+    assert finding["text"].startswith("cam2: its pictures seem to have come at")
 
 
 def test_cameras_of_one_rate_have_no_other_one():

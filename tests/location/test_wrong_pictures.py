@@ -44,6 +44,21 @@ def test_each_mistake_is_named_with_its_cameras(cameras, targets, seed):
     assert found.with_px < 0.2 < 4.0 < found.before_px
 
 
+@pytest.mark.parametrize("cameras", [2, 3])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_mistake_of_all_cameras_alike_is_named_with_all_of_them(cameras, seed):
+    rig = thesis_rig(cameras)
+    seen, size = seen_by(rig, seed), np.array(rig[0].image_size)
+    for kind, wrong in (
+        ("turned by 180 degrees", [size - 1 - b for b in seen]),
+        ("mirrored left to right", [mirrored(b, size) for b in seen]),
+    ):
+        found = mistake(rig, wrong, 3.0)
+        assert (found.kind, found.cameras) == (kind, tuple(range(cameras)))
+        names = ["left", "right", "top"][:cameras]
+        assert "their pictures seem to be" in finding_of(found, names, others_suffice=False).text
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_a_camera_that_was_knocked_is_not_taken_for_one_of_them(seed):
     rig = thesis_rig(3)

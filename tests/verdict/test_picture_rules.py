@@ -44,3 +44,18 @@ def test_other_findings_stay_as_they_are():
     other = Finding("bad", "camera-moved-between", "runs.a: cam1 moved", "Calibrate.")
     assert other.code not in ASSUMED
     assert with_background([other], steadiness(cam1=(0.05, 0.02)), "runs.a") == [other]
+
+
+@pytest.mark.parametrize("known", [steadiness(cam1=None, cam2=None), steadiness(cam1=(5.0, 9.0), cam2=None, cam3=None)])
+def test_a_flag_of_rotation_is_right_where_cameras_that_are_not_turned_see_the_same(known):
+    (found,) = with_background([TURNED], known, "runs.a")
+    assert found.level == "note"
+    assert found.text.endswith("its lines of sight meet those of the other cameras")
+    apart = Finding("bad", "sight-lines-miss", "cam1: lines of sight miss.", "")
+    assert with_background([TURNED, apart], known, "runs.a") == [TURNED, apart]
+
+
+def test_where_all_cameras_are_turned_none_of_them_says_that_it_is_right():
+    """Turned all alike they may see one scene, upside down."""
+    both = [TURNED, TURNED._replace(text=TURNED.text.replace("cam1", "cam2"))]
+    assert with_background(both, steadiness(cam1=None, cam2=None), "runs.a") == both

@@ -30,6 +30,7 @@ class FarOff:
     better     times nearer to the epipolar lines with the clock put right: a turned camera leaves most of its misses
     steps      sampling intervals, at least: smaller delays are found by the misses themselves
     rates      pictures a second that recorders have; those of 29.97 and others are within 0.1 % of one
+    slowed     times by which slow motion is stretched, or time-lapse is shortened, besides
     begun_s    how far apart recordings of two rates may have begun
     """
 
@@ -38,6 +39,7 @@ class FarOff:
     better: float = 4.0
     steps: float = 3.0
     rates: tuple[int, ...] = (24, 25, 30, 50, 60)
+    slowed: tuple[float, ...] = (4.0, 5.0, 8.0, 10.0)
     begun_s: float = 0.5
 
 
@@ -82,17 +84,23 @@ def _other_rate(views: Sequence[View], times: Sequence[Array], near: Array) -> t
     """The camera whose pictures came at another rate than its file states, where that alone explains the misses; px.
 
     near  (n, n) px, how near the tracks of two cameras come by an offset alone
+    A clock that was sought at a wrong rate says nothing: the recording is tried from the others' beginning, too.
     """
     n, best, found = len(views), np.inf, None
     ratios = {a / b for a in FAR_OFF.rates for b in FAR_OFF.rates if a != b}
+    ratios |= {q for slow in FAR_OFF.slowed for q in (slow, 1 / slow)}
     for k, q in ((k, q) for k in reversed(range(n)) for q in sorted(ratios)):
         others = [i for i in range(n) if i != k]
-        t = times[k][0] + (times[k] - times[k][0]) * q
-        a = views[k]
-        tried = [rough_offset(views[i].camera, times[i], views[i].b, a.camera, t, a.b, FAR_OFF.begun_s) for i in others]
-        px = np.array([one.px for one in tried])
-        if (FAR_OFF.better * px < near[others, k]).all() and px.max() < best:
-            best, found = float(px.max()), (k, q, float(near[others, k].max()))
+        since, a = (times[k] - times[k][0]) * q, views[k]
+        long = min(FAR_OFF.longest_s, FAR_OFF.share * min(np.ptp(own) for own in (since, *(times[i] for i in others))))
+        begun = float(np.median([times[i][0] for i in others]))
+        far = abs(begun - times[k][0]) > FAR_OFF.begun_s
+        for start, reach in ((times[k][0], FAR_OFF.begun_s), *(((begun, float(long)),) if far else ())):
+            own = (a.camera, start + since, a.b, reach)
+            tried = [rough_offset(views[i].camera, times[i], views[i].b, *own) for i in others]
+            px = np.array([one.px for one in tried])
+            if (FAR_OFF.better * px < near[others, k]).all() and px.max() < best:
+                best, found = float(px.max()), (k, q, float(near[others, k].max()))
     if found is None:
         return None
     k, q, before = found

@@ -87,7 +87,8 @@ def finding_of(found: Mistake, names: Sequence[str], *, others_suffice: bool) ->
         text = f"{who}: their recordings, or their calibration clips, seem to be exchanged: {gain}"
         cure = "Exchange the files in the run's folder, or those in the folders of the calibration clips."
     else:
-        text = f"{who}: its pictures seem to be {found.kind}, compared with its calibration: {gain}"
+        whose = "its" if len(found.cameras) == 1 else "their"
+        text = f"{who}: {whose} pictures seem to be {found.kind}, compared with {whose} calibration: {gain}"
         cure = "Record run and calibration alike, or turn one of them; players may hide it: a flag in the file does."
     return Finding("doubtful" if others_suffice else "bad", "pictures-wrong", text, cure)
 
@@ -100,6 +101,9 @@ def _mistakes(
             changed = list(tracks)
             changed[i] = turned(tracks[i], np.array(camera.image_size, float) - 1)
             yield kind, (i,), cameras, changed
+    for kind, turned in _TURNED.items():  # of all cameras alike, as one program or one habit makes them
+        changed = [turned(b, np.array(own.image_size, float) - 1) for b, own in zip(tracks, cameras, strict=True)]
+        yield kind, tuple(range(len(cameras))), cameras, changed
     for i, j in combinations(range(len(cameras)), 2):
         changed = list(tracks)
         changed[i], changed[j] = tracks[j], tracks[i]

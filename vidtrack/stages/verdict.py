@@ -21,6 +21,7 @@ from vidtrack.verdict.calibration_rules import (
     whole_findings,
 )
 from vidtrack.verdict.collected import collected, placed
+from vidtrack.verdict.copied_clips import Shown, copied_findings
 from vidtrack.verdict.judgement import Judgement, added, inherited, judged, worst_word
 from vidtrack.verdict.picture_rules import with_background
 from vidtrack.verdict.run_rules import (
@@ -128,7 +129,8 @@ def _of_camera(name: str, own: CameraResults) -> list[Finding]:
 def _of_whole(results: Results) -> list[Finding]:
     """What was found of all cameras together, and of the calibration after the test."""
     found = (
-        collected(results.survey)
+        copied_findings(_shown(results))
+        + collected(results.survey)
         + collected(results.wand)
         + collected(results.by_body)
         + added(collected(results.back, "calibration"), whole_findings(results.back or {}))
@@ -154,6 +156,21 @@ def _seen(points: pd.DataFrame | None) -> dict[str, bool]:
         return {}
     able = points if "reason" not in points else points[~points["reason"].isin((OUTSIDE, MERGED, AT_EDGE))]
     return {str(tag): bool(found) for tag, found in able.groupby("tag", sort=False)["found"].any().items()}
+
+
+def _shown(results: Results) -> dict[tuple[str, str], Shown]:
+    """What each camera shows in each clip."""
+    out = {}
+    for name, own in results.cameras.items():
+        if own.points is None or not {"clip", "found", "Xf", "Yf"} <= set(own.points):
+            continue
+        for clip, said in ((own.labelling or {}).get("clips") or {}).items():
+            there = own.points[(own.points["clip"] == clip) & own.points["found"]]
+            picture = ((own.labelling or {}).get("pictures") or {}).get(clip) or {}
+            blobs = np.asarray(said.get("blobs_of_no_tag") or np.zeros((0, 2)), float)
+            if width := picture.get("width"):
+                out[name, clip] = Shown(there[["Xf", "Yf"]].to_numpy(float), blobs, float(width))
+    return out
 
 
 def _of_clips(results: Results) -> dict[str, set[str]]:

@@ -21,6 +21,7 @@ CAUSES = frozenset(
         "same-film",
         "losses-hidden",
         "clip-flipped",
+        "clip-copied",
         "clock-far-off",
         "picture-rate-wrong",
         "camera-moved-between",

@@ -2,7 +2,8 @@
 
 A file's size, its rotation or the shape of its pixels differs from the calibration's, and stage locate treats the
 pictures as those of the calibration. Where stage steadiness finds the background where the calibration's clips have
-it, that was right.
+it, that was right. So it was for a file that is turned by its flag, where the lines of sight of the other cameras,
+which are not turned, meet its own.
 """
 
 from __future__ import annotations
@@ -15,6 +16,20 @@ from vidtrack.findings import Finding
 ASSUMED = frozenset(("picture-scaled", "rotation-differs", "pixel-shape-differs"))
 """Findings of assumptions that a background confirms."""
 
+APART = frozenset(
+    (
+        "sight-lines-miss",
+        "cameras-disagree",
+        "match-contradicted",
+        "nothing-matched",
+        "track-unmatched",
+        "pictures-wrong",
+        "targets-missing",
+        "camera-seldom-measured",
+    )
+)
+"""Findings of cameras that do not see one scene: a picture upside down makes some of them."""
+
 CONFIRMED_PX = 0.5
 """px rms over the picture: a part, a wide mode or a turn of the picture displaces it by many."""
 
@@ -25,8 +40,19 @@ def with_background(findings: Iterable[Finding], steadiness: Mapping[str, Any], 
     steadiness   record of the stage: cameras, each with since_calibration {px, sd}, None where it is not known
     where        runs.<run>, with which texts of these findings begin
     """
+    findings = list(findings)
+    turned = [finding for finding in findings if finding.code == "rotation-differs"]
+    if turned and len(turned) < len(steadiness.get("cameras") or {}) and not any(f.code in APART for f in findings):
+        findings = [_agreed(finding) if finding in turned else finding for finding in findings]
     held = [name for name, own in (steadiness.get("cameras") or {}).items() if _held(own.get("since_calibration"))]
     return [_confirmed(finding, held, where) for finding in findings]
+
+
+def _agreed(finding: Finding) -> Finding:
+    """Of a camera that is turned by its flag, where the other cameras' lines of sight meet its own."""
+    first = finding.text.split(". ")[0].removesuffix(".")
+    text = f"{first}. Shown as the flags say, its lines of sight meet those of the other cameras"
+    return finding._replace(level="note", text=text, cure="")
 
 
 def _held(since: Mapping[str, float] | None) -> bool:
