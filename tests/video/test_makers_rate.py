@@ -49,6 +49,30 @@ def test_a_sony_says_it_in_its_xml(tmp_path):
     assert makers_rate(str(path)) == (119.88, "Sony's captureFps")
 
 
+def with_sound(path, pictures, seconds):
+    """So many pictures at 30 a second, and sound of so many seconds."""
+    with av.open(str(path), "w") as container:
+        video, audio = container.add_stream("mpeg4", rate=Fraction(30)), container.add_stream("aac", rate=16000)
+        video.width, video.height, video.pix_fmt = 64, 48, "yuv420p"
+        for k in range(pictures):
+            container.mux(video.encode(av.VideoFrame.from_ndarray(np.full((48, 64, 3), k, np.uint8))))
+        container.mux(video.encode(None))
+        silence = av.AudioFrame.from_ndarray(np.zeros((1, int(16000 * seconds)), np.float32), "fltp", "mono")
+        silence.sample_rate = 16000
+        container.mux(audio.encode(silence))
+        container.mux(audio.encode(None))
+    return str(path)
+
+
+def test_pictures_four_times_as_long_as_their_sound_may_be_slow_motion(tmp_path):
+    (finding,) = rate_finding(with_sound(tmp_path / "a.mp4", 240, 2.0), 30.0, "a")
+    assert (finding.level, finding.code) == ("doubtful", "taken-at-another-rate")
+    assert "4 times less" in finding.text
+    assert "taken at 120 a second" in finding.text
+    for pictures, seconds in ((60, 2.0), (60, 6.0), (100, 2.0), (30, 0.2)):
+        assert rate_finding(with_sound(tmp_path / "b.mp4", pictures, seconds), 30.0, "a") == []
+
+
 @pytest.mark.parametrize("data", [b"", b"ftyp", bytes(64), b"\0\0\0\1ftyp" + b"\xff" * 40])
 def test_what_says_nothing_is_passed_over(tmp_path, data):
     path = tmp_path / "a.mp4"

@@ -331,9 +331,9 @@ def _cure(record: Record) -> str:
     return (
         "Neither one late clock nor one turned camera or zoomed lens explains all of it. What does, the likeliest "
         "first: a camera that moved, or a lens that was zoomed or focused, between the clips of its calibration or "
-        "before the run (compare their pictures); water or a window before the targets that was not there when the "
-        "camera was calibrated; a drop or dirt on a lens or window; one name that means two targets; a track that "
-        "jumps to a reflection or a neighbour."
+        "before the run (compare their pictures); a stabiliser that was on; water or a window before the targets that "
+        "was not there when the camera was calibrated; a drop or dirt on a lens or window; one name that means two "
+        "targets; a track that jumps to a reflection or a neighbour."
     )
 
 

@@ -191,7 +191,8 @@ def scattering(seen: Scatter, names: Sequence[str]) -> list[Finding]:
             f"{name}: its track scatters {np.nanmax(seen.track[:, i]):.0f} times as much as noise and contrast "
             f"explain, its light {max(seen.light[i], 1.0):.1f} times: it shakes, is blurred, or pictures repeat. "
             "Its sd_x, sd_y are grown by the latter only.",
-            "",
+            "Switch the camera's stabiliser off, and take the recording as the camera wrote it: a conversion to "
+            "another rate leaves pictures out or repeats them.",
         )
         for i, name in enumerate(names)
         if seen.rough[i]

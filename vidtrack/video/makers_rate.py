@@ -23,13 +23,22 @@ SONY = re.compile(rb'captureFps="([0-9]{1,5}(?:\.[0-9]{1,4})?)[pi]?"')
 
 @dataclass(frozen=True)
 class Rates:
-    """What is taken for a rate: pictures a second; apart: the ratio to the stored rate from which on it is another
-    one. A phone that slows down in dim light stays below. most_bytes of an atom are looked at.
+    """What is taken for a rate, and for slow motion without one.
+
+    slowest, fastest  pictures a second
+    apart       ratio to the stored rate from which on it is another one: phones that slow down in dim light stay below
+    longer      times as long as their sound that pictures of slow motion last, within a share of the sound and block_s,
+                as coders fill the last block of it; least_s: of sound, at least
+    most_bytes  of an atom, that are looked at
     """
 
     slowest: float = 0.01
     fastest: float = 100_000.0
     apart: float = 1.4
+    longer: tuple[float, ...] = (2.0, 4.0, 5.0, 8.0, 10.0)
+    within: float = 0.02
+    block_s: float = 0.07
+    least_s: float = 1.0
     most_bytes: int = 1 << 20
 
 
@@ -54,7 +63,9 @@ def makers_rate(path: str) -> MakersRate | None:
 def rate_finding(path: str, stored: float, run: str) -> list[Finding]:
     """A recording that stores its pictures at another rate (1/s) than that at which they were taken."""
     found = makers_rate(path)
-    if found is None or not max(found.rate / stored, stored / found.rate) > RATES.apart:
+    if found is None:
+        return _by_sound(path, stored, run)
+    if not max(found.rate / stored, stored / found.rate) > RATES.apart:
         return []
     ratio = found.rate / stored
     wrong = f"{ratio:.3g} times too long, velocities too low" if ratio > 1 else f"{1 / ratio:.3g} times too short"
@@ -66,6 +77,32 @@ def rate_finding(path: str, stored: float, run: str) -> list[Finding]:
         f"Set runs.{run}.rate: {found.rate:.4g} (for one camera, cameras.<camera>.rate), or {stored:.4g} to confirm it."
     )
     return [Finding("bad", "taken-at-another-rate", text, cure)]
+
+
+def _by_sound(path: str, stored: float, run: str) -> list[Finding]:
+    """Pictures that last several times as long as their sound, which was not slowed down with them."""
+    try:
+        with open_container(path) as container:
+            if not (container.streams.video and container.streams.audio):
+                return []
+            pictures, sound = (
+                float(stream.duration * stream.time_base) if stream.duration and stream.time_base else 0.0
+                for stream in (container.streams.video[0], container.streams.audio[0])
+            )
+    except (VidtrackError, ValueError):
+        return []
+    if sound < RATES.least_s:
+        return []
+    near = RATES.within * sound + RATES.block_s
+    times = [own for own in RATES.longer if abs(pictures / own - sound) < near]
+    if not times:
+        return []
+    text = (
+        f"its pictures last {pictures:.3g} s and its sound {sound:.3g} s, {times[0]:g} times less: they may be slow "
+        f"motion, taken at {stored * times[0]:.4g} a second and stored at {stored:.4g}"
+    )
+    cure = f"Set runs.{run}.rate: {stored * times[0]:.4g} where that is so, or {stored:.4g} to confirm it."
+    return [Finding("doubtful", "taken-at-another-rate", text, cure)]
 
 
 def _android(path: str) -> float | None:
