@@ -1,11 +1,12 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from vidtrack.tracking.measurement import shape_change
 from vidtrack.tracking.measurement.shape_change import shape_evidence, shape_evidence_of_others
-from vidtrack.tracking.state import MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
+from vidtrack.tracking.state import CONTRAST, MASS, MEASURED, PIXELS, SD_X, SD_Y, XX, XY, YY, X, Y
 
 K, RADIUS, SD = 80, 5.0, 0.01
 TIME = np.arange(K, dtype=float)
@@ -240,3 +241,33 @@ def test_a_target_that_comes_nearer_is_compared_with_where_its_light_leads_to():
     assert (off[38:60] > 20 * SD).any(axis=1).all()
     assert (off[38:60] < 5 * out[[SD_X, SD_Y], 38:60, 0].T).all()
     assert (with_shape_told(whole, TIME)[0][SD_X, 34:40] < 3 * SD).all()
+
+
+def behind_a_drop(light: np.ndarray, i: int) -> np.ndarray:
+    """What is behind a drop on the lens is spread and moved, the more the longer it has been there."""
+    if i >= 50:
+        return light
+    bent = np.roll(cv2.GaussianBlur(light, (0, 0), 2.5 + i / 50), 2, axis=1)
+    return 0.4 * light + 0.6 * bent
+
+
+def test_a_target_that_is_spread_for_most_of_the_time_is_measured_by_how_it_looks_without():
+    values = filmed(slow, behind_a_drop)
+    values[CONTRAST], clear = 100.0, slice(52, None)
+    values[CONTRAST, :50] = 50.0
+    values[PIXELS, :50] = 1.9 * np.median(values[PIXELS, clear])
+    told, _ = with_shape_told(values, TIME)
+    assert np.median(told[SD_X, clear]) < 1.01 * SD
+    spread = slice(2, 48)
+    assert (np.abs(error(told, slow))[spread, 0] < 5 * told[SD_X, spread, 0]).all()
+    dim = values.copy()
+    dim[CONTRAST] = 100.0  # as if the light were as it was: then they are what the target usually is
+    assert np.median(with_shape_told(dim, TIME)[0][SD_X, clear]) > 5 * SD
+
+
+def test_light_that_changes_spreads_nothing():
+    values = filmed(slow)
+    values[CONTRAST] = 100.0
+    values[CONTRAST, 20:] = 40.0
+    told, _ = with_shape_told(values, TIME)
+    assert (told[SD_X] > 1.001 * SD).mean() < 0.02

@@ -21,7 +21,7 @@ from vidtrack.tracking.measurement.exposure_time import EXPOSURE, UNSEEN, Blur, 
 from vidtrack.tracking.measurement.leaning import UNKNOWN, Lean, leaning
 from vidtrack.tracking.measurement.order_statistics import median, middle_and_nearest, quantile, row_medians
 from vidtrack.tracking.measurement.streak import drawn_out
-from vidtrack.tracking.state import MASS, PIXELS, SD_X, XX, XY, X, Y
+from vidtrack.tracking.state import CONTRAST, MASS, PIXELS, SD_X, XX, XY, X, Y
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class Shapes:
     arm        of its radius, at which a change of the second moments is taken to be
     whole      share of the area that it has at most, `but_few` of its samples left out, from which on a target is taken
                to be seen whole: those samples say what is usual of it
+    aside      of the width that is added to light that is spread, by which its middle moves: half, where half of the
+               light lies aside
     cut        of its radius, by which the middle moves where all but nothing of it is hidden
     about      samples with second moments about one without, whose light and pixels are usual there
     grain      scatter of the logarithms of light and pixels, at least
@@ -56,6 +58,7 @@ class Shapes:
     arm: float = 0.6
     whole: float = 0.6
     but_few: float = 0.95
+    aside: float = 0.5
     cut: float = 0.85
     about: int = 15
     grain: float = 0.01
@@ -127,7 +130,7 @@ def shape_evidence(
         np.hypot(sd, np.nan_to_num(ends, copy=False), out=sd)
         second = np.subtract(second, np.multiply(streak, square, out=streak), out=streak)
     area = np.where(seen, values[PIXELS], np.nan) * lines
-    shift, usual = _shift(second, area, values[SD_X], None if of is None else of.usual)
+    shift, usual = _shift(second, area, values[[SD_X, CONTRAST]], None if of is None else of.usual)
     shift = np.where(seen, shift, _hidden(values[[PIXELS, MASS]], seen & ~(shift > 0), lines))
     np.hypot(sd, np.nan_to_num(shift, copy=False), out=sd)
     return ShapeEvidence(position, sd, float(np.sqrt(square)), usual, mixed, exposure.drawn, lean)
@@ -190,15 +193,16 @@ def _motion(position: Array, time: Array) -> tuple[Array, Array]:
     return velocity, acceleration
 
 
-def _shift(second: Array, area: Array, noise: Array, known: Array | None) -> tuple[Array, Array]:
+def _shift(second: Array, area: Array, looks: Array, known: Array | None) -> tuple[Array, Array]:
     """px (k, n), by which a part that is hidden or added may have moved the middle, 0 where the shape is the usual; and
-    what is usual (5, 2); known: of other targets; noise (k, n) px, of the middle.
+    what is usual (5, 2); known: of other targets; looks (2, k, n): noise, px, of the middle, and contrast.
     """
-    size = second[0] + second[1]
+    size, (noise, contrast) = second[0] + second[1], looks
     with np.errstate(divide="ignore", invalid="ignore"):
         shape = np.stack([(second[0] - second[1]) / size, 2 * second[2] / size, 2 * np.pi * size / area])
         radius = np.sqrt(area / np.pi)
-    part = area < SHAPES.whole * _most(area)
+    spread = _spread(size, contrast)
+    part = (spread > 0) | (area < SHAPES.whole * _most(np.where(spread > 0, np.nan, area)))
     whole = np.where(part, np.nan, shape) if part.any() else shape
     noise = noise / radius
     far, usual = _from_usual(shape, whole, None if known is None else known[:3], noise)
@@ -206,7 +210,21 @@ def _shift(second: Array, area: Array, noise: Array, known: Array | None) -> tup
     of_whole = several if whole is shape else _middle_ones(whole[:2])
     lasting, of_several = _from_usual(several, of_whole, None if known is None else known[3:], noise)
     far = np.maximum(far, lasting)
-    return np.asarray(far * np.nan_to_num(size / (SHAPES.arm * radius))), np.concatenate([usual, of_several])
+    shift = far * np.nan_to_num(size / (SHAPES.arm * radius))
+    return np.maximum(shift, spread), np.concatenate([usual, of_several])
+
+
+def _spread(size: Array, contrast: Array) -> Array:
+    """px (k, n), by which light that lies farther off may have moved the middle, 0 where there is none. What is dimmer
+    and wider than at its brightest is seen through something (a drop on the lens). Other light changes no size.
+    """
+    with np.errstate(invalid="ignore"):
+        dim = contrast < SHAPES.whole * _most(contrast)
+        if not dim.any():
+            return np.zeros(size.shape)
+        usual = median(np.where(dim, np.nan, size))
+        wide = dim & (size * SHAPES.whole > usual)
+        return np.where(wide, SHAPES.aside * np.sqrt(np.maximum(size - usual, 0.0)), 0.0)
 
 
 def _middle_ones(shape: Array) -> Array:
