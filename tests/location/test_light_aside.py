@@ -7,7 +7,7 @@ from vidtrack.location.light_aside import LightAside, light_aside, with_light_as
 
 
 def test_what_one_camera_shows_plainly_may_be_in_the_others_too():
-    lit, unseen = {"lighting": {"way_px": 0.6, "sd_px": 0.06, "outlines": 9}}, {"light_aside_px": 0.08}
+    lit, unseen = {"lighting": {"way_px": 0.6, "lasting_px": 0.02}}, {"light_aside_px": 0.08}
     found = light_aside({"cam1": lit, "cam2": unseen, "cam3": {}, "cam4": {"lighting": {"outlines": 0}}})
     assert list(found) == ["cam1", "cam2", "cam4"]
     assert found["cam1"] == pytest.approx((0.0, 0.02))

@@ -32,9 +32,7 @@ def light_aside(readings: Mapping[str, Mapping[str, Any]]) -> dict[str, LightAsi
     found = {}
     for name, own in readings.items():
         if "lighting" in own:
-            fitted = own["lighting"]
-            count, sd = fitted.get("outlines") or 0, fitted.get("sd_px")
-            found[name] = LightAside(0.0, float(sd) / count**0.5 if count and sd is not None else 0.0)
+            found[name] = LightAside(0.0, float(own["lighting"].get("lasting_px") or 0.0))
         elif (aside := own.get("light_aside_px")) is not None:
             found[name] = LightAside(float(aside) / 2**0.5, float(aside) / 2**0.5)
     return found

@@ -16,6 +16,7 @@ from vidtrack.tracking.measurement.ball_outline import Outline, piece_of
 from vidtrack.tracking.measurement.lighting import (
     Lighting,
     _agreed,
+    _lit_alike,
     _steady,
     _turning,
     light_record,
@@ -234,6 +235,29 @@ def test_balls_that_a_lamp_beside_the_camera_lights_are_moved_to_their_outlines(
     assert np.median(np.hypot(*(seen - true).T)) > 0.3
     assert np.median(np.hypot(*(seen + way - true).T)) < 0.06
     assert (np.hypot(*(seen + way - true).T) < 4 * sd).all()
+
+
+def test_a_thin_rim_of_light_from_behind_shows_in_many_balls_laid_over_each_other(rng):
+    def balls(n, lamp, ambient):
+        for x, y in zip(rng.uniform(25, 35, n), rng.uniform(25, 35, n), strict=True):
+            luma = noisy(picture((60, 60), [(x, y, 4.8)], lamp=lamp, ambient=ambient, level=140.0), rng, 2.0)
+            blobs = find_blobs(luma, bits=8)
+            at = np.array([blobs.Xf[0], blobs.Yf[0]])
+            yield piece_of(luma, at, float(blobs.pixels[0])), at - (x, y)
+
+    pieces, off = zip(*balls(36, (0.1, 1.0, -1.2), 0.65), strict=True)
+    lit = lighting([[piece] for piece in pieces], 2.0, most=36)
+    assert np.mean(off, axis=0)[1] > 0.05
+    assert lit is not None
+    ways = [lit.ways(i, np.full((2, 1), 30.0), np.array([4.8])) for i in range(36)]
+    left = np.array([way[:, 0] for way, _ in ways]) + off
+    assert np.abs(left.mean(axis=0)).max() < 0.03
+    assert 0.008 < ways[0][1][0] < 0.03
+    assert lit.as_record()["lasting_px"] == pytest.approx(ways[0][1][0], rel=0.1)
+    assert lit.widths(0)[0][0, 2] == pytest.approx(9.6, abs=0.3)
+    assert lighting([[piece] for piece in pieces[:12]], 2.0, most=36) is None, "of a few it may be chance"
+    pieces, _ = zip(*balls(36, None, 1.0), strict=True)
+    assert _lit_alike([[]], [[piece] for piece in pieces], 2.0, 1) is None
 
 
 def test_the_record_says_how_far_light_may_lie_aside_where_no_lamp_is_seen(rng):

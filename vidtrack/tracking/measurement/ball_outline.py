@@ -30,6 +30,9 @@ class Lit:
     alone        of the radius, that the middles of fewer are apart
     turning      balls from which on it counts that their ways change evenly with the place, and F of that: 18 to 56 of
                  clips that a lamp lights, 4 at most of 24 that none does
+    suspected    times what chance makes of the mean of all balls, from which on stacks of them are fitted
+    stacks, beyond  of all balls, and times the chance of their ways' mean: of balls with light from all sides that is
+                 0.01 px or less, 0.03 to 0.5 of lit ones; as_sure: of that, its sd besides chance
     unseen       times the middles of light of balls that are not plainly lit from one side, and their chance: how far
                  aside they may be; of those that a lamp behind them lights it is 2.0 and 2.1
     uneven, of_ring  of the level, by which no more than this share of the background may differ: else something is
@@ -64,6 +67,10 @@ class Lit:
     agreed: tuple[int, float] = (3, 4.0)
     alone: float = 0.05
     turning: tuple[int, float] = (12, 12.0)
+    suspected: float = 1.6
+    stacks: int = 4
+    beyond: float = 2.5
+    as_sure: float = 0.2
     unseen: float = 2.0
     plainly: float = 6.0
     uneven: float = 0.2

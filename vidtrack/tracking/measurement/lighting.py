@@ -17,6 +17,8 @@ from vidtrack.arrays import Array
 from vidtrack.findings import Finding
 from vidtrack.tracking.measurement.ball_outline import (
     LIT,
+    Laid,
+    Light,
     Outline,
     Piece,
     by_place,
@@ -24,6 +26,7 @@ from vidtrack.tracking.measurement.ball_outline import (
     light_of,
     outline_of,
 )
+from vidtrack.tracking.measurement.shaded_ball import BALL_FIT, fit_ball
 
 
 def lighting(
@@ -39,8 +42,9 @@ def lighting(
     alone = [[one for one in own if one is not None] for own in seen]
     aside = [[one.aside for one in own] for own in alone]
     places = [[one.laid.where for one in own] for own in alone]
-    if not (_agreed(aside, LIT.least) or _turning(aside, places, LIT.least)):
-        return None
+    plain = _agreed(aside, LIT.least) or _turning(aside, places, LIT.least)
+    if not plain:
+        return _lit_alike(alone, balls, noise, lines) if _suspected(aside) else None
     fitted = [[outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own] for own in alone]
     whole = [sum(one.cut for one in own) <= LIT.cut * len(own) for own in fitted]
     alone = [own if good else [] for good, own in zip(whole, alone, strict=True)]
@@ -87,6 +91,51 @@ def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
     return False
 
 
+def _suspected(balls: Sequence[Sequence[Array]]) -> bool:
+    """Whether ways (2,) of all balls together may be more than chance: it takes a few fits to know."""
+    way = np.array([one for own in balls for one in own]).reshape(-1, 2)
+    if len(way) < LIT.agreed[0]:
+        return False
+    chance = np.sqrt(way.var(axis=0).sum() / (len(way) - 1))
+    return bool(np.hypot(*way.mean(axis=0)) > LIT.suspected * chance)
+
+
+def _lit_alike(
+    alone: Sequence[Sequence[Light]], balls: Sequence[Sequence[Piece]], noise: float, lines: int
+) -> Lighting | None:
+    """How balls are lit of which single outlines show too little: all alike, by many of them laid over each other.
+
+    Of a thin rim of light from behind, the middles of low light show half, and fits of single balls a third.
+    balls, noise, lines  as those of `lighting`; alone: how balls look at a few places
+    """
+    pieces = [one for own in balls for one in own]
+    shrunk = int(np.median([one.shrunk for one in pieces]))
+    pieces = [one for one in pieces if one.shrunk == shrunk]
+    if len(pieces) < LIT.stacks * LIT.at_once // 2:
+        return None
+    ways, wide = [], []
+    for k in range(LIT.stacks):
+        laid = laid_over(pieces[k :: LIT.stacks], lines)
+        rows, columns = laid.grey.shape
+        own = noise / np.sqrt(laid.number)
+        fit = fit_ball(laid.grey, (columns // 2, rows // 2), laid.radius, own, lines=lines)
+        if fit is None or fit.misfit > BALL_FIT.well:
+            return None
+        ways.append(fit.way / laid.radius)
+        wide.append(2 * fit.radius / laid.radius)
+    way, width = np.mean(ways, axis=0), float(np.mean(wide))
+    size, chance = float(np.hypot(*way)), float(np.sqrt(np.var(ways, axis=0).sum() / (LIT.stacks - 1)))
+    if not size > max(LIT.least, LIT.beyond * chance):
+        return None
+    sd = float(np.hypot(chance, LIT.as_sure * size) / np.sqrt(2))
+
+    def outline(laid: Laid) -> Outline:
+        radius = laid.radius * laid.shrunk
+        return Outline(laid.where, radius, way, sd, True, width * radius, laid.sample)
+
+    return Lighting([[outline(one.laid) for one in own] for own in alone], alike=sd)
+
+
 def _turning(balls: Sequence[Sequence[Array]], places: Sequence[Sequence[Array]], least: float) -> bool:
     """Whether ways (2,), in radii, of many balls change evenly with their places (2,) px by more than chance: a lamp
     beside the camera lights each on the side that is turned to it, all ways, and on the whole none.
@@ -118,11 +167,13 @@ def _steady(own: Sequence[Outline]) -> bool:
 
 class Lighting:
     """How balls are lit: `found` has of each of them its outlines at a few places; height: the logarithm of their
-    height over their width, and its sd.
+    height over their width, and its sd; alike: sd in radii of what is off alike in all of them.
     """
 
-    def __init__(self, found: Sequence[Sequence[Outline]], height: tuple[float, float] | None = None) -> None:
-        self.height = height
+    def __init__(
+        self, found: Sequence[Sequence[Outline]], height: tuple[float, float] | None = None, alike: float = 0.0
+    ) -> None:
+        self.height, self._alike = height, alike
         self.found = [list(own) for own in found]
         held = [one for own in self.found for one in own if one.held]
         ways = [[one.way for one in own if one.held] for own in self.found]
@@ -156,7 +207,7 @@ class Lighting:
             sd = np.sqrt(share) * sd_own
         if lost:
             sd = np.hypot(sd, max(lost))
-        return way * radius, np.nan_to_num(sd * radius)
+        return way * radius, np.nan_to_num(np.hypot(sd, self._alike) * radius)
 
     def ways_of_all(self, position: Array, pixels: Array, lines: int) -> tuple[Array, Array]:
         """The ways (2, k, n) px of those n balls at positions (2, k, n) px, and their sd (k, n) px.
@@ -180,12 +231,15 @@ class Lighting:
         ways = [float(np.hypot(*one.way)) * one.radius for one in held]
         lost = sum(not one.held for own in self.found for one in own)
         high = {} if self.height is None else {"height": float(np.exp(self.height[0])), "height_sd": self.height[1]}
+        sds = [one.sd * one.radius for one in held]
+        lasting = self._alike * float(np.median([one.radius for one in held])) if held else 0.0
         return high | {
             "outlines": len(held),
             "without": lost,
             "way_px": float(np.median(ways)) if ways else np.nan,
             "largest_way_px": max(ways, default=np.nan),
-            "sd_px": float(np.median([one.sd * one.radius for one in held])) if held else np.nan,
+            "sd_px": float(np.median(sds)) if held else np.nan,
+            "lasting_px": lasting or (float(np.median(sds)) / len(sds) ** 0.5 if held else 0.0),
         }
 
 
