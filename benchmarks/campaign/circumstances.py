@@ -23,6 +23,7 @@ from benchmarks.campaign.changes import (
     run_videos,
     table_of,
 )
+from benchmarks.campaign.edited import EDITED
 from benchmarks.campaign.instruments import INSTRUMENTS
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
@@ -365,6 +366,7 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     **MIXED_UP,
     **LIGHT,
     **SLIGHT,
+    **EDITED,
     **REPORTED,
     **INSTRUMENTS,
 }

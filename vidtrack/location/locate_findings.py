@@ -333,7 +333,7 @@ def _cure(record: Record) -> str:
         "first: a camera that moved, or a lens that was zoomed or focused, between the clips of its calibration or "
         "before the run (compare their pictures); a stabiliser that was on; water or a window before the targets that "
         "was not there when the camera was calibrated; a drop or dirt on a lens or window; one name that means two "
-        "targets; a track that jumps to a reflection or a neighbour."
+        "targets; a track that jumps to a reflection or a neighbour; recordings of which a part was cut out."
     )
 
 

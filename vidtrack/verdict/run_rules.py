@@ -82,7 +82,10 @@ def target_findings(tracks: Mapping[str, Track], asked: int | Sequence[str] | No
         track = tracks[name]
         share = (track.n - track.located) / track.n
         where = f"the longest gap lasts {track.gap_s:.2g} s, from {readable(track.gap_from_s)}"
-        cure = "See in the tracks which camera lost it there; a third camera helps where views are blocked."
+        cure = (
+            "See in the tracks which camera lost it there; a third camera helps where views are blocked. Where all "
+            "cameras lose it at one moment, was a part cut out of the recordings?"
+        )
         if level := graded(share, LIMITS.not_located):
             text = f"target {name}: {track.located} of {track.n} samples were located; {where}"
             out.append(Finding(level, "samples-missing", text, cure))
