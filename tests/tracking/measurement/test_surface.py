@@ -122,6 +122,16 @@ def test_few_looks_and_chance_add_nothing_and_one_odd_look_only_beside_itself():
     assert not out[49:].any()
 
 
+def test_a_bright_spot_that_goes_round_a_small_ball_is_in_the_sd_of_all_its_samples():
+    """As it was seen of a ball of 2.6 px: in the middle in half of the looks, by their median no more than chance."""
+    x = [-0.001, -0.063, -0.02, 0.062, -0.009, -0.007, -0.015, 0.064, -0.011, -0.03]
+    y = [0.037, 0.033, -0.052, -0.024, 0.029, -0.061, 0.044, -0.007, -0.044, 0.026]
+    surfaces = Surfaces(1)
+    for k, at in zip([0, 1, 3, 6, 10, 15, 21, 28, 36, 43], zip(x, y, strict=True), strict=True):
+        surfaces.seen(k, np.array([0]), np.array(at)[:, None], np.array([True]))
+    assert surfaces.sd(np.full((2, 50, 1), 0.0216), np.array([2.616])).min() > 0.25 / 5
+
+
 def test_what_was_not_clear_or_is_no_target_is_not_looked_at():
     surfaces = Surfaces(1)
     for k in range(10):

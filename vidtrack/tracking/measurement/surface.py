@@ -34,6 +34,8 @@ class SurfaceShift:
               sampled by fewer of them; and grid_of, between, over the root of the radius in px: of razor-sharp discs of
     grid_of   1.5 to 15 px s scatters by 0.033 to 0.01 px
     for_once  the same of a single look, where most show nothing
+    many      share of the looks that scatter at least as a normal distribution's do, and how far, in standard
+    of_many   deviations, that share of it reaches: a bright spot that goes round is in the middle now and then
     between   share of that scatter that counts between any two looks
     whole     px that a centroid moves for a px of s: the cut is half-way up, so that s is half of what the two middles
               differ by, which is 0.65 to 1 of what the centroid is off
@@ -44,6 +46,8 @@ class SurfaceShift:
     grid_px: tuple[float, float] = (0.015, 0.03)
     grid_of: float = 0.05
     for_once: float = 2.0
+    many: float = 0.75
+    of_many: float = 1.15
     between: float = 0.5
     whole: float = 3.0
 
@@ -121,7 +125,7 @@ class Surfaces:
             if at.size < SURFACE.fewest:
                 continue
             off = np.abs(s - np.array([[median_of(along)] for along in s]))
-            scatter = 1.4826 * median_of(off)
+            scatter = max(1.4826 * median_of(off), float(np.quantile(off, SURFACE.many)) / SURFACE.of_many)
             if scatter > SURFACE.plainly * usual[i]:  # between two looks it may be as large as elsewhere
                 off = np.maximum(off, SURFACE.between * scatter)
             else:
