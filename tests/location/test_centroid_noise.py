@@ -94,3 +94,11 @@ def test_an_sd_that_holds_what_lasts_is_not_made_smaller_by_what_changes():
     found = noise_factor(cameras, b, sd, 1.0, alike=[True, False, False])
     assert found.each[0] == found.whole[0] == 1.0
     assert (found.whole[1:] < 0.5).all()
+
+
+def test_of_two_cameras_whose_errors_show_one_direction_alone_no_sd_is_made_smaller():
+    """As with streaks, whose sd is large along their way: where that is an epipolar line its errors are not seen."""
+    cameras, b, sd = sights(2, 300, 0.2)
+    found = noise_factor(cameras, b, sd, 1.0)
+    assert (found.whole == 1.0).all()
+    assert (found.each < 0.5).all()

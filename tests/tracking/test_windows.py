@@ -4,6 +4,7 @@ import numpy as np
 
 from tests.discs import picture
 from tests.tracking.test_tracker import DETECTION, starts_at
+from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.state import Appearance, TargetState
@@ -86,3 +87,24 @@ def test_the_tracker_keeps_what_a_hidden_target_s_place_shows():
         rows, columns = one.grey.shape
         assert one.left < path[one.sample, 0] < one.left + columns
         assert one.top < path[one.sample, 1] < one.top + rows
+
+
+def test_the_tracker_keeps_what_the_samples_before_show_where_a_target_is_found_again_after_long():
+    """Sought in every eighth sample alone, it is not where it was expected when it comes out again."""
+    path = np.stack([40 + 2.0 * np.arange(64), np.full(64, 60.0)], axis=-1)
+    path[20:, 1] += 30
+    hidden, seen_from = np.arange(64) >= 20, 37
+    hidden[seen_from:] = False
+    rng = np.random.default_rng(1)
+    every = [[] if h else [(x, y, 5)] for h, (x, y) in zip(hidden, path.tolist(), strict=True)]
+    samples = [Sample(picture(SHAPE, own, noise=2.0, rng=rng), float(k)) for k, own in enumerate(every)]
+    whole = WholePicture({0: np.full(SHAPE, 30, np.uint8)}, DETECTION, None)
+    tracker = Tracker(starts_at(path[:1]), DETECTION, 100.0, whole=whole)
+    tracker.follow(samples)
+    tracker.finish()
+    found = int(np.flatnonzero(np.isfinite(tracker.rows().values[0, seen_from:, 0]))[0]) + seen_from
+    assert found > seen_from + 2
+    for k in range(max(seen_from, found - KEEPING.before + 1), found):
+        corners = [(one.left, one.top, *one.grey.shape[::-1]) for one in tracker.windows.kept if one.sample == k]
+        x, y = path[k]
+        assert any(a + 5 < x < a + w - 5 and b + 5 < y < b + h - 5 for a, b, w, h in corners), k

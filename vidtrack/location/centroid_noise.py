@@ -105,9 +105,9 @@ def noise_factor(
         variance = float(chi2[good].sum() / spare[good].sum())
     if variance >= 1 or relative:
         return _alike(max(float(np.sqrt(variance)), 1e-6), "differences", sd)
-    redundant = _redundancy(cameras, located.point, sd)
+    redundant, least = _redundancy(cameras, located.point, sd)
     each = _smaller(change, redundant[:, :, middle], both & used[:, :, middle])
-    lasting = _smaller(located.error / sd, redundant, (used.sum(0) >= 2) & used)
+    lasting = _smaller(located.error / sd, redundant, used & (least > EVIDENCE.redundant))
     if alike is not None:
         each[list(alike)] = lasting[list(alike)] = 1.0
     return Noise(float(np.median(each)), "differences", each, np.maximum(each, lasting))
@@ -141,8 +141,9 @@ def _smaller(change: Array, redundant: Array, used: Bools) -> Array:
     return each
 
 
-def _redundancy(cameras: Sequence[Camera], point: Array, sd: Array) -> Array:
-    """Sum of the squares (n_cameras, n_targets, T) by which a camera's errors follow its own noise, both over sd.
+def _redundancy(cameras: Sequence[Camera], point: Array, sd: Array) -> tuple[Array, Array]:
+    """Sum of the squares (n_cameras, n_targets, T) by which a camera's errors follow its own noise, both over sd; and
+    the least of them, of the direction in which they follow it least.
 
     point  (n_targets, T, 3); sd (n_cameras, n_targets, T, 2). Of the errors (1 - A (A'A)^-1 A') noise, A the slopes of
     the pictures over sd, the block of each camera.
@@ -156,7 +157,9 @@ def _redundancy(cameras: Sequence[Camera], point: Array, sd: Array) -> Array:
     normal[usable.sum(axis=0) < 2] = np.eye(3)
     inverse = np.linalg.pinv(normal, hermitian=True)
     block = np.eye(2) - slopes @ inverse @ np.swapaxes(slopes, -1, -2)
-    return np.where(usable, np.square(block).sum(axis=(-1, -2)), 0.0)
+    both = np.square(block).sum(axis=(-1, -2))
+    least = (both - np.sqrt(np.maximum(both**2 - 4 * np.linalg.det(block) ** 2, 0.0))) / 2
+    return np.where(usable, both, 0.0), np.where(usable, least, 0.0)
 
 
 def _from_errors(located: Located, sd: Array, fallback: float) -> Noise:

@@ -165,6 +165,7 @@ class Tracker:
         expected = predicted[taken - 1]
         if lost_now.size and (self.state.missing >= 0).sum() > 1:
             expected = self._with_occlusions(lost_now, expected, samples[taken - 1])
+        self.windows.passed(samples[:taken], self.record.samples)
         if (due := sought_now(self.state.missing, self.search.occlusions.met)).size:
             self._seek(block, samples[taken - 1], due, expected, taken - 1)
         self._pacer.went(taken, well=taken == k and not lost_now.size)
@@ -174,7 +175,6 @@ class Tracker:
         self.widths.passed(samples[:taken], self.record.samples, block.values)
         self._keep(Rows._make([block.values[:, :taken], *(column[:taken] for column in block[1:])]), times[:taken])
         if self.newcomers is not None:
-            self.windows.passed(samples[:taken], self.record.samples - taken)
             self._declump(block, samples[taken - 1], taken - 1)
             self._initiate(raw[taken - 1], taken)
         return taken

@@ -1,7 +1,8 @@
 """Pieces of pictures kept for a second search, when it is known from other cameras where a target is.
 
 A piece is kept where a target was sought and not measured, where what was measured is no disc and may be two targets,
-and from the samples before a new track begins. A few megabytes a recording are kept, the first that come.
+and from the samples before a new track begins, or a target is found again that was lost for long. A few megabytes a
+recording are kept, the first that come.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.measurement.lighting import Lighting
+from vidtrack.tracking.pace import PACE
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.separation import Scene, hidden_by_static
 from vidtrack.tracking.state import Appearance, TargetState, X, Y
@@ -97,6 +99,7 @@ class Windows:
         self.kept: list[Window] = []
         self._bytes = 0
         self._of_place, self._pieces = np.zeros((2, places), np.int64)
+        self._long_lost = np.zeros(places, bool)
         self._recent: deque[tuple[int, Sample]] = deque(maxlen=KEEPING.before)
 
     def sought(
@@ -105,12 +108,15 @@ class Windows:
         """Keep what a sample shows of the targets `who` that were sought in it and not found, or look like no disc.
 
         expected (n, 2) px, where all targets were; values (MEASURED, n) what was measured
+        Of those that are found again after long, which were sought in few samples alone, what the last ones show too.
         """
         size = state.sizes(sample.lines)
         lost = who[np.isnan(values[X, who]) & (state.missing[who] > 0)]
         self._keep(scene, sample, number, lost, expected, size, KEEPING.lost_px)
         odd = who[np.isfinite(values[X, who]) & no_disc(state.appearance, sample.lines)[who]]
         self._keep(scene, sample, number, odd, values[[X, Y]].T, size, 0.0)
+        self.begun(scene, who[np.isfinite(values[X, who]) & self._long_lost[who]], state)
+        self._long_lost[who] = np.isnan(values[X, who]) & (state.missing[who] > PACE.sought_each)
 
     def odd(self, scene: Scene, samples: Sequence[Sample], first: int, values: Array, state: TargetState) -> None:
         """Keep what samples, the first of which has this number, show of targets that look like no disc.
@@ -134,7 +140,7 @@ class Windows:
 
     def begun(self, scene: Scene, who: Ints, state: TargetState) -> None:
         """Keep what the samples before show where new tracks `who` begin."""
-        self._of_place[who] = self._pieces[who] = 0
+        self._of_place[who] = self._pieces[who] = self._long_lost[who] = 0
         begun = who[np.isfinite(state.positions[-1, who, 0])]
         for number, sample in self._recent if begun.size else ():
             self._keep(scene, sample, number, begun, state.positions[-1], state.sizes(sample.lines), KEEPING.lost_px)

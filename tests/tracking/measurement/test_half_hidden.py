@@ -10,18 +10,18 @@ from vidtrack.tracking.measurement.half_hidden import fit_half_hidden, usual_dis
 NOISE, LIGHT, LEVEL = 2.5, 140.0, 30.0
 
 
-def drawn(rng, radius, width, offset, *, front=8.0, size=(1.0, 1.0)):
+def drawn(rng, radius, width, offset, *, front=8.0, size=(1.0, 1.0), edge=0.76, noise=NOISE):
     """Grey levels, the middle, and the share of a disc that a bar of `width` px, `offset` px off, leaves."""
     n = int(2 * radius + 24)
     x, y = n / 2 + rng.uniform(-0.5, 0.5, 2)
     row, column = np.mgrid[:n, :n].astype(float)
     away = np.hypot((column - x) / size[0], (row - y) / size[1])
-    disc = ndtr((radius - away) / 0.76)
+    disc = ndtr((radius - away) / edge)
     angle = rng.uniform(0, np.pi)
     off = np.abs((column - x) * np.sin(angle) - (row - y) * np.cos(angle) - offset)
-    bar = ndtr((width / 2 - off) / 0.76)
+    bar = ndtr((width / 2 - off) / edge)
     light = LEVEL + LIGHT * disc
-    light += bar * (front - light) + rng.normal(0, NOISE, light.shape)
+    light += bar * (front - light) + rng.normal(0, noise, light.shape)
     return np.rint(light).astype(np.float32), x, y, ((1 - bar) * disc).sum() / disc.sum()
 
 
@@ -115,3 +115,30 @@ def test_usual_looks_that_are_no_disc_or_not_known_say_no_shape():
     slim = [85.0, 140.0, 12.0, 9.0]  # alone it may be one, of two that touch it is not certain
     assert usual_disc(np.array([slim]).T) is not None
     assert usual_disc(np.array([disc, slim]).T) is None
+
+
+def test_a_small_disc_with_a_rope_across_its_middle_is_measured_within_its_sd():
+    """Of 5 px radius and a rope of 3 px no more is left than two caps, which lie on both sides of the middle."""
+    rng = np.random.default_rng(5)
+    z = []
+    for _ in range(20):
+        grey, x, y, shown = drawn(rng, rng.uniform(4.8, 5.4), 3.0, rng.uniform(-1, 1))
+        assert 0.5 < shown < 0.75
+        if (fit := fitted(rng, grey, x, y, 5.1, roughly=0.3, beside=True)) is not None:
+            z += [(fit.x[0] - x) / fit.sd_x[0], (fit.y[0] - y) / fit.sd_y[0]]
+    assert len(z) >= 2 * 14
+    assert np.abs(z).max() < 4
+    assert np.sqrt(np.mean(np.square(z))) < 1.3
+
+
+def test_what_a_soft_edge_still_covers_two_pixels_off_is_no_part_of_the_disc():
+    rng = np.random.default_rng(6)
+    z = []
+    for _ in range(40):
+        radius = rng.uniform(4.5, 8)
+        grey, x, y, _ = drawn(rng, radius, rng.uniform(3, 6.5), rng.uniform(0.6, 1.1) * radius, edge=1.04, noise=1.5)
+        if (fit := fitted(rng, grey, x, y, radius, roughly=0.3, beside=True)) is not None:
+            z += [(fit.x[0] - x) / fit.sd_x[0], (fit.y[0] - y) / fit.sd_y[0]]
+    assert len(z) >= 40
+    assert np.abs(z).max() < 4
+    assert np.sqrt(np.mean(np.square(z))) < 1.2

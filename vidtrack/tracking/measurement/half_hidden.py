@@ -28,6 +28,7 @@ class HalfHidden:
     reach, reach_px  of a half axis, and px besides, about its expected place in which it is looked for
     dark          of the disc's light: a pixel in it that shows less is hidden
     rim_px        about hidden pixels, which the blurred edge of what hides them reaches
+    soft_px       blur, from which on such an edge reaches a px farther
     below         of the light, by which what is darker than the background is something in front of that too
     shown         share of the disc's pixels that must be left to the fit
     rounds        of the fit, at most; settled_px: a step that ends them, unsettled_px: one that refuses the last
@@ -44,8 +45,9 @@ class HalfHidden:
     reach_px: float = 2.0
     dark: float = 0.5
     rim_px: int = 2
+    soft_px: float = 0.8
     below: float = 0.06
-    shown: float = 0.1
+    shown: float = 0.04
     rounds: int = 4
     settled_px: float = 0.02
     unsettled_px: float = 0.3
@@ -62,6 +64,7 @@ class HalfHidden:
 
 HALF_HIDDEN = HalfHidden()
 _RIM = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * HALF_HIDDEN.rim_px + 1,) * 2).astype(np.uint8)
+_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
 def usual_disc(usual: Array) -> Shapes | None:
@@ -110,17 +113,20 @@ def fit_half_hidden(
     of_all, noise = noise, max(noise, piece.noise)
     reach = axes + JOINT_FIT.reach_px
     at, fit, step = _all_sought(piece.over, ~hidden, x, y, axes, light), None, np.inf
+    soft = False
     for _ in range(HALF_HIDDEN.rounds):
         inside = np.stack([_inside(grey.shape, x0, y0, own) for (x0, y0), own in zip(at, axes.T, strict=True)])
         dark = inside.any(axis=0) & (piece.over < HALF_HIDDEN.dark * light.min())
         if not dark.any() and not (beside and _meets(front, at[:, 0], at[:, 1], reach)):
             return None, piece
-        free = ~hidden & ~_about(dark | (piece.over < -limit))
+        free = ~hidden & ~_about(dark | (piece.over < -limit), soft)
         if ((free & inside).sum(axis=(1, 2)) < HALF_HIDDEN.shown * inside.sum(axis=(1, 2))).any():
             return None, piece
         fit = fit_together(piece.over, free, piece.clipped, at[:, 0], at[:, 1], known, noise)
         now = np.stack([fit.x, fit.y], axis=1)
         at, step, light = now, float(np.hypot(*(now - at).T).max()), np.exp(fit.shape[2])
+        if not soft and np.exp(fit.shape[3].max()) > HALF_HIDDEN.soft_px:
+            soft, step = True, np.inf
         if step < HALF_HIDDEN.settled_px:
             break
     if fit is None or not fit.good or not explained(fit, of_all) or step > HALF_HIDDEN.unsettled_px:
@@ -146,9 +152,10 @@ def _meets(mask: Bools, x: Array, y: Array, axes: Array) -> bool:
     return any((mask & _inside(mask.shape, *own)).any() for own in zip(x, y, axes.T, strict=True))
 
 
-def _about(mask: Bools) -> Bools:
-    """These pixels and what lies within HALF_HIDDEN.rim_px of them."""
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), _RIM) > 0)
+def _about(mask: Bools, soft: bool = False) -> Bools:
+    """These pixels and what lies within HALF_HIDDEN.rim_px of them, a px more where edges are soft."""
+    wide = cv2.dilate(mask.astype(np.uint8), _RIM)
+    return np.asarray((cv2.dilate(wide, _CROSS) if soft else wide) > 0)
 
 
 def _all_sought(over: NDArray[np.float32], free: Bools, x: Array, y: Array, axes: Array, light: Array) -> Array:
