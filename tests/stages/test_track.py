@@ -158,7 +158,7 @@ def test_what_cannot_be_done_is_said_in_one_line():
         track(frames, info, end="10:61:00:00")
     with pytest.raises(VidtrackError, match="the recording carries none"):
         track(frames, VideoInfo(300, 200, RATE), start="10:00:00:00")
-    with pytest.raises(VidtrackError, match=r"targets.csv: no start box for target 'b'"):
+    with pytest.raises(VidtrackError, match=r"targets.csv: no start box for target 'b' in a camera that has a\."):
         track(frames, info, targets=["a", "b"], start_boxes=boxes(["a", 200, 100]))
 
 

@@ -72,6 +72,8 @@ def test_a_movement_along_the_run_says_when():
     assert "6.00 to 6.50 s (1.00 to 1.50 s after its first picture)" in found.text
     assert "suddenly" in found.text
     assert "at its end by 0.1 px" in found.text
+    assert "stabiliser" not in found.cure
+    assert "If it was the camera's stabiliser, switch that off." in only(along=along._replace(sudden=False)).cure
 
 
 def test_what_is_corrected_is_a_note():

@@ -159,7 +159,8 @@ def _along(case: CameraCase) -> list[Finding]:
     )
     if along.last.px < along.most.px / 2:
         text += f"; at its end by {along.last.px:.2g} px"
-    return [_finding(case, "camera-moved-along-run", text, along.most)]
+    cure = CURE if along.sudden else f"If it was the camera's stabiliser, switch that off. {CURE}"
+    return [_finding(case, "camera-moved-along-run", text, along.most, cure)]
 
 
 def _finding(case: CameraCase, code: str, text: str, moved: Moved, cure: str = CURE) -> Finding:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vidtrack.arrays import Array
 from vidtrack.assignment import mutual_best
 from vidtrack.errors import VidtrackError
+from vidtrack.naming import some_of
 from vidtrack.tracking.assessment import InBox, in_boxes
 from vidtrack.tracking.clip import Clip
 from vidtrack.tracking.detect_settings import Detection
@@ -75,7 +76,10 @@ def named_boxes(
     names = listed if isinstance(targets, (int, str)) else [str(t) for t in targets]
     for name in names:
         if name not in listed:
-            raise VidtrackError(f"targets.csv: no start box for target {name!r}. Add its row, or take it off the list.")
+            raise VidtrackError(
+                f"targets.csv: no start box for target {name!r} in a camera that has {some_of(listed)}. A target has "
+                "one name in all cameras: add its row, or take it off the list."
+            )
     rows = [listed.index(name) for name in names]
     boxes = np.empty((len(names), 4))
     boxes[:, 0], boxes[:, 1] = start_boxes["Xf"][rows], start_boxes["Yf"][rows]
