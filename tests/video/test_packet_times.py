@@ -151,6 +151,23 @@ def test_behind_bytes_that_are_missing_the_file_s_own_index_says_which_frame_it_
     assert not any(told[4:])
 
 
+def test_empty_chunks_in_a_file_without_an_index_are_pictures_that_were_dropped_and_no_damage(tmp_path):
+    """VirtualDub writes them, and no index if it ends early: all pictures behind the first one were called damaged."""
+    data, packets = bytearray(HEADER), []
+    for k in range(12):
+        size = 120 + 2 * k
+        packets.append(Thing(pos=len(data) + HEADER, size=size, pts=2 * k, dts=2 * k, is_keyframe=True))
+        data += b"00dc" + size.to_bytes(4, "little") + bytes(size) + b"00dc" + bytes(4)
+    (tmp_path / "a.avi").write_bytes(data)
+    made_up = [Thing(pos=p.pos - HEADER, timestamp=p.pts, size=p.size) for p in packets[:2]]
+    correct = retimer(
+        Thing(format=Thing(name="avi"), name=str(tmp_path / "a.avi")), Thing(index_entries=made_up, frames=24)
+    )
+    found, told = stamps(correct, packets)
+    assert found == list(range(0, 24, 2))
+    assert not any(told)
+
+
 def test_of_chunks_of_one_size_that_one_is_taken_whose_followers_fit(tmp_path):
     """Four of eight chunks are missing, and the first behind them lies nearer to another one of its size."""
     packets, _ = chunks([120, 100, 120, 110, 120, 130, 140, 150], begin=2 * HEADER)

@@ -122,8 +122,9 @@ class _ByIndex:
         self._hole |= bool(cut)
         if apart:  # something lies between two pictures: sound, or one whose header is spoilt
             self._load()
-            if ended and self._made_up and not are_chunks(self._file, ended - HEADER, packet.pos - HEADER):
-                behind = self._hole = True
+            if ended and self._made_up:  # of what was read: it says nothing of what follows
+                if not are_chunks(self._file, ended - HEADER, packet.pos - HEADER):
+                    behind = self._hole = True
                 self._places = array("q")
         if behind and (not self._places or self._places[-1] <= packet.pos):
             return "behind a hole in a file without an index"  # but libavformat's own, of what it has read
@@ -171,7 +172,7 @@ class _ByIndex:
         return good
 
     def _load(self) -> None:
-        if self._places:
+        if self._places or self._made_up:
             return
         for entry in self._stream.index_entries:
             self._places.append(entry.pos + HEADER)
