@@ -27,6 +27,7 @@ from benchmarks.campaign.edited import EDITED
 from benchmarks.campaign.instruments import INSTRUMENTS
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
+from benchmarks.campaign.rain import RAIN
 from benchmarks.campaign.reported import REPORTED
 from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
 from benchmarks.campaign.slight import SLIGHT
@@ -369,4 +370,5 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     **EDITED,
     **REPORTED,
     **INSTRUMENTS,
+    **RAIN,
 }
