@@ -181,6 +181,13 @@ def test_an_outline_that_is_unlike_all_others_does_not_change_theirs():
     assert own[:, 0] == pytest.approx([-2.0, 1.5], abs=0.1)
 
 
+@pytest.mark.filterwarnings("error")
+def test_of_samples_without_a_centroid_no_way_is_known_and_nothing_is_warned_of():
+    lit = Lighting([outlines([way]) for way in [(0.2, 0.0)] * 12 + [(-0.4, 0.3)]])
+    way, _ = lit.ways(12, np.full((2, 3), np.nan), np.full(3, 5.0))
+    assert np.isnan(way).all()
+
+
 def test_where_no_outline_can_be_fitted_the_sd_is_large():
     lit = Lighting([outlines([(0, 0)] * 3, sd=0.3, held=False)])
     assert lit.one_sided

@@ -10,6 +10,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.tracking.detect_settings import Detection
+from vidtrack.tracking.measurement.order_statistics import median
 from vidtrack.tracking.measurement.rim import look_at_rims, middle_of_arc, middle_of_rim
 from vidtrack.tracking.measurement.uneven_light import Ways
 from vidtrack.tracking.sample import Sample
@@ -204,5 +205,5 @@ class Rims:
         for i in np.unique(who).tolist():
             rows = np.flatnonzero(who == i)
             if 2 * rows.size > measured[i]:
-                off[:, rows] -= np.nanmedian(off[:, rows], axis=1)[:, None]
+                off[:, rows] -= median(off[:, rows].T)[:, None]
         return np.asarray(np.hypot(*off))
