@@ -22,10 +22,10 @@ import cv2
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.board import Board
-from vidtrack.calibration.board_circles import centroid_shift
-from vidtrack.calibration.board_corners import board_seen
-from vidtrack.calibration.board_fit import fit_board
+from vidtrack.calibration.boards.board import Board
+from vidtrack.calibration.boards.board_circles import centroid_shift
+from vidtrack.calibration.boards.board_corners import board_seen
+from vidtrack.calibration.boards.board_fit import fit_board
 from vidtrack.geometry.camera import Camera, project
 
 BOARD = Board("charuco", 9, 7, 30.0)
@@ -231,7 +231,7 @@ def drone(folder: Path) -> None:
     """Five control points and the lens of the toolbox's calibration, beside its own solution for the camera's place."""
     from scipy.io import loadmat
 
-    from vidtrack.calibration.known_lens import KnownLens, placed
+    from vidtrack.calibration.camera.known_lens import KnownLens, placed
     from vidtrack.geometry.brown import BrownLens
     from vidtrack.geometry.jacobian import position_covariance
     from vidtrack.geometry.lens_conversion import camera_from_brown

@@ -22,10 +22,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vidtrack.calibration.assessment.heldout import held_out, refit_alone, refit_closed_form, refit_together
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.heldout import held_out, refit_alone, refit_closed_form, refit_together
-from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
+from vidtrack.calibration.camera.refine import free_parameters, refine
+from vidtrack.calibration.camera.tsai import camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
 from vidtrack.geometry.triangulate import locate_points

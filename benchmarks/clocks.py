@@ -20,7 +20,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vidtrack.geometry.camera import project
-from vidtrack.location.motion_clock import estimate_clocks
+from vidtrack.location.clocks.motion_clock import estimate_clocks
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock

@@ -30,7 +30,7 @@ import numpy as np
 from tests.files.clips import make_clip
 from vidtrack.errors import VidtrackError
 from vidtrack.stages.track import track
-from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
 from vidtrack.video.reader import open_video
 
 N = 60

@@ -25,7 +25,7 @@ from disturbances import KINDS
 from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.stages.track import track
-from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
 from vidtrack.video.reader import open_video
 
 

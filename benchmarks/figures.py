@@ -91,8 +91,8 @@ def track(folder: Path, *, frames: int) -> Iterator[Pair]:
 
 def centroids() -> Iterator[Pair]:
     """The kernel that measures most samples, beside those of other programs, on the same pictures."""
+    from vidtrack.tracking.centroiding.template import Known, apply_template
     from vidtrack.tracking.detect_settings import Detection
-    from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.sample import Sample
 
     n, size = 10, (1920, 1080)

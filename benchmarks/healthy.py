@@ -28,9 +28,9 @@ import av
 import numpy as np
 
 from vidtrack.timing.frame import Frame
-from vidtrack.tracking.damaged_pictures import DamagedPictures
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
+from vidtrack.video.faults.second_look import SecondLook
 from vidtrack.video.reader import open_video
-from vidtrack.video.second_look import SecondLook
 
 SIZES = ((320, 240), (320, 240), (320, 240), (322, 242), (176, 144), (640, 360))
 

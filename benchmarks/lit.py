@@ -24,7 +24,7 @@ import yaml
 from scipy.ndimage import gaussian_filter
 
 from vidtrack.tracking.detection.blobs import find_blobs
-from vidtrack.tracking.measurement.shaded_ball import fit_ball
+from vidtrack.tracking.outlines.shaded_ball import fit_ball
 
 WIDE, HIGH, FINE, RATE = 640, 480, 5, 30000 / 1001
 

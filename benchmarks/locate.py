@@ -24,10 +24,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
+from vidtrack.calibration.camera.refine import Uncertainty, free_parameters, refine
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.sight_lines.shared_survey import Survey, joint_covariance
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 NOISE = 0.1

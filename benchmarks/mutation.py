@@ -1,7 +1,7 @@
 """Mutation testing: does a small error in a module make its tests fail?
 
     bash setup.sh mutate geometry calibration/tsai --seed 1 --count 60
-    bash setup.sh mutate tracking/measurement --count 0 --wide
+    bash setup.sh mutate tracking/centroiding --count 0 --wide
 
 A target is a room or a module. Mutants are drawn at random, by seed, among all that the operators make (`--count 0`:
 all of them); each runs until the first failure against the mirror test of its module, tests/<room>/test_<module>.py
@@ -73,7 +73,7 @@ class Finder(importlib.abc.MetaPathFinder):
 
 
 def modules_of(target: str) -> list[Path]:
-    """The modules of a room (`geometry`, `tracking/measurement`) or one module, with or without vidtrack/ and .py."""
+    """The modules of a room (`geometry`, `tracking/centroiding`) or one module, with or without vidtrack/ and .py."""
     place = PACKAGE / target.removeprefix("vidtrack/").removesuffix(".py")
     if place.is_dir():
         return sorted(p for p in place.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))

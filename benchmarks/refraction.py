@@ -25,7 +25,7 @@ from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.sight_lines.shared_survey import Survey, joint_covariance
 from vidtrack.stages.calibrate import Calibration, calibrate
 
 REAL = Path(__file__).parents[1] / "../shared/real/points/proptv_rbc4cam"

@@ -30,7 +30,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.files.camera_json import Calibrated, read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet

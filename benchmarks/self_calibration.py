@@ -23,12 +23,12 @@ import pandas as pd
 
 from benchmarks.refraction import RIGS, config
 from vidtrack.arrays import Array
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.calibration.wand.axes import fitted, moved_points
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import joint_covariance, surveys_of
+from vidtrack.location.sight_lines.shared_survey import joint_covariance, surveys_of
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.calibrate import calibrate
 from vidtrack.stages.self_calibrate import self_calibrate

@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.campaign.scenes import random_scene
 from vidtrack.arrays import Array
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.survey_stretch import Stretch, stretches
+from vidtrack.calibration.camera.refine import free_parameters, refine
+from vidtrack.calibration.surveys.survey_stretch import Stretch, stretches
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.simulate.scenario import camera_from_plan, scenario_from
 from vidtrack.verdict.calibration_rules import stretch_findings

@@ -179,7 +179,7 @@ def decode(path: Path, threads: int) -> int:
 def follow(path: Path, n: int, threads: int):
     """What was tracked, and the elapsed time of the second look at pictures that change suddenly, s."""
     from vidtrack.stages.track import track
-    from vidtrack.tracking.damaged_pictures import DamagedPictures
+    from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
 
     look = [0.0]
 
@@ -311,10 +311,10 @@ def accuracy(pictures: int) -> None:
     """Errors of every kernel on balls drawn by exact area at random places, px."""
     sys.path.insert(0, str(Path(__file__).parents[1]))
     from tests.discs import windows
+    from vidtrack.tracking.centroiding.centroid import measure
+    from vidtrack.tracking.centroiding.components import Windows, components
+    from vidtrack.tracking.centroiding.template import Known, apply_template
     from vidtrack.tracking.detect_settings import Detection
-    from vidtrack.tracking.measurement.centroid import measure
-    from vidtrack.tracking.measurement.components import Windows, components
-    from vidtrack.tracking.measurement.template import Known, apply_template
     from vidtrack.tracking.sample import Sample
 
     print(f"contrast 200; rms and bias in X and Y, px, over {pictures} balls a line")
@@ -410,9 +410,9 @@ def _exact_pictures(truth: np.ndarray, radius: np.ndarray, contrast: float, nois
 
 def peers(rounds: int) -> None:
     """Centroid time alone on the same pictures, taking turns; errors over the same balls."""
+    from vidtrack.tracking.centroiding.template import Known, apply_template
+    from vidtrack.tracking.centroiding.window import segment_windows
     from vidtrack.tracking.detect_settings import Detection
-    from vidtrack.tracking.measurement.template import Known, apply_template
-    from vidtrack.tracking.measurement.window import segment_windows
     from vidtrack.tracking.sample import Sample
 
     for size in ((720, 480), (1920, 1080)):

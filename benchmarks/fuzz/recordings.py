@@ -13,12 +13,12 @@ from PIL import Image
 from benchmarks.fuzz.reader import Reader
 from tests.files.clips import make_clip
 from tests.video.pictures import SIZE, cine, levels, ser, tiff, write_mraw
-from tests.video.test_heic_tiles import ball, heic
+from tests.video.stills.test_heic_tiles import ball, heic
 from vidtrack.simulate.ltc import ltc_signal
 from vidtrack.timing.timecode import parse
 from vidtrack.video.reader import open_video
 from vidtrack.video.sound import sound_blocks, sound_tracks
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 
 MOST = 2000
 """Pictures of a recording of a few: more is a reader that does not end."""

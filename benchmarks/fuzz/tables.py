@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.io import savemat
 
 from benchmarks.fuzz.reader import Reader
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.files.camera_json import read_camera, write_camera
 from vidtrack.files.channel_files import read_channels
 from vidtrack.files.config_file import read_config

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from tests.location.test_budget import CAMERAS, budget
+from tests.location.sight_lines.test_budget import CAMERAS, budget
 from vidtrack.analysis.mixing import ErrorField, mixing
 from vidtrack.analysis.responses import Series
 from vidtrack.analysis.waves import waves_and_responses
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.budget import calibration_field
+from vidtrack.location.sight_lines.budget import calibration_field
 
 F, A = 1.0, 1.25
 T = np.arange(0, 6.5, 1 / 30)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vidtrack.calibration.assessment.measures import distorted_error
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.measures import distorted_error
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.simulate.rig import thesis_points, thesis_rig
@@ -168,7 +168,7 @@ def test_four_real_cameras_and_1805_points_locate_better_together_than_openptv()
     """Points in water behind glass (proPTV); published 3-D rms over all points: OpenPTV .423 mm, MyPTV .471 mm."""
     tables = [np.genfromtxt(REAL / f"proptv_rbc4cam/cam{i}.csv", delimiter=",", skip_header=1) for i in range(4)]
     p, b = tables[0][:, 1:4], np.stack([table[:, 4:6] for table in tables])
-    from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
+    from vidtrack.calibration.camera.tsai import camera_from_closed_form, closed_form
 
     start = [
         camera_from_closed_form(closed_form(p, sights, Cx=1279.5, Cy=1079.5, dx=1, dy=1), (2560, 2160)) for sights in b

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from vidtrack.calibration.camera.initial_fit import Nominal
+from vidtrack.calibration.camera.known_lens import KnownLens
+from vidtrack.calibration.camera.one_camera import Answer, Inliers, Points, Task, calibrated
+from vidtrack.calibration.camera.outliers import Mixup
 from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
-from vidtrack.calibration.initial_fit import Nominal
-from vidtrack.calibration.known_lens import KnownLens
-from vidtrack.calibration.one_camera import Answer, Inliers, Points, Task, calibrated
-from vidtrack.calibration.outliers import Mixup
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.calibration.movement import movement
-from vidtrack.calibration.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.rotation import rotation_from_vector

@@ -5,8 +5,8 @@ import pytest
 
 from vidtrack.calibration.adjustment.normal_equations import covariance, solved
 from vidtrack.calibration.adjustment.unknowns import columns
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.calibration.normal_equations import linearised, normal_equations, sight_equations
-from vidtrack.calibration.refine import free_parameters
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 FREE = free_parameters("tsai")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.geometry.test_brown import MILD, SIZE, by_opencv, seen_by
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.cameras.formats import read_camera
 from vidtrack.exchange.cameras.given import Said

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 from click.testing import CliRunner
 
-from vidtrack.calibration.board import Board
-from vidtrack.calibration.board_corners import board_seen
+from vidtrack.calibration.boards.board import Board
+from vidtrack.calibration.boards.board_corners import board_seen
 from vidtrack.commands.plan import command
 from vidtrack.figures.board import EDGE_MM, FOOT_MM, board_sheet
 from vidtrack.simulate.board_picture import MARGIN, PER_SQUARE, drawing

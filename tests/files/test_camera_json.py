@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import Calibrated, camera_record, located_by, read_camera, write_camera
 from vidtrack.geometry.camera import project

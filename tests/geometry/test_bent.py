@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tests.geometry.underwater import ABOVE, LEFT, RIGHT, WEDGE, places
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.geometry.bent import bent
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import stepped

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.geometry.test_camera import cameras
-from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
+from vidtrack.calibration.camera.refine import Uncertainty, free_parameters, refine
 from vidtrack.geometry.calibration_error import by_parameter
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, derivatives, stepped
 from vidtrack.geometry.sights import sight
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import Survey, joint_covariance
+from vidtrack.location.sight_lines.shared_survey import Survey, joint_covariance
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 NAMES = ("omega_y", "t_x", "f", "Cx", "kappa1")

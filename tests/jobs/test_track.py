@@ -13,17 +13,17 @@ import pytest
 from benchmarks.damage import scene
 from tests.discs import picture
 from tests.files.clips import make_clip
-from tests.video.test_makers_readout import atom, header
-from tests.video.test_second_look import KINDS, packets, with_hole
+from tests.video.faults.test_second_look import KINDS, packets, with_hole
+from tests.video.times.test_makers_readout import atom, header
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import write_parquet
 from vidtrack.jobs import track
 from vidtrack.jobs.track import run
-from vidtrack.tracking.damaged_pictures import DamagedPictures
-from vidtrack.tracking.detection.coded_tags import FoundTags, TagFinder
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
+from vidtrack.tracking.tag_reading.coded_tags import FoundTags, TagFinder
 from vidtrack.video.decoded import DecodedVideo
 from vidtrack.video.monitored import SPARE
-from vidtrack.video.read_apart import CAN_FORK
+from vidtrack.video.processes.read_apart import CAN_FORK
 from vidtrack.workflow.job import Job
 
 TAGS = {"tags": {"family": "36h11", "ids": None, "named": []}, "detect": {"fields": "frame"}}

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tests.location.test_in_picture import exchanged
+from tests.location.one_camera.test_in_picture import exchanged
 from vidtrack.location.associations import COLUMNS, association_columns
-from vidtrack.location.in_picture import followed_in_picture
+from vidtrack.location.one_camera.in_picture import followed_in_picture
 
 
 def test_each_tracklet_has_its_target_its_partner_and_the_runner_up():

@@ -8,7 +8,9 @@ import pytest
 from tests.location.test_matching import CAMERAS, scene
 from vidtrack.files.records import plain
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.centroid_noise import Noise
+from vidtrack.location.cameras.views import brought
+from vidtrack.location.clocks.motion_clock import Clocks
+from vidtrack.location.clocks.run_clocks import RunClocks
 from vidtrack.location.locate_record import (
     clock_record,
     match_record,
@@ -18,11 +20,9 @@ from vidtrack.location.locate_record import (
     volume_record,
 )
 from vidtrack.location.matching import matched
-from vidtrack.location.motion_clock import Clocks
-from vidtrack.location.run_clocks import RunClocks
-from vidtrack.location.sight_causes import Cause
-from vidtrack.location.sight_misses import Misses
-from vidtrack.location.views import brought
+from vidtrack.location.sight_lines.centroid_noise import Noise
+from vidtrack.location.sight_lines.sight_causes import Cause
+from vidtrack.location.sight_lines.sight_misses import Misses
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock
 

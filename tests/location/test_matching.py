@@ -5,8 +5,8 @@ import pytest
 
 from tests.association.swarm import T, seen, swarm
 from vidtrack.geometry.epipolar import epipolar_distance
+from vidtrack.location.cameras.views import View, brought
 from vidtrack.location.matching import match_errors, matched
-from vidtrack.location.views import View, brought
 from vidtrack.simulate.rig import thesis_rig
 
 CAMERAS = thesis_rig(2)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from tests.location.test_views import view
+from tests.location.cameras.test_views import view
 from vidtrack.geometry.triangulate import Located
+from vidtrack.location.cameras.views import brought
 from vidtrack.location.matching import Match
 from vidtrack.location.sample_flags import sample_flags
-from vidtrack.location.views import brought
 
 
 def flags(

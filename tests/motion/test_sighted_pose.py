@@ -8,7 +8,7 @@ import pytest
 from tests.motion.tags import SQUARE, F, errors, poses, rig, seen, z_of
 from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.jacobian import stepped
-from vidtrack.location.run_pictures import Uncertain
+from vidtrack.location.cameras.run_pictures import Uncertain
 from vidtrack.motion.planar_start import planar_start
 from vidtrack.motion.sighted_pose import Placed, sighted_pose, with_calibration
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vidtrack.calibration.target_design import SYSTEMATIC_PX
+from vidtrack.calibration.assessment.target_design import SYSTEMATIC_PX
 from vidtrack.errors import VidtrackError
 from vidtrack.planning.sensitivity_plan import changed, read_sensitivity, sensitivity_cases
 

@@ -9,8 +9,8 @@ import yaml
 
 from tests.exchange.thesis.folder import write_old
 from tests.simulate.test_board_picture import shown
-from vidtrack.calibration.board import Board
-from vidtrack.calibration.board_corners import board_seen
+from vidtrack.calibration.boards.board import Board
+from vidtrack.calibration.boards.board_corners import board_seen
 from vidtrack.command import main
 from vidtrack.files.experiment import look_through
 from vidtrack.files.experiment_checks import checked_experiment

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.calibration.test_plane_camera import looking
+from tests.calibration.camera.test_plane_camera import looking
 from tests.shore.rendered_beach import ENDS, shore
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.interface import Interface

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vidtrack.calibration.board import Board
-from vidtrack.calibration.board_corners import board_seen
+from vidtrack.calibration.boards.board import Board
+from vidtrack.calibration.boards.board_corners import board_seen
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.simulate.board_picture import board_picture, drawing
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
 from vidtrack.jobs import back_project as job_module

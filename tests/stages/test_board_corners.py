@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.simulate.test_board_picture import shown
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.boards.board import Board
 from vidtrack.errors import VidtrackError
 from vidtrack.stages.board_corners import MOST_PICTURES, board_corners, stride
 from vidtrack.timing.frame import Frame

@@ -5,10 +5,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.calibration.test_board_fit import BOARD, SIZE, cameras, views
+from tests.calibration.boards.test_board_fit import BOARD, SIZE, cameras, views
 from tests.stages.test_board_corners import frames
 from vidtrack.calibration.adjustment.tied_cameras import moved_camera
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.boards.board import Board
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import position_covariance

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.jobs import bundle as job_module

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.calibration.known_lens import KnownLens
+from vidtrack.calibration.camera.known_lens import KnownLens
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_points, thesis_rig

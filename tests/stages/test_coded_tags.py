@@ -14,7 +14,7 @@ from vidtrack.stages.coded_tags import apart_from_tags, behind_targets, coded_ta
 from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import time_base
-from vidtrack.tracking.tag_reader import TagReader, TagsSeen
+from vidtrack.tracking.tag_reading.tag_reader import TagReader, TagsSeen
 
 CLOCK = time_base(Fraction(30))
 

@@ -6,12 +6,12 @@ import pytest
 
 from tests.motion.tags import SIDE, SQUARE, poses, rig, seen
 from vidtrack.association.tracklets import COLUMNS as COLUMNS_OF_TRACKLETS
-from vidtrack.calibration.refine import Uncertainty, free_parameters, refine
+from vidtrack.calibration.camera.refine import Uncertainty, free_parameters, refine
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.geometry.rotation import rotation_from_vector
-from vidtrack.location.run_pictures import Pictures
+from vidtrack.location.cameras.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate, locate_run
 from vidtrack.tags.poses import TagOrder

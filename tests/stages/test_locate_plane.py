@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.calibration.test_plane_camera import looking
-from tests.location.test_plane import grid, seen
+from tests.calibration.camera.test_plane_camera import looking
+from tests.location.one_camera.test_plane import grid, seen
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.picture_part import Picture
-from vidtrack.location.run_pictures import Pictures
+from vidtrack.location.cameras.run_pictures import Pictures
 from vidtrack.stages.kinematics import kinematics
 from vidtrack.stages.locate_plane import COLUMNS, _warnings, locate_plane
 

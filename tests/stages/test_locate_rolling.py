@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.location.readout_search import sought_readouts
+from vidtrack.location.clocks.readout_search import sought_readouts
 from vidtrack.simulate.picture import Picture, empty_scene
 from vidtrack.simulate.recording import Actor, Shutter, frames
 from vidtrack.simulate.rig import thesis_rig

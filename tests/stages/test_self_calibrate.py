@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.self_calibration import BODY, WET_BODY, behind, errors, floated, surveyed
 from vidtrack.errors import VidtrackError
-from vidtrack.location.shared_survey import joint_covariance, surveys_of
+from vidtrack.location.sight_lines.shared_survey import joint_covariance, surveys_of
 from vidtrack.simulate.rig import thesis_rig
 from vidtrack.stages.self_calibrate import self_calibrate
 

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from vidtrack.calibration.prediction import Case, Layout
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.assessment.prediction import Case, Layout
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.errors import VidtrackError
 from vidtrack.jobs import sensitivity as job_module
 from vidtrack.planning.sensitivity_plan import changed, sensitivity_cases

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vidtrack.calibration.refine import free_parameters, refine
+from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.jobs import stability as job_module

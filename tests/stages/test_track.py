@@ -15,7 +15,7 @@ from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import time_base
 from vidtrack.timing.timecode import parse
-from vidtrack.tracking.clip import Clip
+from vidtrack.tracking.initiation.clip import Clip
 from vidtrack.video.reader import open_video
 
 RATE = Fraction(30000, 1001)

@@ -6,7 +6,7 @@ import pytest
 
 from tests.files.clips import make_clip
 from tests.shore.rendered_beach import ENDS, shore, video
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_json

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.location.test_views import view
-from vidtrack.location.views import brought
+from tests.location.cameras.test_views import view
+from vidtrack.location.cameras.views import brought
 from vidtrack.tags.corners import corner_names, corners_of, with_corners
 
 

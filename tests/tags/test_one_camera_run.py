@@ -1,6 +1,6 @@
 """The record of a run that one camera sees by its tags alone."""
 
-from vidtrack.location.run_sights import sight_columns
+from vidtrack.location.cameras.run_sights import sight_columns
 from vidtrack.tags.one_camera_run import no_sights, record_of
 
 

@@ -13,9 +13,9 @@ from vidtrack.tracking.backwards import (
     with_gaps_filled,
     with_others_filled,
 )
-from vidtrack.tracking.measurement.rims import Rims
-from vidtrack.tracking.measurement.surface import Surfaces
-from vidtrack.tracking.record import Others
+from vidtrack.tracking.centroiding.surface import Surfaces
+from vidtrack.tracking.following.record import Others
+from vidtrack.tracking.outlines.rims import Rims
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import LOST, MERGED, NEVER, PIXELS, RECOVERED, Rows, present
 from vidtrack.tracking.tracker import Tracker

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracking.test_tracker import circle, followed, samples_of, starts_at
-from vidtrack.tracking.measurement.dispatch import measure_targets
+from vidtrack.tracking.centroiding.dispatch import measure_targets
 from vidtrack.tracking.pace import PACE, Pacer, sought_now
 from vidtrack.tracking.state import Appearance
 

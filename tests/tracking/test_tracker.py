@@ -7,7 +7,7 @@ import pytest
 from tests.discs import picture
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import no_blobs
-from vidtrack.tracking.initialisation import clutter_besides, find_targets
+from vidtrack.tracking.initiation.initialisation import clutter_besides, find_targets
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import CORRUPT, EDGE, FLAGS, LOST, MERGED, PREDICTED, RECOVERED, Starts, present
 from vidtrack.tracking.tracker import Tracker

@@ -5,8 +5,8 @@ import numpy as np
 from tests.discs import picture
 from tests.tracking.test_tracker import DETECTION, starts_at
 from vidtrack.tracking.detection.unexplained import WholePicture
+from vidtrack.tracking.recovery.separation import Scene
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.state import Appearance, TargetState
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.windows import KEEPING, Keeping, Windows, no_disc

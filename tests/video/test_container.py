@@ -14,7 +14,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.video.container import picture_stream
 from vidtrack.video.reader import open_video
 from vidtrack.video.sound import sound_tracks
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 
 RATE = Fraction(25)
 

@@ -3,11 +3,11 @@ from fractions import Fraction
 import numpy as np
 
 from vidtrack.timing.frame import VideoInfo
-from vidtrack.video.account import ReadingLog
-from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.damage import DamageWatch
+from vidtrack.video.coded.bitstream import Bitstream
+from vidtrack.video.faults.account import ReadingLog
+from vidtrack.video.faults.damage import DamageWatch
 from vidtrack.video.framed import Framing
-from vidtrack.video.shares import Report, Stamped
+from vidtrack.video.processes.shares import Report, Stamped
 
 
 def framing(own=(), codec="dvvideo"):

@@ -8,7 +8,7 @@ from tests.files.clips import make_clip, moving_ball
 from vidtrack.errors import VidtrackError
 from vidtrack.video import monitored
 from vidtrack.video.monitored import SPARE
-from vidtrack.video.read_apart import CAN_FORK
+from vidtrack.video.processes.read_apart import CAN_FORK
 from vidtrack.video.reader import open_video
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="there is no fork here")

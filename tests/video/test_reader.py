@@ -12,7 +12,7 @@ import pytest
 from tests.files.clips import NTSC, make_clip, moving_ball, video_frame
 from vidtrack.errors import VidtrackError
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 
 PACKAGE = Path(__file__).parents[2] / "vidtrack"
 SHARED = Path(__file__).parents[2] / "../shared/real"
@@ -185,7 +185,7 @@ def test_the_first_frame_waits_for_no_heavy_library(tmp_path):
     path = make_clip(tmp_path / "small.mp4", "libx264", "yuv420p", n=3)
     script = f"""
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 with open_video({str(path)!r}) as video:
     next(iter(video.frames()))
 import sys

@@ -12,7 +12,7 @@ from tests.files.clips import make_clip, video_frame
 from tests.video.pictures import SIZE, cine, found, levels, place, ser, tiff, write_mraw
 from vidtrack.errors import VidtrackError
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 
 N = 11
 

@@ -1,6 +1,7 @@
 """What the calibration's error mixes into each motion of a target or a body, in phase with other motions.
 
-The calibration leaves a field of errors that is the same for all samples of a run, `location.budget.CalibrationField`:
+The calibration leaves a field of errors that is the same for all samples of a run
+(`location.sight_lines.budget.CalibrationField`):
 e(p) = e0 + G d + 1/2 d H d, d = p - about. It does not average out: a target that swings along x is seen to swing a
 little along y too; a body that surges through a field that bends is seen to pitch. A body's pose is the rigid motion
 nearest to its targets, so its error is that of the field at their places,
@@ -27,7 +28,7 @@ SMALL_TURN = 1e-3
 
 
 class ErrorField(NamedTuple):
-    """Independent errors of positions, each of variance 1: see `location.budget.CalibrationField`."""
+    """Independent errors of positions, each of variance 1: see `location.sight_lines.budget.CalibrationField`."""
 
     gradients: Array
     curvatures: Array

@@ -29,8 +29,8 @@ from vidtrack.calibration.adjustment.measurements import (
 )
 from vidtrack.calibration.adjustment.tied_cameras import TiedCameras
 from vidtrack.calibration.adjustment.unknowns import Family, Names, State, Unknowns
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.calibration.normal_equations import Priors
-from vidtrack.calibration.refine import Uncertainty
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.interface import Interface, free_of
 

@@ -5,14 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration import gates
-from vidtrack.calibration.centre_search import REACH_PX
-from vidtrack.calibration.diagnosis import left_out
-from vidtrack.calibration.interface_evidence import interface_findings, unexplained
-from vidtrack.calibration.known_lens import LIMITS, KnownLens, places
-from vidtrack.calibration.one_camera import ENOUGH_TO_JUDGE, RICH_LENS_POINTS, Answer, Inliers, Points, Task, fit_points
-from vidtrack.calibration.outliers import ENOUGH, Mixup
-from vidtrack.calibration.refine import POSE, free_parameters, refine
+from vidtrack.calibration.camera import gates
+from vidtrack.calibration.camera.centre_search import REACH_PX
+from vidtrack.calibration.camera.diagnosis import left_out
+from vidtrack.calibration.camera.known_lens import LIMITS, KnownLens, places
+from vidtrack.calibration.camera.one_camera import (
+    ENOUGH_TO_JUDGE,
+    RICH_LENS_POINTS,
+    Answer,
+    Inliers,
+    Points,
+    Task,
+    fit_points,
+)
+from vidtrack.calibration.camera.outliers import ENOUGH, Mixup
+from vidtrack.calibration.camera.refine import POSE, free_parameters, refine
+from vidtrack.calibration.refraction.interface_evidence import interface_findings, unexplained
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.lens_terms import RICHEST

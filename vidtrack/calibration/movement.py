@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.refine import POSE, Fit, refine
+from vidtrack.calibration.camera.refine import POSE, Fit, refine
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.rotation import rotation_from_vector
 

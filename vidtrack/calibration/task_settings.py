@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.calibration.initial_fit import Nominal
-from vidtrack.calibration.interfaces import interfaces_from_settings
-from vidtrack.calibration.known_lens import KnownLens
-from vidtrack.calibration.one_camera import Task
-from vidtrack.calibration.refine import POSE, free_parameters
+from vidtrack.calibration.camera.initial_fit import Nominal
+from vidtrack.calibration.camera.known_lens import KnownLens
+from vidtrack.calibration.camera.one_camera import Task
+from vidtrack.calibration.camera.refine import POSE, free_parameters
+from vidtrack.calibration.refraction.interfaces import interfaces_from_settings
 from vidtrack.errors import VidtrackError
 from vidtrack.geometry.interface import Interface
 from vidtrack.geometry.lens_terms import COEFFICIENTS, LENS_MODELS, RICHEST

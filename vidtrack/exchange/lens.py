@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.calibration.known_lens import KnownLens
-from vidtrack.calibration.refine import POSE
+from vidtrack.calibration.camera.known_lens import KnownLens
+from vidtrack.calibration.camera.refine import POSE
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.lens_files import read_lens
 from vidtrack.files.camera_json import read_camera

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast, get_args
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import read_json, write_json
 from vidtrack.geometry.camera import Camera

@@ -8,7 +8,7 @@ from typing import Any
 from vidtrack.files.labelling_json import read_labelling
 from vidtrack.files.records import read_json
 from vidtrack.geometry.picture_part import Picture, picture_from_record
-from vidtrack.location.run_pictures import Pictures
+from vidtrack.location.cameras.run_pictures import Pictures
 
 
 def pictures_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.boards.board import Board
 from vidtrack.files.records import write_json, write_png
 from vidtrack.files.tables import write_parquet
 from vidtrack.stages.board_corners import board_corners, stride

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.boards.board import Board
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_json, write_json
 from vidtrack.files.tables import read_parquet, write_parquet

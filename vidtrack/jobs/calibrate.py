@@ -7,7 +7,7 @@ from typing import Any
 
 from pandas import DataFrame
 
-from vidtrack.calibration.known_lens import KnownLens
+from vidtrack.calibration.camera.known_lens import KnownLens
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.lens import known_lens
 from vidtrack.files.camera_json import read_camera, write_camera

@@ -25,7 +25,7 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
 from vidtrack.video.reader import open_video
 from vidtrack.video.recording import Video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 from vidtrack.workflow.job import Job
 
 

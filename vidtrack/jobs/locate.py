@@ -16,13 +16,13 @@ from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_csv, write_parquet
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.picture_part import Picture, picture_from_record
-from vidtrack.location.ball_middles import SIZE, sd_in_a_plane
-from vidtrack.location.chosen_readout import chosen_readouts
-from vidtrack.location.leaning_targets import leaning_targets
-from vidtrack.location.light_aside import light_aside
-from vidtrack.location.lit_shapes import lit_shape_findings
-from vidtrack.location.plane_sizes import plane_sizes
-from vidtrack.location.run_pictures import Pictures, camera_shown, windows
+from vidtrack.location.cameras.ball_middles import SIZE, sd_in_a_plane
+from vidtrack.location.cameras.light_aside import light_aside
+from vidtrack.location.cameras.lit_shapes import lit_shape_findings
+from vidtrack.location.cameras.run_pictures import Pictures, camera_shown, windows
+from vidtrack.location.clocks.chosen_readout import chosen_readouts
+from vidtrack.location.one_camera.leaning_targets import leaning_targets
+from vidtrack.location.one_camera.plane_sizes import plane_sizes
 from vidtrack.memory import columns_of
 from vidtrack.stages.steadiness import at_rest
 from vidtrack.steadiness.turn import law_of_camera, law_of_picture
@@ -68,7 +68,7 @@ def _write_sights(job: Job) -> None:
     """The sights of a body's targets alone: by them `self_calibrate` refines the cameras that located them."""
     from pandas import DataFrame
 
-    from vidtrack.location.run_sights import COLUMNS, sight_columns
+    from vidtrack.location.cameras.run_sights import COLUMNS, sight_columns
 
     table = DataFrame(sight_columns(_in_space(job).sights))
     write_parquet(job.outputs["sights"], table, units="", provenance=job.provenance, columns=COLUMNS)
@@ -195,7 +195,7 @@ def _widths(readings: Mapping[str, Mapping[str, Any]], later: Mapping[str, float
 
 
 def _in_plane(job: Job) -> PlaneLocations:
-    from vidtrack.location.followed import ROWS
+    from vidtrack.location.cameras.followed import ROWS
     from vidtrack.stages.locate_plane import locate_plane
 
     where = f"runs.{job.settings['run']}"

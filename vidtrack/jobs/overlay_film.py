@@ -16,7 +16,7 @@ from vidtrack.files.camera_json import read_camera
 from vidtrack.files.records import read_json
 from vidtrack.files.tables import read_parquet
 from vidtrack.geometry.picture_part import Picture, picture_from_record
-from vidtrack.location.run_pictures import Pictures, camera_shown, windows
+from vidtrack.location.cameras.run_pictures import Pictures, camera_shown, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.overlay_film import Mark, names_of_tracks, overlay_marks, targets_of
 from vidtrack.timing.clock import Clock

@@ -8,7 +8,7 @@ from vidtrack.files.run_inputs import pictures_of, videos_of
 from vidtrack.files.tables import read_parquet, write_parquet
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture
-from vidtrack.location.chosen_readout import chosen_readouts
+from vidtrack.location.clocks.chosen_readout import chosen_readouts
 from vidtrack.motion.pose_columns import COLUMNS
 from vidtrack.stages.tag_poses import table_of, tag_poses
 from vidtrack.tags.poses import TagOrder

@@ -23,13 +23,13 @@ from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import VideoInfo
 from vidtrack.timing.lamp import LightMeter
 from vidtrack.timing.run_scale import code_as_record
-from vidtrack.tracking.assessment import reading_findings
-from vidtrack.tracking.damaged_pictures import DamagedPictures
-from vidtrack.tracking.tag_reader import TagReader
-from vidtrack.video.makers_rate import rate_finding
-from vidtrack.video.makers_readout import makers_readout
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures
+from vidtrack.tracking.quality.assessment import reading_findings
+from vidtrack.tracking.tag_reading.tag_reader import TagReader
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.makers_rate import rate_finding
+from vidtrack.video.times.makers_readout import makers_readout
+from vidtrack.video.times.time_source import find_time
 from vidtrack.workflow.job import Job
 
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidtrack.calibration.initial_fit import Nominal
+from vidtrack.calibration.camera.initial_fit import Nominal
 from vidtrack.calibration.wand.measured import wand_of
 from vidtrack.files.camera_json import write_camera
 from vidtrack.files.records import read_json, read_png, write_json, write_png
 from vidtrack.files.tables import read_parquet, read_picks, write_parquet
 from vidtrack.findings import as_records
-from vidtrack.location.chosen_readout import chosen_readouts
+from vidtrack.location.clocks.chosen_readout import chosen_readouts
 from vidtrack.stages.wand import calibrate_by_wand, on_stated_clocks
 from vidtrack.timing.run_scale import code_from_record
 from vidtrack.workflow.job import Job

@@ -16,11 +16,11 @@ from vidtrack.files.tables import write_parquet
 from vidtrack.files.timestack_file import write_timestacks
 from vidtrack.findings import as_records
 from vidtrack.geometry.picture_part import Picture, picture_from_record
-from vidtrack.location.run_pictures import Pictures, camera_shown, record_of, windows
+from vidtrack.location.cameras.run_pictures import Pictures, camera_shown, record_of, windows
 from vidtrack.progress import Progress
 from vidtrack.stages.waterline import COLUMNS, waterline
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import find_time
+from vidtrack.video.times.time_source import find_time
 from vidtrack.workflow.job import Job
 
 

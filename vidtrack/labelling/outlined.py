@@ -10,8 +10,8 @@ import numpy as np
 from vidtrack.arrays import Array, Picture
 from vidtrack.labelling.rim_roughness import with_roughness
 from vidtrack.labelling.shot import Shot
-from vidtrack.tracking.measurement.ball_outline import Piece, piece_of
-from vidtrack.tracking.measurement.lighting import Lighting, lighting
+from vidtrack.tracking.outlines.ball_outline import Piece, piece_of
+from vidtrack.tracking.outlines.lighting import Lighting, lighting
 
 
 class Outlined(NamedTuple):

@@ -15,7 +15,7 @@ from vidtrack.labelling.swing import rim_movement
 from vidtrack.tracking.detection.blobs import Blobs, find_blobs
 from vidtrack.tracking.detection.contrast_stretch import LEVELS, stretch
 from vidtrack.tracking.detection.threshold import THRESHOLD, background_level, noise_sd
-from vidtrack.tracking.measurement.apparent_width import apparent_widths
+from vidtrack.tracking.outlines.apparent_width import apparent_widths
 
 SCATTER_FRAMES = 24
 """Frames, at most, from whose centroids the scatter of a ball's position is estimated."""

@@ -10,8 +10,8 @@ import numpy as np
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.labelling.label import GATE, Labels
 from vidtrack.labelling.shot import Shot
-from vidtrack.tracking.measurement.fit_apart import fit_apart
-from vidtrack.tracking.measurement.joint_fit import JOINT_FIT, shapes_of
+from vidtrack.tracking.discs.fit_apart import fit_apart
+from vidtrack.tracking.discs.joint_fit import JOINT_FIT, shapes_of
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from vidtrack.association.associate import NONE, Ties
+from vidtrack.location.cameras.views import View
 from vidtrack.location.locate_record import odds_of
 from vidtrack.location.matching import Match
-from vidtrack.location.views import View
 
 COLUMNS = {
     "camera": "",

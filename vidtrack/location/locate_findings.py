@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vidtrack.findings import Finding, Level
-from vidtrack.location.erring_camera import lens_findings
+from vidtrack.location.sight_lines.erring_camera import lens_findings
 from vidtrack.timing.clock_text import readable
 
 Record = Mapping[str, Any]

@@ -11,11 +11,11 @@ from vidtrack.arrays import Array, Ints
 from vidtrack.association.associate import NONE
 from vidtrack.association.mirror import images_among
 from vidtrack.geometry.triangulate import Located
-from vidtrack.location.centroid_noise import Noise
+from vidtrack.location.cameras.views import View, of_samples
+from vidtrack.location.clocks.run_clocks import RunClocks
 from vidtrack.location.matching import Match
-from vidtrack.location.run_clocks import RunClocks
-from vidtrack.location.sight_misses import Misses
-from vidtrack.location.views import View, of_samples
+from vidtrack.location.sight_lines.centroid_noise import Noise
+from vidtrack.location.sight_lines.sight_misses import Misses
 from vidtrack.timing.agreement import Timing
 from vidtrack.timing.clock import Clock
 

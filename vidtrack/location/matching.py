@@ -18,8 +18,8 @@ from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.epipolar import epipolar_distance
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.picture_error import unevenness
-from vidtrack.location.views import Labels, Seen, View, by_trajectory, of_samples, tracklets_seen
+from vidtrack.location.cameras.views import Labels, Seen, View, by_trajectory, of_samples, tracklets_seen
+from vidtrack.location.sight_lines.picture_error import unevenness
 
 MAX_SAMPLES = 400
 """Moments, evenly spread, that an error is taken over."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from vidtrack.arrays import Bools
 from vidtrack.geometry.triangulate import Located
+from vidtrack.location.cameras.views import Labels, Seen, View, flags_by_trajectory, joined, with_word
 from vidtrack.location.matching import Match
-from vidtrack.location.views import Labels, Seen, View, flags_by_trajectory, joined, with_word
 
 
 def sample_flags(

@@ -19,10 +19,10 @@ import numpy as np
 from pydantic import Field
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.field_of_view import pixels_across
-from vidtrack.calibration.prediction import Case, Layout
-from vidtrack.calibration.refine import free_parameters
-from vidtrack.calibration.target_design import SYSTEMATIC_PX, centroid_noise
+from vidtrack.calibration.assessment.field_of_view import pixels_across
+from vidtrack.calibration.assessment.prediction import Case, Layout
+from vidtrack.calibration.assessment.target_design import SYSTEMATIC_PX, centroid_noise
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.errors import VidtrackError
 from vidtrack.files.config_file import read_config
 from vidtrack.geometry.camera import Camera

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vidtrack.calibration.board import Board
+from vidtrack.calibration.boards.board import Board
 from vidtrack.errors import VidtrackError
 from vidtrack.files.experiment import Experiment
 from vidtrack.findings import Finding

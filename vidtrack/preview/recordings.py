@@ -15,7 +15,7 @@ from vidtrack.timing.frame import VideoInfo
 from vidtrack.tracking.detection.threshold import background_level, noise_sd
 from vidtrack.video.random_access import Pictures
 from vidtrack.video.reader import open_video
-from vidtrack.video.time_source import TimeSource, find_time
+from vidtrack.video.times.time_source import TimeSource, find_time
 
 if TYPE_CHECKING:
     from pandas import DataFrame

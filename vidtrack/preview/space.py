@@ -11,7 +11,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.volume import distance_outside
+from vidtrack.location.sight_lines.volume import distance_outside
 from vidtrack.stages.calibrate import Calibration
 
 

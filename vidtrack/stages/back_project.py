@@ -9,19 +9,26 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.accuracy import AXES, by_axis, errors_by_axis, largest_distance
 from vidtrack.calibration.adjustment.tied_cameras import TiedCameras, tied_from_record
 from vidtrack.calibration.adjustment.unknowns import Names
+from vidtrack.calibration.assessment.accuracy import AXES, by_axis, errors_by_axis, largest_distance
+from vidtrack.calibration.assessment.cramer_rao import NORMAL_MEAN_ABS, located_covariance, mean_length
+from vidtrack.calibration.assessment.field_of_view import diagonal_field
+from vidtrack.calibration.assessment.heldout import (
+    HeldOut,
+    Refit,
+    held_out,
+    refit_alone,
+    refit_closed_form,
+    refit_together,
+)
+from vidtrack.calibration.assessment.measures import measures
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, located_covariance, mean_length
-from vidtrack.calibration.field_of_view import diagonal_field
-from vidtrack.calibration.heldout import HeldOut, Refit, held_out, refit_alone, refit_closed_form, refit_together
-from vidtrack.calibration.measures import measures
+from vidtrack.calibration.camera.refine import POSE, free_parameters
 from vidtrack.calibration.normal_equations import Priors, priors_for
-from vidtrack.calibration.refine import POSE, free_parameters
-from vidtrack.calibration.refraction_effect import effect_finding, refraction_effect
-from vidtrack.calibration.shared_points import SharedPoints, side_by_side
-from vidtrack.calibration.survey_stretch import stretches
+from vidtrack.calibration.refraction.refraction_effect import effect_finding, refraction_effect
+from vidtrack.calibration.surveys.shared_points import SharedPoints, side_by_side
+from vidtrack.calibration.surveys.survey_stretch import stretches
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import (
     Camera,

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vidtrack.calibration.board import Board
-from vidtrack.calibration.board_corners import board_seen, why_not
+from vidtrack.calibration.boards.board import Board
+from vidtrack.calibration.boards.board_corners import board_seen, why_not
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.timing.frame import Frame

@@ -10,13 +10,13 @@ import pandas as pd
 
 from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.tied_cameras import moved_camera
-from vidtrack.calibration.board import STRETCH, Board
-from vidtrack.calibration.board_corners import Seen
-from vidtrack.calibration.board_doubts import board_doubts, predicted
-from vidtrack.calibration.board_fit import BoardFit, NoLens, fit_board, seen_corners
-from vidtrack.calibration.board_place import FEWEST_SURVEYED, Motion, survey_motion
-from vidtrack.calibration.board_turns import after, one_orientation
-from vidtrack.calibration.board_views import (
+from vidtrack.calibration.boards.board import STRETCH, Board
+from vidtrack.calibration.boards.board_corners import Seen
+from vidtrack.calibration.boards.board_doubts import board_doubts, predicted
+from vidtrack.calibration.boards.board_fit import BoardFit, NoLens, fit_board, seen_corners
+from vidtrack.calibration.boards.board_place import FEWEST_SURVEYED, Motion, survey_motion
+from vidtrack.calibration.boards.board_turns import after, one_orientation
+from vidtrack.calibration.boards.board_views import (
     LEAST_CORNERS,
     View,
     chosen_views,
@@ -24,7 +24,7 @@ from vidtrack.calibration.board_views import (
     corner_arrays,
     world_view,
 )
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera

@@ -10,14 +10,14 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.accuracy import AXES
 from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.adjustment.tied_cameras import tied_from_record
 from vidtrack.calibration.adjustment.unknowns import Names
+from vidtrack.calibration.assessment.accuracy import AXES
 from vidtrack.calibration.bundle import Bundle, bundle
+from vidtrack.calibration.camera.refine import Uncertainty, free_parameters
 from vidtrack.calibration.normal_equations import Priors, priors_for
-from vidtrack.calibration.refine import Uncertainty, free_parameters
-from vidtrack.calibration.shared_points import SharedPoints, side_by_side
+from vidtrack.calibration.surveys.shared_points import SharedPoints, side_by_side
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project

@@ -10,14 +10,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array
-from vidtrack.calibration import gates
 from vidtrack.calibration.ball_points import ball_offsets, ball_radii, perspective_record
-from vidtrack.calibration.centre_search import REACH_PX, SearchMap, search_map
-from vidtrack.calibration.centroid_noise import centroid_sd
-from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
-from vidtrack.calibration.initial_fit import Nominal, appearing
-from vidtrack.calibration.known_lens import KnownLens
-from vidtrack.calibration.one_camera import (
+from vidtrack.calibration.camera import gates
+from vidtrack.calibration.camera.centre_search import REACH_PX, SearchMap, search_map
+from vidtrack.calibration.camera.initial_fit import Nominal, appearing
+from vidtrack.calibration.camera.known_lens import KnownLens
+from vidtrack.calibration.camera.one_camera import (
     Answer,
     Inliers,
     NoCamera,
@@ -28,8 +26,10 @@ from vidtrack.calibration.one_camera import (
     inliers,
     with_unexplained_noise,
 )
-from vidtrack.calibration.outliers import Mask, Mixup, limit_for, mixups
-from vidtrack.calibration.refine import Uncertainty, free_parameters
+from vidtrack.calibration.camera.outliers import Mask, Mixup, limit_for, mixups
+from vidtrack.calibration.camera.refine import Uncertainty, free_parameters
+from vidtrack.calibration.centroid_noise import centroid_sd
+from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
 from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from vidtrack.calibration import gates
+from vidtrack.calibration.camera import gates
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.labelling.configuration import label_with
@@ -26,7 +26,7 @@ from vidtrack.labelling.shot import Shot, composite, look_again, take, with_plac
 from vidtrack.labelling.still import FrameLike
 from vidtrack.labelling.touching import separated
 from vidtrack.steadiness.clips import clip_findings, clip_movements, covers
-from vidtrack.tracking.measurement.lighting import Lighting, lit_findings
+from vidtrack.tracking.outlines.lighting import Lighting, lit_findings
 
 PLACED = ["Xf", "Yf", "sd"]
 NO_PICKS = pd.DataFrame({"clip": [], "tag": [], "Xf": [], "Yf": [], "sd": []})

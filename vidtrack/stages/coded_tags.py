@@ -14,9 +14,9 @@ import numpy as np
 from vidtrack.association.tracklets import COLUMNS, ends_of_tracks
 from vidtrack.findings import Finding
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.detection.tag_cover import Hull, near
-from vidtrack.tracking.tag_reader import CORNERS, FLAGS, TagsSeen
-from vidtrack.tracking.tracking_quality import pixel_locking
+from vidtrack.tracking.quality.tracking_quality import pixel_locking
+from vidtrack.tracking.tag_reading.tag_cover import Hull, near
+from vidtrack.tracking.tag_reading.tag_reader import CORNERS, FLAGS, TagsSeen
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -130,7 +130,7 @@ def apart_from_tags(
 ) -> tuple[DataFrame, DataFrame, list[Finding]]:
     """The tables of other targets without what lies at a tag that was painted over, and how often each target did.
 
-    patches  px, outlines by frame and field (see `tracking.tag_reader`)
+    patches  px, outlines by frame and field (see `tracking.tag_reading.tag_reader`)
     A centroid there is NaN with the flag `merged`; a row of a tracklet is left out.
     """
     hidden, cut = (_at_tags(table, patches) for table in (centroids, tracklets))

@@ -18,8 +18,8 @@ from vidtrack.association.tracklets import COLUMNS, ends_of_tracks
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.measurement.empirical_sd import rms_error
-from vidtrack.tracking.tracking_quality import pixel_locking
+from vidtrack.tracking.quality.tracking_quality import pixel_locking
+from vidtrack.tracking.uncertainty.empirical_sd import rms_error
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -15,16 +15,21 @@ from vidtrack.findings import as_records
 from vidtrack.geometry.triangulate import Located, locate_points
 from vidtrack.location.accepted import limits_of, rows_kept, without_chance, without_far
 from vidtrack.location.associations import COLUMNS, association_columns
-from vidtrack.location.ball_diameters import resized
-from vidtrack.location.ball_middles import perspective_findings
-from vidtrack.location.ball_sizes import ball_sizes, timed_looks
-from vidtrack.location.budget import calibration_field, error_budget
-from vidtrack.location.centroid_noise import noise_factor
-from vidtrack.location.clock_far_off import clock_far_off
-from vidtrack.location.common_moments import check_overlap, recorded_twice
-from vidtrack.location.erring_camera import places_of_errors, without_erring
-from vidtrack.location.late_cameras import cameras_apart, late_cameras
-from vidtrack.location.light_aside import LightAside, with_light_aside
+from vidtrack.location.cameras.ball_diameters import resized
+from vidtrack.location.cameras.ball_middles import perspective_findings
+from vidtrack.location.cameras.ball_sizes import ball_sizes, timed_looks
+from vidtrack.location.cameras.light_aside import LightAside, with_light_aside
+from vidtrack.location.cameras.run_pictures import Pictures, columns_shown, record_of, windows
+from vidtrack.location.cameras.run_sights import RunSights
+from vidtrack.location.cameras.run_views import run_views
+from vidtrack.location.cameras.seen_late import with_lateness
+from vidtrack.location.cameras.views import Labels, View, balls_by_target, brought, by_target, same_day, timecodes
+from vidtrack.location.cameras.wrong_pictures import wrong_pictures
+from vidtrack.location.clocks.clock_far_off import clock_far_off
+from vidtrack.location.clocks.common_moments import check_overlap, recorded_twice
+from vidtrack.location.clocks.late_cameras import cameras_apart, late_cameras
+from vidtrack.location.clocks.readout_search import sought_readouts
+from vidtrack.location.clocks.run_clocks import run_clocks
 from vidtrack.location.locate_findings import caused_by, findings_of
 from vidtrack.location.locate_record import (
     clock_record,
@@ -34,22 +39,17 @@ from vidtrack.location.locate_record import (
     sight_line_record,
     volume_record,
 )
+from vidtrack.location.lost_targets.second_search import LOOKS, searched_again
 from vidtrack.location.matching import matched
-from vidtrack.location.readout_search import sought_readouts
-from vidtrack.location.run_clocks import run_clocks
-from vidtrack.location.run_pictures import Pictures, columns_shown, record_of, windows
-from vidtrack.location.run_sights import RunSights
-from vidtrack.location.run_views import run_views
 from vidtrack.location.sample_flags import sample_flags
-from vidtrack.location.second_search import LOOKS, searched_again
-from vidtrack.location.seen_late import with_lateness
-from vidtrack.location.shared_survey import Survey, joint_of, survey_covariance, surveys_of
-from vidtrack.location.sight_misses import sight_misses
-from vidtrack.location.sudden_misses import with_grown_sigma
-from vidtrack.location.unseen import shares_seen, unseen
-from vidtrack.location.views import Labels, View, balls_by_target, brought, by_target, same_day, timecodes
-from vidtrack.location.volume import distance_outside
-from vidtrack.location.wrong_pictures import wrong_pictures
+from vidtrack.location.sight_lines.budget import calibration_field, error_budget
+from vidtrack.location.sight_lines.centroid_noise import noise_factor
+from vidtrack.location.sight_lines.erring_camera import places_of_errors, without_erring
+from vidtrack.location.sight_lines.shared_survey import Survey, joint_of, survey_covariance, surveys_of
+from vidtrack.location.sight_lines.sight_misses import sight_misses
+from vidtrack.location.sight_lines.sudden_misses import with_grown_sigma
+from vidtrack.location.sight_lines.unseen import shares_seen, unseen
+from vidtrack.location.sight_lines.volume import distance_outside
 from vidtrack.memory import columns_of
 from vidtrack.tags import one_camera_run
 from vidtrack.tags.corners import corner_names, with_corners

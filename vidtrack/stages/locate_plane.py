@@ -10,15 +10,16 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.interfaces import interfaces_from_settings
-from vidtrack.calibration.plane_camera import PlaneCamera, plane_camera
+from vidtrack.calibration.camera.plane_camera import PlaneCamera, plane_camera
+from vidtrack.calibration.refraction.interfaces import interfaces_from_settings
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.location.associations import COLUMNS as COLUMNS_OF_ASSOCIATIONS
 from vidtrack.location.associations import association_columns
-from vidtrack.location.followed import ROWS, rows_of, view_of
-from vidtrack.location.in_picture import findings_of_picture, followed_in_picture
-from vidtrack.location.plane import (
+from vidtrack.location.cameras.followed import ROWS, rows_of, view_of
+from vidtrack.location.cameras.run_pictures import Pictures, columns_in_calibration, record_of, windows
+from vidtrack.location.one_camera.in_picture import findings_of_picture, followed_in_picture
+from vidtrack.location.one_camera.plane import (
     Plane,
     PlaneFit,
     fit_plane,
@@ -28,8 +29,7 @@ from vidtrack.location.plane import (
     world_covariance,
     world_from_frame_buffer,
 )
-from vidtrack.location.run_pictures import Pictures, columns_in_calibration, record_of, windows
-from vidtrack.location.tilt import tilt
+from vidtrack.location.one_camera.tilt import tilt
 from vidtrack.memory import columns_of
 from vidtrack.timing.clock import Clock
 
@@ -83,7 +83,7 @@ def locate_plane(
     """Locate every centroid in the plane in which the targets move.
 
     With `scale`: x = scale aspect Xf, y = scale Yf, world units per px; y runs down, as in the picture.
-    With `points`: the plane of known points, in their own axes; see `vidtrack.location.plane.fit_plane` for the models.
+    With `points`: the plane of known points, in their own axes, by the models of `location.one_camera.plane.fit_plane`.
 
     centroids   time_s, target, Xf, Yf (px); timecode, flag, sd_x, sd_y (px) where there are any
     points      tag, x, y[, z, sigma], and Xf, Yf (px)[, sd_x, sd_y] unless `sightings` has those, by tag;

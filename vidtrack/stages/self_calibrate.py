@@ -20,15 +20,15 @@ from vidtrack.calibration.body.body_heldout import Judged, judge_held_out
 from vidtrack.calibration.body.body_shape import SETTINGS as SHAPE
 from vidtrack.calibration.body.body_shape import ShapeTest, judge_shape
 from vidtrack.calibration.body.body_sights import Body, BodySights, SurveySights, shape_seen, usable
-from vidtrack.calibration.refine import Uncertainty
-from vidtrack.calibration.shared_points import side_by_side
+from vidtrack.calibration.camera.refine import Uncertainty
+from vidtrack.calibration.surveys.shared_points import side_by_side
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.interface import Interface, pulls_of
 from vidtrack.geometry.jacobian import columns, derivatives
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.shared_survey import joint_covariance, recorded_joint, surveys_of
+from vidtrack.location.sight_lines.shared_survey import joint_covariance, recorded_joint, surveys_of
 
 MOST_MOMENTS, FEWEST_MOMENTS = 400, 40
 """Moments that are used at most, evenly over the runs; and from which the cameras can be refined."""
@@ -65,7 +65,7 @@ def self_calibrate(
 ) -> SelfCalibrated:
     """Refine cameras by a rigid body.
 
-    sights      run: time_s, target, camera, Xf, Yf, sd_x, sd_y (px), as `location.run_sights` has them
+    sights      run: time_s, target, camera, Xf, Yf, sd_x, sd_y (px), as `location.cameras.run_sights` has them
     calibrated  camera: as camera.json is read, (camera, uncertainty, record)
     targets     target: its place in the body's axes, world units
     points      camera: points.parquet, for what the calibrations have in common

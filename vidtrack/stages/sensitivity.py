@@ -9,13 +9,19 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.assessment.accuracy import AXES
+from vidtrack.calibration.assessment.cramer_rao import NORMAL_MEAN_ABS, mean_length
+from vidtrack.calibration.assessment.field_of_view import (
+    Field,
+    diagonal_field,
+    field_of_view,
+    mean_depth,
+    pixels_across,
+)
+from vidtrack.calibration.assessment.prediction import Case, Prediction, in_picture, predicted
+from vidtrack.calibration.assessment.target_design import LEAST_PIXELS, least_diameter, pixels_found
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.cramer_rao import NORMAL_MEAN_ABS, mean_length
-from vidtrack.calibration.field_of_view import Field, diagonal_field, field_of_view, mean_depth, pixels_across
-from vidtrack.calibration.prediction import Case, Prediction, in_picture, predicted
-from vidtrack.calibration.refine import refine
-from vidtrack.calibration.target_design import LEAST_PIXELS, least_diameter, pixels_found
+from vidtrack.calibration.camera.refine import refine
 from vidtrack.geometry.camera import Camera, contains, project
 from vidtrack.geometry.triangulate import locate_points
 

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.accuracy import AXES, errors_by_axis, largest_distance
-from vidtrack.calibration.field_of_view import diagonal_field
+from vidtrack.calibration.assessment.accuracy import AXES, errors_by_axis, largest_distance
+from vidtrack.calibration.assessment.field_of_view import diagonal_field
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.calibration.movement import TURNS, Movement, movement
-from vidtrack.calibration.refine import Uncertainty
-from vidtrack.calibration.shared_points import SharedPoints, side_by_side
+from vidtrack.calibration.surveys.shared_points import SharedPoints, side_by_side
 from vidtrack.findings import Finding, Level, as_records
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import locate_points

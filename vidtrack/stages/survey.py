@@ -9,14 +9,14 @@ import numpy as np
 import pandas as pd
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.accuracy import AXES
+from vidtrack.calibration.assessment.accuracy import AXES
+from vidtrack.calibration.camera.outliers import Mask, Mixup, mixups
 from vidtrack.calibration.centroid_noise import centroid_sd
-from vidtrack.calibration.interfaces import interfaces_from_settings
-from vidtrack.calibration.judging_camera import View
-from vidtrack.calibration.outliers import Mask, Mixup, mixups
-from vidtrack.calibration.shared_points import SharedPoints, side_by_side
-from vidtrack.calibration.survey import Placed, placed
-from vidtrack.calibration.survey_mistakes import Survey, survey_findings
+from vidtrack.calibration.refraction.interfaces import interfaces_from_settings
+from vidtrack.calibration.surveys.judging_camera import View
+from vidtrack.calibration.surveys.shared_points import SharedPoints, side_by_side
+from vidtrack.calibration.surveys.survey import Placed, placed
+from vidtrack.calibration.surveys.survey_mistakes import Survey, survey_findings
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.jacobian import derivatives

@@ -24,29 +24,29 @@ from vidtrack.side_by_side import both, side_by_side
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.timing.timebase import TimeBase
-from vidtrack.tracking.assessment import damaged_pictures, line, missing_targets, repeated_pictures, scattering
+from vidtrack.tracking.backdrop.still_wall import behind_targets
 from vidtrack.tracking.backwards import Earlier
-from vidtrack.tracking.besides_targets import more_than_asked, still_findings
-from vidtrack.tracking.clip import OPENING, Clip, DetectSettings, batches
-from vidtrack.tracking.damaged_pictures import DamagedPictures, kept_others, without_damaged
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.background_picture import background_of
 from vidtrack.tracking.detection.static_clutter import static_clutter
 from vidtrack.tracking.detection.unexplained import WholePicture
-from vidtrack.tracking.frame_times import Moments, Stamps, chosen_clock, sample_moments
-from vidtrack.tracking.measurement.lighting import light_record, lighting, lit_findings
-from vidtrack.tracking.measurement.mixed_pictures import lateness_of_mixed, mixed_pictures
-from vidtrack.tracking.measurement.sd_scaling import grow_sd, others_with_grown_sd
-from vidtrack.tracking.measurement.shape_change import shape_evidence
-from vidtrack.tracking.measurement.still_wall import behind_targets
-from vidtrack.tracking.picture_order import order_findings
-from vidtrack.tracking.repeats import RepeatedPictures, with_resting
-from vidtrack.tracking.starts import begun_in_boxes, begun_without_boxes, late_comers, named_boxes
+from vidtrack.tracking.following.track_cuts import CutTracks, cut_tracks
+from vidtrack.tracking.initiation.clip import OPENING, Clip, DetectSettings, batches
+from vidtrack.tracking.initiation.starts import begun_in_boxes, begun_without_boxes, late_comers, named_boxes
+from vidtrack.tracking.outlines.lighting import light_record, lighting, lit_findings
+from vidtrack.tracking.pictures.damaged_pictures import DamagedPictures, kept_others, without_damaged
+from vidtrack.tracking.pictures.frame_times import Moments, Stamps, chosen_clock, sample_moments
+from vidtrack.tracking.pictures.mixed_pictures import lateness_of_mixed, mixed_pictures
+from vidtrack.tracking.pictures.picture_order import order_findings
+from vidtrack.tracking.pictures.repeats import RepeatedPictures, with_resting
+from vidtrack.tracking.quality.assessment import damaged_pictures, line, missing_targets, repeated_pictures, scattering
+from vidtrack.tracking.quality.besides_targets import more_than_asked, still_findings
+from vidtrack.tracking.quality.track_record import diagnosed, record_scatter
+from vidtrack.tracking.quality.tracking_quality import described
 from vidtrack.tracking.state import BACKGROUND, CONTRAST, FLAGS, MEASURED, PIXELS, SD_X, SD_Y, Rows, Starts, X, Y
-from vidtrack.tracking.track_cuts import CutTracks, cut_tracks
-from vidtrack.tracking.track_record import diagnosed, record_scatter
 from vidtrack.tracking.tracker import Tracker
-from vidtrack.tracking.tracking_quality import described
+from vidtrack.tracking.uncertainty.sd_scaling import grow_sd, others_with_grown_sd
+from vidtrack.tracking.uncertainty.shape_change import shape_evidence
 from vidtrack.tracking.windows import COLUMNS as WINDOW_COLUMNS
 from vidtrack.tracking.windows import Window, lit_pieces
 

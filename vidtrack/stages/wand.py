@@ -14,7 +14,7 @@ import pandas as pd
 from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.adjust import Adjusted
 from vidtrack.calibration.adjustment.unknowns import columns
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.calibration.wand.axes import Fall
 from vidtrack.calibration.wand.drop import dropped
 from vidtrack.calibration.wand.ends import jointly, ordered, orders, stretches
@@ -30,7 +30,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding, as_records
 from vidtrack.geometry.camera import Camera, project
 from vidtrack.geometry.projection import Projection
-from vidtrack.location.ball_middles import at_middles
+from vidtrack.location.cameras.ball_middles import at_middles
 from vidtrack.timing.readout import Readout, table_at_frame_time
 from vidtrack.timing.timecode import Timecode
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.location.views import Seen, View
+from vidtrack.location.cameras.views import Seen, View
 
 CORNER = re.compile(r"tag(\d+)_([1-4])$")
 SQUARE = ((-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (0.5, -0.5, 0.0), (-0.5, -0.5, 0.0))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vidtrack.location.run_sights import RunSights
+from vidtrack.location.cameras.run_sights import RunSights
 
 
 def record_of(camera: str, clock: Mapping[str, Any], units: str, samples: int, located: int) -> dict[str, Any]:

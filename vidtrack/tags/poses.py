@@ -16,10 +16,10 @@ from vidtrack.arrays import Array
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.geometry.calibration_error import CameraUncertainty
-from vidtrack.location.followed import rows_of, view_of
-from vidtrack.location.run_pictures import Columns, Pictures, camera_shown, windows
-from vidtrack.location.shared_survey import joint_of, surveys_of
-from vidtrack.location.views import View, brought, same_day, timecodes
+from vidtrack.location.cameras.followed import rows_of, view_of
+from vidtrack.location.cameras.run_pictures import Columns, Pictures, camera_shown, windows
+from vidtrack.location.cameras.views import View, brought, same_day, timecodes
+from vidtrack.location.sight_lines.shared_survey import joint_of, surveys_of
 from vidtrack.motion.planar_start import planar_start
 from vidtrack.motion.scale import scale_of
 from vidtrack.motion.sighted_pose import Placed, SightedPose, Sightings, sighted_pose, with_calibration

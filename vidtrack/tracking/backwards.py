@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.centroiding.surface import Surfaces
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.following.occlusion import OCCLUSION, touched
-from vidtrack.tracking.measurement.rims import Rims
-from vidtrack.tracking.measurement.surface import Surfaces
-from vidtrack.tracking.record import Others
+from vidtrack.tracking.following.record import Others
+from vidtrack.tracking.following.track_cuts import CERTAINTY
+from vidtrack.tracking.outlines.rims import Rims
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import MERGED, NEVER, PIXELS, POSITION, PREDICTED, RECOVERED, Rows, Starts, X, Y, present
-from vidtrack.tracking.track_cuts import CERTAINTY
 from vidtrack.tracking.tracker import Tracker
 from vidtrack.tracking.windows import Windows
 

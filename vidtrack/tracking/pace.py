@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Bools, Ints
-from vidtrack.tracking.measurement.window import WINDOW
+from vidtrack.tracking.centroiding.window import WINDOW
 from vidtrack.tracking.state import Appearance
 
 

@@ -14,10 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.ball_widths import BallWidths
-from vidtrack.tracking.besides_targets import SpreadPictures
+from vidtrack.tracking.backdrop.still_wall import Wall
+from vidtrack.tracking.centroiding.dispatch import measure_targets, with_shapes
+from vidtrack.tracking.centroiding.surface import Surfaces
+from vidtrack.tracking.centroiding.window import Seen
 from vidtrack.tracking.crops import Crop, keep_piece
-from vidtrack.tracking.declumping import Clumps, looks_of
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import Blobs
 from vidtrack.tracking.detection.from_below import from_below
@@ -26,19 +27,18 @@ from vidtrack.tracking.detection.static_clutter import StaticClutter
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.unexplained import WholePicture
 from vidtrack.tracking.following.occlusion import cleared, touched
+from vidtrack.tracking.following.own_size import OwnSize
 from vidtrack.tracking.following.prediction import predict
-from vidtrack.tracking.measurement.dispatch import measure_targets, with_shapes
-from vidtrack.tracking.measurement.rims import Rims
-from vidtrack.tracking.measurement.still_wall import Wall
-from vidtrack.tracking.measurement.surface import Surfaces
-from vidtrack.tracking.measurement.window import Seen
-from vidtrack.tracking.newcomers import INITIATION, Newcomers
-from vidtrack.tracking.own_size import OwnSize
+from vidtrack.tracking.following.record import Others, Record, blank_rows
+from vidtrack.tracking.outlines.ball_widths import BallWidths
+from vidtrack.tracking.outlines.rims import Rims
 from vidtrack.tracking.pace import PACE, Pacer, sought_now
-from vidtrack.tracking.reacquisition import Reacquisition
-from vidtrack.tracking.record import Others, Record, blank_rows
+from vidtrack.tracking.quality.besides_targets import SpreadPictures
+from vidtrack.tracking.recovery.declumping import Clumps, looks_of
+from vidtrack.tracking.recovery.newcomers import INITIATION, Newcomers
+from vidtrack.tracking.recovery.reacquisition import Reacquisition
+from vidtrack.tracking.recovery.separation import Scene
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.separation import Scene
 from vidtrack.tracking.state import (
     CORRUPT,
     LOST,

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints
-from vidtrack.tracking.measurement.lighting import Lighting
+from vidtrack.tracking.outlines.lighting import Lighting
 from vidtrack.tracking.pace import PACE
+from vidtrack.tracking.recovery.separation import Scene, hidden_by_static
 from vidtrack.tracking.sample import Sample
-from vidtrack.tracking.separation import Scene, hidden_by_static
 from vidtrack.tracking.state import Appearance, TargetState, X, Y
 
 

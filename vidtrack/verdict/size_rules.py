@@ -1,6 +1,7 @@
 """Findings from how large the targets look beside the balls of the calibration, where no background holds the lens.
 
-Cameras that hold by their backgrounds (`steadiness`) need no balls. `locate.json` has the sizes: `location.ball_sizes`.
+Cameras that hold by their backgrounds (`steadiness`) need no balls. `locate.json` has the sizes, from
+`location.cameras.ball_sizes`.
 """
 
 from __future__ import annotations

@@ -24,22 +24,18 @@ from vidtrack.errors import VidtrackError
 from vidtrack.timing.frame import Frame, ReadAccount, VideoInfo
 from vidtrack.timing.timebase import base_from_labels
 from vidtrack.timing.timecode import exact_rate
-from vidtrack.video.account import ReadingLog
-from vidtrack.video.bitstream import Bitstream
-from vidtrack.video.coding_order import CodingOrder, LongWaits
+from vidtrack.video.coded.bitstream import Bitstream
+from vidtrack.video.coded.coding_order import CodingOrder, LongWaits
 from vidtrack.video.container import MOST_PIXELS, open_container, picture_stream, why_no_picture
-from vidtrack.video.damage import DamageWatch
-from vidtrack.video.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
+from vidtrack.video.faults.account import ReadingLog
+from vidtrack.video.faults.damage import DamageWatch
+from vidtrack.video.faults.second_look import SecondLook
 from vidtrack.video.framed import Framing
 from vidtrack.video.luma import bits_of, colour_bits_of, is_swapped, luma_reader
 from vidtrack.video.monitored import SPARE, frames_monitored
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
-from vidtrack.video.own_stamps import TICK, own_stamps, rate_of
-from vidtrack.video.packet_times import PACKED, Stamps, coded_stamps, retimer, scale_of, with_next
-from vidtrack.video.read_ahead import read_ahead
-from vidtrack.video.recording import Monitor, Video
-from vidtrack.video.second_look import SecondLook
-from vidtrack.video.shares import (
+from vidtrack.video.processes.read_ahead import read_ahead
+from vidtrack.video.processes.shares import (
     SHARED,
     Levels,
     Report,
@@ -49,7 +45,11 @@ from vidtrack.video.shares import (
     how_apart,
     levels_apart,
 )
-from vidtrack.video.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
+from vidtrack.video.recording import Monitor, Video
+from vidtrack.video.times.embedded_timecode import code_bases, code_of_dv_packet, embedded_timecodes
+from vidtrack.video.times.own_stamps import TICK, own_stamps, rate_of
+from vidtrack.video.times.packet_times import PACKED, Stamps, coded_stamps, retimer, scale_of, with_next
+from vidtrack.video.times.stated import flagged_order, rate_is_invented, stated_duration, stated_rate
 
 _STREAMED = ("mpeg", "mpegts")
 """Containers in which few packets have a time stamp of their own."""

@@ -7,11 +7,11 @@ from fractions import Fraction
 from typing import Any
 
 from vidtrack.timing.frame import Frame, VideoInfo
-from vidtrack.video.account import ReadingLog
-from vidtrack.video.damage import DamageWatch
-from vidtrack.video.packet_times import Forward
-from vidtrack.video.picture_end import PictureEnds, WholePictures, ends_are_checked
-from vidtrack.video.shares import Given, Report
+from vidtrack.video.faults.account import ReadingLog
+from vidtrack.video.faults.damage import DamageWatch
+from vidtrack.video.faults.picture_end import PictureEnds, WholePictures, ends_are_checked
+from vidtrack.video.processes.shares import Given, Report
+from vidtrack.video.times.packet_times import Forward
 
 
 class Framing:

@@ -9,7 +9,7 @@ from vidtrack.timing.frame import Luma
 from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.luma import luma_reader
 from vidtrack.video.orientation import STORED, Orientation, orientation_of
-from vidtrack.video.packet_times import Shown, coded_stamps
+from vidtrack.video.times.packet_times import Shown, coded_stamps
 
 
 class Decoder:

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple, cast
 from numpy.typing import DTypeLike
 
 from vidtrack.timing.frame import Frame, Luma
-from vidtrack.video.account import ReadingLog
+from vidtrack.video.faults.account import ReadingLog
 from vidtrack.video.framed import Framing
-from vidtrack.video.read_apart import ReadApart
+from vidtrack.video.processes.read_apart import ReadApart
+from vidtrack.video.processes.shares import Decoding, Report, gone_on_with, with_reports
 from vidtrack.video.recording import Monitor
-from vidtrack.video.shares import Decoding, Report, gone_on_with, with_reports
 
 SPARE = {"dvvideo": 150, "mpeg1video": 1, "mpeg2video": 1}
 """Codec -> targets from which on its decoder waits for those who follow them, of 720 x 480 px."""

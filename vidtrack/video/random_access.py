@@ -24,9 +24,9 @@ from vidtrack.timing.frame import Frame, Luma, VideoInfo
 from vidtrack.video.container import open_container, picture_stream
 from vidtrack.video.decoded import DecodedVideo
 from vidtrack.video.from_key_frame import Decoder
-from vidtrack.video.picture_stack import PictureStack, Stack
 from vidtrack.video.reader import open_video
 from vidtrack.video.recording import Video
+from vidtrack.video.stills.picture_stack import PictureStack, Stack
 
 _SEEKABLE = ("mov", "matroska", "avi", "dv", "mxf", "mpegts", "cine")
 """Containers in which packets may have stamps of their own."""

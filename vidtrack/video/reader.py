@@ -16,13 +16,13 @@ from typing import Any
 from vidtrack.errors import VidtrackError
 from vidtrack.timing.timecode import exact_rate
 from vidtrack.video.decoded import DecodedVideo
-from vidtrack.video.heic_tiles import HeicTiles, is_tiled
 from vidtrack.video.joined import JoinedVideo
-from vidtrack.video.mraw import MrawPictures
-from vidtrack.video.numbered import NumberedPictures
-from vidtrack.video.picture_stack import PictureStack
 from vidtrack.video.recording import Video
-from vidtrack.video.tiff_pages import TiffPages, page_count
+from vidtrack.video.stills.heic_tiles import HeicTiles, is_tiled
+from vidtrack.video.stills.mraw import MrawPictures
+from vidtrack.video.stills.numbered import NumberedPictures
+from vidtrack.video.stills.picture_stack import PictureStack
+from vidtrack.video.stills.tiff_pages import TiffPages, page_count
 
 USUAL = 300
 """Pictures a second below which rates are known by their rounded values."""

@@ -6,7 +6,7 @@ import pytest
 from vidtrack.calibration.adjustment.adjust import Problem, adjust, minimise
 from vidtrack.calibration.adjustment.measurements import Lengths, SharedPriors, Sights
 from vidtrack.calibration.adjustment.unknowns import Family, State, Unknowns, free_blocks
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.geometry.camera import project
 from vidtrack.simulate.rig import thesis_rig
 

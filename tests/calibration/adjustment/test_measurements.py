@@ -20,7 +20,7 @@ from vidtrack.calibration.adjustment.unknowns import (
     points_of_poses,
     pose_blocks,
 )
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import PARAMETERS, stepped
 from vidtrack.simulate.rig import thesis_rig

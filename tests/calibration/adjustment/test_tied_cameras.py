@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.calibration.test_board_fit import cameras
+from tests.calibration.boards.test_board_fit import cameras
 from vidtrack.calibration.adjustment.tied_cameras import TiedCameras, moved_camera, world_motion
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns
 from vidtrack.calibration.bundle import bundle
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.geometry.camera import project
 
 FREE = free_parameters("tsai")

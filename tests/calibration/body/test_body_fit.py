@@ -6,7 +6,7 @@ import pytest
 from vidtrack.calibration.adjustment.measurements import KnownCameras
 from vidtrack.calibration.body.body_fit import alikeness, fit_body, refitted
 from vidtrack.calibration.body.body_sights import Body, BodySights, usable
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.jacobian import stepped
 from vidtrack.geometry.rotation import rotation_from_vector

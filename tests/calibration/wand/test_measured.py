@@ -6,7 +6,7 @@ import pytest
 from tests.calibration.wand.waved import waved
 from vidtrack.calibration.adjustment.measurements import Sights
 from vidtrack.calibration.adjustment.unknowns import State, Unknowns
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.calibration.wand.measured import LateSights, clock_name, wand_of, wand_problem, wand_state
 from vidtrack.errors import VidtrackError
 

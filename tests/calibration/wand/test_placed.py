@@ -35,7 +35,7 @@ def _normalised(scene, at, rng):
 
 def _known(at):
     from vidtrack.calibration.adjustment.unknowns import columns
-    from vidtrack.calibration.refine import Uncertainty
+    from vidtrack.calibration.camera.refine import Uncertainty
 
     places = [place for place, _ in columns(at.free)]
     return [Uncertainty(n, at.pivot, at.joint[p, p]) for n, p in zip(at.free, places, strict=True)]

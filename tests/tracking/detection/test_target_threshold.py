@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.discs import picture
+from vidtrack.tracking.centroiding.background import SURROUNDINGS
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.target_threshold import target_levels
 from vidtrack.tracking.detection.threshold import THRESHOLD
-from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.state import Appearance
 
 

@@ -11,7 +11,7 @@ from vidtrack.arrays import Array
 from vidtrack.calibration.adjustment.adjust import Adjusted
 from vidtrack.calibration.adjustment.measurements import CameraPriors, Sights
 from vidtrack.calibration.adjustment.unknowns import Family, columns
-from vidtrack.calibration.refine import POSE, free_parameters
+from vidtrack.calibration.camera.refine import POSE, free_parameters
 from vidtrack.calibration.wand import axes as world
 from vidtrack.calibration.wand.judged import LIMITS, Axes
 from vidtrack.calibration.wand.measured import Wand

@@ -15,7 +15,7 @@ from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.calibration.adjustment.adjust import Adjusted, Problem, adjust, minimise
 from vidtrack.calibration.adjustment.measurements import Measurement
 from vidtrack.calibration.adjustment.unknowns import Family, Known, State
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.calibration.wand.measured import Views, Wand, clock_name, wand_problem, wand_state
 from vidtrack.calibration.wand.rig import located
 from vidtrack.geometry.camera import Camera, project

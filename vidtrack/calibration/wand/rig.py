@@ -14,7 +14,7 @@ import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
 from vidtrack.calibration.adjustment.adjust import minimise
-from vidtrack.calibration.refine import free_parameters
+from vidtrack.calibration.camera.refine import free_parameters
 from vidtrack.calibration.wand.ends import chosen, complete, orders
 from vidtrack.calibration.wand.measured import Views, Wand, wand_problem, wand_state
 from vidtrack.calibration.wand.pairs import SETTINGS as PAIRS

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.outliers import majority
-from vidtrack.calibration.refine import free_parameters, refine
-from vidtrack.calibration.tsai import camera_from_closed_form, closed_form
+from vidtrack.calibration.camera.outliers import majority
+from vidtrack.calibration.camera.refine import free_parameters, refine
+from vidtrack.calibration.camera.tsai import camera_from_closed_form, closed_form
 from vidtrack.geometry.camera import Camera, project
 
 WIDE_DEG = (120.0, 150.0, 95.0, 175.0)

@@ -17,7 +17,7 @@ import re
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.dlt import decomposed
+from vidtrack.calibration.camera.dlt import decomposed
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.cameras.argus import Profile, read_profiles
 from vidtrack.exchange.cameras.fitting import fitted

@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.refine import Uncertainty
+from vidtrack.calibration.camera.refine import Uncertainty
 from vidtrack.errors import VidtrackError
 from vidtrack.findings import Finding
 from vidtrack.geometry.brown import BrownLens

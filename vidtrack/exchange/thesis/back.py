@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.field_of_view import field_of_view, mean_depth
+from vidtrack.calibration.assessment.field_of_view import field_of_view, mean_depth
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path, lines_of
 from vidtrack.exchange.thesis.header import RULE, body_of, header, row

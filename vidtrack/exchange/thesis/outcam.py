@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.calibration.dlt import decomposed
+from vidtrack.calibration.camera.dlt import decomposed
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.text import Path
 from vidtrack.exchange.thesis.camparm import Fixed

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vidtrack.calibration.field_of_view import field_of_view, mean_depth
+from vidtrack.calibration.assessment.field_of_view import field_of_view, mean_depth
 from vidtrack.errors import VidtrackError
 from vidtrack.exchange.digitised import Digitised, digitised
 from vidtrack.exchange.measured import Run, Written

@@ -1,1 +1,1 @@
-"""What in a picture can be a target: background, thresholds, blobs, static clutter."""
+"""What stands out of a picture: background, thresholds, blobs, what stands still, candidates for new tracks."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Ints, Picture
+from vidtrack.tracking.centroiding.centroid import measure
+from vidtrack.tracking.centroiding.components import Windows, components_of, cut
 from vidtrack.tracking.detect_settings import Kind
 from vidtrack.tracking.detection.threshold import THRESHOLD, automatic, background_level, grey_scale, noise_sd
-from vidtrack.tracking.measurement.centroid import measure
-from vidtrack.tracking.measurement.components import Windows, components_of, cut
 from vidtrack.tracking.sample import Sample
 
 

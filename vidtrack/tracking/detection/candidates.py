@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array, Bools, Ints
+from vidtrack.tracking.centroiding.background import SURROUNDINGS
+from vidtrack.tracking.centroiding.window import WINDOW
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.blobs import (
     Blobs,
@@ -17,8 +19,6 @@ from vidtrack.tracking.detection.blobs import (
     measure_mask,
     no_blobs,
 )
-from vidtrack.tracking.measurement.background import SURROUNDINGS
-from vidtrack.tracking.measurement.window import WINDOW
 from vidtrack.tracking.sample import Sample
 
 

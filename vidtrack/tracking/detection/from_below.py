@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Picture
+from vidtrack.tracking.centroiding.background import SURROUNDINGS
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.target_threshold import PER_TARGET
-from vidtrack.tracking.measurement.background import SURROUNDINGS
-from vidtrack.tracking.measurement.clump import elongation
+from vidtrack.tracking.discs.clump import elongation
 from vidtrack.tracking.sample import Sample
 from vidtrack.tracking.state import Appearance
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidtrack.arrays import Array
+from vidtrack.tracking.centroiding.background import SURROUNDINGS
 from vidtrack.tracking.detect_settings import Detection
 from vidtrack.tracking.detection.threshold import THRESHOLD
-from vidtrack.tracking.measurement.background import SURROUNDINGS
 from vidtrack.tracking.state import Appearance
 
 

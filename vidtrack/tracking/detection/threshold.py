@@ -3,8 +3,9 @@
 Grey levels run from 0 to 255 whatever the depth of the video. Every function works on a sample of the pixels,
 so that a 4K picture costs no more than a small one.
 
-`automatic` is the rule; it is applied to a whole clip in `tracking/clip.py`, to each target while it is followed in
-`target_threshold.py`, to the boxes of lost targets in `candidates.py`, and to calibration balls in `blobs.py`.
+`automatic` is the rule; it is applied to a whole clip in `tracking/initiation/clip.py`, to each target while it is
+followed in `target_threshold.py`, to the boxes of lost targets in `candidates.py`,
+and to calibration balls in `blobs.py`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Picture
-from vidtrack.tracking.measurement.order_statistics import median_of
+from vidtrack.tracking.centroiding.order_statistics import median_of
 
 
 @dataclass(frozen=True)

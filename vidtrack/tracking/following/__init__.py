@@ -1,1 +1,1 @@
-"""Within one camera: where a target is expected next, and what happens where two meet."""
+"""What is known of targets from sample to sample: predictions, occlusions, usual sizes, records, tracklets."""

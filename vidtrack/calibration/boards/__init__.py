@@ -1,0 +1,1 @@
+"""Flat boards: their corners in pictures, which corner is which, and cameras from their views."""

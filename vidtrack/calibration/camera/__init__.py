@@ -1,0 +1,1 @@
+"""One camera from its points: closed forms, outliers, refinement, lens models, gates."""

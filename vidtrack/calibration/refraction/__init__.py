@@ -1,0 +1,1 @@
+"""Interfaces between air, glass and water: as the config has them, and as calibration points show them."""

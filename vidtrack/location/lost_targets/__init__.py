@@ -1,0 +1,1 @@
+"""Targets that a camera lost, sought again where the others show them to be."""

@@ -1,0 +1,1 @@
+"""Mode plane: one camera, and the plane in which the target moves."""

@@ -1,0 +1,1 @@
+"""How far lines of sight miss, why, and what the uncertainty of a position consists of."""

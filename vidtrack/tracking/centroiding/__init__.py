@@ -1,0 +1,1 @@
+"""Where a target is in its window: planes of the background, moments, templates, single discs, what is beside it."""

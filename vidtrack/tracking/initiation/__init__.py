@@ -1,0 +1,1 @@
+"""How tracks begin: the opening of a recording, trails of what moves in it, start boxes, late comers."""

@@ -1,1 +1,0 @@
-"""Where a detected target is, and how sure: template, window, moments, fits, deblending, empirical sd."""

@@ -1,0 +1,1 @@
+"""What the user should know of how targets were tracked."""

@@ -1,0 +1,1 @@
+"""Coded pictures before they are decoded: packets, units, groups, and the order of coding."""

@@ -1,0 +1,1 @@
+"""How a recording was read: gaps and damage, whether flagged or found by a second look."""

@@ -1,0 +1,1 @@
+"""Reading beside the program that uses it: in threads and processes of their own."""

@@ -1,0 +1,1 @@
+"""Recordings that are stored as single pictures: numbered files, pages, tiles, raw stacks."""
