@@ -181,6 +181,17 @@ def test_an_outline_that_is_unlike_all_others_does_not_change_theirs():
     assert own[:, 0] == pytest.approx([-2.0, 1.5], abs=0.1)
 
 
+def test_a_ball_that_is_further_off_than_the_others_scatter_has_its_own_outline_whatever_its_fit_claims(rng):
+    ways = [(0.2 + 0.01 * a, 0.01 * b) for a, b in rng.normal(size=(30, 2))]
+    lit = Lighting([outlines([way], sd=0.06) for way in [*ways, (0.3, 0.0)]])
+    own, sd = lit.ways(30, np.array([[0.0], [50.0]]), np.array([5.0]))
+    assert own[0, 0] == pytest.approx(1.5, abs=0.1)
+    assert 0.3 < sd[0] < 0.6
+    same, sd = lit.ways(0, np.array([[0.0], [50.0]]), np.array([5.0]))
+    assert same[0, 0] == pytest.approx(1.0, abs=0.1)
+    assert sd[0] < 0.1
+
+
 @pytest.mark.filterwarnings("error")
 def test_of_samples_without_a_centroid_no_way_is_known_and_nothing_is_warned_of():
     lit = Lighting([outlines([way]) for way in [(0.2, 0.0)] * 12 + [(-0.4, 0.3)]])

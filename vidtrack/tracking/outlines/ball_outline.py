@@ -51,6 +51,8 @@ class Lit:
     cut          share of a ball's outlines that are rather cut off by a line, at most: else water or a board hides part
     about        samples over which a radius is averaged
     rounds, outlying  of a field's fit, in which ways weigh less that are off by more than so many times the median
+    other        sd of all ways about their field, from which on a ball is lit otherwise, or its light was measured at
+                 another threshold, however little its own fit claims to know; it counts alone at `outlying` sd as well
     """
 
     least_px: float = 2.3
@@ -93,6 +95,7 @@ class Lit:
     about: int = 15
     rounds: int = 5
     outlying: float = 3.0
+    other: float = 5.0
 
 
 LIT = Lit()

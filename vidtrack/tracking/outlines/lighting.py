@@ -201,8 +201,9 @@ class Lighting:
             (here, unsure), apart = own.at(where), self._all.scatter
             sd_own = np.hypot(unsure, np.hypot(own.sd, own.scatter))
             share = apart**2 / (apart**2 + sd_own**2)
-            unlike = np.hypot(*(here - way)) / np.hypot(apart, sd_own)
-            if (known := unlike[np.isfinite(unlike)]).size and np.median(known) > LIT.outlying:
+            off = np.hypot(*(here - way))
+            most = min(LIT.outlying * float(np.hypot(apart, np.hypot(own.sd, own.scatter))), LIT.other * apart)
+            if (known := off[np.isfinite(off)]).size and np.median(known) > most:
                 share = np.ones_like(share)
             way = share * here + (1 - share) * way
             sd = np.sqrt(share) * sd_own
