@@ -18,7 +18,7 @@ from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.cameras.ball_diameters import resized
 from vidtrack.location.cameras.ball_middles import perspective_findings
 from vidtrack.location.cameras.ball_sizes import ball_sizes, timed_looks
-from vidtrack.location.cameras.light_aside import LightAside, with_light_aside
+from vidtrack.location.cameras.light_aside import with_light_aside
 from vidtrack.location.cameras.run_pictures import Pictures, columns_shown, record_of, windows
 from vidtrack.location.cameras.run_sights import RunSights
 from vidtrack.location.cameras.run_views import run_views
@@ -95,7 +95,7 @@ def locate(
     readouts: Mapping[str, Readout] | None = None,
     bodies: Mapping[str, Mapping[str, Sequence[float]]] | None = None,
     widths: Mapping[str, Any] | None = None,
-    lit: Mapping[str, LightAside] | None = None,
+    lit: Mapping[str, float] | None = None,
     flat: bool = False,
     lit_otherwise: Collection[str] = (),
     late: Mapping[str, float] | None = None,
@@ -124,7 +124,7 @@ def locate(
     bodies         body: {target: its place in the body's axes}: their distances say which target is which
     late           camera: samples by which what moves is seen late at most, where its pictures are mixed
     widths         camera: how wide its tracks look (`ball_widths`), to be compared with the calibration's balls
-    lit            camera: what a lamp that lights the targets from one side leaves in its centroids
+    lit            camera: what its centroids' sd does not hold of a lamp that lights the targets from one side, px
     flat           targets are flat marks and no balls
     lit_otherwise  cameras whose targets are lit otherwise than those balls: widths are not compared there
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
@@ -190,8 +190,7 @@ def locate(
     # why cameras disagree is seen where they do; what lasts is what is looked for
     same = not located.disagree.any() and (noise.each == noise.whole).all()
     whole = located if same else points_of(sd=quick)
-    constant = np.array([own.lasting if own else 0.0 for own in aside])
-    misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b), constant)
+    misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b))
     if max_miss is not None:
         located = without_far(located, max_miss)
     grown = with_grown_sigma(located, sd)

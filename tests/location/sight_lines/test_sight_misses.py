@@ -19,7 +19,7 @@ def pluck(t):
     return np.exp(-0.1 * t)[:, None] * np.stack(swing, -1)
 
 
-def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=pluck, aside=0.0, lasting=None):
+def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=pluck, aside=0.0):
     """Of a run of n cameras, the second of which turned about its axis (deg) or is late (s, at all AT) since.
 
     zoom   camera: share by which its focal length grew since; aside: px by which it sees all too low
@@ -42,7 +42,7 @@ def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=
     located = locate_points(cameras, b, sd=sd, uncertainties=uncertainties, reject=3.0)
     off = np.linalg.norm(located.point[0] - path(AT), axis=-1)
     over = np.sqrt(np.nanmean(off**2) / np.nanmean((located.sigma[0] ** 2).sum(-1)))
-    return sight_misses(cameras, uncertainties, None, located, b, sd, AT, None, lasting), over
+    return sight_misses(cameras, uncertainties, None, located, b, sd, AT), over
 
 
 @pytest.mark.parametrize("n", [2, 3])
@@ -55,15 +55,9 @@ def test_a_rig_that_holds_leaves_what_is_expected_and_no_evidence(n, seed):
 
 
 @pytest.mark.parametrize("n", [2, 3])
-def test_what_may_be_off_alike_in_all_samples_is_no_evidence(n):
-    """As where a lamp lights the targets from behind: a rim of light moved their centroids by 0.06 px."""
+def test_what_is_off_alike_in_all_samples_is_evidence(n):
+    """Allowing for what a lamp may leave there hid cameras that had turned: positions were off by 20 sigma."""
     assert misses(n, aside=0.15)[0].cause.evidence > 12
-    lasting = np.where(np.arange(n) == 1, 0.1, 0.0)
-    found, _ = misses(n, aside=0.15, lasting=lasting)
-    assert found.cause.evidence < 5
-    assert (found.px < 1.5 * found.expected_px).all()
-    assert misses(n, roll=1.3, lasting=lasting)[0].cause.evidence > 100
-    assert misses(n, lasting=np.zeros(n))[0].cause == misses(n)[0].cause
 
 
 @pytest.mark.parametrize("n", [2, 3])

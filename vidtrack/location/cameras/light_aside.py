@@ -2,28 +2,22 @@
 
 A lamp lights the targets for all cameras. Where it stands behind them, one of the cameras sees a thin rim of its light,
 which moves centroids by less than noise hides, and by more than their sd: what another camera shows plainly may be here
-too. And what is not known of an outline is alike in all samples of a camera, unlike noise.
+too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vidtrack.arrays import Array
 
 
-class LightAside(NamedTuple):
-    """Of a camera, px of one coordinate: what its centroids' sd does not hold yet; and what of it is alike in all."""
-
-    more: float
-    lasting: float
-
-
-def light_aside(readings: Mapping[str, Mapping[str, Any]]) -> dict[str, LightAside]:
-    """Camera: what the light of its targets leaves; none where no camera sees them lit from one side.
+def light_aside(readings: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
+    """Camera: what its centroids' sd does not hold yet of the light of its targets, px of one coordinate; none where no
+    camera sees them lit from one side.
 
     readings  camera: the record of its centroids
     """
@@ -32,13 +26,13 @@ def light_aside(readings: Mapping[str, Mapping[str, Any]]) -> dict[str, LightAsi
     found = {}
     for name, own in readings.items():
         if "lighting" in own:
-            found[name] = LightAside(0.0, float(own["lighting"].get("lasting_px") or 0.0))
+            found[name] = 0.0
         elif (aside := own.get("light_aside_px")) is not None:
-            found[name] = LightAside(float(aside) / 2**0.5, float(aside) / 2**0.5)
+            found[name] = float(aside) / 2**0.5
     return found
 
 
-def with_light_aside(sd: Array, aside: Sequence[LightAside | None]) -> Array:
+def with_light_aside(sd: Array, aside: Sequence[float | None]) -> Array:
     """sd (n_cameras, m, M, 2) px with what it does not hold yet; None: of a camera whose targets are not lit so."""
-    more = np.array([own.more if own else 0.0 for own in aside])
+    more = np.array([own or 0.0 for own in aside])
     return np.hypot(sd, more[:, None, None, None]) if more.any() else sd

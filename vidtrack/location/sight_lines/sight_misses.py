@@ -26,7 +26,6 @@ from vidtrack.location.sight_lines.sight_system import (
     left_by,
     root_of,
     sight_system,
-    with_lasting,
 )
 
 MOST = 400
@@ -81,14 +80,12 @@ def sight_misses(
     sd: Array,
     at: Array,
     shares: Array | None = None,
-    lasting: Array | None = None,
 ) -> Misses | None:
     """How the residuals of a run go with what is known of noise and calibration; None for fewer than ten samples.
 
     joint   (k, k) covariance of the parameters of all cameras with an uncertainty; None: cameras are independent
     b, sd   (n_cameras, m, T, 2)  px, at (T,) s
     shares  (n_cameras, m, T) of each camera's read-out after which a sample was seen; None: no read-out is estimated
-    lasting (n_cameras,) px, sd of what may be off alike in all samples of a camera, x and y; None: nothing
     """
     used = np.isfinite(located.error[..., 0]) & ~located.left_out & np.isfinite(located.sigma[..., 0])
     where = np.argwhere(used.sum(0) >= 2)
@@ -99,8 +96,6 @@ def sight_misses(
     p = located.point[target, moment]
     system = sight_system(cameras, p, located, target, moment, on, sd)
     A, C = calibration_of(cameras, uncertainties, joint, p, system)
-    if lasting is not None:
-        A, C = with_lasting(A, C, system, lasting)
     px = by_camera_px(system.e**2 * system.sd**2, on)
     variance = np.einsum("njj->nj", system.H) + np.einsum("njk,kl,njl->nj", A, C, A)
     expected = by_camera_px(variance * system.sd**2, on)

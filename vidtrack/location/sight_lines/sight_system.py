@@ -112,18 +112,6 @@ def calibration_of(
     return A, C
 
 
-def with_lasting(A: Array, C: Array, system: SightSystem, px: Array) -> tuple[Array, Array]:
-    """A and C, as of `calibration_of`, with errors of sd px (c,) that are alike in all samples of a camera, x and y."""
-    some, count = np.flatnonzero(px > 0), len(C)
-    if not some.size:
-        return A, C
-    both = np.broadcast_to(np.eye(2), (len(A), 2, 2))
-    whole = np.zeros((count + 2 * some.size,) * 2)
-    whole[:count, :count] = C
-    whole[range(count, len(whole)), range(count, len(whole))] = np.repeat(np.square(px[some]), 2)
-    return np.concatenate([A, *(left_by(system, int(i), both) for i in some)], -1), whole
-
-
 def root_of(C: Array) -> Array:
     """L with L L' = C, also where C is singular."""
     values, vectors = np.linalg.eigh(C / np.sqrt(_scales(C)) / np.sqrt(_scales(C))[:, None])
