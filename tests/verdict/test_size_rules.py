@@ -101,3 +101,29 @@ def test_a_ratio_within_five_standard_deviations_is_no_zoom():
     for target in unsure["sizes"]["cam1"]["targets"].values():
         target["sd"] = 0.006
     assert size_findings(unsure, NOT_KNOWN, same_balls=False) == []
+
+
+def outlined(*larger, sd=0.003):
+    """Of lit balls, per cent: widths of few outlines, which scatter over the balls though these are alike."""
+    made = sizes(larger)
+    for own in made["sizes"].values():
+        own |= {"scatter": 0.007, "among": 0.001, "lasting": 0.0035}
+        for target in own["targets"].values():
+            target |= {"n": 4, "sd": sd}
+    return size_findings(made, NOT_KNOWN, same_balls=True)
+
+
+def test_what_lasts_in_outlines_is_no_zoom_and_a_zoom_of_all_is_one_though_single_outlines_scatter():
+    assert outlined(0.7, 0.7) == []
+    assert outlined(-0.75, 0.05) == []
+    assert outlined(1.1, -0.4) == []
+    (finding,) = outlined(1.3, 1.6)
+    assert (finding.level, finding.code) == ("doubtful", "lenses-zoomed")
+
+
+def test_a_camera_that_is_known_better_counts_for_more():
+    made = sizes((0.0, 1.2))
+    assert size_findings(made, NOT_KNOWN, same_balls=True)[0].code == "lens-zoomed"
+    for target in made["sizes"]["cam1"]["targets"].values():
+        target["sd"] = 0.02
+    assert size_findings(made, NOT_KNOWN, same_balls=True)[0].code == "lenses-zoomed"

@@ -231,7 +231,9 @@ def locate(
     alike = {name: looks for name, looks in (widths or {}).items() if not flat and name not in lit_otherwise}
     own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
     balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
-    record |= {"sizes": ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels)}
+    outlined = {name for name, more in (lit or {}).items() if not more}
+    sizes = ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels, outlined)
+    record |= {"sizes": sizes}
     record |= {"perspective": {name: balls._asdict() for name, balls in sighted.balls.items()}}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)

@@ -23,7 +23,8 @@ class SizeLimits:
 
     least   logarithm of a ratio: what light that falls otherwise does to the look of a ball; of_all: where all cameras
             see it alike, as they see light that flickers
-    sds     standard deviations; of_balls: where the scatter of balls among themselves is the most of it
+    sds     standard deviations; of_balls: where the scatter of balls among themselves is the most of it; of_outlines:
+            where widths are those of outlines, whose sd holds what lasts
     floor   standard deviation that does not average away
     same    up to which targets are taken for balls of the calibration's size
     largest beyond which a difference between cameras stands for something else
@@ -34,6 +35,7 @@ class SizeLimits:
     of_all: float = 0.0075
     sds: float = 5.0
     of_balls: float = 3.5
+    of_outlines: float = 3.0
     floor: float = 0.0007
     same: float = 0.03
     largest: float = 0.2
@@ -70,15 +72,16 @@ def size_findings(locate: Record, steadiness: Record, *, same_balls: bool) -> li
     if len(cameras) > 1 and (odd := _odd([c for c in cameras if c.name not in held], cameras, same_balls)):
         return [odd]
     if same_balls and cameras and not held:
-        balls = median(own["scatter"] for own in sizes.values())
-        return _all(cameras, balls)
+        balls = median(own.get("among", own["scatter"]) for own in sizes.values())
+        sds = LIMITS.of_outlines if any("lasting" in own for own in sizes.values()) else LIMITS.of_balls
+        return _all(cameras, balls, sds)
     return []
 
 
 def _camera(name: str, own: Record) -> _Camera:
     targets = own["targets"].values()
     n = len(targets)
-    sd = sqrt(sum(t["sd"] ** 2 for t in targets) / n**2 + LIMITS.floor**2)
+    sd = sqrt(sum(t["sd"] ** 2 for t in targets) / n**2 + LIMITS.floor**2 + own.get("lasting", 0.0) ** 2)
     return _Camera(name, median(t["larger"] for t in targets), sd, median(t["wander"] for t in targets), n)
 
 
@@ -120,12 +123,13 @@ def _odd(free: Sequence[_Camera], cameras: Sequence[_Camera], same_balls: bool) 
     return Finding("doubtful", "lens-zoomed", text, CURE)
 
 
-def _all(cameras: Sequence[_Camera], balls: float) -> list[Finding]:
+def _all(cameras: Sequence[_Camera], balls: float, sds: float) -> list[Finding]:
     """All cameras that see the targets a little larger or smaller than the balls of the calibration, and all alike."""
     n = max(c.targets for c in cameras)
-    mean = sum(c.larger for c in cameras) / len(cameras)
-    sd = sqrt(sum(c.sd**2 for c in cameras) / len(cameras) ** 2 + balls**2 / n + LIMITS.floor**2)
-    if not max(LIMITS.of_all, LIMITS.of_balls * sd) < abs(mean) < LIMITS.same:
+    weight = [1 / c.sd**2 for c in cameras]
+    mean = sum(w * c.larger for w, c in zip(weight, cameras, strict=True)) / sum(weight)
+    sd = sqrt(1 / sum(weight) + balls**2 / n + LIMITS.floor**2)
+    if not max(LIMITS.of_all, sds * sd) < abs(mean) < LIMITS.same:
         return []
     who = "all cameras see" if len(cameras) > 1 else f"{cameras[0].name} sees"
     way = "larger" if mean > 0 else "smaller"

@@ -11,14 +11,18 @@ AT = np.arange(60) / 30
 PATHS = np.stack([np.stack([12 * np.cos(4 * AT), np.full(60, y), 4 * np.sin(5 * AT)], -1) for y in (-5.0, 5.0)])
 
 
-def compared(zooms, diameter=1.0, hunts=0.0, noise=0.003, seed=2):
-    """Of a rig whose lenses were zoomed since; a target of so many times the balls' diameter, a size that hunts."""
+def compared(zooms, diameter=1.0, hunts=0.0, noise=0.003, seed=2, unlike=0.0, every=1, outlined=()):
+    """Of a rig whose lenses were zoomed since; a target of so many times the balls' diameter, a size that hunts.
+
+    unlike  sd of the logarithms of the balls' own sizes; every: look at a target at every so many moments
+    """
     rng = np.random.default_rng(seed)
+    own = np.exp(rng.normal(0, unlike, len(thesis_points()[1]))) if unlike else 1.0
     names, balls, looks = [f"cam{i + 1}" for i in range(len(zooms))], {}, {}
     cameras = thesis_rig(len(zooms))
     for name, camera, zoom in zip(names, cameras, zooms, strict=True):
         p = thesis_points()[1]
-        wide = 1.5 * px_per_unit(camera, p) * np.exp(rng.normal(0, noise, len(p)))
+        wide = 1.5 * own * px_per_unit(camera, p) * np.exp(rng.normal(0, noise, len(p)))
         b = project(camera, p)
         balls[name] = {"x": p[:, 0], "y": p[:, 1], "z": p[:, 2], "Xf": b[:, 0], "width": wide}
         looks[name] = {}
@@ -26,8 +30,9 @@ def compared(zooms, diameter=1.0, hunts=0.0, noise=0.003, seed=2):
             b = project(camera, path)
             scale = zoom * (1 + hunts * np.sin(4.7 * AT)) * np.exp(rng.normal(0, noise, 60))
             wide = 1.5 * diameter * px_per_unit(camera, path) * scale
-            looks[name][f"t{i + 1}"] = {"time_s": AT.tolist(), "Xf": b[:, 0], "Yf": b[:, 1], "width": wide}
-    return ball_sizes(names, cameras, looks, balls, AT, PATHS, ["a", "b"])
+            look = {"time_s": AT, "Xf": b[:, 0], "Yf": b[:, 1], "width": wide}
+            looks[name][f"t{i + 1}"] = {key: values[::every].tolist() for key, values in look.items()}
+    return ball_sizes(names, cameras, looks, balls, AT, PATHS, ["a", "b"], outlined)
 
 
 def test_a_ball_is_as_wide_as_its_outline():
@@ -100,3 +105,27 @@ def test_looks_before_and_after_the_target_was_located_count_for_nothing(beside)
     outside = np.linspace(0, 0.1, 20) + (at[0] - 0.3 if beside < 0 else at[-1] + 0.2)
     looks = {"cam1": {"t1": {"time_s": outside, **look}}}
     assert ball_sizes(["cam1"], [camera], looks, {"cam1": balls}, at, path, ["a"]) == {}
+
+
+def test_few_looks_are_no_surer_than_those_at_the_balls():
+    """Of three looks some lie near each other by chance."""
+    found = [compared([1.0], seed=seed, noise=0.006, every=20)["cam1"]["targets"]["a"] for seed in range(60)]
+    assert {own["n"] for own in found} == {3}
+    z = np.array([own["larger"] / own["sd"] for own in found])
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1.0, abs=0.25)
+    assert np.abs(z).max() < 3.5
+    assert compared([1.0], every=30) == {}
+
+
+def test_balls_that_are_unlike_each_other_are_so_in_all_cameras():
+    alike, unlike = compared([1.0, 1.0, 1.0], noise=0.006), compared([1.0, 1.0, 1.0], noise=0.003, unlike=0.01)
+    assert all(own["scatter"] == pytest.approx(0.006, rel=0.4) and own["among"] < 0.003 for own in alike.values())
+    assert all(own["among"] == pytest.approx(0.01, rel=0.35) for own in unlike.values())
+    (one,) = compared([1.0], noise=0.006).values()
+    assert one["among"] == one["scatter"]
+
+
+def test_widths_of_outlines_have_an_sd_that_lasts():
+    both = compared([1.0, 1.0], outlined=["cam2"])
+    assert "lasting" not in both["cam1"]
+    assert 0.002 < both["cam2"]["lasting"] < 0.01

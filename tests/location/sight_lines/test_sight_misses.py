@@ -19,10 +19,11 @@ def pluck(t):
     return np.exp(-0.1 * t)[:, None] * np.stack(swing, -1)
 
 
-def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=pluck, aside=0.0):
+def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=pluck, aside=0.0, unsure=()):
     """Of a run of n cameras, the second of which turned about its axis (deg) or is late (s, at all AT) since.
 
     zoom   camera: share by which its focal length grew since; aside: px by which it sees all too low
+    unsure samples of the first camera whose sd is 100 times as large
     """
     rng = np.random.default_rng(seed)
     points, cameras, uncertainties, b = thesis_points()[1], [], [], []
@@ -39,6 +40,7 @@ def misses(n, *, roll=0.0, late=0.0, zoom=(), seed=0, known=True, lost=(), path=
     for camera, moments in lost:
         b[camera, :, moments] = np.nan
     sd = np.full(b.shape, NOISE)
+    sd[0, :, list(unsure)] *= 100
     located = locate_points(cameras, b, sd=sd, uncertainties=uncertainties, reject=3.0)
     off = np.linalg.norm(located.point[0] - path(AT), axis=-1)
     over = np.sqrt(np.nanmean(off**2) / np.nanmean((located.sigma[0] ** 2).sum(-1)))
@@ -69,6 +71,18 @@ def test_a_camera_that_rolled_by_a_degree_is_named_with_its_angle_though_it_miss
     assert found.cause.amount == pytest.approx(1.3, abs=3 * found.cause.sd)
     assert found.cause.moved == pytest.approx(over, rel=0.2)
     assert found.cause.evidence > 100
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_samples_that_are_hardly_known_hide_nothing_in_the_others(n):
+    """Errors of all samples over the sigma of all were those of the few, and a rolled camera was off by half of one."""
+    found, _ = misses(n, roll=1.3, unsure=range(0, AT.size, 10))
+    well, over = misses(n, roll=1.3)
+    assert over > 10
+    assert found.beyond == pytest.approx(well.beyond, rel=0.1)
+    assert found.cause.moved == pytest.approx(well.cause.moved, rel=0.2)
+    assert found.px == pytest.approx(well.px, rel=0.1)
+    assert found.expected_px == pytest.approx(well.expected_px, rel=0.2)
 
 
 def test_a_clock_that_is_late_is_named_with_its_delay():

@@ -42,7 +42,8 @@ def test_a_long_recording_is_looked_at_evenly_and_not_more_often():
         passed(widths, first, 4)
     moments = widths.as_record(["t1"], np.arange(1000.0))["t1"]["time_s"]
     assert LOOKS.samples / 2 <= len(moments) < 2 * LOOKS.samples
-    assert set(np.diff(moments)) == {64.0}
+    assert len(set(np.diff(moments))) == 1
+    assert moments[-1] > 900
 
 
 def test_damaged_and_repeated_pictures_show_nothing():

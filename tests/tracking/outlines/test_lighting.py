@@ -193,6 +193,20 @@ def test_a_ball_that_is_further_off_than_the_others_scatter_has_its_own_outline_
 
 
 @pytest.mark.filterwarnings("error")
+def test_samples_that_are_measured_at_another_threshold_are_less_sure_of_their_way():
+    """A ball began with 59 and 38 pixels, dark side and all, where later ones had 20: 6 sigma off."""
+    lit = Lighting([outlines([(0.2, 0.1)] * 8)])
+    pixels = np.array([59.0, 38, *[20, 21, 19, 22] * 10, np.nan, 20])[:, None]
+    where = np.broadcast_to(np.array([100.0, 50.0])[:, None, None], (2, *pixels.shape))
+    way, sd = lit.ways_of_all(where, pixels, 1)
+    size = np.hypot(*way[:, :, 0])
+    assert (sd[:2, 0] > 0.25 * size[:2]).all()
+    assert sd[0, 0] > sd[1, 0]
+    assert sd[4:40, 0] == pytest.approx(lit.ways(0, where[:, 4:40, 0], np.full(36, np.sqrt(20.5 / np.pi)))[1], rel=0.1)
+    assert np.isfinite(sd[:, 0]).all()
+
+
+@pytest.mark.filterwarnings("error")
 def test_of_samples_without_a_centroid_no_way_is_known_and_nothing_is_warned_of():
     lit = Lighting([outlines([way]) for way in [(0.2, 0.0)] * 12 + [(-0.4, 0.3)]])
     way, _ = lit.ways(12, np.full((2, 3), np.nan), np.full(3, 5.0))

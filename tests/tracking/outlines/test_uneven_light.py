@@ -44,6 +44,8 @@ def test_a_shadow_along_the_course_is_in_the_sd(monkeypatch):
     error, sd = film(0.5)
     assert np.abs(error).max() > 0.4
     assert wrong(error, sd) == 0
+    monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)  # a shadow that stays looks like a lamp's
+    assert wrong(*film(0.5)) == 0
     monkeypatch.setattr(Ways, "grown", lambda self, sd, own, place=None: sd)
     assert wrong(*film(0.5)) >= 3  # what surfaces show holds some of it
 

@@ -16,7 +16,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import columns, derivatives
-from vidtrack.location.sight_lines.sight_system import SightSystem, left_by, root_of, whitened
+from vidtrack.location.sight_lines.sight_system import SightSystem, left_by, over_sigma, root_of, whitened
 
 BIAS_PX = 0.015
 """ASSUME: what does not average away over a run: pixel locking, uneven light on a target, a plain lens model."""
@@ -70,7 +70,7 @@ class Cause(NamedTuple):
     amount   deg, share of f; s to be added to the camera's time, ppm by which it is to be stretched, s from a moment on
     share    of the excess of squared misses that it explains
     evidence chi squared that it takes away, of samples whose errors are not independent
-    moved    rms of what it moves the positions by, over sigma
+    moved    rms of what it moves the positions by, each over its sigma
     """
 
     kind: str
@@ -107,7 +107,7 @@ def causes(
         spread = float(np.sqrt(np.maximum(x @ inverse @ x, 0.0))) / size * max((before - gain) / expected, 1.0) ** 0.5
         px = sum(whitened(system, i, own @ x) for i, own in follows.items())
         moved = np.einsum("nij,nj->ni", system.G, px)
-        ratio = float(np.sqrt((moved**2).sum(-1).mean() / system.sigma2.mean()))
+        ratio = over_sigma(system, (moved**2).sum(-1))
         amount, unit = size if kind == "turned" else float(x[0]), UNITS.get(kind, 1.0)
         share = min(gain / max(before - expected, gain, 1e-300), 1.0)
         cause = Cause(kind, tuple(follows), amount * unit, spread * unit, share, worth, ratio, from_s)

@@ -24,6 +24,7 @@ from vidtrack.location.sight_lines.sight_system import (
     by_camera_px,
     calibration_of,
     left_by,
+    over_sigma,
     root_of,
     sight_system,
 )
@@ -42,9 +43,9 @@ class Misses(NamedTuple):
     """What `sight_misses` returns.
 
     n            samples looked at
-    px           (n_cameras,) rms residual of each camera, px
+    px           (n_cameras,) rms residual of each camera, px, weighted by 1 / sd^2
     expected_px  (n_cameras,) the same as noise and calibration lead to expect
-    beyond       rms of the position errors that the residuals stand for, over sigma
+    beyond       rms of the position errors that the residuals stand for, each over the sigma of its sample
     cause        the likeliest
     late         of each clock behind the first camera's, beside turns
     speed        rms speed of the samples in the pictures, px/s
@@ -96,12 +97,11 @@ def sight_misses(
     p = located.point[target, moment]
     system = sight_system(cameras, p, located, target, moment, on, sd)
     A, C = calibration_of(cameras, uncertainties, joint, p, system)
-    px = by_camera_px(system.e**2 * system.sd**2, on)
+    px = by_camera_px(system.e**2, system.sd)
     variance = np.einsum("njj->nj", system.H) + np.einsum("njk,kl,njl->nj", A, C, A)
-    expected = by_camera_px(variance * system.sd**2, on)
+    expected = by_camera_px(variance, system.sd)
     spare = 2 * on.sum(0) / (2 * on.sum(0) - 3)
     implied = np.einsum("nij,nj->n", system.G**2, system.e**2) * spare
-    beyond = float(np.sqrt(implied.mean() / system.sigma2.mean()))
     velocity = np.gradient(b, at, axis=2)[:, target, moment] if at.size > 1 else np.zeros((*on.shape, 2))
     cause = likeliest(causes(cameras, system, p, velocity, at[moment], A, C))
     late = _late(cameras, system, p, np.nan_to_num(velocity), A, C)
@@ -110,7 +110,9 @@ def sight_misses(
         acceleration = np.gradient(np.gradient(b, at, axis=2), at, axis=2)[:, target, moment]
         own = _Motion(b[:, target, moment], velocity, acceleration, shares[:, target, moment], sd[:, target, moment])
         readout = _readouts(cameras, own, p, on, (A, C))
-    return Misses(len(p), px, expected, beyond, cause, late, _speed(np.nan_to_num(velocity)), readout)
+    return Misses(
+        len(p), px, expected, over_sigma(system, implied), cause, late, _speed(np.nan_to_num(velocity)), readout
+    )
 
 
 def _readouts(

@@ -65,10 +65,20 @@ def _rows(by_camera: Array) -> Array:
     return np.asarray(moved.reshape(moved.shape[0], -1, *moved.shape[3:]))
 
 
-def by_camera_px(squares: Array, on: NDArray[np.bool_]) -> Array:
-    """Root of the mean over the samples that each camera has part in, of squares (n, 2 c)."""
-    total = squares.reshape(len(squares), -1, 2).sum((0, 2))
-    return np.asarray(np.sqrt(total / np.maximum(2 * on.sum(1), 1)))
+def by_camera_px(squares: Array, sd: Array) -> Array:
+    """Root mean square over the samples that each camera has part in, px.
+
+    squares (n, 2 c) in units of sd (n, 2 c) px; weighted by 1 / sd^2: what single samples of a large sd may miss says
+    nothing of the others.
+    """
+    by = (len(squares), -1, 2)
+    weight = _ratio(np.ones_like(sd), sd**2).reshape(by).sum((0, 2))
+    return np.asarray(np.sqrt(_ratio(squares.reshape(by).sum((0, 2)), weight)))
+
+
+def over_sigma(system: SightSystem, moved2: Array) -> float:
+    """Rms over the samples of errors in space, of squares moved2 (n,), each over its own sigma."""
+    return float(np.sqrt(_ratio(moved2, system.sigma2).mean()))
 
 
 def left_by(system: SightSystem, camera: int, columns: Array) -> Array:

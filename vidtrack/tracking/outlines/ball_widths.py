@@ -27,7 +27,7 @@ class Looks:
     """
 
     targets: int = 16
-    samples: int = 16
+    samples: int = 32
     in_all: int = 192
     apart: float = 5.0
 

@@ -214,12 +214,15 @@ class Lighting:
     def ways_of_all(self, position: Array, pixels: Array, lines: int) -> tuple[Array, Array]:
         """The ways (2, k, n) px of those n balls at positions (2, k, n) px, and their sd (k, n) px.
 
-        pixels  (k, n) above the threshold
+        pixels  (k, n) above the threshold. A ball that shows far more or fewer than usual was measured at another
+                threshold, with more or less of its dark side, or is nearer or farther
         """
         way, sd = np.zeros(position.shape), np.zeros(pixels.shape)
         for i in range(pixels.shape[1]):
             radius = _smooth(np.sqrt(lines * pixels[:, i] / np.pi))
-            way[:, :, i], sd[:, i] = self.ways(i if i < len(self.found) else -1, position[:, :, i], radius)
+            way[:, :, i], known = self.ways(i if i < len(self.found) else -1, position[:, :, i], radius)
+            unlike = np.nan_to_num(np.hypot(*way[:, :, i])) * _otherwise(pixels[:, i])
+            sd[:, i] = np.hypot(known, LIT.per_other * unlike)
         return way, sd
 
     def widths(self, i: int) -> tuple[Array, list[int]]:
@@ -255,6 +258,15 @@ def _smooth(radius: Array) -> Array:
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.convolve(np.where(known, radius, 0.0), ones, mode="same") / count
     return np.where(known, mean, np.nan)
+
+
+def _otherwise(pixels: Array) -> Array:
+    """By how much the logarithm of a ball's pixels (k,) differs from the usual one beyond LIT.other_pixels."""
+    known = pixels > 0
+    size = np.log(pixels[known])
+    off = np.zeros(pixels.shape)
+    off[known] = np.abs(size - np.median(size)) if size.size else 0.0
+    return np.maximum(off - LIT.other_pixels, 0.0)
 
 
 class _Field:
