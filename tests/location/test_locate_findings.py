@@ -86,7 +86,7 @@ def test_a_run_that_went_well_has_none():
         ("volume__share_outside", 0.6, "doubtful", "60 % of the samples lie outside the calibrated volume, by up to"),
         ("noise__source", "assumed", "doubtful", "centroid noise that is assumed"),
         ("sight_lines__over_sigma", 4.0, "doubtful", "cam2: lines of sight miss the located points by 0.1 px rms"),
-        ("sight_lines__over_sigma", 14.0, "bad", "off by some 14 sigma"),
+        ("sight_lines__over_sigma", 14.0, "bad", "off by some 14 times what"),
         ("sight_lines__cause", TURNED, "bad", "explained by cam2 turned by 1.3 ± 0.01 deg after its calibration"),
     ],
 )
@@ -103,7 +103,10 @@ def test_a_lens_that_is_surely_zoomed_a_little_is_named_though_little_speaks_for
     zoomed |= {"evidence": 4.2, "moves_over_sigma": 10.04, "units": "share of f"}
     (finding,) = found(sight_lines__over_sigma=1.9, sight_lines__cause=zoomed)
     assert finding.level == "doubtful"
-    assert "off by some 10 sigma; it would be explained by all lenses at another zoom" in finding.text
+    assert (
+        "off by some 10 times what these lead to expect; it would be explained by all lenses at another zoom"
+        in finding.text
+    )
     for doubt in ({"sd": 0.002}, {"share": 0.7}):
         assert found(sight_lines__over_sigma=1.9, sight_lines__cause=zoomed | doubt) == []
     assert found(sight_lines__over_sigma=1.4, sight_lines__cause=zoomed) == []

@@ -219,7 +219,8 @@ def _sight_lines(record: Record, units: str) -> list[Finding]:
     worst = max(sights["px"], key=lambda camera: sights["px"][camera] / max(sights["expected_px"][camera], 1e-300))
     text = (
         f"{worst}: lines of sight miss the located points by {sights['px'][worst]:.2g} px rms where "
-        f"{sights['expected_px'][worst]:.2g} px are expected: positions are off by some {over:.2g} sigma"
+        f"{sights['expected_px'][worst]:.2g} px are expected: positions are off by some {over:.2g} "
+        "times what these lead to expect"
     )
     if explained:
         text += f"; it would be explained by {_in_words(cause)}"

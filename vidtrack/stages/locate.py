@@ -46,7 +46,7 @@ from vidtrack.location.sight_lines.budget import calibration_field, error_budget
 from vidtrack.location.sight_lines.centroid_noise import noise_factor
 from vidtrack.location.sight_lines.erring_camera import places_of_errors, without_erring
 from vidtrack.location.sight_lines.shared_survey import Survey, joint_of, survey_covariance, surveys_of
-from vidtrack.location.sight_lines.sight_misses import sight_misses
+from vidtrack.location.sight_lines.sight_misses import sight_misses, with_misses
 from vidtrack.location.sight_lines.sudden_misses import with_grown_sigma
 from vidtrack.location.sight_lines.unseen import shares_seen, unseen
 from vidtrack.location.sight_lines.volume import distance_outside
@@ -202,6 +202,7 @@ def locate(
     located, erring = without_erring(*grown, sd, of_some)
     old = [late[v.name] * interval(t) for v, t in zip(views, times, strict=True) if late and late.get(v.name)]
     located, aged = with_lateness(located, at, max(old, default=0.0))
+    located, growth = with_misses(located, whole, misses)
     table = _table(at, timecodes(views, times, at, whose), match.labels, located)
     nothing = [unseen(v, own, t, at, located.point) for v, own, t in zip(views, seen, times, strict=True)]
     table["flag"] = sample_flags(views, seen, match, located, max_miss, nothing).ravel()
@@ -219,7 +220,7 @@ def locate(
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
-    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged)}
+    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged, growth)}
     field = calibration_field(rig, located.point, uncertainties, joint)
     record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
     findings += findings_of(record, units) + perspective_findings(sighted.balls, where)
@@ -232,8 +233,7 @@ def locate(
     own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
     balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
     outlined = {name for name, more in (lit or {}).items() if not more}
-    sizes = ball_sizes([v.name for v in views], rig, own, balls, at, located.point, match.labels, outlined)
-    record |= {"sizes": sizes}
+    record |= {"sizes": ball_sizes(list(own), rig, own, balls, at, located.point, match.labels, outlined)}
     record |= {"perspective": {name: balls._asdict() for name, balls in sighted.balls.items()}}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)

@@ -7,7 +7,7 @@ from vidtrack.calibration.camera.refine import free_parameters, refine
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.rotation import rotation_from_vector
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.sight_lines.sight_misses import sight_misses
+from vidtrack.location.sight_lines.sight_misses import sight_misses, with_misses
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 
 AT = np.arange(240) / 30
@@ -170,3 +170,48 @@ def test_a_target_that_moves_along_the_epipolar_lines_shows_no_delay():
     along = (b - a) / np.linalg.norm(b - a)
     found, _ = misses(2, path=lambda t: 10 * np.sin(2 * np.pi * t / 1.6)[:, None] * along)
     assert found.late[1, 1] * found.speed > 5 * NOISE
+
+
+def missing(*, sd, lasting=0.0, n=3):
+    """Positions of a rig that sees with NOISE px and claims sd px; how far off they are, over sigma; and its misses."""
+    rng, cameras = np.random.default_rng(8), thesis_rig(n)
+    b = np.stack([project(c, pluck(AT)) + rng.normal(0, NOISE, (AT.size, 2)) for c in cameras])[:, None]
+    b[0, ..., 0] += lasting
+    b[1, ..., 1] -= lasting
+    given = np.full(b.shape, sd)
+    located = locate_points(cameras, b, sd=given)
+    return located, sight_misses(cameras, [None] * n, None, located, b, given, AT)
+
+
+def over(located):
+    return float(np.sqrt((((located.point[0] - pluck(AT)) / located.sigma[0]) ** 2).mean()))
+
+
+def test_sigma_holds_what_lines_of_sight_miss_by_all_along_the_run():
+    located, found = missing(sd=NOISE / 2)
+    assert over(located) == pytest.approx(2, rel=0.1)
+    grown, growth = with_misses(located, located, found)
+    assert growth == pytest.approx(found.beyond)
+    assert over(grown) == pytest.approx(1, rel=0.1)
+    assert np.sqrt(np.diagonal(grown.covariance, axis1=-2, axis2=-1)) == pytest.approx(grown.sigma)
+    off = missing(sd=NOISE, lasting=0.2)
+    assert over(off[0]) > 1.7
+    assert over(with_misses(off[0], *off)[0]) < 1.3
+
+
+def test_sigma_that_holds_them_already_stays():
+    located, found = missing(sd=NOISE * 1.2)
+    assert with_misses(located, located, found) == (located, 1.0)
+    assert with_misses(located, located, None) == (located, 1.0)
+    small, found = missing(sd=NOISE / 2)
+    large = small._replace(sigma=3 * small.sigma, covariance=9 * small.covariance)
+    assert with_misses(large, small, found)[0].sigma == pytest.approx(large.sigma)
+
+
+def test_positions_that_are_not_known_stay_so():
+    located, found = missing(sd=NOISE / 2)
+    sigma = located.sigma.copy()
+    sigma[0, 3] = np.nan
+    grown, _ = with_misses(located._replace(sigma=sigma), located, found)
+    assert np.isnan(grown.sigma[0, 3]).all()
+    assert np.isfinite(grown.sigma[0, 4:]).all()

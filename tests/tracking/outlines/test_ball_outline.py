@@ -78,3 +78,11 @@ def test_where_no_fit_holds_the_sd_is_as_large_as_the_way_may_be(rng):
     assert not own.held
     assert not own.way.any()
     assert own.sd > 0.05
+
+
+def test_what_is_laid_over_each_other_is_of_the_moment_at_which_the_ball_was_nearest_to_there():
+    """A ball that swings is at a place at many times: their median is none of them."""
+    there = [(20.0, 3), (22.0, 40), (24.0, 5), (21.0, 77), (23.2, 79)]
+    one = laid_over([piece(x, 30.0, sample=k) for x, k in there], 1)
+    assert one.where[0] == pytest.approx(22.04)
+    assert one.sample == 40

@@ -51,6 +51,7 @@ def error_budget(
     of_survey: Array | None,
     slips: Array | None,
     aged: Array | None = None,
+    growth: float = 1.0,
 ) -> dict[str, Any]:
     """For each axis of the world the standard uncertainty of a position by part, of a usual (median) sample, world
     units.
@@ -58,6 +59,7 @@ def error_budget(
     b, sd        (n_cameras, m, M, 2) px; slips likewise, or None
     joint, of_survey  as `location.sight_lines.shared_survey` has them
     aged         (m, M, 3, 3) what `location.cameras.seen_late` adds to the covariance; it counts as the clocks'
+    growth       of sigma, by what lines of sight miss: nothing says which part it is of, so that all grow by it
     Keys: axes: {x, y, z: {survey, calibration, centroid, clock, combined}}; samples. None where no sample has a sigma.
     """
     every = max(1, -(-b.shape[2] // MOST))
@@ -85,7 +87,7 @@ def error_budget(
         good &= np.isfinite(part).all(-1)
     if not good.any():
         return {"axes": None, "samples": 0}
-    usual = {name: np.median(v[good], 0) for name, v in variance.items()}
+    usual = {name: growth**2 * np.median(v[good], 0) for name, v in variance.items()}
     axes = {
         axis: {name: float(np.sqrt(usual[name][i])) if name in usual else 0.0 for name in PARTS}
         | {"combined": float(np.sqrt(sum(v[i] for v in usual.values())))}

@@ -115,6 +115,23 @@ def sight_misses(
     )
 
 
+def with_misses(located: Located, whole: Located, misses: Misses | None) -> tuple[Located, float]:
+    """Positions whose sigma holds what the residuals of the run stand for; and by how much it grew, of a usual sample.
+
+    whole  that of which the misses are. Where they stand for more than noise and calibration lead to expect, nothing
+           says which of its errors grew: all of sigma does, as Birge's ratio of the run has it.
+    """
+    if misses is None or not misses.beyond > 1:
+        return located, 1.0
+    needed, sigma = (np.sqrt((own.sigma**2).sum(-1)) for own in (whole, located))
+    known = np.isfinite(needed) & np.isfinite(sigma) & (sigma > 0)
+    growth = np.ones(sigma.shape)
+    growth[known] = np.maximum(misses.beyond * needed[known] / sigma[known], 1.0)
+    covariance = located.covariance * np.square(growth)[..., None, None]
+    usual = float(np.median(growth[known])) if known.any() else 1.0
+    return located._replace(covariance=covariance, sigma=located.sigma * growth[..., None]), usual
+
+
 def _readouts(
     cameras: Sequence[Camera], motion: _Motion, p: Array, on: NDArray[np.bool_], known: tuple[Array, Array]
 ) -> Array:

@@ -124,7 +124,7 @@ class Piece(NamedTuple):
 class Outline(NamedTuple):
     """Of a ball at one place (2,) px: radius, px, of what is above the threshold; the way (2,) to the middle of its
     outline and the sd of that, in such radii. held: a fit holds, or it is lit alike on all sides; else the way is
-    nought, and sd as large as it may be. width: of the outline, px, NaN where none was fitted; sample: its middle one;
+    nought, and sd as large as it may be. width: of the outline, px, NaN where none was fitted; sample: when it is so;
     height: of it, as that of `FittedBall`; cut: it is rather cut off by a straight line; fit: what it is by
     """
 
@@ -216,8 +216,11 @@ def laid_over(pieces: Sequence[Piece], lines: int) -> Laid:
     for one in pieces:
         x, y = np.meshgrid((one.at[0] + across).astype(np.float32), (one.at[1] + down).astype(np.float32))
         total += cv2.remap(one.grey, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    where = np.mean([one.where for one in pieces], axis=0)
-    sample = int(np.median([one.sample for one in pieces]))
+    places = np.array([one.where for one in pieces])
+    where = places.mean(axis=0)
+    sample = pieces[
+        int(np.hypot(*(places - where).T).argmin())
+    ].sample  # a ball that swings is at a place at many times
     return Laid(total / len(pieces), where, radius, pieces[0].shrunk, len(pieces), sample)
 
 
