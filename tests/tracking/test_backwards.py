@@ -186,13 +186,37 @@ def test_samples_before_a_target_s_own_first_are_followed_backwards():
     begun = begun._replace(
         first=np.array([6]), velocity=(path[7] - path[5]) / 2, acceleration=path[7] - 2 * path[6] + path[5]
     )
-    ((target, _, rows, _),) = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(1))
+    target, _, rows, _ = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(1))
     assert target.tolist() == [0]
     assert rows.flag.shape == (6, 1)
     assert np.abs(rows.values[:2, :, 0].T - path[:6, 0]).max() < 0.1
     never = begun._replace(first=np.array([NEVER]))
-    assert followed_backwards(samples, never, DETECTION, 100.0, None, Windows(1)) == []
-    assert followed_backwards(samples, starts_at(path[0]), DETECTION, 100.0, None, Windows(1)) == []
+    assert followed_backwards(samples, never, DETECTION, 100.0, None, Windows(1)) is None
+    assert followed_backwards(samples, starts_at(path[0]), DETECTION, 100.0, None, Windows(1)) is None
+
+
+@pytest.mark.parametrize("later", [0, 2])
+def test_targets_that_touch_until_they_begin_are_followed_backwards_together(later):
+    path = touching(20)
+    samples = samples_of(path)
+    first = np.array([9, 9 + later])  # a blob of one until then
+    begun = starts_at(path[first, [0, 1]])._replace(
+        first=first,
+        velocity=(path[first + 1] - path[first])[[0, 1], [0, 1]],
+        acceleration=np.zeros((2, 2)),
+        pixels=np.full(2, 50.0),
+        contrast=np.full(2, 180.0),
+        size=np.full((2, 2), 8.0),
+    )
+    back = followed_backwards(samples, begun, DETECTION, 100.0, None, Windows(2))
+    nothing = np.full((len(back.rows.values), 20, 2), np.nan)
+    whole = Rows(nothing, np.zeros((20, 2, 2)), np.full((20, 2), LOST), np.zeros(20))
+    whole = with_earlier(whole, back, first)
+    assert present(whole)[:9].all()
+    assert not present(whole)[9 + later :].any()
+    off = np.abs(whole.values[:2].transpose(1, 2, 0) - path)[:9]
+    assert off.max() < 0.3
+    assert (off < 5 * whole.values[2:4, :9].transpose(1, 2, 0)).all()
 
 
 def test_what_was_followed_backwards_stands_before_and_is_no_recovery():
@@ -202,7 +226,7 @@ def test_what_was_followed_backwards_stands_before_and_is_no_recovery():
     one = Rows(*(a[..., :1] if a.ndim > 1 and i != 1 else a for i, a in enumerate(rows(2, 7.0, RECOVERED))))
     one = one._replace(corner=np.full((2, 1, 2), 7.0))
     whole = rows(5, 1.0)
-    joined = with_earlier(whole, [Back(np.array([1]), 1, one, NO_LOOKS)])
+    joined = with_earlier(whole, Back(np.array([1]), 1, one, NO_LOOKS), np.array([0, 2]))
     assert (joined.values[:, :2, 1] == 7).all()
     assert (joined.values[:, 2:] == 1).all()
     assert (joined.values[..., 0] == 1).all()
@@ -221,7 +245,7 @@ def test_where_a_target_was_followed_back_onto_another_neither_is_measured():
     whole.values[:, :2, 1] = np.nan
     back = rows(2, [50.3])
     back.values[0, 0] = 65.0  # in the sample before it is apart
-    joined = with_earlier(whole, [Back(np.array([1]), 1, back, NO_LOOKS)])
+    joined = with_earlier(whole, Back(np.array([1]), 1, back, NO_LOOKS), np.array([0, 2, 0]))
     measured = np.isfinite(joined.values[0])
     assert measured[:, 0].tolist() == [True, False, True, True, True]
     assert measured[:2, 1].tolist() == [True, False]

@@ -1,8 +1,9 @@
 """The opening of a recording followed backwards: what its samples show of targets before they were plain.
 
 A target that begins behind another one, or is found late, is known once it is plain. From there it is followed back in
-time: alone from its own first sample on (`followed_backwards`); and where targets are still missing from the opening,
-all that is followed at its end together, so that those which overlap at first are separated by what they look like.
+time: from its own first sample on, together with the others that begin late (`followed_backwards`); and where targets
+are still missing from the opening, all that is followed at its end together. Those which overlap at first are separated
+by what they look like.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ class Earlier:
 
     def __init__(self, tracker: Tracker, samples: Sequence[Sample], most: int) -> None:
         scene = tracker.scene
-        self._alone = followed_backwards(
+        self._before = followed_backwards(
             samples, tracker.starts, scene.detection, scene.level, scene.static, tracker.windows
         )
         self._held: list[Sample] = []
@@ -85,9 +86,10 @@ class Earlier:
         if self._waits:
             self._follow(tracker)
         before = tracker.rows()
-        rows = with_earlier(before, self._alone, lines)
-        for back in self._alone:
-            _looks_taken(tracker, back, before, rows)
+        rows = before
+        if self._before is not None:
+            rows = with_earlier(before, self._before, tracker.starts.first, lines)
+            _looks_taken(tracker, self._before, before, rows)
         if self._back is None:
             return rows
         filled = with_gaps_filled(rows, self._back, lines)
@@ -113,26 +115,27 @@ def followed_backwards(
     level: float,
     static: StaticClutter | None,
     windows: Windows,
-) -> list[Back]:
-    """What the samples before each target's own first one show, followed backwards in time.
+) -> Back | None:
+    """What the samples before each target's own first one show, followed backwards in time; None: all begin at once.
 
+    Those that touch in the sample before their first, which is why they begin with it, are followed together.
     windows   takes what is kept of them for a second search
     """
-    followed = []
-    for i in np.flatnonzero((starts.first > 0) & (starts.first < NEVER)):
-        before = list(reversed(samples[: starts.first[i]]))
-        last = samples[starts.first[i]].time
-        one = Starts._make(column[i : i + 1].copy() for column in starts)
-        gone = last - before[0].time
-        one = one._replace(
-            position=one.position - one.velocity * gone, velocity=-one.velocity, first=np.zeros(1, np.intp)
-        )
-        back = Tracker(one, detection, level, static=static, far=False)
-        back.follow([sample._replace(time=last - sample.time) for sample in before])
-        back.finish()
-        windows.backwards(back.windows, int(starts.first[i]))
-        followed.append(Back(np.array([i]), 1, _in_order(back.rows()), back.looks))
-    return followed
+    who = np.flatnonzero((starts.first > 0) & (starts.first < NEVER))
+    if not who.size:
+        return None
+    first = starts.first[who]
+    latest = int(first.max())
+    before = list(reversed(samples[:latest]))
+    begin = np.array([samples[k].time - samples[k - 1].time for k in first.tolist()])[:, None]
+    late = Starts._make(column[who] for column in starts)
+    late = late._replace(position=late.position - late.velocity * begin, velocity=-late.velocity, first=latest - first)
+    back = Tracker(late, detection, level, static=static, far=False)
+    last = samples[latest].time
+    back.follow([sample._replace(time=last - sample.time) for sample in before])
+    back.finish()
+    windows.backwards(back.windows, latest)
+    return Back(who, who.size, _in_order(back.rows()), back.looks)
 
 
 def together_backwards(tracker: Tracker, samples: Sequence[Sample]) -> Back | None:
@@ -198,22 +201,19 @@ def _in_order(rows: Rows) -> Rows:
     return Rows(rows.values[:, ::-1], rows.corner[::-1], rows.flag[::-1], rows.total_pixels[::-1])
 
 
-def with_earlier(rows: Rows, earlier: Sequence[Back], lines: int = 1) -> Rows:
-    """The rows with what was followed backwards; lines: 2 for fields.
+def with_earlier(rows: Rows, back: Back, first: Ints, lines: int = 1) -> Rows:
+    """The rows with what was followed backwards before the first sample (n,) of each target; lines: 2 for fields.
 
-    Each target was followed backwards alone: where it came to what another one shows, neither is measured.
+    Where a target came to what another one shows, neither is measured.
     """
-    if not earlier:
-        return rows
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
-    for back in earlier:
-        i, before = int(back.track[0]), back.rows
-        k = len(before.flag)
-        values[:, :k, i] = before.values[..., 0]
-        corner[:k, i] = before.corner[:, 0]
-        flag[:k, i] = before.flag[:, 0] & ~RECOVERED
-    for back in earlier:
-        _neither(values, flag, int(back.track[0]), np.arange(len(back.rows.flag)), lines)
+    for j, i in enumerate(back.track.tolist()):
+        k = slice(int(first[i]))
+        values[:, k, i] = back.rows.values[:, k, j]
+        corner[k, i] = back.rows.corner[k, j]
+        flag[k, i] = back.rows.flag[k, j] & ~RECOVERED
+    for i in back.track.tolist():
+        _neither(values, flag, i, np.arange(first[i]), lines)
     return Rows(values, corner, flag, rows.total_pixels)
 
 

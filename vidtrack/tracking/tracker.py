@@ -291,10 +291,7 @@ class Tracker:
         together = lost[touched(predicted[lost], self.state.sizes(sample.lines, lost))]
         if not np.isin(lost_now, together).any():
             return predicted
-        times, positions = self.record.recent()
-        if not times.size:
-            return predicted
-        occlusions.begin(together, times, positions)
+        occlusions.begin(together, *self.record.recent(), (self.state.times, self.state.positions))
         met = together[occlusions.met[together]]
         where = predicted.copy()
         where[met] = occlusions.at(met, np.array([sample.time]))[0]

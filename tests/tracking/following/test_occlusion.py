@@ -94,6 +94,27 @@ def test_how_far_a_course_goes_astray_is_seen_by_how_it_went_before(hz):
         assert occlusions.astray(np.zeros(1, int), len(known) + 3.0) < 0.1
 
 
+def test_the_way_to_its_first_sample_is_the_course_of_a_target_that_touches_as_soon_as_it_begins():
+    times = np.arange(-4.0, 1.0)
+    straight = np.array([50.0, 60.0]) + times[:, None] * (3.0, -8.0)
+    way = np.stack([straight, np.full((5, 2), np.nan), np.full((5, 2), np.nan)], axis=1)
+    way[-1, 1] = 90.0, 60.0  # of one place no course is known
+    who = np.arange(3)
+    occlusions = Occlusions(3)
+    occlusions.begin(who, np.zeros(0), np.zeros((0, 0, 2)), (times, way))
+    assert occlusions.met.tolist() == [True, False, False]
+    once = np.full((1, 3, 2), np.nan)
+    once[0, 0] = straight[-1]
+    for recorded in (np.zeros((0, 3, 2)), once):
+        occlusions = Occlusions(3)
+        occlusions.begin(who, np.zeros(len(recorded)), recorded, (times, way))
+        assert np.allclose(occlusions.at(who[:1], np.array([2.0]))[0, 0], [56.0, 44.0], atol=0.1)
+    longer = np.tile([[[70.0, 70.0]]], (8, 3, 1))
+    occlusions = Occlusions(3)
+    occlusions.begin(who, np.arange(-7.0, 1.0), longer, (times, way))
+    assert np.allclose(occlusions.at(who, np.array([2.0])), 70.0)
+
+
 def test_neither_of_two_that_touch_is_clear_unless_both_are():
     size = np.full((4, 2), 8.0)
     position = np.array([[[20.0, 20], [29, 20], [60, 60], [100, 20]]])

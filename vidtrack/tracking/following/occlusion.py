@@ -35,6 +35,7 @@ class Occlusion:
     astray_px          at most so far from its course is a target sought
     parting_px         between targets within which they are still sought together
     lasting            positions that are known of another track that is fitted with a target: glitter lasts for fewer
+    begun              positions, below which the way on which a target came to its first sample says more of its course
     """
 
     touching_px: float = 2.0
@@ -50,6 +51,7 @@ class Occlusion:
     astray_px: float = 60.0
     parting_px: float = 4.0
     lasting: int = 6
+    begun: int = 3
 
 
 OCCLUSION = Occlusion()
@@ -66,13 +68,18 @@ class Occlusions:
         self._unsteady = np.zeros(n)
         self._history: dict[int, tuple[Array, Array]] = {}
 
-    def begin(self, who: Ints, times: Array, positions: Array) -> None:
-        """Targets `who` touch after the samples at `times` (m,), positions (m, n, 2) px."""
+    def begin(self, who: Ints, times: Array, positions: Array, ways: tuple[Array, Array] | None = None) -> None:
+        """Targets `who` touch after the samples at `times` (m,), positions (m, n, 2) px.
+
+        ways  the same with the ways on which targets came to their first sample: they count while they say more
+        """
         for i in who[~self.met[who]].tolist():
-            known = np.flatnonzero(np.isfinite(positions[:, i, 0]))[-OCCLUSION.remembered :]
-            if not known.size:
+            history = _known(i, times, positions)
+            if ways is not None and history[0].size < OCCLUSION.begun <= (way := _known(i, *ways))[0].size:
+                history = way
+            if not history[0].size:
                 continue
-            self._history[i] = times[known], positions[known, i]
+            self._history[i] = history
             self._continue(i)
             self._unsteady[i] = _unsteady(*self._history[i])
             self.met[i] = True
@@ -140,6 +147,14 @@ class Occlusions:
     def shift(self, who: Ints, by: Array) -> None:
         """Move the courses of targets that are seen as one blob by (2,) px."""
         self._course[0, who] += by
+
+
+def _known(i: int, times: Array, positions: Array) -> tuple[Array, Array]:
+    """When and where one of n targets was measured last, of times (m,), positions (m, n, 2) px."""
+    if not times.size:
+        return np.zeros(0), np.zeros((0, 2))
+    known = np.flatnonzero(np.isfinite(positions[:, i, 0]))[-OCCLUSION.remembered :]
+    return times[known], positions[known, i]
 
 
 def _unsteady(times: Array, positions: Array) -> float:
