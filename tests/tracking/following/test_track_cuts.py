@@ -86,6 +86,16 @@ def test_a_course_that_bends_sharply_is_no_jump():
     assert spans(cut(rows_of(bounce))) == [(0, 39)]
 
 
+def test_a_sample_that_bends_before_a_jump_is_of_neither_side():
+    """Two fall beside each other and bounce at once: each is nearer to where the other was expected."""
+    k = np.arange(40.0)
+    falls = np.stack([np.full(40, 76.0), 100 + 30 * k], axis=-1)
+    rises = np.stack([np.full(40, 67.0), 702 - 30 * (k - 20)], axis=-1)  # the other one, once both have bounced
+    assert spans(cut(rows_of(np.where(k[:, None] < 20, falls, rises)[:, None]))) == [(0, 19), (20, 20), (21, 39)]
+    sideways = np.where(k[:, None] < 20, falls, falls - (9.0, 0.0))  # as far, and no jump at all
+    assert spans(cut(rows_of(sideways[:, None]))) == [(0, 39)]
+
+
 def others_of(k, track, first, at):
     values = np.ones((MEASURED, k))
     values[:2], values[PIXELS], values[CONTRAST] = at, 50, 100

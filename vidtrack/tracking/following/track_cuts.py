@@ -130,6 +130,9 @@ def _reasons(track: Ints, sample: Ints, values: Array, flag: NDArray[np.int64], 
 def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
     """Rows (N,) that are not where the two before them in the track, without a gap, lead to, nor on the way to where
     the next ones go: a change of course that stays is one jump, and a course that bends none.
+
+    A row that bends before a jump is of neither side for certain: of two that bounce at once, each may be where the
+    other was expected.
     """
     at = values[POSITION]
     bend = np.zeros(track.size)
@@ -139,6 +142,7 @@ def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
     size = 2 * np.sqrt(values[PIXELS] / np.pi)
     jump: Bools = bend > np.maximum(CERTAINTY.jump_px, CERTAINTY.jump_sizes * size)
     jump[1:] &= ~jump[:-1]  # the sample after a jump bends back
+    jump[:-1] |= jump[1:] & (bend[:-1] > CERTAINTY.jump_px)  # 0 unless it is of the same track
     return jump
 
 
