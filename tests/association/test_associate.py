@@ -34,9 +34,11 @@ def test_thirty_targets_each_lost_for_a_second_are_thirty_trajectories(n_cameras
     assert (found.lead > np.log(1000)).all()
 
 
-def test_balls_that_bounce_are_one_trajectory_each_though_their_tracklets_end_at_every_bounce():
+@pytest.mark.parametrize("unseen", [0, 2])
+def test_balls_that_bounce_are_one_trajectory_each_though_their_tracklets_end_at_every_bounce(unseen):
+    """unseen: samples after each bounce in which one of three cameras does not see the ball."""
     rng = np.random.default_rng(5)
-    cameras = thesis_rig(2)
+    cameras = thesis_rig(3)
     t = np.arange(T.size)
     fall = [(t + phase) % 23 for phase in (3, 18)]
     up = np.stack([s * (22.5 - s) * 0.1 for s in fall])  # in: 13 up, at 2.3 a sample
@@ -44,8 +46,11 @@ def test_balls_that_bounce_are_one_trajectory_each_though_their_tracklets_end_at
     tracks = [project(c, p) + rng.normal(0, 0.1, (2, t.size, 2)) for c in cameras]
     piece = np.stack([np.cumsum(np.diff(s, prepend=s[0]) < 0) for s in fall]) + np.array([[0], [10]])
     owner = np.unique(piece, return_inverse=True)[1].ravel()
-    sd = np.full((owner.size, 2), 0.1)
-    pieces = [tracklets_of(owner, np.tile(t, 2), track.reshape(-1, 2), sd) for track in tracks]
+    pieces = []
+    for track, hidden in zip(tracks, (0, 0, unseen), strict=True):
+        kept = (np.stack(fall) >= hidden).ravel()
+        sd = np.full((kept.sum(), 2), 0.1)
+        pieces.append(tracklets_of(owner[kept], np.tile(t, 2)[kept], track.reshape(-1, 2)[kept], sd))
     found = associate(cameras, pieces, targets=2)
     of = np.arange(pieces[0].n) >= len(np.unique(piece[0]))
     for own in found.trajectory:

@@ -130,6 +130,8 @@ class Bridges:
         groups = self.groups
         if len(groups.members[g]) > len(groups.members[h]):
             g, h = h, g
+        (a, b), (c, d) = groups.span[g], groups.span[h]
+        whole = 0 < max(a, c) - min(b, d) <= BOUNCES  # other cameras saw it when this one did not
         for camera, (few, many) in enumerate(zip(groups.spans[g], groups.spans[h], strict=True)):
             if not many:
                 continue
@@ -137,21 +139,24 @@ class Bridges:
                 k = bisect_left(many, (first, -1, -1))
                 before = k > 0 and many[k - 1][1] < first and (not i or few[i - 1][0] < many[k - 1][0])
                 after = k < len(many) and many[k][0] > last and (i + 1 == len(few) or few[i + 1][0] > many[k][0])
-                if before and not self._reached(camera, many[k - 1][2], node):
+                if before and not self._reached(camera, many[k - 1][2], node, whole):
                     return False
-                if after and not self._reached(camera, node, many[k][2]):
+                if after and not self._reached(camera, node, many[k][2], whole):
                     return False
         return True
 
-    def _reached(self, camera: int, one: int, other: int) -> bool:
-        """Whether a tracklet can go on as another one of the same picture, that begins after its end."""
+    def _reached(self, camera: int, one: int, other: int, whole: bool = False) -> bool:
+        """Whether a tracklet can go on as another one of the same picture, that begins after its end.
+
+        whole  nothing is missing between the groups that they are of: it may have bounced, however long its own gap is
+        """
         motion = self.pictures[camera]
         (x, y), v, sd = self.tails[one]
         (X, Y), w, _ = self.heads[other]
         gap = self.first[other] - self.last[one]
         if hypot(X - x, Y - y) > FASTER * motion.fastest * gap + 10 * sd:
             return False
-        if gap <= BOUNCES:  # it may have bounced: its place goes on, its velocity need not
+        if whole or gap <= BOUNCES:  # it may have bounced: its place goes on, its velocity need not
             return True
         bend = FASTER * motion.sharpest * gap * (gap + 3) / 2 + 10 * sd * (1 + gap)
         return (v is None or hypot(X - x - gap * v[0], Y - y - gap * v[1]) <= bend) and (
