@@ -46,6 +46,16 @@ def test_stamps_of_arrival_give_way_to_the_even_rate_of_the_sensor():
     assert [finding.code for finding in said] == ["time-stamps-late"]
 
 
+def test_each_sample_counts_by_its_own_sd():
+    """Sd that differ by some per cent from sample to sample, as real ones do, are weights, not a scale of positions."""
+    even, stamps = stamps_with_jitter()
+    rows = rows_of(even, 3.0)
+    rows.values[[SD_X, SD_Y]] *= np.random.default_rng(2).uniform(0.8, 1.25, (2, N, 1))
+    clock, said = chosen_clock(BASE, stamps, rows, 1)
+    assert [finding.code for finding in said] == ["time-stamps-late"]
+    np.testing.assert_allclose(clock.seconds(stamps), even, atol=1e-9)
+
+
 def test_where_nothing_moves_the_stamps_stand_and_it_is_said():
     even, stamps = stamps_with_jitter()
     clock, said = chosen_clock(BASE, stamps, rows_of(even, 0.0), 1)

@@ -112,8 +112,10 @@ def _roughness(time: Array, rows: Rows) -> float:
                 continue
             t = time[here] - time[here].mean()
             powers = np.vander(t / np.abs(t).max(), LIMITS.degree + 1)
-            values = rows.values[[X, Y]][:, here, target] / np.maximum(rows.values[[SD_X, SD_Y]][:, here, target], 1e-3)
-            off = values.T - powers @ np.linalg.lstsq(powers, values.T, rcond=None)[0]
-            total += float((off**2).sum())
+            for axis, own_sd in ((X, SD_X), (Y, SD_Y)):
+                sd = np.maximum(rows.values[own_sd, here, target], 1e-3)
+                design, values = powers / sd[:, None], rows.values[axis, here, target] / sd
+                off = values - design @ np.linalg.lstsq(design, values, rcond=None)[0]
+                total += float((off**2).sum())
             windows += 1
     return total / windows if windows >= LIMITS.windows else np.nan
