@@ -73,6 +73,9 @@ def test_a_browser_s_thousand_frames_a_second_are_measured_instead():
         stated_rate(opened, told)
 
 
+MS = Fraction(1, 1000)
+
+
 @pytest.mark.parametrize(
     ("kind", "told", "duration"),
     [
@@ -81,8 +84,18 @@ def test_a_browser_s_thousand_frames_a_second_are_measured_instead():
         ("mov,mp4,m4a,3gp,3g2,mj2", {"frames": 9, "duration": 75, "time_base": Fraction(1, 25), "metadata": {}}, 3),
         (
             "matroska,webm",
-            {"frames": 0, "duration": 9, "metadata": {"DURATION": "01:02:03.500000000"}},
+            {"start_time": 0, "time_base": MS, "metadata": {"DURATION": "01:02:03.500000000"}},
             Fraction(7447, 2),
+        ),
+        (  # the first picture is stamped 1.4 s, and the length counted from 0
+            "matroska,webm",
+            {"start_time": 1400, "time_base": MS, "metadata": {"DURATION": "00:00:03.400000000"}},
+            2,
+        ),
+        (  # counted from the first picture, whose stamp is a time of day
+            "matroska,webm",
+            {"start_time": 36_000_000, "time_base": MS, "metadata": {"DURATION": "00:00:03.400000000"}},
+            Fraction(17, 5),
         ),
         ("matroska,webm", {"frames": 0, "duration": 9, "metadata": {"DURATION": "long"}}, None),
         ("mpeg", {"frames": 0, "duration": 75, "time_base": Fraction(1, 25), "metadata": {}}, None),

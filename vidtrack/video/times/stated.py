@@ -93,7 +93,10 @@ def stated_duration(container: Any, stream: Any, rate: Fraction) -> Fraction | N
         return Fraction(stream.duration) * Fraction(stream.time_base)
     tag = stream.metadata.get("DURATION", "")  # Matroska, 00:01:02.345000000
     if found := re.fullmatch(r"([0-9]{1,6}):([0-9]{1,2}):([0-9]{1,2}(?:\.[0-9]{0,12})?)", tag):
-        return Fraction(found[3]) + 60 * int(found[2]) + 3600 * int(found[1])
+        end = Fraction(found[3]) + 60 * int(found[2]) + 3600 * int(found[1])
+        first = Fraction(stream.start_time or 0) * Fraction(stream.time_base or 1)
+        # ASSUME: counted from the file's time 0, as libavformat writes it; other programs count from the first picture
+        return end - first if 0 < first < end else end
     return None
 
 
