@@ -40,6 +40,20 @@ def test_a_ball_swings_that_moves_by_much_and_by_more_than_the_others(scatter, n
     assert all((f.level, f.code) == ("doubtful", "ball-swings") for f in found)
 
 
+def test_all_balls_of_a_frame_that_swings_are_one_finding_though_none_moves_by_more_than_the_others():
+    (found,) = swinging(rows(scatter=[0.9, 1.1, 1.0, 1.2]), "cam1")
+    assert found.text == "calibration/row1: tags 1, 2, 3, 4 move up to 1.20 px rms within the clip of camera cam1."
+    assert "the camera that shakes" in found.cure
+
+
+def test_each_clip_has_a_finding_of_its_own():
+    found = swinging(rows(clip=["a", "a", "b", "b"], scatter=[0.9, 0.02, 1.0, 1.2]), "cam1")
+    assert [f.text.split(" px")[0] for f in found] == [
+        "calibration/a: tag 1 moves 0.90",
+        "calibration/b: tags 3, 4 move up to 1.20",
+    ]
+
+
 @pytest.mark.parametrize(
     ("apart", "sd", "said"), [(0.6, 0.01, True), (DISAGREE - 0.01, 0.01, False), (0.6, 0.1, False)]
 )
@@ -49,6 +63,13 @@ def test_two_clips_disagree_on_a_tag_by_more_than_noise_explains(apart, sd, said
     assert len(found) == said
     if said:
         assert found[0].text == "calibration/b: tag 1 of camera cam1 lies (+0.6, +0.0) px from where a has it."
+
+
+def test_many_tags_of_which_two_clips_disagree_are_one_finding():
+    tags = [str(k) for k in range(8)]
+    one = pd.DataFrame({"clip": "a", "tag": tags, "found": True, "Xf": 10.0, "Yf": 20.0, "sd_x": 0.05, "sd_y": 0.05})
+    (found,) = disagreeing(pd.concat([one, one.assign(clip="b", Xf=13.0)], ignore_index=True), "cam1")
+    assert "calibration/b: tags 0, 1, 2, 3, 4, 5, 6, 7 of camera cam1 lie (+3.0, +0.0) px (median)" in found.text
 
 
 def test_a_tag_that_was_not_found_disagrees_with_nothing():

@@ -11,6 +11,7 @@ from vidtrack.findings import Finding
 from vidtrack.labelling.label import Labels
 from vidtrack.labelling.naming_doubts import Case, odd_picks, picked_alone
 from vidtrack.labelling.shot import SWING
+from vidtrack.naming import some_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,6 +21,15 @@ DISAGREE = 0.5
 
 ONE_PLACE = 0.05
 """Of the usual distance between neighbours: tags that points.csv has nearer to each other are at one place."""
+
+SWING_OF_ALL = 2 * SWING
+"""px rms within a clip that is movement, however the others scatter: noise and tapes that jitter stay below it."""
+
+MOST_SWING = 0.7
+"""Share of a clip's balls of which it is the frame that swings, or the camera that shakes."""
+
+EACH = 3
+"""Findings of one kind and clip, at most; of more tags they are one."""
 
 
 def doubt(code: str, text: str, cure: str) -> Finding:
@@ -94,31 +104,39 @@ def coinciding(rows: pd.DataFrame) -> list[Finding]:
 
 
 def swinging(rows: pd.DataFrame, camera: str) -> list[Finding]:
-    """Balls that move within their clip."""
-    bad = rows[(rows["scatter"] > SWING) & (rows["scatter"] > 5 * rows["scatter"].median())]
-    return [
-        doubt(
-            "ball-swings",
-            f"calibration/{row['clip']}: tag {row['tag']} moves {row['scatter']:.2f} px rms within the clip of camera "
-            f"{camera}.",
-            "Let it come to rest.",
-        )
-        for _, row in bad.iterrows()
-    ]
+    """Balls that move within their clip, each clip's together; of a frame that swings, or a camera that shakes, all."""
+    usual = float(rows["scatter"].median())
+    moves = (rows["scatter"] > SWING) & ((rows["scatter"] > 5 * usual) | (rows["scatter"] > SWING_OF_ALL))
+    findings = []
+    for clip, own in rows[moves].groupby("clip", sort=False):
+        tags, px = own["tag"].astype(str).tolist(), float(own["scatter"].max())
+        shown = int(rows.loc[rows["clip"] == clip, "found"].sum())
+        which = f"tag {tags[0]} moves {px:.2f}" if len(tags) == 1 else f"tags {some_of(tags)} move up to {px:.2f}"
+        cure = "Let it come to rest." if len(tags) == 1 else "Let them come to rest."
+        if 1 < len(tags) > MOST_SWING * shown:
+            cure += " Where it is the camera that shakes, put it on a firm stand. Leave out what moves by detect.start."
+        text = f"calibration/{clip}: {which} px rms within the clip of camera {camera}."
+        findings.append(doubt("ball-swings", text, cure))
+    return findings
 
 
 def disagreeing(rows: pd.DataFrame, camera: str) -> list[Finding]:
-    """Tags that several clips show at different places."""
-    lines = []
+    """Tags that several clips show at different places: the tags of two clips together, where there are many."""
+    apart: dict[tuple[str, str], list[tuple[str, float, float]]] = {}
     for tag, own in rows[rows["found"]].groupby("tag", sort=False):
         first = own.iloc[0]
         for _, other in own.iloc[1:].iterrows():
             dx, dy = other["Xf"] - first["Xf"], other["Yf"] - first["Yf"]
             noise = float(np.linalg.norm([first["sd_x"], first["sd_y"], other["sd_x"], other["sd_y"]]))
             if np.hypot(dx, dy) > max(DISAGREE, 5 * noise):
-                text = (
-                    f"calibration/{other['clip']}: tag {tag} of camera {camera} lies ({dx:+.1f}, {dy:+.1f}) px from "
-                    f"where {first['clip']} has it."
-                )
-                lines.append(doubt("clips-disagree", text, "Did the ball or the camera move? Record the clip again."))
-    return lines
+                apart.setdefault((str(other["clip"]), str(first["clip"])), []).append((str(tag), dx, dy))
+    cure = "Did the ball or the camera move? Record the clip again."
+    findings = []
+    for (clip, where), tags in apart.items():
+        texts = [f"tag {tag} of camera {camera} lies ({dx:+.1f}, {dy:+.1f}) px from where" for tag, dx, dy in tags]
+        if len(tags) > EACH:
+            dx, dy = np.median([own[1:] for own in tags], axis=0)
+            named = some_of([own[0] for own in tags])
+            texts = [f"tags {named} of camera {camera} lie ({dx:+.1f}, {dy:+.1f}) px (median) from where"]
+        findings += [doubt("clips-disagree", f"calibration/{clip}: {text} {where} has it.", cure) for text in texts]
+    return findings
