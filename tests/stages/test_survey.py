@@ -86,6 +86,40 @@ def test_a_wrong_pick_in_one_camera_is_named_with_its_size(eight):
     assert "mm at its distance" in finding.text
 
 
+GRID = P.mean(0) + np.stack(np.meshgrid([-1, 0, 1], [-1.5, -0.5, 0.5, 1.5], [-1, 0, 1], indexing="ij"), -1).reshape(
+    -1, 3
+) * np.ptp(P, axis=0) / [2, 3, 2]
+"""Points of three clips, one behind another."""
+
+
+def of_three_clips(survey, b):
+    own = {
+        f"cam{i + 1}": pd.DataFrame(
+            {"tag": np.arange(36).astype(str), **dict(zip("xyz", survey.T, strict=True)), "Xf": s[:, 0], "Yf": s[:, 1]}
+        ).assign(clip=np.repeat(["a", "b", "c"], 12), found=True, reason="", sd_x=0.1, sd_y=0.1, frames=30)
+        for i, s in enumerate(b)
+    }
+    return judge_survey(own, dict.fromkeys(own, SIZE), units="mm")
+
+
+@pytest.mark.parametrize("px", [(12, -7), (6, -4), (20, 10), (30, 0)])
+def test_a_camera_that_was_moved_for_one_clip_is_named_and_not_the_survey(eight, px):
+    """Of two cameras: both agree on another place for each point whichever of them was moved."""
+    b = seen(eight[0][:2], GRID, np.random.default_rng(1), 0.1)
+    b[0, 12:24] += px
+    (finding,) = of_three_clips(GRID, b).findings
+    assert finding.code == "clip-of-another-view"
+    assert "cam1 alone sees the points of clip" in finding.text
+
+
+@pytest.mark.parametrize("shift", [(60, 0, 30), (0, 60, 0), (-40, 40, 20)])
+def test_a_clip_that_was_surveyed_wrongly_is_the_survey_s(eight, shift):
+    survey = GRID.copy()
+    survey[12:24] += shift
+    found = of_three_clips(survey, seen(eight[0][:2], GRID, np.random.default_rng(1), 0.1))
+    assert [f.code for f in found.findings] == ["wire-misplaced"]
+
+
 def test_a_tag_in_several_clips_is_named_once(eight):
     cameras, _, _ = eight
     survey = P.copy()

@@ -24,6 +24,13 @@ from vidtrack.geometry.jacobian import derivatives
 MOST_SAID = 6
 """Findings of single sights of one camera that are shown."""
 
+MOST_OF_CLIP = 0.75
+"""Share of a clip's points that must lie elsewhere for the clip to do."""
+
+ALONE_PX, ALONE = 1.0, 8.0
+"""px rms by which one camera sees a clip elsewhere, and times farther than any other, for the camera to have moved: a
+frame that was surveyed wrongly both cameras see off, but for one that looks along the way it was moved."""
+
 
 class JudgedSurvey(NamedTuple):
     """What the stage gives.
@@ -75,11 +82,17 @@ def judge_survey(
         return _nothing()
     names, tags = list(tables), [key[1] for key in shared.keys]
     about = _once(found, shared)
-    findings = [
+    said = np.zeros(found.mistaken.shape, bool)
+    moved = _moved_alone(names, shared, found, groups)
+    for i, mask, _ in moved:
+        about = about._replace(misplaced=about.misplaced & ~mask)
+        said[i] |= mask
+    findings = [finding for *_, finding in moved]
+    findings += [
         finding._replace(text=f"calibration: {finding.text}")
         for finding in survey_findings(Survey(tags, shared.p, about, units), groups)
     ]
-    findings += _mistaken(names, tags, shared, found, units)
+    findings += _mistaken(names, tags, shared, found._replace(mistaken=found.mistaken & ~said), units)
     left_out = {name: _reasons(shared, found, i, units) for i, name in enumerate(names)}
     return JudgedSurvey(left_out, _record(names, shared, found, left_out, units, findings), tuple(findings))
 
@@ -118,6 +131,52 @@ def _once(found: Placed, shared: SharedPoints) -> Placed:
         first[j] = shared.keys[j][1] not in seen
         seen.add(shared.keys[j][1])
     return found._replace(misplaced=found.misplaced & first, unclear=found.unclear & first)
+
+
+def _moved_alone(
+    names: list[str], shared: SharedPoints, found: Placed, groups: Sequence[tuple[str, Mask]]
+) -> list[tuple[int, Mask, Finding]]:
+    """Clips that lie elsewhere by one camera alone, and which camera: the others see their points as surveyed.
+
+    Two cameras agree on another place for each point whichever of them was moved; but a point that was surveyed wrongly
+    both of them see elsewhere. Names that are shifted by one lie a ball's distance off.
+    """
+    moved = []
+    for name, mask in groups:
+        off = {
+            i: shared.b_used[i, mask] - project(camera, shared.p[mask])
+            for i, camera in enumerate(found.cameras)
+            if camera is not None and np.isfinite(shared.b_used[i, mask, 0]).any()
+        }
+        px = {i: float(np.sqrt(np.nanmean((own**2).sum(-1)))) for i, own in off.items()}
+        if len(px) < 2 or not (found.misplaced | found.mistaken.any(0))[mask].mean() >= MOST_OF_CLIP:
+            continue
+        alone = max(px, key=lambda one: px[one])
+        rest = max(value for i, value in px.items() if i != alone)
+        apart = _neighbours(shared.b_used[alone, mask])
+        if not max(ALONE_PX, ALONE * rest) < px[alone] < apart / 2:
+            continue
+        camera = names[alone]
+        dx, dy = np.nanmedian(off[alone], axis=0)
+        text = (
+            f"calibration: {camera} alone sees the points of {name} elsewhere, ({dx:+.2g}, {dy:+.2g}) px from where "
+            f"the survey and its other clips have them; the other cameras see them there to {rest:.2g} px. "
+            "These points were not used."
+        )
+        cure = (
+            f"{camera} was moved or zoomed between its clips, or one of them is of another day: record its clips "
+            "again, all as it stands in the run, or leave out the one that differs."
+        )
+        moved.append((alone, mask, Finding("doubtful", "clip-of-another-view", text, cure)))
+    return moved
+
+
+def _neighbours(b: Array) -> float:
+    """The usual distance, px, between neighbours of b (n, 2)."""
+    known = b[np.isfinite(b[:, 0])]
+    apart = np.linalg.norm(known[:, None] - known[None], axis=-1)
+    np.fill_diagonal(apart, np.inf)
+    return float(np.median(apart.min(1))) if len(known) > 1 else 0.0
 
 
 def _mistaken(names: list[str], tags: list[str], shared: SharedPoints, found: Placed, units: str) -> list[Finding]:
