@@ -27,6 +27,7 @@ from vidtrack.location.cameras.views import Labels, View, balls_by_target, broug
 from vidtrack.location.cameras.wrong_pictures import wrong_pictures
 from vidtrack.location.clocks.clock_far_off import clock_far_off
 from vidtrack.location.clocks.common_moments import check_overlap, recorded_twice
+from vidtrack.location.clocks.cut_recording import cut_recordings
 from vidtrack.location.clocks.late_cameras import cameras_apart, late_cameras
 from vidtrack.location.clocks.readout_search import sought_readouts
 from vidtrack.location.clocks.run_clocks import run_clocks
@@ -229,6 +230,7 @@ def locate(
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
+    findings[:0] = cut_recordings(views, match, times, reach)
     alike = {name: looks for name, looks in (widths or {}).items() if not flat and name not in lit_otherwise}
     own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
     balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
