@@ -124,3 +124,43 @@ def test_a_record_that_says_nothing_of_aspect_and_rotation_has_square_pixels_upr
     assert picture_from_record({"width": 1, "height": 2, "sample_aspect": "8/9", "rotation": 90}) == Picture(
         1, 2, Fraction(8, 9), 90
     )
+
+
+def test_what_bars_leave_is_taken_for_the_calibrations_picture_and_that_is_said():
+    """Scaled by 1.25 into the middle of a larger picture: a pixel's middle lies where scaling and shift put it."""
+    shown, found = window(Picture(384, 288), Picture(640, 480, bars=(80, 60, 80, 60)), **HERE)
+    assert shown.scale == pytest.approx([1.25, 1.25])
+    assert shown.seen([[-0.5, -0.5], [383.5, 287.5]]) == pytest.approx(np.array([[79.5, 59.5], [559.5, 419.5]]))
+    assert [(f.level, f.code) for f in found] == [("doubtful", "picture-framed")]
+    assert "80 px at the left, 60 px at the top" in found[0].text
+    assert "crop: [-64, -48, 512, 384]" in found[0].cure
+    assert window(Picture(384, 288), Picture(640, 480), [-64, -48, 512, 384], **HERE) == (shown, [])
+
+
+def test_bars_in_a_picture_of_the_same_size_and_bars_of_the_calibration_count_as_well():
+    framed, plain = Picture(384, 288, bars=(38, 29, 39, 29)), Picture(384, 288)
+    shown, _ = window(plain, framed, **HERE)
+    assert shown.scale == pytest.approx([307 / 384, 230 / 288])
+    other, found = window(framed, plain, **HERE)
+    assert other.seen([[37.5, 28.5], [344.5, 258.5]]) == pytest.approx(np.array([[-0.5, -0.5], [383.5, 287.5]]))
+    assert [f.code for f in found] == ["picture-framed"]
+
+
+def test_the_same_bars_in_run_and_calibration_are_part_of_the_picture():
+    bars = Picture(640, 480, bars=(80, 60, 80, 60))
+    assert window(bars, bars._replace(bars=(81, 60, 80, 58)), **HERE) == (None, [])
+    half = Picture(320, 240, bars=(40, 30, 40, 30))
+    assert [f.code for f in window(bars, half, **HERE)[1]] == ["picture-scaled"]
+
+
+def test_bars_over_a_part_of_the_picture_are_doubted_and_bars_of_another_shape_and_size_refused():
+    part, found = window(Picture(384, 288), Picture(384, 288, bars=(0, 36, 0, 36)), **HERE)
+    assert part is None
+    assert [(f.level, f.code) for f in found] == [("doubtful", "picture-framed")]
+    assert "taken for a cover" in found[0].text
+    with pytest.raises(VidtrackError, match=r"bars about its picture .*none; .*another shape.*crop"):
+        window(Picture(384, 288), Picture(640, 480, bars=(0, 100, 0, 100)), **HERE)
+
+
+def test_a_record_tells_the_bars_of_its_picture():
+    assert picture_from_record({"width": 640, "height": 480, "bars": [80, 0, 80, 0]}).within == Picture(480, 480)

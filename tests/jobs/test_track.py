@@ -140,3 +140,20 @@ def test_nothing_is_measured_in_pictures_that_a_second_look_finds_damaged(tmp_pa
     assert set(record["damage_seen"]) >= set(range(20, last + 1))
     assert not len(tracklets) or tracklets["frame"].max() < 20
     assert "damage-seen" in [finding["code"] for finding in record["findings"]]
+
+
+@pytest.mark.parametrize(("wide", "bars"), [((0, 0), None), ((30, 24), [24, 30, 24, 30])])
+def test_the_bars_about_a_film_are_in_its_record(tmp_path, wide, bars):
+    rng = np.random.default_rng(0)
+    with av.open(str(clip := tmp_path / "cam1.mkv"), "w") as container:
+        stream = container.add_stream("ffv1", rate=Fraction(30))
+        stream.height, stream.width, stream.pix_fmt = 120 + 2 * wide[0], 160 + 2 * wide[1], "gray"
+        for i in range(20):
+            luma = picture((120, 160), [(40 + 2 * i, 60, 4.0)], level=40, contrast=90, noise=1.0, rng=rng)
+            luma = np.pad(luma, ((wide[0],) * 2, (wide[1],) * 2))
+            frame = av.VideoFrame.from_ndarray(luma, format="gray")
+            frame.pts, frame.time_base = i, Fraction(1, 30)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    record, _ = tracked(tmp_path, 0, clip)
+    assert record["video"].get("bars") == bars

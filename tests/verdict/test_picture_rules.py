@@ -11,11 +11,12 @@ def steadiness(**px_and_sd):
     return {"cameras": own}
 
 
+FRAMED = Finding("doubtful", "picture-framed", "runs.a: cam1 shows bars about its picture. So.", "Use files.")
 SCALED = Finding("doubtful", "picture-scaled", "runs.a: cam1 shows 8 x 6 px. It is taken for the same.", "Confirm it.")
 TURNED = Finding("bad", "rotation-differs", "runs.a: cam1's file says 90 degrees. Either way.", "Look at both.")
 
 
-@pytest.mark.parametrize("finding", [SCALED, TURNED])
+@pytest.mark.parametrize("finding", [SCALED, FRAMED, TURNED])
 def test_a_background_in_its_place_confirms_what_was_assumed(finding):
     (found,) = with_background([finding], steadiness(cam1=(0.05, 0.02)), "runs.a")
     assert found.level == "note"

@@ -27,6 +27,9 @@ from vidtrack.geometry.camera import Camera
 ROUNDING_PX = 1.0
 """Encoders round a scaled picture to whole, often even, columns and rows."""
 
+SAME_BARS_PX, SAME_BARS = 3.0, 0.01
+"""Px, and share of the picture, by which bars of one camera's films differ that are the same: softened by scaling."""
+
 
 class Picture(NamedTuple):
     """A recording's picture, as a player turns it.
@@ -34,16 +37,25 @@ class Picture(NamedTuple):
     width, height  px
     sample_aspect  width of a pixel over its height; 1 where nothing is said
     rotation       degrees, by which the file says that it was turned
+    bars           px at the left, top, right and bottom that show nothing: the film is set into a larger picture
     """
 
     width: int
     height: int
     sample_aspect: Fraction = Fraction(1)
     rotation: int = 0
+    bars: tuple[int, int, int, int] = (0, 0, 0, 0)
 
     @property
     def size(self) -> str:
         return f"{self.width} x {self.height}"
+
+    @property
+    def within(self) -> Picture:
+        """What the bars leave of it."""
+        left, top, right, bottom = self.bars
+        size = self.width - left - right, self.height - top - bottom
+        return self._replace(width=size[0], height=size[1], bars=(0, 0, 0, 0))
 
 
 class Window(NamedTuple):
@@ -89,7 +101,9 @@ class Window(NamedTuple):
 def picture_from_record(record: Mapping[str, Any]) -> Picture:
     """The picture as a record has it: width, height; sample_aspect and rotation where they are known."""
     aspect = Fraction(str(record.get("sample_aspect", "1")))
-    return Picture(int(record["width"]), int(record["height"]), aspect or Fraction(1), int(record.get("rotation", 0)))
+    left, top, right, bottom = (int(px) for px in record.get("bars", (0, 0, 0, 0)))
+    size, turn = (int(record["width"]), int(record["height"])), int(record.get("rotation", 0))
+    return Picture(*size, aspect or Fraction(1), turn, (left, top, right, bottom))
 
 
 def window(
@@ -107,6 +121,9 @@ def window(
         if np.allclose(given, (0, 0, calibrated.width, calibrated.height, calibrated.width, calibrated.height)):
             return None, found
         return given, [*found, *_squeezed(given, calibrated, run, camera, where)]
+    if _framed(calibrated, run):
+        part, other = _without_bars(calibrated, run, camera, where)
+        return part, [*found, other]
     if (calibrated.width, calibrated.height) == (run.width, run.height):
         return None, found
     if not _alike(calibrated, run):
@@ -121,6 +138,48 @@ def window(
         "shows, or calibrate with clips of the run's size."
     )
     return whole, [*found, Finding("doubtful", "picture-scaled", text, cure)]
+
+
+def _framed(calibrated: Picture, run: Picture) -> bool:
+    """Whether only one of two pictures has bars, or both have others."""
+    size = np.array([run.width, run.height] * 2)
+    scaled = np.array(calibrated.bars) * size / np.array([calibrated.width, calibrated.height] * 2)
+    return bool((np.abs(scaled - run.bars) > np.maximum(SAME_BARS_PX, SAME_BARS * size)).any())
+
+
+def _without_bars(calibrated: Picture, run: Picture, camera: str, where: str) -> tuple[Window | None, Finding]:
+    """What a run shows within its bars, taken for what its calibration shows within its own.
+
+    Raises VidtrackError where these have two shapes, and the pictures are of two sizes.
+    """
+    one, other = calibrated.within, run.within
+    text = f"{where}: {camera} shows {_bars(run)}, and its calibration {_bars(calibrated)}"
+    cure = "Use the camera's own files, not a recording of a player's window or an export into a larger picture"
+    if not _alike(one, other):
+        if (calibrated.width, calibrated.height) != (run.width, run.height):
+            raise VidtrackError(
+                f"{text}; without bars {other.size} px are left of the one and {one.size} px of the other, another "
+                f"shape. {cure}; or give `crop: [left, top, width, height]` for the run: the part of the "
+                "calibration's picture that it shows, bars and all (left and top may be below 0)."
+            )
+        text += ". They are taken for a cover: if the film was scaled or shifted to stand between them, all positions"
+        return None, Finding("doubtful", "picture-framed", f"{text} are wrong.", f"{cure}.")
+    sx, sy = other.width / one.width, other.height / one.height
+    left, top = calibrated.bars[0] - run.bars[0] / sx, calibrated.bars[1] - run.bars[1] / sy
+    part = Window(left, top, run.width / sx, run.height / sy, run.width, run.height)
+    text += (
+        f". What they leave, {other.size} px, is taken for the {one.size} px of its calibration, scaled: good to a "
+        "pixel, and wrong if it is only a part of them."
+    )
+    crop = ", ".join(f"{value:g}" for value in np.round(part[:4], 1))
+    return part, Finding("doubtful", "picture-framed", text, f"{cure}; or confirm it by `crop: [{crop}]` for the run.")
+
+
+def _bars(picture: Picture) -> str:
+    """Its bars in words."""
+    wide = dict(zip(("left", "top", "right", "bottom"), picture.bars, strict=True))
+    named = [f"{px} px at the {side}" for side, px in wide.items() if px]
+    return f"bars about its picture ({', '.join(named)})" if named else "none"
 
 
 def _alike(a: Picture, b: Picture) -> bool:

@@ -17,6 +17,7 @@ from vidtrack.findings import as_records
 from vidtrack.memory import give_back_memory
 from vidtrack.progress import Progress, announce
 from vidtrack.stages.track import Tracked, track, untracked
+from vidtrack.steadiness.bars import bars_of
 from vidtrack.steadiness.samples import BackgroundSamples
 from vidtrack.steadiness.series import Targets, background_course
 from vidtrack.timing.excerpt import between
@@ -83,7 +84,7 @@ def run(job: Job) -> None:
     record = {
         "run": settings["run"],
         "camera": camera,
-        "video": _video_record(info) | ({"readout": stated.as_record()} if stated else {}),
+        "video": _video_record(info) | _bars(samples, info.bits) | ({"readout": stated.as_record()} if stated else {}),
         "time": {
             "source": info.time.source,
             "rate": str(info.rate),
@@ -157,6 +158,14 @@ def _begun(samples: BackgroundSamples, bits: int) -> NDArray[np.uint16]:
     """The picture with which the recording begins; one px where no frame of it is good."""
     picture = np.zeros((1, 1)) if samples.reference is None else samples.reference * (255 / (2**bits - 1))
     return np.asarray(np.rint(picture * GREY_LEVEL), np.uint16)
+
+
+def _bars(samples: BackgroundSamples, bits: int) -> dict[str, Any]:
+    """The bars about the picture, where there are any, as a record has them."""
+    if samples.reference is None:
+        return {}
+    found = bars_of(samples.reference * (255 / (2**bits - 1)), samples.block)
+    return {"bars": list(found)} if any(found) else {}
 
 
 def _video_record(info: VideoInfo) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from vidtrack.findings import Finding
 
-ASSUMED = frozenset(("picture-scaled", "rotation-differs", "pixel-shape-differs"))
+ASSUMED = frozenset(("picture-scaled", "picture-framed", "rotation-differs", "pixel-shape-differs"))
 """Findings of assumptions that a background confirms."""
 
 APART = frozenset(
