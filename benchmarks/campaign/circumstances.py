@@ -27,6 +27,7 @@ from benchmarks.campaign.edited import EDITED
 from benchmarks.campaign.instruments import INSTRUMENTS
 from benchmarks.campaign.light import LIGHT
 from benchmarks.campaign.mixed_up import MIXED_UP
+from benchmarks.campaign.played import PLAYED
 from benchmarks.campaign.rain import RAIN
 from benchmarks.campaign.reported import REPORTED
 from benchmarks.campaign.scenes import APART, DURATION_S, RATE, gap_of, motion_of
@@ -371,4 +372,5 @@ CIRCUMSTANCES: dict[str, Circumstance] = {
     **REPORTED,
     **INSTRUMENTS,
     **RAIN,
+    **PLAYED,
 }

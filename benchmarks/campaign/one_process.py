@@ -180,17 +180,19 @@ class _Jobs:
             light = [f"{folder}/light/{c}.parquet" for c in cameras]
             inputs = {"videos": list(run.videos.values()), "light": light, "readings": readings}
             self._do("clocks", clocks, inputs, {"record": f"{folder}/clocks.json"}, name)
-        plane = settings.runs[name].mode == "plane" if name in settings.runs else False
-        calibrated = [] if plane else [f"{calibration}/{c}/background.png" for c in cameras]
-        of_each = {
-            name: [] if plane else [f"{calibration}/{c}/{name}.{kind}" for c in cameras]
-            for name, kind in {
-                "camera": "json",
-                "points": "parquet",
-                "sightings": "parquet",
-                "labelling": "json",
-            }.items()
+        own = settings.runs.get(name)
+        in_plane = own is not None and own.mode == "plane"
+        of_clips = bool(own and own.plane and own.plane.points) if in_plane else True
+
+        def of_each(file: str, used: bool) -> list[str]:
+            return [f"{calibration}/{c}/{file}" for c in cameras] if used else []
+
+        calibration_files = {
+            "cameras": of_each("camera.json", not in_plane),
+            "points": of_each("points.parquet", not in_plane),
+            "labelling": of_each("labelling.json", of_clips),
         }
+        sightings = of_each("sightings.parquet", of_clips)
         self._do(
             "steadiness",
             orders.steadiness(settings, experiment, name),
@@ -198,11 +200,9 @@ class _Jobs:
                 "backgrounds": [f"{folder}/background/{c}.parquet" for c in cameras],
                 "pictures": [f"{folder}/background/{c}.png" for c in cameras],
                 "readings": readings,
-                "cameras": of_each["camera"],
-                "points": of_each["points"],
-                "sightings": of_each["sightings"],
-                "labelling": of_each["labelling"],
-                "calibrated": calibrated,
+                **calibration_files,
+                "sightings": sightings,
+                "calibrated": of_each("background.png", of_clips),
             },
             {"table": f"{folder}/steadiness.parquet", "record": f"{folder}/steadiness.json"},
             name,
@@ -215,9 +215,8 @@ class _Jobs:
                 "readings": readings,
                 "tracklets": [f"{folder}/tracklets/{c}.parquet" for c in cameras],
                 "windows": [f"{folder}/windows/{c}.parquet" for c in cameras],
-                "cameras": of_each["camera"],
-                "points": of_each["points"],
-                "labelling": of_each["labelling"],
+                **calibration_files,
+                "sightings": sightings if in_plane else [],
                 "steadiness": f"{folder}/steadiness.parquet" if settings.calibration.follow else [],
                 "clocks": f"{folder}/clocks.json" if clocks["sought"] else [],
             },
