@@ -192,8 +192,7 @@ def locate(
     same = not located.disagree.any() and (noise.each == noise.whole).all()
     whole = located if same else points_of(sd=quick)
     misses = sight_misses(rig, uncertainties, joint, whole, b, quick, at, _shares(views, rolling, b))
-    if max_miss is not None:
-        located = without_far(located, max_miss)
+    located = located if max_miss is None else without_far(located, max_miss)
     grown = with_grown_sigma(located, sd)
 
     def of_some(which: Bools, own_sd: Array) -> Located:
@@ -208,8 +207,7 @@ def locate(
     nothing = [unseen(v, own, t, at, located.point) for v, own, t in zip(views, seen, times, strict=True)]
     table["flag"] = sample_flags(views, seen, match, located, max_miss, nothing).ravel()
     table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
-    outside = _outside(points, volume, table)
-    if outside is not None:
+    if (outside := _outside(points, volume, table)) is not None:
         table["outside"] = outside > 0
     record: dict[str, Any] = {"mode": "space", "units": units, "cameras": [v.name for v in views]}
     record |= {"clocks": clock_record(views, given, timed), "volume": volume_record(outside, units)}
