@@ -91,7 +91,13 @@ def test_a_sample_that_bends_before_a_jump_is_of_neither_side():
     k = np.arange(40.0)
     falls = np.stack([np.full(40, 76.0), 100 + 30 * k], axis=-1)
     rises = np.stack([np.full(40, 67.0), 702 - 30 * (k - 20)], axis=-1)  # the other one, once both have bounced
-    assert spans(cut(rows_of(np.where(k[:, None] < 20, falls, rises)[:, None]))) == [(0, 19), (20, 20), (21, 39)]
+    swapped = np.where(k[:, None] < 20, falls, rises)[:, None]
+    other = np.where(
+        k[:, None] < 20, np.stack([rises[:, 0], falls[:, 1] + 40], axis=-1), rises + np.array([9.0, -20.0])
+    )[:, None]
+    both = np.concatenate([swapped, other], axis=1)
+    assert spans(cut(rows_of(both))) == [(0, 19), (20, 20), (21, 39), (0, 19), (20, 39)]
+    assert spans(cut(rows_of(swapped))) == [(0, 20), (21, 39)]  # alone it bounced
     sideways = np.where(k[:, None] < 20, falls, falls - (9.0, 0.0))  # as far, and no jump at all
     assert spans(cut(rows_of(sideways[:, None]))) == [(0, 39)]
 

@@ -131,8 +131,8 @@ def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
     """Rows (N,) that are not where the two before them in the track, without a gap, lead to, nor on the way to where
     the next ones go: a change of course that stays is one jump, and a course that bends none.
 
-    A row that bends before a jump is of neither side for certain: of two that bounce at once, each may be where the
-    other was expected.
+    A row that bends before a jump is of neither side for certain where another track jumps too, no farther away than
+    the jump is: of two that bounce at once, each may be where the other was expected.
     """
     at = values[POSITION]
     bend = np.zeros(track.size)
@@ -142,7 +142,11 @@ def _jumps(track: Ints, sample: Ints, values: Array) -> Bools:
     size = 2 * np.sqrt(values[PIXELS] / np.pi)
     jump: Bools = bend > np.maximum(CERTAINTY.jump_px, CERTAINTY.jump_sizes * size)
     jump[1:] &= ~jump[:-1]  # the sample after a jump bends back
-    jump[:-1] |= jump[1:] & (bend[:-1] > CERTAINTY.jump_px)  # 0 unless it is of the same track
+    before = np.flatnonzero(jump[1:] & (bend[:-1] > CERTAINTY.jump_px))  # 0 unless it is of the same track
+    others = np.flatnonzero(jump)
+    for i in before.tolist():
+        near = (track[others] != track[i]) & (np.abs(sample[others] - sample[i]) <= 1)
+        jump[i] = bool((near & (np.hypot(*(at[:, others] - at[:, i : i + 1])) < bend[i + 1])).any())
     return jump
 
 
