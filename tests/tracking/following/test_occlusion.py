@@ -109,6 +109,11 @@ def test_the_way_to_its_first_sample_is_the_course_of_a_target_that_touches_as_s
         occlusions = Occlusions(3)
         occlusions.begin(who, np.zeros(len(recorded)), recorded, (times, way))
         assert np.allclose(occlusions.at(who[:1], np.array([2.0]))[0, 0], [56.0, 44.0], atol=0.1)
+    for beside, then in ((1.0, [59.0, 36.0]), (28.0, [53.0 + 28.0, 52.0])):  # a way of two in one leads nowhere
+        occlusions = Occlusions(3)
+        occlusions.begin(who, np.zeros(0), np.zeros((0, 0, 2)), (times, way))
+        occlusions.seen(who[:1], 1.0, np.array([[53.0 + beside, 52.0]]))
+        assert np.allclose(occlusions.at(who[:1], np.array([3.0]))[0, 0], then, atol=4 * (beside < 4) + 0.1)
     longer = np.tile([[[70.0, 70.0]]], (8, 3, 1))
     occlusions = Occlusions(3)
     occlusions.begin(who, np.arange(-7.0, 1.0), longer, (times, way))

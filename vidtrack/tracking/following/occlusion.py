@@ -35,6 +35,7 @@ class Occlusion:
     astray_px          at most so far from its course is a target sought
     parting_px         between targets within which they are still sought together
     lasting            positions that are known of another track that is fitted with a target: glitter lasts for fewer
+    off_way_px         by which a target may be first measured beside that way
     begun              positions, below which the way on which a target came to its first sample says more of its course
     """
 
@@ -51,6 +52,7 @@ class Occlusion:
     astray_px: float = 60.0
     parting_px: float = 4.0
     lasting: int = 6
+    off_way_px: float = 4.0
     begun: int = 3
 
 
@@ -65,7 +67,7 @@ class Occlusions:
         self.waited = np.zeros(n, np.intp)
         self._course = np.zeros((3, n, 2))
         self._begun = np.zeros(n)
-        self._unsteady = np.zeros(n)
+        self._unsteady, self._on_its_way = np.zeros(n), np.zeros(n, bool)
         self._history: dict[int, tuple[Array, Array]] = {}
 
     def begin(self, who: Ints, times: Array, positions: Array, ways: tuple[Array, Array] | None = None) -> None:
@@ -76,7 +78,9 @@ class Occlusions:
         for i in who[~self.met[who]].tolist():
             history = _known(i, times, positions)
             if ways is not None and history[0].size < OCCLUSION.begun <= (way := _known(i, *ways))[0].size:
-                history = way
+                history, self._on_its_way[i] = way, True
+            else:
+                self._on_its_way[i] = False
             if not history[0].size:
                 continue
             self._history[i] = history
@@ -133,6 +137,10 @@ class Occlusions:
         """These targets are measured at positions (m, 2) px although they hide each other; courses go on there."""
         for i, now in zip(who.tolist(), position, strict=True):
             times, positions = self._history[i]
+            off = np.hypot(*(now - self.at(np.array([i]), np.array([time]))[0, 0]))
+            if self._on_its_way[i] and off > OCCLUSION.off_way_px:  # what led to its first sample was another thing
+                times, positions = times[:0], positions[:0]
+            self._on_its_way[i] = False
             keep = slice(-OCCLUSION.remembered, None)
             self._history[i] = np.append(times, time)[keep], np.concatenate([positions, now[None]])[keep]
             self._continue(i)
