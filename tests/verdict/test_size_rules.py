@@ -118,6 +118,7 @@ def test_what_lasts_in_outlines_is_no_zoom_and_a_zoom_of_all_is_one_though_singl
     assert outlined(-0.75, 0.05) == []
     assert outlined(1.1, -0.4) == []
     assert outlined(1.6) == []
+    assert outlined(0.47, 3.03) == []
     (finding,) = outlined(1.3, 1.6)
     assert (finding.level, finding.code) == ("doubtful", "lenses-zoomed")
 

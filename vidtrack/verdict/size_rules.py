@@ -24,7 +24,8 @@ class SizeLimits:
     least   logarithm of a ratio: what light that falls otherwise does to the look of a ball; of_all: where all cameras
             see it alike, as they see light that flickers
     sds     standard deviations; of_balls: where the scatter of balls among themselves is the most of it; of_outlines:
-            where widths are those of outlines, whose sd holds what lasts
+            where widths are those of outlines, whose sd holds what lasts; agree: of their median, up to which cameras
+            then differ from it
     floor   standard deviation that does not average away
     same    up to which targets are taken for balls of the calibration's size
     largest beyond which a difference between cameras stands for something else
@@ -36,6 +37,7 @@ class SizeLimits:
     sds: float = 5.0
     of_balls: float = 3.5
     of_outlines: float = 3.0
+    agree: float = 0.5
     floor: float = 0.0007
     same: float = 0.03
     largest: float = 0.2
@@ -74,9 +76,8 @@ def size_findings(locate: Record, steadiness: Record, *, same_balls: bool) -> li
     if same_balls and cameras and not held:
         balls = median(own.get("among", own["scatter"]) for own in sizes.values())
         outlines = any("lasting" in own for own in sizes.values())
-        if outlines and len(cameras) == 1:
-            return []  # what lasts in the outlines of one camera is up to 1.6 %, and no other one averages it away
-        return _all(cameras, balls, LIMITS.of_outlines if outlines else LIMITS.of_balls)
+        found = _all(cameras, balls, LIMITS.of_outlines if outlines else LIMITS.of_balls)
+        return [] if outlines and not _agree(cameras) else found
     return []
 
 
@@ -123,6 +124,12 @@ def _odd(free: Sequence[_Camera], cameras: Sequence[_Camera], same_balls: bool) 
         "falls on the targets from its side"
     )
     return Finding("doubtful", "lens-zoomed", text, CURE)
+
+
+def _agree(cameras: Sequence[_Camera]) -> bool:
+    """Whether two cameras and more see targets larger by about as much: what lasts in outlines is up to 3 % in one."""
+    middle = median(c.larger for c in cameras)
+    return len(cameras) > 1 and all(abs(c.larger - middle) < LIMITS.agree * abs(middle) for c in cameras)
 
 
 def _all(cameras: Sequence[_Camera], balls: float, sds: float) -> list[Finding]:
