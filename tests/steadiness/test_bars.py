@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vidtrack.steadiness.bars import LEAST, STEP, bars_of
+from vidtrack.steadiness.bars import LEAST, STEP, bars_of, bars_record
 
 SIZE = (240, 320)
 
@@ -56,3 +56,9 @@ def test_the_blanking_of_a_tape_is_no_bar():
 @pytest.mark.parametrize("picture", [np.zeros((1, 1)), np.zeros((5, 900)), np.full(SIZE, 7.0)])
 def test_a_picture_of_nothing_has_no_bars(picture):
     assert bars_of(picture) == (0, 0, 0, 0)
+
+
+def test_the_record_has_bars_where_there_are_some():
+    framed = np.pad(film(np.random.default_rng(1)), 40)
+    assert bars_record(framed, 2) == {"bars": [80, 80, 80, 80]}
+    assert bars_record(film(np.random.default_rng(1))) == bars_record(None) == {}

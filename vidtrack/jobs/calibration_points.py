@@ -11,11 +11,9 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from vidtrack.errors import VidtrackError
 from vidtrack.files.records import GREY_LEVEL, write_json, write_png
@@ -23,7 +21,7 @@ from vidtrack.files.tables import read_parquet, read_picks, read_points, write_p
 from vidtrack.findings import Finding, as_records
 from vidtrack.progress import Progress
 from vidtrack.stages.calibration_points import calibration_points, compared, no_sightings, picks_from_before
-from vidtrack.steadiness.bars import bars_of
+from vidtrack.steadiness.bars import bars_record
 from vidtrack.timing.excerpt import between
 from vidtrack.timing.frame import Frame
 from vidtrack.video.reader import open_video
@@ -74,7 +72,7 @@ def _label(job: Job) -> None:
             bits={clip: video.info.bits for clip, video in videos.items()},
             sigma=job.settings.get("sigma", 0.0),
         )
-        pictures = {clip: video.info.shape | _bars(found.means.get(clip)) for clip, video in videos.items()}
+        pictures = {clip: video.info.shape | bars_record(found.means.get(clip)) for clip, video in videos.items()}
         troubles = [f"calibration/{clip}/{camera}: {p}" for clip, v in videos.items() for p in v.account.problems]
     for warning in (*troubles, *found.warnings):
         sys.stderr.write(f"warning: {warning}\n")
@@ -85,12 +83,6 @@ def _label(job: Job) -> None:
     write_png(job.outputs["background"], np.rint(np.clip(background, 0, 255) * GREY_LEVEL).astype(np.uint16))
     record = {"reading": troubles, "pictures": pictures, "background": {"clip": first}, **compared(found, camera)}
     write_json(job.outputs["record"], found.record | record, provenance)
-
-
-def _bars(picture: NDArray[Any] | None) -> dict[str, Any]:
-    """The bars about a clip's picture, where there are any, as a record has them."""
-    found = (0, 0, 0, 0) if picture is None else bars_of(picture)
-    return {"bars": list(found)} if any(found) else {}
 
 
 def _picks(job: Job) -> pd.DataFrame | None:

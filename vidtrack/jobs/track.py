@@ -17,7 +17,7 @@ from vidtrack.findings import as_records
 from vidtrack.memory import give_back_memory
 from vidtrack.progress import Progress, announce
 from vidtrack.stages.track import Tracked, track, untracked
-from vidtrack.steadiness.bars import bars_of
+from vidtrack.steadiness.bars import bars_record
 from vidtrack.steadiness.samples import BackgroundSamples
 from vidtrack.steadiness.series import Targets, background_course
 from vidtrack.timing.excerpt import between
@@ -161,11 +161,9 @@ def _begun(samples: BackgroundSamples, bits: int) -> NDArray[np.uint16]:
 
 
 def _bars(samples: BackgroundSamples, bits: int) -> dict[str, Any]:
-    """The bars about the picture, where there are any, as a record has them."""
-    if samples.reference is None:
-        return {}
-    found = bars_of(samples.reference * (255 / (2**bits - 1)), samples.block)
-    return {"bars": list(found)} if any(found) else {}
+    """The bars about the picture, where there are any."""
+    mean = samples.reference
+    return bars_record(None if mean is None else mean * (255 / (2**bits - 1)), samples.block)
 
 
 def _video_record(info: VideoInfo) -> dict[str, Any]:

@@ -48,6 +48,12 @@ def bars_of(picture: NDArray[Any], block: int = 1) -> tuple[int, int, int, int]:
     return a, b, c, d
 
 
+def bars_record(picture: NDArray[Any] | None, block: int = 1) -> dict[str, list[int]]:
+    """`bars_of` as a record has them; nothing where there is none, or no picture."""
+    found = (0, 0, 0, 0) if picture is None else bars_of(picture, block)
+    return {"bars": list(found)} if any(found) else {}
+
+
 def _flat(values: NDArray[np.float32]) -> int:
     """How many rows from the first on have one level; 0 where most have it: then it is the picture's own."""
     flat = (np.abs(values - np.median(values[0])) <= FLAT).all(1)

@@ -27,8 +27,8 @@ class Comparing:
     balls, looks  at least, of a camera's calibration, and of a target in it; sure: looks from which on their scatter
                   shows their sd, that of fewer is no less than that of the balls
     outlines      sd of a logarithm that is alike in a camera's widths of outlines, where lamps light balls from one
-                  side: of 12 cameras of unspoiled random experiments, of whose targets other lamps lit a half, the rms
-                  is 0.0042 with chance, the largest 0.011
+                  side: the rms of 12 cameras of unspoiled random experiments, of whose targets other lamps lit a half,
+                  is 0.0042 with chance; some are off by more, up to 0.03, so that cameras must agree (`size_rules`)
     near_px       of a located point that a look is of
     together      looks in a row by whose means it is seen whether the size wanders
     """

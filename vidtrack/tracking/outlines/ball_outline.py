@@ -218,9 +218,8 @@ def laid_over(pieces: Sequence[Piece], lines: int) -> Laid:
         total += cv2.remap(one.grey, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     places = np.array([one.where for one in pieces])
     where = places.mean(axis=0)
-    sample = pieces[
-        int(np.hypot(*(places - where).T).argmin())
-    ].sample  # a ball that swings is at a place at many times
+    nearest = int(np.hypot(*(places - where).T).argmin())  # a ball that swings is at a place at many times
+    sample = pieces[nearest].sample
     return Laid(total / len(pieces), where, radius, pieces[0].shrunk, len(pieces), sample)
 
 
