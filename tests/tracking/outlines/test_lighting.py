@@ -12,13 +12,12 @@ from vidtrack.stages.track import track
 from vidtrack.timing.frame import Frame, VideoInfo
 from vidtrack.tracking.detection.blobs import find_blobs
 from vidtrack.tracking.outlines import ball_outline
+from vidtrack.tracking.outlines import lighting as module
 from vidtrack.tracking.outlines.ball_outline import Outline, piece_of
 from vidtrack.tracking.outlines.lighting import (
     Lighting,
-    _agreed,
     _lit_alike,
     _steady,
-    _turning,
     light_record,
     lighting,
     lit_findings,
@@ -222,30 +221,37 @@ def test_where_no_outline_can_be_fitted_the_sd_is_large():
     assert "no outline can be fitted" in lit_findings(lit)[0].text
 
 
-def test_what_the_grid_of_pixels_does_to_many_balls_is_no_lamp(rng):
-    ways = [[0.012 * np.array([np.cos(a), np.sin(a)])] for a in rng.uniform(0, 2 * np.pi, 60)]
-    assert not _agreed(ways, 0.01)
-    assert _agreed([[np.add(way, (0.012, 0.0))] for (way,) in ways], 0.01)
-    assert _agreed([[np.array([0.2, 0.0])]], 0.01)
-    assert not _agreed([[np.array([0.03, 0.0])]], 0.01)
-    assert not _agreed([[], []], 0.01)
+def many(n, rng, **how):
+    """Pieces of n balls, each in a picture of its own, from places of a large one."""
+    found = []
+    for _ in range(n):
+        x, y = rng.uniform(29.5, 30.5, 2)
+        luma = noisy(picture((60, 60), [(x, y, 4.5)], **how), rng)
+        blobs = find_blobs(luma, bits=8)
+        piece = piece_of(luma, (float(blobs.Xf[0]), float(blobs.Yf[0])), float(blobs.pixels[0]))
+        found.append([piece._replace(where=tuple(rng.uniform(0, 400, 2)))])
+    return found
 
 
-def test_many_balls_are_lit_all_ways_by_a_lamp_beside_the_camera(rng):
-    """Each on the side that is turned to the lamp: as many to the left as to the right, on the whole none."""
-    places = [[rng.uniform(0, 400, 2)] for _ in range(24)]
-    chance = rng.normal(0, 0.012, (24, 1, 2))
-    ways = [[1e-4 * (where[0] - 200) + off[0]] for where, off in zip(places, chance, strict=True)]
-    assert not _agreed(ways, 0.01)
-    assert _turning(ways, places, 0.01)
-    assert not _turning(ways, places, 0.03), "too little to matter"
-    assert not _turning(list(chance), places, 0.0)
-    assert not _turning(ways[:8], places[:8], 0.01), "of a few balls chance may make as much"
-    assert not _turning([[], []], [[], []], 0.01)
-    found = [
-        [Outline(np.array(where[0]), 4.5, way[0], 0.01, True, 9.0, 0)] for where, way in zip(places, ways, strict=True)
-    ]
-    assert Lighting(found).one_sided
+def test_of_many_balls_that_no_lamp_lights_the_outlines_of_some_are_enough(rng, monkeypatch):
+    calls = []
+
+    def counted(*args, **how):
+        calls.append(1)
+        return ball_outline.outline_of(*args, **how)
+
+    monkeypatch.setattr(module, "outline_of", counted)
+    falls_off = iter([True])  # as light does over a target: its middles lie aside, outlines do not
+    monkeypatch.setattr(module, "agreed", lambda ways, least: next(falls_off, False))
+    assert lighting(many(70, rng, lamp=(0.0, 0.0, 1.0), ambient=0.5), 1.5, most=70) is None
+    assert len(calls) <= 35
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "outline_of", counted)
+    calls.clear()
+    lit = lighting(many(70, rng, lamp=(0.7, 0.2, 0.4), ambient=0.2), 1.5, most=70)
+    assert lit is not None
+    assert sum(len(own) for own in lit.found) == 70
+    assert len(calls) >= 70
 
 
 def test_balls_that_a_lamp_beside_the_camera_lights_are_moved_to_their_outlines(rng):

@@ -38,7 +38,8 @@ class Lit:
     uneven, of_ring  of the level, by which no more than this share of the background may differ: else something is
                  beside the ball
     at_once      pieces that are laid over each other
-    fits         of all balls of a recording together; of_each: of a ball
+    fits         of all balls of a recording together; of_each: of a ball; first: of that many balls or a few more,
+                 where there are twice as many: where the ways of these may be chance (`suspected`), none is lit
     misfit       of the level, that a fit may leave
     heights      outlines by which it is known how square pixels are, at least; unlike: times its sd that `most` heights
                  are from the median at most, where all are of balls; height_sd: of one, besides what its fit has
@@ -82,6 +83,7 @@ class Lit:
     at_once: int = 8
     fits: int = 32
     of_each: int = 8
+    first: int = 32
     misfit: float = 0.08
     heights: int = 4
     unlike: float = 3.0

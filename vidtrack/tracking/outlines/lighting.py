@@ -26,6 +26,7 @@ from vidtrack.tracking.outlines.ball_outline import (
     light_of,
     outline_of,
 )
+from vidtrack.tracking.outlines.light_ways import agreed, suspected, turning
 from vidtrack.tracking.outlines.shaded_ball import BALL_FIT, fit_ball
 
 
@@ -42,10 +43,14 @@ def lighting(
     alone = [[one for one in own if one is not None] for own in seen]
     aside = [[one.aside for one in own] for own in alone]
     places = [[one.laid.where for one in own] for own in alone]
-    plain = _agreed(aside, LIT.least) or _turning(aside, places, LIT.least)
+    plain = agreed(aside, LIT.least) or turning(aside, places, LIT.least)
     if not plain:
-        return _lit_alike(alone, balls, noise, lines) if _suspected(aside) else None
-    fitted = [[outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own] for own in alone]
+        return _lit_alike(alone, balls, noise, lines) if suspected(aside) else None
+    every = max(1, len(alone) // LIT.first)
+    first = {i: _outlines(alone[i], noise, lines) for i in range(0, len(alone), every)}
+    if every > 1 and not _likely(list(first.values())):
+        return None
+    fitted = [first[i] if i in first else _outlines(own, noise, lines) for i, own in enumerate(alone)]
     whole = [sum(one.cut for one in own) <= LIT.cut * len(own) for own in fitted]
     alone = [own if good else [] for good, own in zip(whole, alone, strict=True)]
     fitted = [own if good else [] for good, own in zip(whole, fitted, strict=True)]
@@ -70,34 +75,23 @@ def lighting(
     return found if found.one_sided else None
 
 
+def _outlines(own: Sequence[Light], noise: float, lines: int) -> list[Outline]:
+    return [outline_of(one, noise / np.sqrt(one.laid.number), lines) for one in own]
+
+
+def _likely(some: Sequence[Sequence[Outline]]) -> bool:
+    """Whether the outlines of some of many balls leave it open that all are lit from one side."""
+    ways = [[one.way for one in own if one.held] for own in some]
+    places = [[one.where for one in own if one.held] for own in some]
+    lost = sum(not one.held for own in some for one in own)
+    return lost > sum(map(len, ways)) or suspected(ways) or turning(ways, places, 0.0, LIT.suspected**2)
+
+
 def _of_height(own: Sequence[Outline], usual: float) -> bool:
     """Whether outlines of a ball are as high as those of all balls are; where none is known, it may be."""
     heights = np.array([one.height for one in own if np.isfinite(one.height[0])]).reshape(-1, 2)
     unlike = np.abs(heights[:, 0] - usual) / np.hypot(heights[:, 1], LIT.height_sd)
     return not unlike.size or bool(np.quantile(unlike, LIT.most) <= LIT.unlike)
-
-
-def _agreed(balls: Sequence[Sequence[Array]], least: float) -> bool:
-    """Whether ways (2,), in radii, of all balls together, or of one that was seen often enough, are no chance: what
-    the grid of pixels and noise make of them goes all ways, a lamp's is alike.
-    """
-    enough, beyond = LIT.agreed
-    every = [way for ball in balls for way in ball]
-    for own in [*(ball for ball in balls if len(ball) >= enough), *([every] if every else [])]:
-        way = np.array(own)
-        chance = np.sqrt(way.var(axis=0).sum() / max(len(way) - 1, 1))
-        if np.hypot(*way.mean(axis=0)) > max(least if len(way) >= enough else LIT.alone, beyond * chance):
-            return True
-    return False
-
-
-def _suspected(balls: Sequence[Sequence[Array]]) -> bool:
-    """Whether ways (2,) of all balls together may be more than chance: it takes a few fits to know."""
-    way = np.array([one for own in balls for one in own]).reshape(-1, 2)
-    if len(way) < LIT.agreed[0]:
-        return False
-    chance = np.sqrt(way.var(axis=0).sum() / (len(way) - 1))
-    return bool(np.hypot(*way.mean(axis=0)) > LIT.suspected * chance)
 
 
 def _lit_alike(
@@ -136,24 +130,6 @@ def _lit_alike(
     return Lighting([[outline(one.laid) for one in own] for own in alone], alike=sd)
 
 
-def _turning(balls: Sequence[Sequence[Array]], places: Sequence[Sequence[Array]], least: float) -> bool:
-    """Whether ways (2,), in radii, of many balls change evenly with their places (2,) px by more than chance: a lamp
-    beside the camera lights each on the side that is turned to it, all ways, and on the whole none.
-
-    The squares that two slopes explain, over those of what they leave and its freedom, follow F.
-    """
-    fewest, beyond = LIT.turning
-    way, place = (np.array([one for own in of for one in own]) for of in (balls, places))
-    if len(way) < fewest:
-        return False
-    off = place - place.mean(axis=0)
-    terms = np.column_stack([np.ones(len(way)), off / max(float(np.abs(off).max()), 1.0)])
-    shape = np.linalg.lstsq(terms, way, rcond=None)[0]
-    turned = terms[:, 1:] @ shape[1:]
-    chance = float(np.square(way - terms @ shape).sum()) / (len(way) - 3)
-    return bool(np.square(turned).sum() > max(2 * beyond * chance, len(way) * least**2))
-
-
 def _steady(own: Sequence[Outline]) -> bool:
     """Whether the outlines of a ball agree on how it is lit; two and fewer cannot disagree."""
     held = [one for one in own if one.held]
@@ -181,7 +157,7 @@ class Lighting:
         lost = sum(not one.held for own in self.found for one in own)
         places = [[one.where for one in own if one.held] for own in self.found]
         least = LIT.least_way / near
-        self.one_sided = _agreed(ways, least) or _turning(ways, places, least) or lost > len(held)
+        self.one_sided = agreed(ways, least) or turning(ways, places, least) or lost > len(held)
         self._all = _Field(held)
         self._own = [_Field([one for one in own if one.held]) for own in self.found]
 
