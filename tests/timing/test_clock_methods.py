@@ -4,7 +4,8 @@ from fractions import Fraction
 
 import pytest
 
-from vidtrack.timing.clock_methods import METHODS, clocks_to_use, methods_of
+from vidtrack.timing.clock import Clock
+from vidtrack.timing.clock_methods import METHODS, clocks_to_use, given_clocks, methods_of
 from vidtrack.timing.timecode import Timecode
 
 
@@ -28,6 +29,13 @@ def test_auto_is_every_method_that_can_be_named():
 
 def test_a_word_that_is_no_method_is_a_clock_that_is_given():
     assert methods_of(["offset", "sound"]) == [(), ("sound",)]
+
+
+def test_a_clock_of_which_nothing_is_said_adds_nothing():
+    clocks = {"a": {"offset_s": 0.5, "rate_ppm": 20.0}, "b": "sound", "c": {}}
+    assert given_clocks("abcd", clocks) == [Clock(0.5, 20.0), "sound", Clock(), Clock()]
+    assert given_clocks("ab", None) == [Clock(), Clock()]
+    assert given_clocks("ab", "motion") == ["motion", "motion"]
 
 
 CODE = Timecode(0, Fraction(30))

@@ -80,7 +80,7 @@ def _in_space(job: Job) -> Locations:
     names = list(job.settings["cameras"])
     options = {
         key: job.settings[key]
-        for key in ("targets", "clocks", "tolerance_px", "max_miss", "bodies", "flat")
+        for key in ("targets", "clocks", "tolerance_px", "max_miss", "bodies", "flat", "same_balls")
         if key in job.settings
     }
     points = {n: read_parquet(path) for n, path in zip(names, job.paths("points"), strict=False)}

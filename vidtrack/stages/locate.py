@@ -17,14 +17,15 @@ from vidtrack.location.accepted import limits_of, rows_kept, without_chance, wit
 from vidtrack.location.associations import COLUMNS, association_columns
 from vidtrack.location.cameras.ball_diameters import resized
 from vidtrack.location.cameras.ball_middles import perspective_findings
-from vidtrack.location.cameras.ball_sizes import ball_sizes, timed_looks
 from vidtrack.location.cameras.light_aside import with_light_aside
 from vidtrack.location.cameras.run_pictures import Pictures, columns_shown, record_of, windows
 from vidtrack.location.cameras.run_sights import RunSights
+from vidtrack.location.cameras.run_sizes import run_sizes
 from vidtrack.location.cameras.run_views import run_views
 from vidtrack.location.cameras.seen_late import with_lateness
 from vidtrack.location.cameras.views import Labels, View, balls_by_target, brought, by_target, same_day, timecodes
 from vidtrack.location.cameras.wrong_pictures import wrong_pictures
+from vidtrack.location.cameras.zoom_in_sigma import with_zoom
 from vidtrack.location.clocks.clock_far_off import clock_far_off
 from vidtrack.location.clocks.common_moments import check_overlap, recorded_twice
 from vidtrack.location.clocks.cut_recording import cut_recordings
@@ -55,8 +56,7 @@ from vidtrack.memory import columns_of
 from vidtrack.tags import one_camera_run
 from vidtrack.tags.corners import corner_names, with_corners
 from vidtrack.tags.poses import TagOrder, TagPoses, tag_poses, trajectory_rows
-from vidtrack.timing.clock import Clock
-from vidtrack.timing.clock_methods import methods_of
+from vidtrack.timing.clock_methods import given_clocks, methods_of
 from vidtrack.timing.readout import Readout, at_frame_time
 from vidtrack.timing.resample import interval
 
@@ -99,6 +99,7 @@ def locate(
     lit: Mapping[str, float] | None = None,
     flat: bool = False,
     lit_otherwise: Collection[str] = (),
+    same_balls: bool = True,
     late: Mapping[str, float] | None = None,
     units: str = "in",
     where: str = "locate",
@@ -128,6 +129,7 @@ def locate(
     lit            camera: what its centroids' sd does not hold of a lamp that lights the targets from one side, px
     flat           targets are flat marks and no balls
     lit_otherwise  cameras whose targets are lit otherwise than those balls: widths are not compared there
+    same_balls     targets may be balls of the calibration's size
     A moment without a fix is a row of NaN whose flag says why: lost (fewer than two cameras saw the target), parallel
     (their lines of sight are too nearly parallel, or meet behind one of them),
     disagree (they do not see one point), far (max_miss), or what the tracker said, as cam1:edge. A fix where another
@@ -144,7 +146,7 @@ def locate(
     names = None if targets is None or targets == "all" or isinstance(targets, int) else list(targets)
     limit = targets if isinstance(targets, int) else None if names is None else len(names)
     reach = tolerance_px or TOLERANCE_PX
-    given = _given_clocks(views, clocks)
+    given = given_clocks([view.name for view in views], clocks)
     timed = run_clocks(
         views,
         given,
@@ -203,7 +205,11 @@ def locate(
     old = [late[v.name] * interval(t) for v, t in zip(views, times, strict=True) if late and late.get(v.name)]
     located, aged = with_lateness(located, at, max(old, default=0.0))
     located, growth = with_misses(located, whole, misses)
-    table = _table(at, timecodes(views, times, at, whose), match.labels, located)
+    bare = {} if flat else {n: columns_of(own) for n, own in (points or {}).items() if shown.get(n) is None}
+    there = (at, located.point, match.labels)
+    sizes = run_sizes(views, times, there, widths or {}, bare, lit or {}, lit_otherwise)
+    hinted = with_zoom(located, rig, b, sd, sizes if same_balls else {}, where)
+    table = _table(at, timecodes(views, times, at, whose), match.labels, located := hinted.located)
     nothing = [unseen(v, own, t, at, located.point) for v, own, t in zip(views, seen, times, strict=True)]
     table["flag"] = sample_flags(views, seen, match, located, max_miss, nothing).ravel()
     table = table[rows_kept(located.point, match.open | (targets == "all")).ravel()].reset_index(drop=True)
@@ -219,22 +225,19 @@ def locate(
     record |= {"readout": {name: own.seconds for name, own in rolling.items()}}
     record |= {"sight_lines": sight_line_record(views, misses), "pictures": record_of(shown)}
     of_survey = survey_covariance(rig, uncertainties, surveys) if surveys else None
-    record |= {"uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged, growth)}
+    record |= {
+        "uncertainty": error_budget(rig, b, sd, uncertainties, joint, of_survey, slips, aged, growth, hinted.added)
+    }
     field = calibration_field(rig, located.point, uncertainties, joint)
     record["uncertainty"] |= {"gradients": None} if field is None else field._asdict()
-    findings += findings_of(record, units) + perspective_findings(sighted.balls, where)
+    findings += findings_of(record, units) + perspective_findings(sighted.balls, where) + hinted.findings
     if any(finding.code in MISFITS for finding in findings):
         findings = [*wrong_pictures(views, seen, reach, bool(match.labels)), *findings]
         if far := clock_far_off(views, times, [bool(own) for own in timed.used]):
             findings = [far, *(caused_by(far, f) if f.code in MISFITS else f for f in findings)]
         findings[:0] = late_cameras(views, seen, match, located, at, reach)
     findings[:0] = cut_recordings(views, match, times, reach)
-    alike = {name: looks for name, looks in (widths or {}).items() if not flat and name not in lit_otherwise}
-    own = {v.name: timed_looks(alike.get(v.name), v.t, t) for v, t in zip(views, times, strict=True)}
-    balls = {name: columns_of(table) for name, table in (points or {}).items() if shown.get(name) is None}
-    outlined = {name for name, more in (lit or {}).items() if not more}
-    record |= {"sizes": ball_sizes(list(own), rig, own, balls, at, located.point, match.labels, outlined)}
-    record |= {"perspective": {name: balls._asdict() for name, balls in sighted.balls.items()}}
+    record |= {"sizes": sizes, "perspective": {name: own._asdict() for name, own in sighted.balls.items()}}
     record |= {"findings": as_records(findings), "warnings": [f"{f.text}. {f.cure}".rstrip() for f in findings]}
     sights = RunSights(at, tuple(match.labels), tuple(v.name for v in views), b, sd, located.left_out, shown)
     return Locations(table, record, pd.DataFrame(association_columns(*followed)), sights)
@@ -308,16 +311,6 @@ def _shares(views: Sequence[View], readouts: Mapping[str, Readout], b: Array) ->
     if any(view.name not in readouts for view in views):
         return None
     return np.stack([readouts[view.name].share(own) for view, own in zip(views, b, strict=True)])
-
-
-def _given_clocks(
-    views: Sequence[View], clocks: Mapping[str, Mapping[str, float] | str] | str | None
-) -> list[Clock | str]:
-    given: list[Clock | str] = []
-    for view in views:
-        own = clocks if clocks is None or isinstance(clocks, str) else clocks.get(view.name)
-        given.append(own if isinstance(own, str) else Clock(**own) if own is not None else Clock())
-    return given
 
 
 def _surveys(views: Sequence[View], points: Mapping[str, pd.DataFrame] | None, noise: float) -> list[Survey] | None:

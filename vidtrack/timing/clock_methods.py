@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vidtrack.timing.clock import Clock
 from vidtrack.timing.timecode import Timecode
 
 METHODS = {
@@ -22,6 +23,20 @@ def methods_of(clocks: Sequence[Any]) -> list[tuple[str, ...]]:
     """
     methods = [METHODS.get(own, ()) if isinstance(own, str) else () for own in clocks]
     return methods if () in methods or not methods else [(), *methods[1:]]
+
+
+def given_clocks(
+    names: Sequence[str], clocks: Mapping[str, Mapping[str, float] | str] | str | None
+) -> list[Clock | str]:
+    """Of each camera its clock where it is given, with nothing to add where nothing is said, or a word of METHODS.
+
+    clocks   camera: a word, or offset_s and rate_ppm; or one word for all cameras
+    """
+    given: list[Clock | str] = []
+    for name in names:
+        own = clocks if clocks is None or isinstance(clocks, str) else clocks.get(name)
+        given.append(own if isinstance(own, str) else Clock(**own) if own is not None else Clock())
+    return given
 
 
 def clocks_to_use(clocks: Mapping[str, Any], codes: Mapping[str, Timecode | None], together: bool) -> dict[str, Any]:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import hypot
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
+from vidtrack.common_zoom import SeenSize, common_zoom, seen_size
 from vidtrack.findings import Finding
 
 Record = Mapping[str, Any]
@@ -24,9 +25,7 @@ class SizeLimits:
     least   logarithm of a ratio: what light that falls otherwise does to the look of a ball; of_all: where all cameras
             see it alike, as they see light that flickers
     sds     standard deviations; of_balls: where the scatter of balls among themselves is the most of it; of_outlines:
-            where widths are those of outlines, whose sd holds what lasts; agree: of their median, up to which cameras
-            then differ from it
-    floor   standard deviation that does not average away
+            where widths are those of outlines, whose sd holds what lasts
     same    up to which targets are taken for balls of the calibration's size
     largest beyond which a difference between cameras stands for something else
     wander  sd of a size along a run, and times: how many times that of the other cameras
@@ -37,8 +36,6 @@ class SizeLimits:
     sds: float = 5.0
     of_balls: float = 3.5
     of_outlines: float = 3.0
-    agree: float = 0.5
-    floor: float = 0.0007
     same: float = 0.03
     largest: float = 0.2
     wander: float = 0.004
@@ -53,42 +50,22 @@ CURE = (
 )
 
 
-class _Camera(NamedTuple):
-    name: str
-    larger: float
-    sd: float
-    wander: float
-    targets: int
-
-
 def size_findings(locate: Record, steadiness: Record, *, same_balls: bool) -> list[Finding]:
     """Lenses that by the size of the targets are not as they were calibrated.
 
     same_balls   whether the targets may be balls of the calibration's size; else cameras are compared alone
     """
     sizes = locate.get("sizes") or {}
-    cameras = [_camera(name, own) for name, own in sizes.items()]
+    cameras = [seen_size(name, own) for name, own in sizes.items()]
     held = {name for name, own in (steadiness.get("cameras") or {}).items() if own.get("since_calibration")}
     if wandering := _wandering([c for c in cameras if c.name not in held], cameras):
         return [wandering]
     if len(cameras) > 1 and (odd := _odd([c for c in cameras if c.name not in held], cameras, same_balls)):
         return [odd]
-    if same_balls and cameras and not held:
-        balls = median(own.get("among", own["scatter"]) for own in sizes.values())
-        outlines = any("lasting" in own for own in sizes.values())
-        found = _all(cameras, balls, LIMITS.of_outlines if outlines else LIMITS.of_balls)
-        return [] if outlines and not _agree(cameras) else found
-    return []
+    return _all(sizes) if same_balls and not held else []
 
 
-def _camera(name: str, own: Record) -> _Camera:
-    targets = own["targets"].values()
-    n = len(targets)
-    sd = sqrt(sum(t["sd"] ** 2 for t in targets) / n**2 + LIMITS.floor**2 + own.get("lasting", 0.0) ** 2)
-    return _Camera(name, median(t["larger"] for t in targets), sd, median(t["wander"] for t in targets), n)
-
-
-def _wandering(free: Sequence[_Camera], cameras: Sequence[_Camera]) -> Finding | None:
+def _wandering(free: Sequence[SeenSize], cameras: Sequence[SeenSize]) -> Finding | None:
     """A camera in which the size of the targets goes up and down, and in no other."""
     for own in sorted(free, key=lambda c: -c.wander):
         others = [c.wander for c in cameras if c is not own]
@@ -101,7 +78,7 @@ def _wandering(free: Sequence[_Camera], cameras: Sequence[_Camera]) -> Finding |
     return None
 
 
-def _odd(free: Sequence[_Camera], cameras: Sequence[_Camera], same_balls: bool) -> Finding | None:
+def _odd(free: Sequence[SeenSize], cameras: Sequence[SeenSize], same_balls: bool) -> Finding | None:
     """A camera that sees the targets larger or smaller than the other cameras do."""
     found = []
     for own in free:
@@ -126,26 +103,20 @@ def _odd(free: Sequence[_Camera], cameras: Sequence[_Camera], same_balls: bool) 
     return Finding("doubtful", "lens-zoomed", text, CURE)
 
 
-def _agree(cameras: Sequence[_Camera]) -> bool:
-    """Whether two cameras and more see targets larger by about as much: what lasts in outlines is up to 3 % in one."""
-    middle = median(c.larger for c in cameras)
-    return len(cameras) > 1 and all(abs(c.larger - middle) < LIMITS.agree * abs(middle) for c in cameras)
-
-
-def _all(cameras: Sequence[_Camera], balls: float, sds: float) -> list[Finding]:
+def _all(sizes: Record) -> list[Finding]:
     """All cameras that see the targets a little larger or smaller than the balls of the calibration, and all alike."""
-    n = max(c.targets for c in cameras)
-    weight = [1 / c.sd**2 for c in cameras]
-    mean = sum(w * c.larger for w, c in zip(weight, cameras, strict=True)) / sum(weight)
-    sd = sqrt(1 / sum(weight) + balls**2 / n + LIMITS.floor**2)
-    if not max(LIMITS.of_all, sds * sd) < abs(mean) < LIMITS.same:
+    zoom = common_zoom(sizes)
+    if zoom is None or (zoom.outlines and not zoom.agree):
         return []
-    who = "all cameras see" if len(cameras) > 1 else f"{cameras[0].name} sees"
-    way = "larger" if mean > 0 else "smaller"
+    sds = LIMITS.of_outlines if zoom.outlines else LIMITS.of_balls
+    if not max(LIMITS.of_all, sds * zoom.sd) < abs(zoom.larger) < LIMITS.same:
+        return []
+    who = "all cameras see" if len(sizes) > 1 else f"{next(iter(sizes))} sees"
+    way = "larger" if zoom.larger > 0 else "smaller"
     text = (
-        f"{who} the targets {abs(mean):.2%} ± {sd:.2%} {way} than the balls of the calibration, and nothing else in "
-        "the run shows how the lenses are: where these are the same balls, in pictures that are coded, sharpened and "
-        "deinterlaced alike, the lenses are at another zoom or focus than in the calibration"
+        f"{who} the targets {abs(zoom.larger):.2%} ± {zoom.sd:.2%} {way} than the balls of the calibration, and "
+        "nothing else in the run shows how the lenses are: where these are the same balls, in pictures that are coded, "
+        "sharpened and deinterlaced alike, the lenses are at another zoom or focus than in the calibration"
     )
     cure = f"{CURE} Where the targets are other balls, set calibration.same_balls: false."
     return [Finding("doubtful", "lenses-zoomed", text, cure)]

@@ -233,6 +233,7 @@ def locate(settings: Settings, experiment: Experiment, run: str) -> Order:
         "follow": settings.calibration.follow,
         **({"through": bent} if bent else {}),
         **({"flat": True} if own.flat else {}),
+        **({} if settings.calibration.same_balls else {"same_balls": False}),
         **pixels,
         **tagged(own),
     }

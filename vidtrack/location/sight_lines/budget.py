@@ -52,6 +52,7 @@ def error_budget(
     slips: Array | None,
     aged: Array | None = None,
     growth: float = 1.0,
+    zoomed: Array | None = None,
 ) -> dict[str, Any]:
     """For each axis of the world the standard uncertainty of a position by part, of a usual (median) sample, world
     units.
@@ -59,6 +60,7 @@ def error_budget(
     b, sd        (n_cameras, m, M, 2) px; slips likewise, or None
     joint, of_survey  as `location.sight_lines.shared_survey` has them
     aged         (m, M, 3, 3) what `location.cameras.seen_late` adds to the covariance; it counts as the clocks'
+    zoomed       (m, M, 3, 3) what `location.cameras.zoom_in_sigma` adds; the calibration's, which it does not grow by
     growth       of sigma, by what lines of sight miss: nothing says which part it is of, so that all grow by it
     Keys: axes: {x, y, z: {survey, calibration, centroid, clock, combined}}; samples. None where no sample has a sigma.
     """
@@ -88,6 +90,8 @@ def error_budget(
     if not good.any():
         return {"axes": None, "samples": 0}
     usual = {name: growth**2 * np.median(v[good], 0) for name, v in variance.items()}
+    if zoomed is not None:
+        usual["calibration"] = usual.get("calibration", 0.0) + np.median(_diagonal(zoomed[:, ::every])[good], 0)
     axes = {
         axis: {name: float(np.sqrt(usual[name][i])) if name in usual else 0.0 for name in PARTS}
         | {"combined": float(np.sqrt(sum(v[i] for v in usual.values())))}
