@@ -311,6 +311,7 @@ def _drawn(view: _View, unknowns: Array) -> tuple[Array, list[Array]]:
     return drawn[0], [*drawn, free, free * x, free * y]
 
 
+@lru_cache(maxsize=64)  # most slopes change something else
 def _blur(pixels: int, pitch: int, fine: int, blur: float) -> Array:
     """How much each fine part gives to each pixel, (pixels, fine parts), through a Gaussian of `blur` px."""
     from scipy.special import ndtr  # only balls that are lit from one side need it
