@@ -302,3 +302,23 @@ def test_the_width_of_targets_is_compared_with_that_of_the_known_points(plane, t
     run(job)
     sizes = json.loads(Path(job.outputs["record"]).read_text())["sizes"]
     assert sizes["cam1"]["targets"]["t1"]["larger"] == pytest.approx(np.log(1.02))
+
+
+@pytest.mark.parametrize(
+    ("width", "same_balls", "held"), [(9.05, True, True), (9.05, False, False), (9.0, True, False)]
+)
+def test_a_zoom_that_the_width_of_targets_hints_at_is_held_in_sigma(plane, tmp_path, width, same_balls, held):
+    x, y = (one.ravel() for one in np.meshgrid(np.linspace(50, 450, 4), np.linspace(60, 400, 3)))
+    known = pd.DataFrame({"Xf": x, "Yf": y, "tag": [f"p{i}" for i in range(12)], "x": x / 4, "y": -y / 4})
+    write_parquet(tmp_path / "s", known.assign(z=0.0, clip="row1", width=9.0), units="in", provenance={})
+    looks = {"time_s": [0.0] * 20, "Xf": [200.0] * 20, "Yf": [200.0] * 20, "width": [width] * 20}
+    write_json(tmp_path / "r", {"image_size": [512, 480], "widths": {"t1": looks}}, {})
+    job = plane(scale=None, points="calibration/points.csv", clip="row1")
+    if not same_balls:
+        job.settings["same_balls"] = False
+    run(job)
+    table = read_parquet(job.outputs["trajectories"])
+    off = np.abs(table["x"] - 250 / 4).to_numpy() * np.log(9.05 / 9)  # about the middle of the points
+    assert (table["sigma_x"].to_numpy() > 0.99 * off).all() == held
+    codes = [finding["code"] for finding in json.loads(Path(job.outputs["record"]).read_text())["findings"]]
+    assert ("zoom-in-sigma" in codes) == held

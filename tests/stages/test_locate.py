@@ -11,6 +11,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.picture_part import Picture
 from vidtrack.geometry.rotation import rotation_from_vector
+from vidtrack.location.cameras.ball_sizes import px_per_unit
 from vidtrack.location.cameras.run_pictures import Pictures
 from vidtrack.simulate.rig import thesis_points, thesis_rig
 from vidtrack.stages.locate import locate, locate_run
@@ -61,6 +62,32 @@ def run(n):
     rng = np.random.default_rng(0)
     tables = {c.name: centroids(c, {"t1": pluck}, rng=rng) for c in cameras}
     return tables, {c.name: (c, None) for c in cameras}
+
+
+@pytest.mark.parametrize(
+    ("larger", "same_balls", "held"), [(0.006, True, True), (0.006, False, False), (0.0, True, False)]
+)
+def test_a_zoom_of_all_lenses_that_widths_hint_at_is_in_sigma_and_in_the_budget(larger, same_balls, held):
+    tables, cameras = run(2)
+    rng = np.random.default_rng(3)
+    p, at = thesis_points()[1], START + np.arange(0, 240, 6) / 30
+    points, widths = {}, {}
+    for name, (camera, _) in cameras.items():
+        b = project(camera, p)
+        wide = px_per_unit(camera, p) * np.exp(rng.normal(0, 0.001, len(p)))
+        points[name] = pd.DataFrame(dict(zip("xyz", p.T, strict=True)) | {"Xf": b[:, 0], "Yf": b[:, 1], "width": wide})
+        there, own = project(camera, pluck(at - START)), px_per_unit(camera, pluck(at - START))
+        widths[name] = {"1": {"time_s": at, "Xf": there[:, 0], "Yf": there[:, 1], "width": own * np.exp(larger)}}
+    plain = locate(tables, cameras, targets=1)
+    located = locate(tables, cameras, targets=1, points=points, widths=widths, same_balls=same_balls)
+    sigma, before = (
+        np.linalg.norm(one.trajectories[["sigma_x", "sigma_y", "sigma_z"]], axis=1) for one in (located, plain)
+    )
+    assert (np.median(sigma / before) > 1.5) == held
+    assert [f["code"] for f in located.record["findings"]].count("zoom-in-sigma") == held
+    if held:
+        combined = [own["combined"] for own in located.record["uncertainty"]["axes"].values()]
+        assert np.linalg.norm(combined) == pytest.approx(np.median(sigma), rel=0.3)
 
 
 @pytest.mark.parametrize(("n", "inches"), [(2, 0.0366), (3, 0.0270), (4, 0.0218)])

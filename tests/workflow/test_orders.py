@@ -56,6 +56,13 @@ def test_who_says_nothing_of_flat_marks_has_the_orders_of_before():
     assert orders.calibrate(flat, "cam1")["flat"] is True
 
 
+def test_targets_that_are_other_balls_are_said_to_be():
+    both, asked = {"r1": ["cam1", "cam2"]}, {"units": "in", "cameras": {"cam1": None, "cam2": None}}
+    assert "same_balls" not in orders.locate(config(r1={}), experiment(**both), "r1")
+    other = settings_from_config({**asked, "calibration": {"same_balls": False}, "runs": {"r1": {}}})
+    assert orders.locate(other, experiment(**both), "r1")["same_balls"] is False
+
+
 def test_a_plane_is_located_by_the_sensor_where_the_config_gives_no_shape_of_a_pixel():
     def order(camera, **run):
         asked = {"units": "in", "cameras": {"cam1": camera}, "runs": {"r1": run}}

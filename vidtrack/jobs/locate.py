@@ -20,6 +20,7 @@ from vidtrack.location.cameras.ball_middles import SIZE, sd_in_a_plane
 from vidtrack.location.cameras.light_aside import light_aside
 from vidtrack.location.cameras.lit_shapes import lit_shape_findings
 from vidtrack.location.cameras.run_pictures import Pictures, camera_shown, windows
+from vidtrack.location.cameras.zoom_in_sigma import hinted_zoom, zoom_finding
 from vidtrack.location.clocks.chosen_readout import chosen_readouts
 from vidtrack.location.one_camera.leaning_targets import leaning_targets
 from vidtrack.location.one_camera.plane_sizes import plane_sizes
@@ -225,6 +226,12 @@ def _in_plane(job: Job) -> PlaneLocations:
         table = _unsure(table, points, video)
         followed = None if followed is None else _unsure(followed, points, video)
     aspect = _aspect(job, plane.get("aspect"), clip, videos)
+    sizes: dict[str, Any] = {}
+    if points is not None and not windows(pictures, where)[0]:
+        for name, own in readings.items():
+            alike = None if _lit_otherwise(job, {name: own}) else own.get("widths")
+            sizes |= plane_sizes(name, alike, columns_of(points))
+    zoom = hinted_zoom(sizes) if job.settings.get("same_balls", True) else 0.0
     located = locate_plane(
         table,
         tracklets=followed,
@@ -238,16 +245,19 @@ def _in_plane(job: Job) -> PlaneLocations:
         image_size=(clip.width, clip.height) if clip else None,
         clock=clock if isinstance(clock, dict) else None,
         through=job.settings.get("through") or (),
+        zoom=zoom,
         where=where,
     )
     if any(own.seconds for own in chosen.readouts.values()):
         located.record["readout"] = {name: own.seconds for name, own in chosen.readouts.items()}
-    if points is not None and not windows(pictures, where)[0]:
-        for name, own in readings.items():
-            alike = None if _lit_otherwise(job, {name: own}) else own.get("widths")
-            located.record["sizes"] = plane_sizes(name, alike, columns_of(points))
+    if points is not None:
+        located.record["sizes"] = sizes
+    hint = [zoom_finding(zoom, where, "the lens was zoomed or focused, or targets left the plane,")] if zoom else []
     lean = _leaning(dict.fromkeys(videos, table), readings, chosen.readouts, located.record)
-    located.record["findings"] = [*located.record["findings"], *as_records([*lean, *chosen.findings, *aspect.findings])]
+    located.record["findings"] = [
+        *located.record["findings"],
+        *as_records([*lean, *hint, *chosen.findings, *aspect.findings]),
+    ]
     return located
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -29,6 +29,7 @@ from vidtrack.location.one_camera.plane import (
     world_covariance,
     world_from_frame_buffer,
 )
+from vidtrack.location.one_camera.plane_zoom import Places, with_zoom_in_plane
 from vidtrack.location.one_camera.tilt import tilt
 from vidtrack.memory import columns_of
 from vidtrack.timing.clock import Clock
@@ -47,10 +48,6 @@ TILT_LIMIT_DEG = 3.0
 
 CENTROID_SD_PX = 0.1
 """ASSUME: of a centroid whose own standard deviation is not known."""
-
-
-Places = Callable[[Array, Array], tuple[Array, Array]]
-"""From px (n, 2) and their sd (n, 2) to positions (n, 2) and covariances (n, 2, 2), world units."""
 
 
 class PlaneLocations(NamedTuple):
@@ -78,6 +75,7 @@ def locate_plane(
     tracklets: pd.DataFrame | None = None,
     camera: str = "",
     through: Sequence[Mapping[str, Any]] = (),
+    zoom: float = 0.0,
     where: str = "mode plane",
 ) -> PlaneLocations:
     """Locate every centroid in the plane in which the targets move.
@@ -96,6 +94,7 @@ def locate_plane(
                 its first sample to its last; None: those of the centroids
     through     the interfaces through which it sees the plane, as `interfaces` in config.yaml and their name: light is
                 bent there, where that predicts points left out better than the maps do; the plane is that of z
+    zoom        a logarithm, by which the targets' sizes hint that the lens was zoomed; held in sigma
     tracklets   all that the camera followed, `association.tracklets.COLUMNS`; None: the centroids are the targets
     A centroid of NaN gives a row of NaN with its flag. Raises VidtrackError when the plane cannot be determined.
     """
@@ -122,6 +121,7 @@ def locate_plane(
             if not record["held_out_rms"] <= bent.held_out:  # also where it is not known
                 record |= {"model": "refracted", "held_out_rms": bent.held_out, "rms_px": bent.fit.rms_px}
                 places = bent.located
+        places = with_zoom_in_plane(places, zoom, centre or tuple(known[["Xf", "Yf"]].mean()))
         record |= {"pictures": record_of(shown), "findings": as_records(findings)}
     if clock is not None:
         centroids = centroids.assign(time_s=Clock(**clock).corrected(centroids["time_s"].to_numpy(float)))

@@ -60,7 +60,7 @@ def test_positions_of_zoomed_lenses_are_within_sigma_where_sizes_hint_at_it():
     assert (held.located.point == plain.point).all()
     (note,) = held.findings
     assert (note.level, note.code) == ("note", "zoom-in-sigma")
-    assert note.text.startswith("runs.a: the cameras see the targets 0.60% larger than the balls of the calibration")
+    assert note.text.startswith("runs.a: the targets look 0.60% larger than the balls of the calibration")
 
 
 def test_cameras_that_were_left_out_and_samples_without_a_fix_take_no_part():

@@ -66,12 +66,16 @@ def with_zoom(
     added = moved[..., :, None] * moved[..., None, :]
     covariance = located.covariance + added
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    note = zoom_finding(zoom, where)
+    return Hinted(located._replace(covariance=covariance, sigma=sigma), added, [note])
+
+
+def zoom_finding(zoom: float, where: str, cause: str = "all lenses were zoomed or focused") -> Finding:
+    """That sigma holds a zoom at which sizes hint."""
     way = "larger" if zoom > 0 else "smaller"
     text = (
-        f"{where}: the cameras see the targets {abs(zoom):.2%} {way} than the balls of the calibration, which is more "
-        "than chance often does and too little to be sure of: sigma holds that all lenses were zoomed or focused by "
-        "as much"
+        f"{where}: the targets look {abs(zoom):.2%} {way} than the balls of the calibration, which is more than chance "
+        f"often does and too little to be sure of: sigma holds that {cause} by as much"
     )
     cure = "Where the targets are other balls, set calibration.same_balls: false."
-    note = Finding("note", "zoom-in-sigma", text, cure)
-    return Hinted(located._replace(covariance=covariance, sigma=sigma), added, [note])
+    return Finding("note", "zoom-in-sigma", text, cure)
