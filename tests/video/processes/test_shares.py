@@ -1,5 +1,6 @@
 import os
 import signal
+import time
 from fractions import Fraction
 from itertools import islice
 
@@ -9,7 +10,7 @@ import pytest
 
 from tests.files.clips import make_clip, moving_ball
 from vidtrack.errors import VidtrackError
-from vidtrack.video.processes import shares
+from vidtrack.video.processes import read_apart, shares
 from vidtrack.video.processes.read_apart import CAN_FORK, ReadApart
 from vidtrack.video.processes.shares import STRETCH, Share, Tables
 from vidtrack.video.reader import open_video
@@ -135,11 +136,24 @@ def test_pictures_of_another_size_are_left_out_by_all(tmp_path, readers):
     assert len(readers) == 2
 
 
-def test_a_process_that_is_killed_ends_the_reading_with_one_line(film, readers):
+def test_a_process_that_is_killed_ends_the_reading_with_one_line(film, readers, monkeypatch):
+    pass_on = read_apart._pass_on
+
+    def slowly(items, *how):
+        """The second process is killed before its third picture, however long the first pictures take here."""
+
+        def given():
+            for k, item in enumerate(items):
+                if len(readers) == 1 and k == 2:
+                    time.sleep(600)
+                yield item
+
+        pass_on(given(), *how)
+
+    monkeypatch.setattr(read_apart, "_pass_on", slowly)
     with open_video(str(film()), threads=2) as video:
         frames = video.frames(apart=True)
         next(frames)
-        os.kill(readers[1]._process, signal.SIGSTOP)
         os.kill(readers[1]._process, signal.SIGKILL)
         with pytest.raises(VidtrackError, match=r"film\.mov: the process that decodes it was killed \(SIGKILL\)"):
             for _ in range(10 * N):
