@@ -118,6 +118,14 @@ def test_a_fold_inside_the_picture_is_told_with_its_radius():
     assert gates.folded(CAMERA) is None
 
 
+@pytest.mark.parametrize(
+    ("kappa1", "level"), [(-0.0106, "note"), (-0.0115, "note"), (-0.014, "doubtful"), (-0.02, "doubtful")]
+)
+def test_a_fold_in_the_corners_alone_is_a_note(kappa1, level):
+    finding = gates.folded(CAMERA.with_(kappa1=kappa1))
+    assert (finding.level, finding.code) == (level, "lens-model-folds")
+
+
 def test_the_term_that_folds_the_lens_is_named():
     line = said_by(gates.folded)(CAMERA.with_(kappa1=1e-4, kappa2=-2e-3))
     assert "kappa2 = -0.002" in line

@@ -202,8 +202,13 @@ def mirrored(sense: int) -> str | None:
     )
 
 
+OF_CORNERS = 0.02
+"""Share of the picture that has no line of sight, up to which it is its corners: what is seen there has no position and
+its flag, and all else is as it would be."""
+
+
 def folded(camera: Camera) -> Finding | None:
-    """Warn: a lens model that turns back on itself inside the picture."""
+    """Warn: a lens model that turns back on itself inside the picture; in its corners alone it is a note."""
     fold = fold_radius(camera)
     if not np.isfinite(fold):
         return None
@@ -220,7 +225,7 @@ def folded(camera: Camera) -> Finding | None:
     richer = "calibration.model: auto, or " if term == "kappa1" and not camera.kappa2 else ""
     cure = f"or set {richer}calibration.fix: [{term}]"
     return Finding(
-        "doubtful",
+        "note" if share <= OF_CORNERS else "doubtful",
         "lens-model-folds",
         f"{term} = {value:.3g} folds the lens model inside the picture, {fold / camera.dy:.0f} px from the "
         f"principal point: {max(100 * share, 1):.0f} % of the picture has no line of sight.",
