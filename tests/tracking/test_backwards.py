@@ -219,6 +219,18 @@ def test_targets_that_touch_until_they_begin_are_followed_backwards_together(lat
     assert (off < 5 * whole.values[2:4, :9].transpose(1, 2, 0)).all()
 
 
+def test_two_on_one_way_back_that_it_told_apart_are_both_measured():
+    no = np.nan
+    rows, back = rows_of([[no, no], [no, no], [18, 30]]), rows_of([[14.5, 17.0], [16, 18.5], [18, 30]])
+    found = with_gaps_filled(rows, Back(np.array([0, 1]), 2, back, NO_LOOKS))
+    assert np.isfinite(found.values[0]).all()
+    whole = with_earlier(
+        rows_of([[no, no], [no, no], [18, 30]]), Back(np.array([0, 1]), 2, back, NO_LOOKS), np.full(2, 2)
+    )
+    assert np.isfinite(whole.values[0]).all()
+    assert not (whole.flag & MERGED).any()
+
+
 def test_what_was_followed_backwards_stands_before_and_is_no_recovery():
     def rows(n, value, flag=0):
         return Rows(np.full((13, n, 2), value), np.full((n, 2, 2), value), np.full((n, 2), flag), np.zeros(n))

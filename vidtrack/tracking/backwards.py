@@ -204,16 +204,18 @@ def _in_order(rows: Rows) -> Rows:
 def with_earlier(rows: Rows, back: Back, first: Ints, lines: int = 1) -> Rows:
     """The rows with what was followed backwards before the first sample (n,) of each target; lines: 2 for fields.
 
-    Where a target came to what another one shows, neither is measured.
+    Where a target came to what another one shows, neither is measured; on one way back no two are one.
     """
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
+    followed = np.zeros(flag.shape, bool)
     for j, i in enumerate(back.track.tolist()):
         k = slice(int(first[i]))
+        followed[k, i] = True
         values[:, k, i] = back.rows.values[:, k, j]
         corner[k, i] = back.rows.corner[k, j]
         flag[k, i] = back.rows.flag[k, j] & ~RECOVERED
     for i in back.track.tolist():
-        _neither(values, flag, i, np.arange(first[i]), lines)
+        _neither(values, flag, followed, i, np.arange(first[i]), lines)
     return Rows(values, corner, flag, rows.total_pixels)
 
 
@@ -224,12 +226,14 @@ def with_gaps_filled(rows: Rows, back: Back, lines: int = 1) -> Rows:
     doubt. What was measured before a gap that is filled from its end alone may be another thing: RECOVERED.
     """
     values, corner, flag = rows.values.copy(), rows.corner.copy(), rows.flag.copy()
+    followed = np.zeros(flag.shape, bool)
     taken = [(int(i), _sure(values[POSITION, :, i], back.rows, j)) for j, i in enumerate(back.track[: back.n])]
     for j, (i, fill) in enumerate(taken):
         values[:, fill, i], corner[fill, i] = back.rows.values[:, fill, j], back.rows.corner[fill, j]
         flag[fill, i] = _flags(np.isfinite(rows.values[X, :, i]), back.rows.flag[:, j], fill)
+        followed[fill, i] = True
     for i, fill in taken:
-        _neither(values, flag, i, fill, lines)
+        _neither(values, flag, followed, i, fill, lines)
     return Rows(values, corner, flag, rows.total_pixels)
 
 
@@ -278,13 +282,16 @@ def _sure(at: Array, back: Rows, j: int) -> Ints:
     return np.array(fill[::-1], np.intp)
 
 
-def _neither(values: Array, flag: NDArray[np.int64], i: int, samples: Ints, lines: int) -> None:
-    """Where target i came to what another one shows in some samples, measure neither, in place."""
+def _neither(values: Array, flag: NDArray[np.int64], followed: Bools, i: int, samples: Ints, lines: int) -> None:
+    """Where target i came back to what another one shows in some samples, measure neither, in place.
+
+    followed  (samples, n), where targets were measured on the way back, which takes no two for one
+    """
     at = values[[X, Y]][:, samples]
     apart = np.linalg.norm(at - at[..., i : i + 1], axis=0)
     diameter = 2 * np.sqrt(values[PIXELS, samples, i : i + 1] * lines / np.pi)
     same = apart < OCCLUSION.inside * diameter  # NaN is never less
-    same[:, i] = False
+    same &= ~followed[samples]
     same[:, i] = same.any(axis=1)
     row, column = np.nonzero(same)
     values[:, samples[row], column] = np.nan
