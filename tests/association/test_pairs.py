@@ -39,6 +39,19 @@ def test_a_true_pair_is_worth_its_gain_less_half_a_nat_a_moment():
     assert found.square[true].mean() == pytest.approx(0.01, rel=0.1)
 
 
+def test_what_the_calibration_leaves_is_seen_beside_moments_of_a_large_sd():
+    """A target that another one hides in part for a while, in pictures whose calibration leaves a tenth of a pixel."""
+    rng = np.random.default_rng(7)
+    tracks, _ = seen(CAMERAS, swarm(6, rng), rng, noise=0.01)
+    tracks[1] = tracks[1] + [0.0, 0.14]
+    pieces = [as_tracklets(t, 0.01)[0] for t in tracks]
+    unsure = pieces[1].sample < 75
+    assert 0.3 < unsure.mean() < 0.7
+    pieces[1].sd[unsure] = 0.5
+    found = pairs_of(*sides(CAMERAS, pieces), 1.0, np.arange(150))
+    assert 0.07 < bias_of([found], 0.02, 1.0) < 0.25
+
+
 def test_a_moment_costs_no_more_than_its_loss():
     rng = np.random.default_rng(1)
     tracks, _ = seen(CAMERAS, swarm(1, rng), rng)

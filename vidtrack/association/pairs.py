@@ -26,6 +26,8 @@ from vidtrack.geometry.epipolar import MEET, about, above_surface, essential, li
 GAIN = 3.0
 """# ASSUME: nats a moment; a false pair's miss is predicted by its last one to some 20 standard deviations."""
 LOSS = 5.0
+SURE_PX = 0.1
+"""Centroids of a larger sd say little of what the calibration leaves: a few of them would hide it."""
 CHUNK = 32
 """Moments looked at together."""
 PIECE = 16_384
@@ -52,7 +54,7 @@ class Pairs(NamedTuple):
     n: Ints  # (P,) common moments
     value: Array  # (P,) nats
     square: Array  # (P,) px^2, variance of a picture's coordinates that the misses show, over the moments that fit
-    noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain
+    noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain; both of the sure ones mostly
 
 
 def rays_of(cameras: Sequence[Camera], b: Sequence[Array]) -> list[Rays]:
@@ -147,10 +149,12 @@ def _summed(one: Tracklets, other: Tracklets, found: _Fitting, bias_px: float, m
     row_a, row_b, chi2, slope, noise = found
     a, b, pair, n_fit = distinct_pairs(one.owner[row_a], other.owner[row_b])
     common = np.maximum(_common(one, other, a, b, moments), n_fit)
-    worth, square, spread = (
-        np.bincount(pair, w, len(a)) for w in (GAIN - chi2 / 2, chi2 * noise / slope, noise / slope)
+    own = noise / slope - bias_px**2
+    sure = 1 / (np.maximum(own, 0) + SURE_PX**2) ** 2
+    worth, weight, square, spread = (
+        np.bincount(pair, w, len(a)) for w in (GAIN - chi2 / 2, sure, sure * chi2 * noise / slope, sure * own)
     )
-    return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / n_fit, spread / n_fit - bias_px**2)
+    return Pairs(a, b, common, worth - LOSS * (common - n_fit), square / weight, spread / weight)
 
 
 class AtMoments(NamedTuple):
