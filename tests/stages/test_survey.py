@@ -86,6 +86,16 @@ def test_a_wrong_pick_in_one_camera_is_named_with_its_size(eight):
     assert "mm at its distance" in finding.text
 
 
+@pytest.mark.parametrize(("px", "sights", "level"), [(1.2, 1, "note"), (1.2, 3, "doubtful"), (2.5, 1, "doubtful")])
+def test_one_ball_that_something_touches_is_left_out_and_no_doubt(eight, px, sights, level):
+    cameras, _, _ = eight
+    b = seen(cameras[:3], P, np.random.default_rng(1), 0.02)
+    b[0, [8, 14, 20][:sights]] += (px, 0)
+    _, found = judged(P, b)
+    assert len(found.left_out["cam1"]) == sights
+    assert [finding.level for finding in found.findings] == [level] * sights
+
+
 GRID = P.mean(0) + np.stack(np.meshgrid([-1, 0, 1], [-1.5, -0.5, 0.5, 1.5], [-1, 0, 1], indexing="ij"), -1).reshape(
     -1, 3
 ) * np.ptp(P, axis=0) / [2, 3, 2]

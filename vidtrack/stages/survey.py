@@ -31,6 +31,10 @@ ALONE_PX, ALONE = 1.0, 8.0
 """px rms by which one camera sees a clip elsewhere, and times farther than any other, for the camera to have moved: a
 frame that was surveyed wrongly both cameras see off, but for one that looks along the way it was moved."""
 
+BESIDE_PX, BESIDE_SHARE = 1.5, 0.05
+"""px within which a sight is of the right ball, which something touches, hides or lights; and of a camera's sights the
+share, or one, that may be: they are left out, and nothing is wrong with the others."""
+
 
 class JudgedSurvey(NamedTuple):
     """What the stage gives.
@@ -193,8 +197,17 @@ def _mistaken(names: list[str], tags: list[str], shared: SharedPoints, found: Pl
             if (mix := mixed.get(j)) and mix.mutual and mix.place < j and mix.place in rows:
                 continue
             own.append(_mistaken_finding(names[i], tags, j, shared, places, camera, mixed.get(j), units, i))
-        findings += _few(own, names[i])
+        off = np.hypot(*(shared.b[i, rows] - places[rows]).T)
+        most = max(1.0, BESIDE_SHARE * np.isfinite(shared.b[i, :, 0]).sum())
+        beside = len(rows) <= most and off.max() < BESIDE_PX and not mixed
+        findings += [_beside(finding) for finding in own] if beside else _few(own, names[i])
     return findings
+
+
+def _beside(finding: Finding) -> Finding:
+    """Of a sight that is hardly off, and of the right ball."""
+    cure = "See in the calibration picture what touches, hides or lights it there; the others are not concerned."
+    return finding._replace(level="note", cure=cure)
 
 
 def _few(own: list[Finding], camera: str) -> list[Finding]:
