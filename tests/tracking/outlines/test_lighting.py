@@ -197,12 +197,24 @@ def test_samples_that_are_measured_at_another_threshold_are_less_sure_of_their_w
     lit = Lighting([outlines([(0.2, 0.1)] * 8)])
     pixels = np.array([59.0, 38, *[20, 21, 19, 22] * 10, np.nan, 20])[:, None]
     where = np.broadcast_to(np.array([100.0, 50.0])[:, None, None], (2, *pixels.shape))
-    way, sd = lit.ways_of_all(where, pixels, 1)
+    way, sd = lit.ways_of_all(where, pixels, np.full(pixels.shape, 0.05), 1)
     size = np.hypot(*way[:, :, 0])
     assert (sd[:2, 0] > 0.25 * size[:2]).all()
     assert sd[0, 0] > sd[1, 0]
     assert sd[4:40, 0] == pytest.approx(lit.ways(0, where[:, 4:40, 0], np.full(36, np.sqrt(20.5 / np.pi)))[1], rel=0.1)
     assert np.isfinite(sd[:, 0]).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_sample_that_is_measured_much_worse_than_usual_may_be_of_another_part_of_the_light():
+    """The first of 60 in its crescent's arc alone, 1.1 px off with three times the usual sd."""
+    lit = Lighting([outlines([(0.4, 0.25)] * 8)])
+    pixels = np.full((60, 1), 33.0)
+    where = np.broadcast_to(np.array([100.0, 50.0])[:, None, None], (2, *pixels.shape))
+    measured = np.array([0.2, *[0.07, 0.08, 0.065, 0.09] * 14, np.nan, 0.0, 0.07])[:, None]
+    way, sd = lit.ways_of_all(where, pixels, measured, 1)
+    assert sd[0, 0] > 0.3 * np.hypot(*way[:, 0, 0])
+    assert np.ptp(sd[1:, 0]) < 1e-9
 
 
 @pytest.mark.filterwarnings("error")

@@ -54,8 +54,9 @@ class Lit:
     rounds, outlying  of a field's fit, in which ways weigh less that are off by more than so many times the median
     other        sd of all ways about their field, from which on a ball is lit otherwise, or its light was measured at
                  another threshold, however little its own fit claims to know; it counts alone at `outlying` sd as well
-    other_pixels, per_other  how far the logarithm of a ball's pixels is from its median, up to which its way is known;
-                 and the share of the way that it is unsure by for each unit more
+    other_pixels, other_sd, per_other  how far the logarithm of a ball's pixels is from its median, and that of its
+                 centroid's sd above it, up to which its way is known; and the share of the way that it is unsure by for
+                 each unit more
     """
 
     least_px: float = 2.3
@@ -101,6 +102,7 @@ class Lit:
     outlying: float = 3.0
     other: float = 5.0
     other_pixels: float = 0.25
+    other_sd: float = 0.5
     per_other: float = 1.0
 
 

@@ -187,17 +187,21 @@ class Lighting:
             sd = np.hypot(sd, max(lost))
         return way * radius, np.nan_to_num(np.hypot(sd, self._alike) * radius)
 
-    def ways_of_all(self, position: Array, pixels: Array, lines: int) -> tuple[Array, Array]:
+    def ways_of_all(self, position: Array, pixels: Array, measured: Array, lines: int) -> tuple[Array, Array]:
         """The ways (2, k, n) px of those n balls at positions (2, k, n) px, and their sd (k, n) px.
 
-        pixels  (k, n) above the threshold. A ball that shows far more or fewer than usual was measured at another
-                threshold, with more or less of its dark side, or is nearer or farther
+        pixels    (k, n) above the threshold. A ball that shows far more or fewer than usual was measured at another
+                  threshold, with more or less of its dark side, or is nearer or farther
+        measured  (k, n) px, sd of the centroid as it was measured: where it is far larger than usual, another part of
+                  the light was
         """
         way, sd = np.zeros(position.shape), np.zeros(pixels.shape)
         for i in range(pixels.shape[1]):
             radius = _smooth(np.sqrt(lines * pixels[:, i] / np.pi))
             way[:, :, i], known = self.ways(i if i < len(self.found) else -1, position[:, :, i], radius)
-            unlike = np.nan_to_num(np.hypot(*way[:, :, i])) * _otherwise(pixels[:, i])
+            unlike = np.maximum(np.abs(_over(pixels[:, i])) - LIT.other_pixels, 0.0)
+            unlike += np.maximum(_over(measured[:, i]) - LIT.other_sd, 0.0)
+            unlike *= np.nan_to_num(np.hypot(*way[:, :, i]))
             sd[:, i] = np.hypot(known, LIT.per_other * unlike)
         return way, sd
 
@@ -236,13 +240,13 @@ def _smooth(radius: Array) -> Array:
     return np.where(known, mean, np.nan)
 
 
-def _otherwise(pixels: Array) -> Array:
-    """By how much the logarithm of a ball's pixels (k,) differs from the usual one beyond LIT.other_pixels."""
-    known = pixels > 0
-    size = np.log(pixels[known])
-    off = np.zeros(pixels.shape)
-    off[known] = np.abs(size - np.median(size)) if size.size else 0.0
-    return np.maximum(off - LIT.other_pixels, 0.0)
+def _over(values: Array) -> Array:
+    """By how much logarithms of values (k,) above 0 lie over their median; 0 of others."""
+    known = values > 0
+    size = np.log(values[known])
+    over = np.zeros(values.shape)
+    over[known] = size - np.median(size) if size.size else 0.0
+    return over
 
 
 class _Field:

@@ -64,6 +64,7 @@ def grow_sd(
     """
     values = rows.values
     sd = values[[SD_X, SD_Y]]
+    measured = np.hypot(*sd) if lit else None
     if kind == "weighted":
         sd = np.hypot(sd, _sampled(rows, lines))
     if (rows.flag & SATURATED).any():
@@ -86,7 +87,7 @@ def grow_sd(
         radius = np.sqrt(lines * median(values[PIXELS]) / np.pi)
         sd = np.hypot(own, surfaces.sd(own, radius))
     if rims is not None:
-        ways = lit.ways_of_all(position, values[PIXELS], lines) if lit else None
+        ways = lit.ways_of_all(position, values[PIXELS], measured, lines) if lit and measured is not None else None
         values[[X, Y]], sd = rims.corrected(position, sd, own, ways)
     values[[SD_X, SD_Y]] = sd
     return grown
