@@ -6,7 +6,8 @@ import pytest
 from tests.location.sight_lines.test_sight_misses import AT, NOISE, misses, pluck
 from vidtrack.geometry.camera import project
 from vidtrack.geometry.triangulate import locate_points
-from vidtrack.location.sight_lines.sight_causes import Cause, causes, likeliest
+from vidtrack.location.sight_lines import sight_causes as module
+from vidtrack.location.sight_lines.sight_causes import KNOWN_SDS, SURELY, Cause, causes, least_moved, likeliest
 from vidtrack.location.sight_lines.sight_system import calibration_of, sight_system
 from vidtrack.simulate.rig import thesis_rig
 
@@ -115,3 +116,35 @@ def test_evidence_grows_little_once_noise_is_below_what_does_not_average_away(ki
         (cause,) = [c for c in every_cause(b, noise=noise) if c.kind == kind and c.cameras == (1,)]
         evidence.append(cause.evidence)
     assert 9 < evidence[1] < 5 * evidence[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_least_that_a_cause_moves_is_that_of_the_best_of_all_amounts_within_its_deviations(seed):
+    rng = np.random.default_rng(seed)
+    k = 1 + 2 * (seed % 2)
+    A, B = rng.normal(size=(2, k, k))
+    covariance, M = A @ A.T + 0.01 * np.eye(k), B @ B.T
+    x = rng.normal(size=k) * 6
+    way = rng.normal(size=(200_000, k))
+    way *= SURELY / np.linalg.norm(way, axis=1)[:, None]
+    amounts = x + way @ np.linalg.cholesky(covariance).T
+    tried = np.sqrt(np.einsum("nj,jk,nk->n", amounts, M, amounts)).min()
+    inside = x @ np.linalg.solve(covariance, x) < SURELY**2
+    assert least_moved(x, covariance, M) == pytest.approx(0.0 if inside else tried, rel=0.05, abs=0.02)
+
+
+def test_a_turn_about_the_line_to_the_targets_is_not_judged_by_what_is_not_known_of_it(monkeypatch):
+    """Targets in one small place show two of the three ways to turn."""
+
+    def small(t):
+        return np.array([6.0, 3.0, -4.0]) + 0.02 * pluck(t)
+
+    found, over = misses(3, aside=0.15, seed=1, path=small)
+    cause = found.cause
+    assert cause.kind == "turned"
+    assert cause.evidence > 9
+    assert cause.amount < KNOWN_SDS * cause.sd
+    assert 0.3 * over < cause.moved < over
+    monkeypatch.setattr(module, "least_moved", lambda *_: 48.0)
+    assert misses(3, aside=0.15, seed=1, path=small)[0].cause.moved == 48.0
+    assert misses(3, roll=1.3)[0].cause.moved < 48.0, "what is well known counts as it is"

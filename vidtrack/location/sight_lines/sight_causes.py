@@ -8,7 +8,7 @@ fields of FIELD_PX that vary linearly over the scene.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from vidtrack.arrays import Array
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.jacobian import columns, derivatives
-from vidtrack.location.sight_lines.sight_system import SightSystem, left_by, over_sigma, root_of, whitened
+from vidtrack.location.sight_lines.sight_system import SightSystem, left_by, one_over, root_of, whitened
 
 BIAS_PX = 0.015
 """ASSUME: what does not average away over a run: pixel locking, uneven light on a target, a plain lens model."""
@@ -61,6 +61,10 @@ EVIDENT, NEARLY = 9.0, 0.8
 JUMPS = 8
 """Parts of the run between which a clock may jump."""
 
+KNOWN_SDS, SURELY = 3.0, 2.0
+"""Standard deviations of a cause's amount, below which it may be mostly what residuals do not show, as a turn by 1 ±
+0.5 degrees about the line to the targets: what counts is the least that amounts within SURELY move positions by."""
+
 
 class Cause(NamedTuple):
     """One camera turned, by so many degrees, zoomed, by such a share, or its clock wrong, and its worth.
@@ -70,7 +74,8 @@ class Cause(NamedTuple):
     amount   deg, share of f; s to be added to the camera's time, ppm by which it is to be stretched, s from a moment on
     share    of the excess of squared misses that it explains
     evidence chi squared that it takes away, of samples whose errors are not independent
-    moved    rms of what it moves the positions by, each over its sigma
+    moved    rms of what it moves the positions by, each over its sigma; of an amount below KNOWN_SDS the least of that
+             for any amount, and way to turn, within SURELY
     """
 
     kind: str
@@ -104,15 +109,45 @@ def causes(
         worth = fields.fitted(X, np.inf)[2] if clock else gain
         worth /= 1 + len(p) * (SLOW_PX if clock else BIAS_PX) ** 2 / noise2
         size = float(np.linalg.norm(x)) or 1e-300
-        spread = float(np.sqrt(np.maximum(x @ inverse @ x, 0.0))) / size * max((before - gain) / expected, 1.0) ** 0.5
-        px = sum(whitened(system, i, own @ x) for i, own in follows.items())
-        moved = np.einsum("nij,nj->ni", system.G, px)
-        ratio = over_sigma(system, (moved**2).sum(-1))
+        covariance = inverse * max((before - gain) / expected, 1.0)
+        spread = float(np.sqrt(np.maximum(x @ covariance @ x, 0.0))) / size
+        M = moved2(system, follows)
+        moved = float(np.sqrt(x @ M @ x)) if size > KNOWN_SDS * spread else least_moved(x, covariance, M)
         amount, unit = size if kind == "turned" else float(x[0]), UNITS.get(kind, 1.0)
         share = min(gain / max(before - expected, gain, 1e-300), 1.0)
-        cause = Cause(kind, tuple(follows), amount * unit, spread * unit, share, worth, ratio, from_s)
+        cause = Cause(kind, tuple(follows), amount * unit, spread * unit, share, worth, moved, from_s)
         found.append((gain * WORTH.get(kind, 1.0), cause))
     return [cause for _, cause in sorted(found, key=lambda one: -one[0])]
+
+
+def moved2(system: SightSystem, follows: Mapping[int, Array]) -> Array:
+    """M (k, k): x' M x is the mean square of what amounts x (k,) move the positions by, each over its own sigma.
+
+    follows  by camera px (n, 2, k) that follow from the amounts
+    """
+    by = system.G @ sum(whitened(system, i, px) for i, px in follows.items())
+    return np.asarray(np.einsum("nij,nik,n->jk", by, by, one_over(system.sigma2)) / len(by), float)
+
+
+def least_moved(x: Array, covariance: Array, M: Array) -> float:
+    """The least sqrt(y' M y) of amounts y within SURELY standard deviations of x (k,), of covariance (k, k).
+
+    Along the axes of M in units of deviations, of lengths a, the least lies at y = x m / (a + m): m follows from its
+    distance to x (Lagrange).
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 1e-300))
+    a, axes = np.linalg.eigh(root.T @ M @ root)
+    z2 = (axes.T @ np.linalg.solve(root, x)) ** 2
+    known = a > 1e-12 * a.max()
+    if not known.any() or z2[known].sum() <= SURELY**2:
+        return 0.0
+    a, z2 = a[known], z2[known]
+    low, high = 1e-15 * a.max(), 1e15 * a.max()
+    for _ in range(100):
+        m = float(np.sqrt(low * high))
+        low, high = (m, high) if (z2 * (a / (a + m)) ** 2).sum() > SURELY**2 else (low, m)
+    return float(np.sqrt((z2 * a * (high / (a + high)) ** 2).sum()))
 
 
 class _Beside(NamedTuple):

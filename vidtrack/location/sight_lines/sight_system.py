@@ -59,6 +59,11 @@ def _ratio(a: Array, b: Array) -> Array:
     return np.asarray(np.where(b > 0, a / np.where(b > 0, b, 1.0), 0.0))
 
 
+def one_over(a: Array) -> Array:
+    """1 / a; 0 where a is 0."""
+    return _ratio(np.ones_like(a), a)
+
+
 def _rows(by_camera: Array) -> Array:
     """(c, n, 2, ...) as (n, 2 c, ...)."""
     moved = np.moveaxis(by_camera, 0, 1)
@@ -89,11 +94,10 @@ def left_by(system: SightSystem, camera: int, columns: Array) -> Array:
 
 
 def whitened(system: SightSystem, camera: int, px: Array) -> Array:
-    """Px (n, 2) of one camera as rows (n, 2 c) in units of its standard deviation."""
-    out = np.zeros_like(system.e)
+    """Px (n, 2, k) of one camera as rows (n, 2 c, k) in units of its standard deviation."""
+    out = np.zeros((*system.e.shape, px.shape[-1]))
     rows = slice(2 * camera, 2 * camera + 2)
-    sd = system.sd[:, rows]
-    out[:, rows] = _ratio(px, sd)
+    out[:, rows] = _ratio(px, system.sd[:, rows, None])
     return out
 
 
