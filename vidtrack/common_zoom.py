@@ -19,8 +19,12 @@ AGREE = 0.5
 camera is up to 3 %."""
 
 
+SAME = 0.03
+"""Logarithm of a ratio from which on targets are balls of another size than the calibration's."""
+
+
 class SeenSize(NamedTuple):
-    """How much larger a camera sees the targets than its calibration's balls: its logarithm, sd and wander"""
+    """How much larger a camera sees the targets than its calibration's balls: its logarithm, sd and wander."""
 
     name: str
     larger: float

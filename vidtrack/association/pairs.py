@@ -54,7 +54,7 @@ class Pairs(NamedTuple):
     n: Ints  # (P,) common moments
     value: Array  # (P,) nats
     square: Array  # (P,) px^2, variance of a picture's coordinates that the misses show, over the moments that fit
-    noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain; both of the sure ones mostly
+    noise: Array  # (P,) px^2, that which the centroids' own standard deviations explain; sure ones weigh most in both
 
 
 def rays_of(cameras: Sequence[Camera], b: Sequence[Array]) -> list[Rays]:

@@ -12,7 +12,7 @@ from math import hypot
 from statistics import median
 from typing import Any
 
-from vidtrack.common_zoom import SeenSize, common_zoom, seen_size
+from vidtrack.common_zoom import SAME, SeenSize, common_zoom, seen_size
 from vidtrack.findings import Finding
 
 Record = Mapping[str, Any]
@@ -26,7 +26,6 @@ class SizeLimits:
             see it alike, as they see light that flickers
     sds     standard deviations; of_balls: where the scatter of balls among themselves is the most of it; of_outlines:
             where widths are those of outlines, whose sd holds what lasts
-    same    up to which targets are taken for balls of the calibration's size
     largest beyond which a difference between cameras stands for something else
     wander  sd of a size along a run, and times: how many times that of the other cameras
     """
@@ -36,7 +35,6 @@ class SizeLimits:
     sds: float = 5.0
     of_balls: float = 3.5
     of_outlines: float = 3.0
-    same: float = 0.03
     largest: float = 0.2
     wander: float = 0.004
     times: float = 4.0
@@ -109,7 +107,7 @@ def _all(sizes: Record) -> list[Finding]:
     if zoom is None or (zoom.outlines and not zoom.agree):
         return []
     sds = LIMITS.of_outlines if zoom.outlines else LIMITS.of_balls
-    if not max(LIMITS.of_all, sds * zoom.sd) < abs(zoom.larger) < LIMITS.same:
+    if not max(LIMITS.of_all, sds * zoom.sd) < abs(zoom.larger) < SAME:
         return []
     who = "all cameras see" if len(sizes) > 1 else f"{next(iter(sizes))} sees"
     way = "larger" if zoom.larger > 0 else "smaller"

@@ -1,7 +1,8 @@
 """Sigma that holds the common zoom of all lenses at which the sizes of the targets hint.
 
-A zoom of all lenses together leaves the lines of sight meeting: sizes of targets alone show it. What they show with too
-little certainty for a doubt is still likelier than the calibration's own error of f, which is all that sigma has of it.
+A zoom of all lenses together leaves the lines of sight meeting: sizes of targets alone show it. What they show is
+likelier than the calibration's own error of f, which is all that sigma has of it otherwise; where it is surer, it is a
+doubt as well (`verdict.size_rules`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vidtrack.arrays import Array
-from vidtrack.common_zoom import common_zoom
+from vidtrack.common_zoom import SAME, common_zoom
 from vidtrack.findings import Finding
 from vidtrack.geometry.camera import Camera
 from vidtrack.geometry.triangulate import Located, places_of
@@ -24,14 +25,11 @@ HINTED = 1.5
 ALIKE = 2.5
 """Of its sd, up to which each camera sees what all do; what one alone sees is its own."""
 
-LARGEST = 0.03
-"""Logarithm of a ratio from which on targets are balls of another size than the calibration's."""
-
 
 def hinted_zoom(sizes: Mapping[str, Any]) -> float:
     """The common zoom at which `sizes` (of `ball_sizes`) hint, a logarithm; 0 where they hint at none."""
     zoom = common_zoom(sizes)
-    if zoom is None or not HINTED * zoom.sd < abs(zoom.larger) < LARGEST:
+    if zoom is None or not HINTED * zoom.sd < abs(zoom.larger) < SAME:
         return 0.0
     return zoom.larger if zoom.apart < ALIKE else 0.0
 
@@ -75,7 +73,7 @@ def zoom_finding(zoom: float, where: str, cause: str = "all lenses were zoomed o
     way = "larger" if zoom > 0 else "smaller"
     text = (
         f"{where}: the targets look {abs(zoom):.2%} {way} than the balls of the calibration, which is more than chance "
-        f"often does and too little to be sure of: sigma holds that {cause} by as much"
+        f"often does: sigma holds that {cause} by as much"
     )
     cure = "Where the targets are other balls, set calibration.same_balls: false."
     return Finding("note", "zoom-in-sigma", text, cure)
