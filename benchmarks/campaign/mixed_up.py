@@ -53,6 +53,11 @@ def _axes_exchanged(rows: Rows) -> None:
         row["x"], row["y"] = row["y"], row["x"]
 
 
+def _in_millimetres(rows: Rows) -> None:
+    for row in rows:
+        row |= {axis: str(25.4 * float(row[axis])) for axis in ("x", "y", "z", "sigma") if row.get(axis)}
+
+
 def _sign_lost(rows: Rows) -> None:
     row = next(r for r in rows[13:] if abs(float(r["x"])) > 3)
     row["x"] = str(-float(row["x"]))
@@ -142,6 +147,7 @@ MIXED_UP: dict[str, Circumstance] = {
     "run-mirrored": Circumstance("mirrored", after=_turned(lambda p: p[:, ::-1])),
     "run-upside-down": Circumstance("turned by 180", after=_turned(lambda p: p[::-1, ::-1])),
     "survey-axes-exchanged": Circumstance(r"mirror|hand|axes", after=_survey(_axes_exchanged)),
+    "survey-in-millimetres": Circumstance("in mm", after=_survey(_in_millimetres)),
     "survey-sign-lost": Circumstance(SURVEY, after=_survey(_sign_lost)),
     "survey-typing-mistake": Circumstance(r"\b21\b", after=_survey(_digits_exchanged)),
     "survey-tags-exchanged": Circumstance(r"\b5\b", after=_survey(_tags_exchanged)),

@@ -28,6 +28,7 @@ from vidtrack.calibration.camera.one_camera import (
 )
 from vidtrack.calibration.camera.outliers import Mask, Mixup, limit_for, mixups
 from vidtrack.calibration.camera.refine import Uncertainty, free_parameters
+from vidtrack.calibration.camera.unlikely_units import unlikely_units
 from vidtrack.calibration.centroid_noise import centroid_sd
 from vidtrack.calibration.doubts import doubts, lens_findings, mirrored_place, outlier_findings
 from vidtrack.calibration.task_settings import Fix, Prior, task_from_settings
@@ -129,6 +130,7 @@ def calibrate(
         *outlier_findings(tags, points, found, points.b - places, mixed, answer, known_lens=lens is not None),
         *doubts(stated.take(found.keep), good, task, answer, units),
         *(lens_findings(lens, answer, good, tags, units) if lens else ()),
+        *unlikely_units(answer.camera, points.p, radius, units),
     ]
     findings = [finding._replace(text=f"{where}: {finding.text}") for finding in findings]
     record = (
