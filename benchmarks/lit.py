@@ -136,7 +136,7 @@ def balls(seed, count):
         room = int(np.ceil(1.5 * size + 4))
         left, top = np.rint(at).astype(int) - room
         piece = grey[top : top + 2 * room + 1, left : left + 2 * room + 1]
-        fit = fit_ball(piece, at - [left, top], size, light["noise"], height=0.0)
+        fit = fit_ball(piece, at - [left, top], size, light["noise"], height=0.0, full=piece >= 254.5)
         held = fit is not None and fit.misfit < 0.08 and fit.radius > 0.85 * size
         error = np.hypot(*(at + fit.way - truth)) if held else np.nan
         rows.append((kind, light["ambient"], np.hypot(*(at - truth)), error, fit.sd if held else np.nan))

@@ -86,3 +86,31 @@ def test_what_is_laid_over_each_other_is_of_the_moment_at_which_the_ball_was_nea
     one = laid_over([piece(x, 30.0, sample=k) for x, k in there], 1)
     assert one.where[0] == pytest.approx(22.04)
     assert one.sample == 40
+
+
+@pytest.mark.parametrize("radius", [6.0, 24.0])
+def test_what_is_saturated_is_so_in_a_reduced_piece_and_in_those_laid_over_each_other(radius):
+    grey = picture((140, 160), [(80.3, 70.2, radius)], lamp=(1, 0.2, 0.3), ambient=0.1, level=400.0)
+    clipped = noisy(grey, np.random.default_rng(5))
+    own = piece_of(clipped, (80.3, 70.2), np.pi * radius**2)
+    assert own.full.shape == own.grey.shape
+    laid = laid_over([own, own], 1)
+    rows, columns = laid.grey.shape
+    assert laid.full[rows // 2, columns // 2 + int(0.6 * own.radius)]
+    assert not laid.full[:, : columns // 2 - int(0.6 * own.radius)].any()
+    fit = outline_of(light_of(laid, 1.0, 1), 1.0, 1)
+    assert np.hypot(*(fit.way * own.radius)) < 0.05 * own.radius, "the piece is laid about the middle itself"
+
+
+def test_outlines_are_fitted_to_pixels_as_they_are_and_not_to_what_lies_between_them():
+    rng, off = np.random.default_rng(7), []
+    for _ in range(8):
+        x, y = 40 + rng.uniform(-0.5, 0.5), 30 + rng.uniform(-0.5, 0.5)
+        grey = picture((60, 80), [(x, y, 9.0)], lamp=(1, 0.3, 0.6), ambient=0.2)
+        pieces = [piece_of(noisy(grey, rng, 0.5), (x, y), np.pi * 81) for _ in range(2)]
+        laid = laid_over(pieces, 1)
+        both = laid, laid._replace(pixels=laid.grey, at=(laid.grey.shape[1] // 2, laid.grey.shape[0] // 2))
+        off.append([np.hypot(*outline_of(light_of(one, 0.5, 1), 0.5, 1).way) * 9 for one in both])
+    whole, between = np.mean(off, axis=0)
+    assert whole < 0.02
+    assert between > 1.5 * whole

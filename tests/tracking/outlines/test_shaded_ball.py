@@ -42,6 +42,19 @@ def test_the_middle_of_the_outline_is_where_the_ball_is(lamp, ambient, radius, r
     assert fit.radius == pytest.approx(radius, rel=0.06)
 
 
+@pytest.mark.parametrize("ambient", [0.02, 0.05])
+@pytest.mark.parametrize("level", [420.0, 500.0])
+def test_a_lit_side_that_is_saturated_is_at_least_as_bright(level, ambient, rng):
+    light = picture(SHAPE, [(*PLACE, 6.0)], lamp=(1, 0.2, 0.3), ambient=ambient, level=level)
+    light = np.clip(light + rng.normal(0, 1.5, SHAPE), 0, 255)
+    at = centroid(light)
+    fit, flat = (fit_ball(light, at, 5.4, 1.5, full=full) for full in (light >= 254, None))
+    assert fit is not None
+    assert np.hypot(*(at + fit.way - PLACE)) < min(0.08, 4 * fit.sd)
+    assert flat is not None
+    assert np.hypot(*(at + flat.way - PLACE)) > 0.2, "what is clipped looks flat"
+
+
 def test_a_ball_that_is_lit_from_everywhere_has_one_middle(rng):
     light, outline, fit = fitted(rng, lamp=None)
     assert np.hypot(*light) < 0.02

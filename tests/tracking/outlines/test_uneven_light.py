@@ -67,7 +67,7 @@ def lit(steps, n=40):
 def test_a_shadow_that_stays_on_one_side_of_a_ball_is_in_the_sd(monkeypatch):
     error, sd = lit(0.2)
     assert len(error) > 35
-    assert np.abs(np.median(error[:, 0])) < 0.02  # its outline is fitted
+    assert np.abs(np.median(error[:, 0])) < 0.05  # its outline is fitted
     assert wrong(error, sd) == 0
     monkeypatch.setattr(stage, "lighting", lambda *given, **more: None)
     error, sd = lit(0.2)

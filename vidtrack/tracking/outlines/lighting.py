@@ -110,9 +110,8 @@ def _lit_alike(
     ways, wide = [], []
     for k in range(LIT.stacks):
         laid = laid_over(pieces[k :: LIT.stacks], lines)
-        rows, columns = laid.grey.shape
         own = noise / np.sqrt(laid.number)
-        fit = fit_ball(laid.grey, (columns // 2, rows // 2), laid.radius, own, lines=lines)
+        fit = fit_ball(laid.pixels, laid.at, laid.radius, own, lines=lines, full=laid.full)
         if fit is None or fit.misfit > BALL_FIT.well:
             return None
         ways.append(fit.way / laid.radius)

@@ -8,7 +8,8 @@ of its radius. Its outline does not. The picture of a ball is fitted:
 C is 1 on the ball, whose height e depends on how square pixels are, G a Gaussian with the width of the lens's blur,
 taken over each pixel; behind the ball lies a plane. Its surface s is that of Lambert's law, one lamp in direction l and
 light from everywhere, s = d + max(0, l (u, v, w)), or a polynomial of the second degree, for other lights. What is
-linear is solved for in each step (variable projection, Golub and Pereyra 1973).
+linear is solved for in each step (variable projection, Golub and Pereyra 1973). A saturated pixel is missed only by a
+model that is darker there: the lit side of a ball that is clipped looked flat, and drew the outline by 0.6 px.
 
 Water that covers the lower part of a ball makes its light one-sided, too. A fit of the same kind finds such a ball
 out: a disc of one level, cut by a straight line, beyond which all is of another level.
@@ -18,23 +19,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vidtrack.arrays import Array, Picture
+from vidtrack.arrays import Array, Bools, Picture
+from vidtrack.tracking.outlines.drawn_ball import BallView, drawn
 
 
 @dataclass(frozen=True)
 class BallFit:
     """How a ball is fitted.
 
-    fine        parts of a pixel, each way, in which the ball is drawn before it is blurred
     begin_px    blur to begin with; least_px: at least
     lamps       angles of the lamp from the direction of the camera to begin with, radians; others, wider: where those
-                leave more than `noisy` times the noise, more of them, with so many times the radius
+                leave more than `noisy` times the noise, more of them, with so many times the radius;
+                aside: and from other sides, with so many times the radius, which come out no
+                smaller than `smallest`; first: steps of each, of which the `best` go on
     steps, enough  at most; share by which the sum of squares falls at least, as long as steps go on
     same        times what a fit left without the height, that it leaves with it at most: else others may be better now
     damping     at least, and ridge, of the largest unknown's, which each other's is: with less the last bits of a
@@ -46,7 +47,7 @@ class BallFit:
     misfit      of the surface's level: error of the middle, of the radius, by what the fit leaves of it
     cuts        where a line cuts a ball to begin with, in radii: how far its middle is from it, how far its middle is
                 from that of its light, and its radius over that of what is left; ways: directions that are tried
-    best        of those, how many are gone on with
+    best        of those, and of fits from other sides, how many are gone on with
     well        of the level, that a fit leaves at most which need not be compared with that of a ball that is cut;
     plain       of the level, that the latter leaves at most: 0.004 to 0.007 of drawn balls that are cut, 0.03 to 0.04
                 where they are shaded and the water mirrors them; and where the former does not hold: crescents
@@ -54,12 +55,14 @@ class BallFit:
                 of 152 lit ones, 0.8 and more of all but two of them
     """
 
-    fine: int = 3
     begin_px: float = 0.6
     least_px: float = 0.15
     lamps: tuple[float, ...] = (0.6, 1.3)
     others: tuple[float, ...] = (0.9, 1.7)
     wider: float = 1.5
+    aside: float = 1.2
+    smallest: float = 0.85
+    first: int = 5
     noisy: float = 1.2
     steps: int = 30
     enough: float = 1e-4
@@ -116,6 +119,7 @@ def fit_ball(
     lines: int = 1,
     height: float | None = None,
     begun: FittedBall | None = None,
+    full: Bools | None = None,
 ) -> FittedBall | None:
     """The outline of a bright ball; None where no fit holds.
 
@@ -123,8 +127,9 @@ def fit_ball(
     radius  px, roughly; noise: grey levels, of a pixel; lines: 2 for a field, whose rows lie 2 px apart
     height  logarithm of a ball's height over its width, None: not known, and fitted; begun: the fit without it, from
             which this one goes on
+    full    (rows, columns) pixels that are saturated: the ball is at least as bright there; None: there are none
     """
-    view = _View(np.asarray(piece, float), float(at[0]), float(at[1]) * lines, lines, height is not None)
+    view = _view(piece, at, lines, full)._replace(height_known=height is not None)
     begin = np.array([0.0, 0.0, np.log(radius), np.log(BALL_FIT.begin_px), height or 0.0])
     if begun is not None and height is not None:
         known = begun.unknowns.copy()
@@ -143,11 +148,34 @@ def fit_ball(
         wider[2] += np.log(BALL_FIT.wider)
         starts = [np.append(wider, [lamp, toward]) for lamp in BALL_FIT.others]
         fits += [one for begun in starts if (one := _descend(view, begun, radius)) is not None]
+    if not fits or (
+        _misfit(best := min(fits, key=lambda one: one.rms), noise) > BALL_FIT.well and best.rms > BALL_FIT.noisy * noise
+    ):
+        fits += _from_aside(view, begin, radius, float(toward))
     if not fits:
         return None
     best = min(fits, key=lambda one: one.rms)
     good = [one for one in fits if one.rms <= BALL_FIT.alike * best.rms]
     return _fitted(best, noise, max(float(np.hypot(*(one.unknowns[:2] - best.unknowns[:2]))) for one in good))
+
+
+def _from_aside(view: BallView, begin: Array, radius: float, toward: float) -> list[_Fit]:
+    """Fits that begin with a larger ball, its dark side away from the light; the best few are finished.
+
+    toward  the direction of the lamp as a polynomial has it, which may be the opposite one of crescents
+    """
+    begun: list[_Fit] = []
+    for turn in (np.pi, np.pi / 2, -np.pi / 2, 0.0):
+        for lamp in BALL_FIT.lamps:
+            way = toward + turn
+            start = np.append(begin, [lamp, way])
+            start[:2] = (1 - BALL_FIT.aside) * radius * np.array([np.cos(way), np.sin(way)])
+            start[2] += np.log(BALL_FIT.aside)
+            if (one := _descend(view, start, radius, BALL_FIT.first)) is not None:
+                begun.append(one)
+    begun.sort(key=lambda one: one.rms)
+    fits = [_descend(view, one.unknowns, radius) for one in begun[: BALL_FIT.best]]
+    return [one for one in fits if one is not None and one.unknowns[2] >= begin[2] + np.log(BALL_FIT.smallest)]
 
 
 def _misfit(fit: _Fit, noise: float) -> float:
@@ -170,6 +198,7 @@ def is_cut(
     *,
     lines: int = 1,
     held: bool = True,
+    full: Bools | None = None,
 ) -> bool:
     """Whether a ball is rather cut off by a straight line, as by water, than lit from one side, as `fit` has it.
 
@@ -177,7 +206,7 @@ def is_cut(
     """
     if fit is not None and fit.misfit < BALL_FIT.well:
         return False
-    view = _View(np.asarray(piece, float), float(at[0]), float(at[1]) * lines, lines, height_known=True, cut=True)
+    view = _view(piece, at, lines, full)._replace(height_known=True, cut=True)
     data, starts = view.grey.ravel(), []
     for off, way, wide in BALL_FIT.cuts:
         for angle in 2 * np.pi / BALL_FIT.ways * np.arange(BALL_FIT.ways):
@@ -208,20 +237,12 @@ class _Fit(NamedTuple):
     height_sd: float
 
 
-class _View(NamedTuple):
-    """A piece of a picture; x, y: where its light is, px from the middle of the first pixel, both ways; cut: a line
-    cuts the ball.
-    """
-
-    grey: Array
-    x: float
-    y: float
-    lines: int
-    height_known: bool = False
-    cut: bool = False
+def _view(piece: Picture, at: Sequence[float], lines: int, full: Bools | None) -> BallView:
+    clipped = full.ravel() if full is not None and full.any() else None
+    return BallView(np.asarray(piece, float), float(at[0]), float(at[1]) * lines, lines, full=clipped)
 
 
-def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
+def _descend(view: BallView, begin: Array, radius: float, steps: int = BALL_FIT.steps) -> _Fit | None:
     """Damped Gauss-Newton (Levenberg, Marquardt) on x, y from the light, log radius, log blur, log height over width,
     and of a lamp its angle from the direction of the camera and its direction in the picture; or of a line how far it
     is from the middle, in radii, and in which direction.
@@ -234,7 +255,7 @@ def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
     left, level = _left(view, now, data)
     cost = float(left @ left)
     normal = np.eye(n)
-    for _ in range(BALL_FIT.steps):
+    for _ in range(steps):
         slopes = (
             np.stack([(_left(view, now + d, data)[0] - left) / 1e-4 for d in np.diag(1e-4 * scale)]) / scale[:, None]
         )
@@ -256,7 +277,7 @@ def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
         now, left, cost, level = trial, new, float(new @ new), new_level
         if gain < BALL_FIT.enough:
             break
-    spare = max(data.size - n - 9, 1)
+    spare = max(data.size - (0 if view.full is None else int(view.full.sum())) - n - 9, 1)
     normal = normal + 1e-9 * np.trace(normal) * np.eye(n)
     variances = np.diag(np.linalg.inv(normal)) * cost / spare
     variance, height_sd = float(variances[:2].mean()), float(np.sqrt(max(variances[4], 0.0)))
@@ -268,60 +289,18 @@ def _descend(view: _View, begin: Array, radius: float) -> _Fit | None:
     return _Fit(now, float(np.sqrt(cost / spare)), level, variance, height_sd)
 
 
-def _left(view: _View, unknowns: Array, data: Array) -> tuple[Array, float]:
+def _left(view: BallView, unknowns: Array, data: Array) -> tuple[Array, float]:
     """What the best surface and background leave of the data, and the surface's mean level over the background."""
-    cover, parts = _drawn(view, unknowns)
+    cover, parts = drawn(view, unknowns)
     columns = np.stack([one.ravel() for one in parts], axis=1)
-    products = columns.T @ columns
+    shown, values = (columns, data) if view.full is None else (columns[~view.full], data[~view.full])
+    products = shown.T @ shown
     products[np.diag_indices_from(products)] += 1e-10 * np.trace(products)
-    found = np.linalg.solve(products, columns.T @ data)
+    found = np.linalg.solve(products, shown.T @ values)
     surface = parts[: 1 if view.cut else -3]
     light = sum(k * float(one.sum()) for k, one in zip(found, surface, strict=False))
     behind = (float((found[-3] * cover).sum())) if cover.any() else 0.0
-    return columns @ found - data, (light - behind) / max(float(cover.sum()), 1e-9)
-
-
-def _drawn(view: _View, unknowns: Array) -> tuple[Array, list[Array]]:
-    """The share (rows, columns) of each pixel that the ball covers, and all that adds up to its picture."""
-    rows, columns = view.grey.shape
-    s = BALL_FIT.fine
-    radius, blur = np.exp(unknowns[2]), np.exp(unknowns[3])
-    x0, y0 = view.x + unknowns[0], view.y + unknowns[1]
-    across = ((np.arange(columns * s) + 0.5) / s - 0.5 - x0) / radius
-    down = ((np.arange(rows * view.lines * s) + 0.5) / s - 0.5 * view.lines - y0) / (radius * np.exp(unknowns[4]))
-    r = np.sqrt(across**2 + down[:, None] ** 2)
-    ball = np.clip((1 - r) * radius * s + 0.5, 0, 1)
-    inward = 1 / np.maximum(r, 1.0)
-    u, v = across * inward, down[:, None] * inward
-    if view.cut:
-        flat = across * np.cos(unknowns[6]) + down[:, None] * np.sin(unknowns[6])
-        above = np.clip((unknowns[5] - flat) * radius * s + 0.5, 0, 1)
-        surface = [ball * above, 1 - above]
-    elif unknowns.size > 5:
-        w = np.sqrt(np.maximum(1 - u * u - v * v, 0))
-        along, aside = np.cos(unknowns[5]), np.sin(unknowns[5])
-        lit = np.maximum(w * along + (u * np.cos(unknowns[6]) + v * np.sin(unknowns[6])) * aside, 0)
-        surface = [ball, ball * lit]
-    else:
-        surface = [ball, ball * u, ball * v, ball * u * u, ball * u * v, ball * v * v]
-    blur_y, blur_x = _blur(rows, view.lines, s, blur), _blur(columns, 1, s, blur)
-    drawn = [blur_y @ one @ blur_x.T for one in surface]
-    free = 1 - drawn[0] - (drawn[1] if view.cut else 0)
-    x, y = np.linspace(-1, 1, columns), np.linspace(-1, 1, rows)[:, None]
-    return drawn[0], [*drawn, free, free * x, free * y]
-
-
-@lru_cache(maxsize=64)  # most slopes change something else
-def _blur(pixels: int, pitch: int, fine: int, blur: float) -> Array:
-    """How much each fine part gives to each pixel, (pixels, fine parts), through a Gaussian of `blur` px."""
-    from scipy.special import ndtr  # only balls that are lit from one side need it
-
-    edges = _edges(pixels, pitch, fine)
-    return np.asarray(np.diff(ndtr(edges / blur), axis=0) / (fine * pitch))
-
-
-@lru_cache(maxsize=64)
-def _edges(pixels: int, pitch: int, fine: int) -> NDArray[np.float64]:
-    """From the middles of the fine parts to the edges of the pixels, px, (pixels + 1, fine parts)."""
-    parts = (np.arange(pixels * pitch * fine) + 0.5) / fine - 0.5 * pitch
-    return (pitch * (np.arange(pixels + 1) - 0.5))[:, None] - parts
+    left = columns @ found - data
+    if view.full is not None:
+        left[view.full] = np.minimum(left[view.full], 0)
+    return left, (light - behind) / max(float(cover.sum()), 1e-9)
