@@ -1,6 +1,6 @@
 import pytest
 
-from vidtrack.naming import chapter_of, did_you_mean, in_order, numbered_like, some_of, tags_meant
+from vidtrack.naming import chapter_of, did_you_mean, hint_of, in_order, numbered_like, some_of, tags_meant
 
 NUMBERED = [str(n) for n in range(1, 17)]
 
@@ -9,6 +9,20 @@ def test_the_nearest_known_name_is_found_and_a_far_one_is_not():
     assert did_you_mean("treshold", ["polarity", "threshold"]) == "threshold"
     assert did_you_mean("CAM1", ["cam1"]) == "cam1"
     assert did_you_mean("elephant", ["cam1"]) is None
+
+
+def test_what_begins_with_a_known_name_and_goes_on_otherwise_is_of_that_name():
+    assert did_you_mean("cam1-2", ["cam1", "cam2"]) == "cam1"
+    assert did_you_mean("Cam1 (2)", ["cam1", "cam2"]) == "cam1"
+    assert did_you_mean("cam12", ["cam1", "east"]) == "cam1"
+
+
+def test_a_name_that_looks_the_same_is_said_to_be_stored_otherwise():
+    assert hint_of("b\u00e4r", ["ba\u0308r"], "none") == (
+        "'ba\u0308r' has the same letters, stored otherwise (accents as a Mac stores them, or spaces). Rename it."
+    )
+    assert hint_of("bar", ["bat"], "none") == "did you mean 'bat'?"
+    assert hint_of("bar", ["elephant"], "none") == "none"
 
 
 @pytest.mark.parametrize(

@@ -350,3 +350,9 @@ def test_mistakes_in_a_board_s_description_read_as_those_of_the_config(tmp_path,
     assert line.startswith(f"{path}: ")
     assert what in line
     assert "{" not in line.replace("`", "")
+
+
+def test_a_word_that_yaml_takes_for_true_or_false_is_to_be_put_in_quotes():
+    with pytest.raises(VidtrackError) as refusal:
+        settings_from_config({"units": "in", "cameras": {"cam1": {}}, "runs": {"test": {"targets": False}}})
+    assert "targets: neither a number nor names (put a name such as no, on or true in quotes)" in str(refusal.value)

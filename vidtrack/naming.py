@@ -28,12 +28,23 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
 
     known = list(known)
     for candidate in known:
-        if candidate.lower() == name.lower():
+        if candidate.lower() == name.lower() or in_one_form(candidate) == in_one_form(name):
             return candidate
     if len(name) > LONGEST:
         return None
+    begun = [c for c in known if c and name.lower().startswith(c.lower()) and not name[len(c)].isalnum()]
+    if begun:  # cam1-2, cam1 (1): what a copy or a second take of cam1 is named
+        return max(begun, key=len)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return near[0] if near else None
+
+
+def hint_of(name: str, known: Iterable[str], otherwise: str) -> str:
+    """`did you mean 'cam1'?`, what to do about one that differs by what no reader can see, or else `otherwise`."""
+    near = did_you_mean(name, known)
+    if near is not None and near != name and in_one_form(near) == in_one_form(name):
+        return f"{near!r} has the same letters, stored otherwise (accents as a Mac stores them, or spaces). Rename it."
+    return f"did you mean {near!r}?" if near else otherwise
 
 
 _RANGE = re.compile(r"(\D*)(\d{1,9})\s*(?:[-\u2010-\u2015\u2212]|\.\.+|to\b)\s*(?:\1)?(\d{1,9})")

@@ -21,10 +21,16 @@ def test_a_syntax_error_is_told_with_its_line(tmp_path):
     assert refusal(tmp_path, "units: in\ncameras:\n  cam1: {Cx: 256\nruns: {}\n").startswith("config.yaml, line 4")
 
 
-def test_a_tab_is_told_with_its_line(tmp_path):
-    assert refusal(tmp_path, "units: in\ncameras:\n\tcam1: {}\n").startswith(
-        "config.yaml, line 3, column 1: not valid YAML"
-    )
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("units: in\ncameras:\n\tcam1: {}\n", "line 3, column 1: a tab"),
+        ("units: in\t\ncameras: {cam1: {}}\n", "line 1, column 10: a tab"),
+        ("units:\u00a0in\ncameras: {cam1: {}}\n", "line 1, column 7: a space of another kind (U+00A0)"),
+    ],
+)
+def test_a_tab_or_another_space_is_named_where_it_stands(tmp_path, text, says):
+    assert refusal(tmp_path, text) == f"config.yaml, {says} stands there. Write plain spaces in its place."
 
 
 def test_a_colon_without_a_space_is_named_where_it_stands(tmp_path):

@@ -42,8 +42,9 @@ def test_a_byte_order_mark_from_a_spreadsheet_is_no_part_of_the_first_name(tmp_p
 
 
 def test_an_empty_optional_cell_is_nan(tmp_path):
-    table = checked_csv(written(tmp_path, "camera,target,Xf,Yf,width,height\nc,t,1,2,,\n"), TARGETS)
+    table = checked_csv(written(tmp_path, "camera,target,Xf,Yf,width,height\nc,t,1,2,,---\n"), TARGETS)
     assert math.isnan(table["width"][0])
+    assert math.isnan(table["height"][0])
 
 
 def test_a_tag_named_twice_is_told_with_both_lines(tmp_path):

@@ -14,6 +14,14 @@ from vidtrack.files.experiment_checks import checked_experiment
         ("runs/pluck/cma1.mov", "v", "runs/pluck/cma1.mov: config.yaml names no camera 'cma1'; did you mean 'cam1'?"),
         ("runs/pluck/cam1.avi", "v", "cam1.mov: camera cam1 has another recording here, runs/pluck/cam1.avi"),
         ("runs/empty/notes.txt", "v", "runs/empty: no recording of any camera"),
+        (
+            "runs/day1/third/cam1.mov",
+            "v",
+            "runs/day1: no recording of any camera (cam1, cam2). Move its folders (third) to",
+        ),
+        ("runs/cam1.mov", "v", "runs/cam1.mov: nothing reads it here. Move it to runs/<run>/cam1.mov."),
+        ("calibration/cam1.mov", "v", "calibration/cam1.mov: nothing reads it here. Move it to calibration/<clip>/"),
+        ("calibration/day1/row2/cam1.mov", "v", "calibration/day1: no recording of any camera, but folders (row2)."),
         ("calibration/points.csv", None, "calibration/points.csv: no such file"),
         ("calibration/points.csv", "tag,x,y,z\n1,0,0,0\n1,1,1,1\n", "line 3: tag 1 appears twice (also line 2)"),
         ("calibration/points.csv", "tag,x,y,z\n1,0,zero,0\n", "line 2: y is 'zero', not a number"),
@@ -163,3 +171,8 @@ def test_a_folder_that_is_named_nearly_as_it_should_be_is_one_line(folder, wante
     lines = problems()
     assert f"{wanted}/: no such folder; did you mean {named!r}? Rename it to {wanted}." in lines
     assert not any("no such folder in" in line for line in lines)
+
+
+def test_a_recording_that_the_config_names_may_lie_anywhere(folder):
+    (folder / "runs/pluck/cam1.mov").rename(folder / "runs/cam1.mov")
+    assert checked_experiment(settings(runs={"pluck": {"videos": {"cam1": "runs/cam1.mov"}}}))

@@ -99,3 +99,15 @@ def test_a_numbered_name_beside_the_cameras_own_file_is_a_stranger(tmp_path):
     found, _, problems = look(tmp_path, "cam1.mov", "cam1_2.mov")
     assert found == {"cam1": ["cam1.mov"]}
     assert "cam1_2" in problems[0]
+
+
+def test_a_name_is_a_camera_s_as_it_looks(tmp_path):
+    assert look(tmp_path, "cam1 .mov", "left\u200b.mp4")[0] == {"cam1": ["cam1 .mov"], "left": ["left\u200b.mp4"]}
+
+
+def test_a_second_recording_of_a_camera_is_called_so(tmp_path):
+    (line,) = look(tmp_path, "cam1.mov", "cam1-2.mov")[2]
+    assert line.endswith(
+        "cam1-2.mov: camera cam1 has another recording here, "
+        f"{tmp_path}/cam1.mov. Keep one; or, where one goes on where the other ends, name them cam1_1, cam1_2."
+    )

@@ -105,6 +105,9 @@ def test_a_reference_too_sparse_for_the_video_is_named_before_any_lag_is_sought(
     assert "a sample every 33333.3 s" in text
     assert "microseconds" in text
     assert too_sparse(T, T) is None
+    text, _ = too_sparse(T[:1], T)
+    assert "all samples of the reference have one time" in text
+    assert "nan" not in text
 
 
 @pytest.mark.parametrize("start", [0.0, 36054.25, 61234.25, 86399.25])

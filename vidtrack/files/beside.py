@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 
 from vidtrack.errors import VidtrackError
-from vidtrack.naming import did_you_mean
+from vidtrack.naming import hint_of
 
 RECORDINGS = frozenset(
     """
@@ -152,6 +152,5 @@ def alike_but_for_case(names: list[str], where: str) -> list[str]:
 
 def unknown_camera(path: str, camera: str, cameras: list[str]) -> str:
     """What to do about a recording that is named after no camera."""
-    near = did_you_mean(camera, cameras)
-    hint = f"did you mean {near!r}?" if near else f"known: {', '.join(cameras)}."
+    hint = hint_of(camera, cameras, f"known: {', '.join(cameras)}.")
     return f"{path}: config.yaml names no camera {camera!r}; {hint}"

@@ -48,6 +48,8 @@ def read_config(path: str, needed: str = "`units` and `cameras`") -> dict[str, A
         if mark and (close := _without_space(text.splitlines()[: mark.line + 1])):
             number, key = close
             raise VidtrackError(f"{path}, line {number}: no space follows the colon. Write `{key}: ...`.") from None
+        if mark and (odd := _odd_space(text.splitlines()[: mark.line + 1])):
+            raise VidtrackError(f"{path}, {odd}") from None
         raise VidtrackError(f"{where}: not valid YAML: {error.problem or error.context}. Correct that line.") from None
     except RecursionError:
         raise VidtrackError(
@@ -70,6 +72,16 @@ def _without_space(lines: Sequence[str]) -> tuple[int, str] | None:
     for number in range(len(lines), 0, -1):
         if found := re.match(r"\s*([A-Za-z]\w*):[^\s:/\\]", lines[number - 1]):
             return number, found[1]
+    return None
+
+
+def _odd_space(lines: Sequence[str]) -> str | None:
+    """Which of the last two lines has a tab or another space in the place of a space, and what to do; None without."""
+    for number in range(len(lines), max(len(lines) - 2, 0), -1):
+        plain = lines[number - 1].split(" #")[0]
+        if found := re.search(r"[^\S \r\n]", plain):
+            kind = "a tab" if found[0] == "\t" else f"a space of another kind (U+{ord(found[0]):04X})"
+            return f"line {number}, column {found.start() + 1}: {kind} stands there. Write plain spaces in its place."
     return None
 
 

@@ -17,7 +17,7 @@ _FEET_AND_INCHES = re.compile(
     r"(?:[\"”″]|''|in\.?|inch|inches)"
 )
 _CLOCK_TIME = re.compile(r"[\d:T Z+-]*\d,\d+([Zz]|[+-]\d\d:?\d\d)?", re.ASCII)
-MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--"})
+MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "none", "null", "-", "--", "---"})
 """What stands, in any case, for a value that is not there."""
 
 _MINUS = dict.fromkeys(map(ord, "\u2212\u2012\u2013\ufe63\uff0d"), "-")

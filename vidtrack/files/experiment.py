@@ -22,8 +22,8 @@ from vidtrack.files.beside import (
 from vidtrack.files.config_file import read_config
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
-from vidtrack.files.recordings import Recording, of_folder, of_pattern, recordings_in
-from vidtrack.naming import did_you_mean, tags_meant
+from vidtrack.files.recordings import Recording, inner_folders, of_folder, of_pattern, recordings_in
+from vidtrack.naming import did_you_mean, some_of, tags_meant
 from vidtrack.settings.board import Board, board_from_values
 from vidtrack.settings.config import Settings
 
@@ -126,7 +126,13 @@ def look_through(settings: Settings) -> tuple[Experiment, list[str]]:
     if trouble := broken_link(listed):
         problems.append(trouble)
     campaign = listed if os.path.isfile(listed) else None
-    clips = {n: c for n, c in clips.items() if c.videos}
+    for name in [name for name, clip in clips.items() if not clip.videos]:
+        del clips[name]
+        if inner := inner_folders(here := within(folder, "calibration", name)):
+            problems.append(
+                f"{here}: no recording of any camera, but folders ({some_of(inner)}). Move them to "
+                f"{os.path.dirname(here)}, where each is a clip, or the folder to another place."
+            )
     given = _given(settings, clips, problems)
     experiment = Experiment(folder, survey, clips, runs, scenarios, campaign, given)
     return experiment, problems

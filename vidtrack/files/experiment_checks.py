@@ -8,12 +8,13 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 
 from vidtrack.errors import VidtrackError, first_of
+from vidtrack.files.beside import entries, is_recording
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
 from vidtrack.files.experiment import Experiment, awaited_runs, board_of, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.files.same_recordings import check_same_recordings
-from vidtrack.naming import did_you_mean, some_of, tags_meant
+from vidtrack.naming import did_you_mean, hint_of, some_of, tags_meant
 from vidtrack.settings.config import Settings
 
 _DATE = re.compile(r"\d{1,2}[-. ][A-Za-z]{3,9}\.?|[A-Za-z]{3,9}[-. ]\d{1,2}|\d{1,4}[-./]\d{1,2}[-./]\d{1,4}")
@@ -23,6 +24,7 @@ def checked_experiment(settings: Settings) -> Experiment:
     """The experiment that the settings name; VidtrackError with every problem of it, a line each."""
     experiment, problems = look_through(settings)
     problems += _check_folders(experiment.folder) or _check_names(settings, experiment)
+    problems += _check_places(settings, experiment)
     problems += _check_tables(settings, experiment)
     problems += _check_lenses(settings, experiment)
     problems += check_runs(settings, experiment)
@@ -51,21 +53,34 @@ def _check_names(settings: Settings, experiment: Experiment) -> list[str]:
     waved = settings.calibration.wand
     for name in waved.clips if waved else ():
         if name not in clips:
-            near = did_you_mean(name, clips)
-            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(clips) or 'none'}."
+            hint = hint_of(name, clips, f"folders there: {', '.join(clips) or 'none'}.")
             key = "wand.clip" if name == waved.clip else "wand.axes.drop"  # type: ignore[union-attr]
             problems.append(f"config.yaml: calibration.{key}: no folder {name} in calibration/; {hint}")
     for name in [*settings.calibration.clips, *settings.calibration.after]:
         if name not in clips:
-            near = did_you_mean(name, clips)
-            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(clips) or 'none'}."
+            hint = hint_of(name, clips, f"folders there: {', '.join(clips) or 'none'}.")
             problems.append(f"config.yaml: calibration.clips.{name}: no such folder in calibration/; {hint}")
     unsaid = [name for name in runs if name not in settings.runs]
     for name in awaited_runs(settings, experiment):
         if unsaid:  # it may be what one of these is meant to be
-            near = did_you_mean(name, runs)
-            hint = f"did you mean {near!r}?" if near else f"folders there: {', '.join(runs)}."
+            hint = hint_of(name, runs, f"folders there: {', '.join(runs)}.")
             problems.append(f"config.yaml: runs.{name}: no such folder in runs/; {hint}")
+    return problems
+
+
+def _check_places(settings: Settings, experiment: Experiment) -> list[str]:
+    """Recordings of cameras that lie beside the folders of clips and runs, where nothing reads them."""
+    used = {os.path.normpath(path) for run in experiment.runs.values() for path in run.videos.values()}
+    used |= {path for run in experiment.runs.values() for one in run.recordings.values() for path in one.files}
+    problems = []
+    for part, inner in (("calibration", "clip"), ("runs", "run")):
+        folder = within(experiment.folder, part)
+        for name in entries(folder) if os.path.isdir(folder) else ():
+            path = within(folder, name)
+            if os.path.splitext(name)[0] not in settings.cameras or not is_recording(name) or os.path.isdir(path):
+                continue
+            if path not in used:
+                problems.append(f"{path}: nothing reads it here. Move it to {within(folder, f'<{inner}>', name)}.")
     return problems
 
 
@@ -274,7 +289,6 @@ def _foreign(path: str, column: str, table: Mapping[str, list[str]], known: Iter
     problems = []
     for name, line in zip(table.get(column, ()), table.get("line", ()), strict=True):
         if name not in known:
-            near = did_you_mean(name, known)
-            hint = f"did you mean {near!r}?" if near else f"known: {some_of(known)}."
+            hint = hint_of(name, known, f"known: {some_of(known)}.")
             problems.append(f"{path}, line {line}: {who} no {column} {name}; {hint}")
     return first_of(problems, path)

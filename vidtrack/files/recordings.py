@@ -16,7 +16,7 @@ from vidtrack.files.beside import (
     may_be_recording,
     unknown_camera,
 )
-from vidtrack.naming import chapter_of, did_you_mean, in_order, numbered_like
+from vidtrack.naming import chapter_of, did_you_mean, in_one_form, in_order, numbered_like
 
 
 class Recording(NamedTuple):
@@ -56,7 +56,7 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
     files.sort(key=lambda name: (not is_recording(name), name))
     numbered: dict[str, list[str]] = {}
     for name in files:
-        camera, path = os.path.splitext(name)[0], _in(folder, name)
+        camera, path = in_one_form(os.path.splitext(name)[0]), _in(folder, name)
         if camera not in cameras and (whose := _numbered_for(camera, cameras)) and is_recording(name):
             numbered.setdefault(whose, []).append(name)
         elif camera not in cameras:
@@ -70,7 +70,10 @@ def recordings_in(folder: str, cameras: Sequence[str], problems: list[str]) -> d
             problems.append(f"{path}: camera {camera} has another recording here, {found[camera].path}. Keep one.")
     for camera, names in numbered.items():
         if camera in found:
-            unknown += [unknown_camera(_in(folder, name), os.path.splitext(name)[0], list(cameras)) for name in names]
+            unknown.append(
+                f"{_in(folder, names[0])}: camera {camera} has another recording here, {found[camera].path}. Keep one; "
+                f"or, where one goes on where the other ends, name them {camera}_1, {camera}_2."
+            )
         elif one := joined(folder, names, problems):
             found[camera] = one
     for name in here:
@@ -92,6 +95,12 @@ def of_folder(folder: str, problems: list[str]) -> Recording | None:
         problems.append(f"{folder}: no recording in this folder. Put one there, or remove the folder.")
         return None
     return joined(folder, names, problems)
+
+
+def inner_folders(folder: str) -> list[str]:
+    """The folders within a folder that hold recordings."""
+    inner = [name for name in (entries(folder) if os.path.isdir(folder) else ()) if os.path.isdir(_in(folder, name))]
+    return [name for name in inner if any(map(is_recording, entries(_in(folder, name))))]
 
 
 def of_pattern(pattern: str, problems: list[str], place: str) -> Recording | None:

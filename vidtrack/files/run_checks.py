@@ -16,6 +16,7 @@ from vidtrack.files.experiment import (
     target_names,
     within,
 )
+from vidtrack.files.recordings import inner_folders
 from vidtrack.naming import did_you_mean, some_of
 from vidtrack.settings.config import Settings
 from vidtrack.settings.runs import Run as RunSettings
@@ -50,10 +51,11 @@ def check_runs(settings: Settings, experiment: Experiment) -> list[str]:
         mode = own.mode if own else "space"
         problems += _one_column_for_all(name, run, own)
         if not run.videos:
-            problems.append(
-                f"{place}: no recording of any camera ({', '.join(settings.cameras)}). Put <camera>.<ext> there "
-                "or delete the folder."
-            )
+            inner = inner_folders(place)
+            cure = "Put <camera>.<ext> there or delete the folder."
+            if inner:
+                cure = f"Move its folders ({some_of(inner)}) to {os.path.dirname(place)}: each of them is a run."
+            problems.append(f"{place}: no recording of any camera ({', '.join(settings.cameras)}). {cure}")
         elif mode == "waterline":
             problems += (
                 []

@@ -158,7 +158,8 @@ def _correspondence(record: Record, units: str) -> list[Finding]:
         text = f"no two cameras' tracks lie within {match['tolerance_px']:g} px of each other's epipolar lines"
         cure = (
             "The likeliest causes, in this order: recordings that did not begin at one moment (cameras.<name>.clock: "
-            "auto), a camera that was moved after its calibration, tracks of different things (see the tracks)."
+            "auto), a recording of another run, a camera that was moved after its calibration, tracks of different "
+            "things (see the tracks)."
         )
         out.append(Finding("bad", "nothing-matched", text, cure))
     for camera, own in match["left_over"].items():
@@ -335,7 +336,8 @@ def _cure(record: Record) -> str:
         "first: a camera that moved, or a lens that was zoomed or focused, between the clips of its calibration or "
         "before the run (compare their pictures); a stabiliser that was on; water or a window before the targets that "
         "was not there when the camera was calibrated; a drop or dirt on a lens or window; one name that means two "
-        "targets; a track that jumps to a reflection or a neighbour; recordings of which a part was cut out."
+        "targets; a track that jumps to a reflection or a neighbour; recordings of which a part was cut out, or one "
+        "of another run."
     )
 
 

@@ -29,6 +29,9 @@ TURNED, TOO_LITTLE = 10.0, 1e-4
 """Half a period later a steady motion fits turned round as well, and errors of a share of the motion decide. Records
 run opposite only where that leaves so many times less unexplained than any lag at which they run alike, and where these
 leave more than this share of the variance (1 % of the amplitude)."""
+CORNER = 4
+"""Samples of the largest residuals that do not count where lags are compared: no spline follows the corner of a record
+at which a motion begins, and lags that leave the beginning out would seem the better ones."""
 FEWEST = 8
 """Common samples below which no lag is estimated."""
 
@@ -94,13 +97,13 @@ def find_lag(tx: ArrayLike, x: ArrayLike, ty: ArrayLike, y: ArrayLike, *, longes
     found = [f for f in tried if f is not None and (longest is None or abs(f.lag) <= longest + 1e-9)]
     if not found:
         return Lag(np.nan, np.nan, np.nan, np.nan, np.nan, (), 0)
-    closest = min(found, key=lambda f: f.unexplained)
-    alike = min((f for f in found if f.gain > 0), key=lambda f: f.unexplained, default=closest)
-    if closest.gain < 0 and alike.unexplained <= max(TURNED * closest.unexplained, TOO_LITTLE):
+    closest = min(found, key=lambda f: f.steady)
+    alike = min((f for f in found if f.gain > 0), key=lambda f: f.steady, default=closest)
+    if closest.gain < 0 and alike.steady <= max(TURNED * closest.steady, TOO_LITTLE):
         closest = alike
-    equal = closest.unexplained * max(AS_GOOD, 1 + 10 / np.sqrt(closest.good.sum()))  # few samples distinguish little
+    equal = closest.steady * max(AS_GOOD, 1 + 10 / np.sqrt(closest.good.sum()))  # few samples distinguish little
     # Of equals, one that needs no change of sign, then the shortest.
-    good = sorted((f for f in found if f.unexplained <= equal), key=lambda f: (f.gain < 0, abs(f.lag)))
+    good = sorted((f for f in found if f.steady <= equal), key=lambda f: (f.gain < 0, abs(f.lag)))
     best = good[0]
     noise = smooth_y.noise_sd**2 + (best.gain * smooth_x.noise_sd) ** 2 * _interval(start) / _interval(times)
     variance = max(
@@ -130,6 +133,7 @@ class _Refined(NamedTuple):
     lag: float
     gain: float
     unexplained: float  # share of y's variance
+    steady: float  # the same without the largest few residuals
     J: Array
     rest: Array
     good: NDArray[np.bool_]
@@ -148,7 +152,9 @@ def _refined(x: Smooth, t: Array, y: Array, lag: float, least: int) -> _Refined 
     J, r, good, gain = _linearised(x, t, y, lag)
     if len(r) < least:
         return None
-    return _Refined(lag, gain, float(r.var() / max(y[good].var(), 1e-300)), J, r, good)
+    scale = max(float(y[good].var()), 1e-300)
+    steady = r[np.argsort(np.abs(r))[: len(r) - min(CORNER, len(r) // FEWEST)]]
+    return _Refined(lag, gain, float(r.var()) / scale, float(steady.var()) / scale, J, r, good)
 
 
 def _linearised(x: Smooth, t: Array, y: Array, lag: float) -> tuple[Array, Array, NDArray[np.bool_], float]:

@@ -60,7 +60,10 @@ def in_another_unit(tr: Array, t: Array) -> str | None:
 
 
 def too_sparse(tr: Array, t: Array) -> tuple[str, str] | None:
-    """Words for a reference of which fewer samples lie in the video's time than a lag needs; None otherwise."""
+    """Words for a reference of one time, or of fewer samples in the video's time than a lag needs; None otherwise."""
+    if len(tr) < 2:
+        text = f"all samples of the reference have one time, {tr[0]:.6g} s: nothing is compared"
+        return text, "Correct the column of times (reference.time): is it a date, or a column that was not filled in?"
     step = float(np.median(np.diff(tr)))
     if step * (FEWEST - 1) <= t[-1] - t[0]:
         return None

@@ -44,7 +44,7 @@ def _tag_list(value: Any) -> Any:
 def names(value: Any) -> Any:
     """A list of names, each once; a number is passed on, and true is none."""
     if isinstance(value, bool):
-        raise ValueError(f"{str(value).lower()} is neither a number nor names")
+        raise ValueError("neither a number nor names (put a name such as no, on or true in quotes)")
     if not isinstance(value, (list, tuple)):
         return value
     out = tuple(in_one_form(str(v)) for v in value)

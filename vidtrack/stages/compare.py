@@ -265,7 +265,7 @@ def _reference_record(
     elif (np.diff(t) <= 0).any():
         mean = pd.Series(r).groupby(t).mean()
         t, r = mean.index.to_numpy(float), mean.to_numpy(float)
-        warnings.append("reference times do not rise; sorted, and values of equal times averaged")
+        warnings.append("reference times do not rise; sorted, equal ones averaged. Were two records joined?")
     about = {"column": value, "time_column": time, "time_written_as": times.written, "samples": len(t)}
     about |= {"first_s": float(t[0]), "last_s": float(t[-1]), "rate_hz": float(1 / np.median(np.diff(t)))}
     about["resolution_s"] = resolution
