@@ -176,3 +176,16 @@ def test_a_folder_that_is_named_nearly_as_it_should_be_is_one_line(folder, wante
 def test_a_recording_that_the_config_names_may_lie_anywhere(folder):
     (folder / "runs/pluck/cam1.mov").rename(folder / "runs/cam1.mov")
     assert checked_experiment(settings(runs={"pluck": {"videos": {"cam1": "runs/cam1.mov"}}}))
+
+
+def test_a_target_that_one_camera_s_boxes_lack_is_named_before_any_work(folder):
+    spoil(folder, "runs/pluck/targets.csv", "camera,target,Xf,Yf\ncam1,ball,9,9\ncam2,Ball,9,9\n")
+    first, second = problems()
+    assert first == (
+        "runs/pluck/targets.csv: camera cam1 has start boxes of ball, and none of Ball. A target has one name in all "
+        "cameras and in config.yaml: correct it, or add the row."
+    )
+    assert "camera cam2 has start boxes of Ball, and none of ball." in second
+    spoil(folder, "runs/pluck/targets.csv", "camera,target,Xf,Yf\ncam1,ball,9,9\n")
+    assert checked_experiment(settings())
+    assert "and none of float" in problems(runs={"pluck": {"targets": ["float"]}})[0]

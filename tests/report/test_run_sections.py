@@ -18,7 +18,9 @@ from vidtrack.results import RunResults
 
 
 def reading(**targets):
-    return {"reading": {"frames": 240}, "time": {"source": "tmcd"}, "samples": 480, "measured": 0.5, "targets": targets}
+    video, time = {"rate": 30000 / 1001}, {"source": "tmcd"}
+    record = {"reading": {"frames": 240}, "video": video, "time": time, "samples": 480, "measured": 0.5}
+    return record | {"targets": targets}
 
 
 def counted(mean, least, most, **flags):
@@ -28,7 +30,7 @@ def counted(mean, least, most, **flags):
 def test_pixels_and_flags_are_those_of_all_targets():
     record = reading(a=counted(60.0, 50.0, 70.0, lost=0.5), b=counted(20.0, 9.0, 22.0), c={"flags": {}, "pixels": {}})
     (row,) = reading_table({"cam1": record}).rows
-    assert row == ["cam1", "240", "tmcd", "480", "50 %", "lost 17 %", "40", "9–70"]
+    assert row == ["cam1", "240", "29.97", "tmcd", "480", "50 %", "lost 17 %", "40", "9–70"]
     (bare,) = reading_table({"cam1": reading()}).rows
     assert bare[-3:] == ["none", "–", "–"]
 

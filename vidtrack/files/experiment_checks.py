@@ -11,7 +11,7 @@ from vidtrack.errors import VidtrackError, first_of
 from vidtrack.files.beside import entries, is_recording
 from vidtrack.files.csv_checked import checked_csv
 from vidtrack.files.csv_columns import CAMPAIGN, PICKS, POINTS, PROFILE, TARGETS, TRUTH, Columns
-from vidtrack.files.experiment import Experiment, awaited_runs, board_of, look_through, profiles, tags_of, within
+from vidtrack.files.experiment import Experiment, Run, awaited_runs, board_of, look_through, profiles, tags_of, within
 from vidtrack.files.run_checks import check_runs
 from vidtrack.files.same_recordings import check_same_recordings
 from vidtrack.naming import did_you_mean, hint_of, some_of, tags_meant
@@ -197,11 +197,29 @@ def _check_tables(settings: Settings, experiment: Experiment) -> list[str]:
         if run.targets:
             targets = _checked(run.targets, TARGETS, problems)
             problems += _foreign(run.targets, "camera", targets, settings.cameras, "config.yaml names")
+            problems += _unlisted(settings, run, targets) if targets else []
         if run.truth and run.truth.endswith(".csv"):
             _checked(run.truth, TRUTH, problems, settings.units)
         for path in profiles(settings, run).values():
             if os.path.isfile(path):
                 _checked(path, PROFILE, problems, settings.units, others="ignore")
+    return problems
+
+
+def _unlisted(settings: Settings, run: Run, boxes: Mapping[str, list[str]]) -> list[str]:
+    """A line for each camera that has start boxes, and none for a target that another camera or the config names."""
+    own = settings.runs[run.name].targets if run.name in settings.runs else None
+    if isinstance(own, int) or own == "all":
+        return []
+    problems = []
+    for camera in dict.fromkeys(boxes["camera"]):
+        listed = [target for whose, target in zip(boxes["camera"], boxes["target"], strict=True) if whose == camera]
+        names = own or dict.fromkeys(boxes["target"])
+        if camera in run.videos and camera not in run.tracks and (lacking := [n for n in names if n not in listed]):
+            problems.append(
+                f"{run.targets}: camera {camera} has start boxes of {some_of(listed)}, and none of {some_of(lacking)}. "
+                "A target has one name in all cameras and in config.yaml: correct it, or add the row."
+            )
     return problems
 
 

@@ -101,6 +101,7 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
             [
                 camera,
                 number(pick(own, "reading", "frames")),
+                number(pick(own, "video", "rate"), 5),
                 str(pick(own, "time", "source") or "–"),
                 number(own.get("samples")),
                 share(own.get("measured"), 4),
@@ -109,7 +110,17 @@ def reading_table(readings: Mapping[str, Record]) -> Table:
                 *([number(pick(own, "stretch", key), 3) for key in ("gain", "offset")] if stretched else []),
             ]
         )
-    header = ["camera", "frames read", "time from", "samples", "measured", "flags", "pixels of a target, mean", "range"]
+    header = [
+        "camera",
+        "frames read",
+        "a second",
+        "time from",
+        "samples",
+        "measured",
+        "flags",
+        "pixels of a target, mean",
+        "range",
+    ]
     header += ["gain", "offset"] if stretched else []
     return Table("Reading and tracking", header, rows, ABOUT["reading"])
 

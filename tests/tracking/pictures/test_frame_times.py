@@ -84,3 +84,13 @@ def test_a_frame_of_two_fields_is_two_samples_and_the_second_is_half_a_frame_lat
     assert both.offset.tolist() == [0, 0.5, 0, 0.5]
     assert both.time.tolist() == [0, 0, 0.1, 0.1]
     assert sample_moments(stamps, "frame").field.tolist() == ["frame", "frame"]
+
+
+def test_a_rate_that_varies_is_said_with_its_steps():
+    steps = np.random.default_rng(4).choice([25.0, 33.0, 33.0, 42.0, 67.0], N - 1) / 1000
+    stamps = np.concatenate([[0.0], np.cumsum(steps)])
+    clock, (said,) = chosen_clock(BASE, stamps, rows_of(stamps, 3.0), 1)
+    np.testing.assert_allclose(clock.seconds(stamps), stamps, atol=1e-9)
+    assert said.code == "picture-rate-varies"
+    assert said.level == "note"
+    assert "25 to 67 ms apart" in said.text

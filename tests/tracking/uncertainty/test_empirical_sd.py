@@ -157,3 +157,20 @@ def test_a_light_that_flickers_is_no_error_of_a_codec(period, most):
     time = np.arange(k, dtype=float)
     found = scatter(motion + noise(k), np.full((2, k, n), SD), mass, np.full((k, n), PIXELS), time)
     assert found.factor.max() < most
+
+
+def test_a_rate_that_varies_is_no_scatter():
+    """A telephone's pictures come 25 to 42 ms apart, as the light wants; their times are known."""
+    steps = np.random.default_rng(4).choice([0.75, 1.0, 1.0, 1.25, 2.0], 600)
+    time = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
+    turn = 2 * np.pi * (time[:, None] / 45 + np.arange(4) / 4)
+    motion = np.stack([100 + 12 * np.cos(turn), 100 + 12 * np.sin(1.3 * turn)])
+    found = seen(motion, noise(600), time=time)
+    assert not found.rough.any()
+    assert found.track == pytest.approx(np.ones((2, 4)), abs=0.2)
+
+
+def test_stamps_that_scatter_about_an_even_rate_hide_no_noise_and_make_none():
+    time = np.arange(600) + np.random.default_rng(4).uniform(-0.1, 0.1, 600)
+    found = seen(circles(600), noise(600) * 3, light=3.0, time=time)
+    assert found.track == pytest.approx(np.full((2, 4), 3.0), rel=0.15)

@@ -36,6 +36,9 @@ class Limits:
 
 LIMITS = Limits()
 
+VARIES = 1.2
+"""Times that the longest steps between pictures are as long as the shortest where their rate is said to vary."""
+
 
 class Moments(NamedTuple):
     """Per sample: the frame's number and time stamp (s), which field, and frames by which it is later."""
@@ -77,7 +80,9 @@ def chosen_clock(base: TimeBase, stamps: Array, rows: Rows, lines: int) -> tuple
     rows    what was measured in `lines` samples a frame
     """
     clock, even = base.fitted(stamps), replace(base, tick=0.0).fitted(stamps)
-    if clock.constant or not even.constant:
+    if not even.constant:
+        return clock, _varying(stamps, clock)
+    if clock.constant:
         return clock, []
     fields = np.tile(np.arange(lines) / lines, len(stamps))
     by_stamps, by_even = (
@@ -99,6 +104,19 @@ def chosen_clock(base: TimeBase, stamps: Array, rows: Rows, lines: int) -> tuple
     return clock, [
         Finding("note", "time-stamps-uneven", f"{text} the stamps are used: no track is fast enough to decide.", "")
     ]
+
+
+def _varying(stamps: Array, clock: TimeBase) -> list[Finding]:
+    """What is said of pictures that come at no even rate, as telephones take them where light is scarce."""
+    few, many = 1000 * np.quantile(np.diff(stamps), (0.02, 0.98))
+    if clock.constant or not many > VARIES * few:
+        return []
+    text = (
+        f"pictures come at a rate that varies: {few:.3g} to {many:.3g} ms apart, mean {float(clock.rate):.5g} a second;"
+        " the time stamps of the file are used, and nothing is located across more than 1.5 times the usual step."
+    )
+    cure = "Lock rate and exposure of the camera (telephones need an app for it), and give it more light."
+    return [Finding("note", "picture-rate-varies", text, cure)]
 
 
 def _roughness(time: Array, rows: Rows) -> float:

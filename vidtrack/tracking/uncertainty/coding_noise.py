@@ -207,7 +207,7 @@ def _uneven(position: Array, sd: Array, time: Array, changes: Sequence[Changes])
     samples about. Of the lowest order in which no motion is left: one of a higher order has a share of more samples.
     """
     uneven = np.ones(position.shape[1:])
-    by_order = np.stack([over_sd(one, sd).max(axis=0) for one in changes])
+    by_order = np.stack([over_sd(one, sd).max(axis=0) for one in changes[: len(DIFFERENCES.orders)]])
     order = np.argmax(by_order <= CODING_NOISE.motionless * np.fmin.reduce(by_order), axis=0)
     for of in np.unique(order).tolist():
         own = np.flatnonzero(order == of)

@@ -39,6 +39,8 @@ class Differences:
     lasting            times that errors grow over `later` samples, at most: light that does so by more flickers
     soft_edge_px       about the pixels above the threshold that belong to the centroid
     creeping_px        a sample: what moves less is coded once and copied from then on, errors included
+    uneven, often      share of the usual step by which steps differ, and of all steps, where the rate varies
+    steps              share of the usual step by which steps may differ that are compared at such a rate
     at_rest            # ASSUME: share of moving targets' factor that those at rest have (measured 0.4 to 1.2 with
                        H.264, 1 with MPEG-2)
     """
@@ -53,6 +55,9 @@ class Differences:
     lasting: float = 6.0
     soft_edge_px: float = 1.25
     creeping_px: float = 0.1
+    uneven: float = 0.05
+    often: float = 0.1
+    steps: float = 1.1
     at_rest: float = 0.8
 
 
@@ -104,8 +109,8 @@ def rms_error(position: Array, time: Array) -> Array:
 class Changes(NamedTuple):
     """Differences of one order of values (c, k, n).
 
-    starts  (m,) samples at which they begin; stride: samples from one to the next; weights (order + 1,) of these
-    squares (c, m, n)
+    starts  (m,) samples at which they begin; stride: samples from one to the next; weights (order + 1,) of these, or
+            (order + 1, m, 1) where samples are uneven; squares (c, m, n)
     """
 
     starts: Ints
@@ -124,21 +129,45 @@ def in_a_row(at: Ints) -> Ints | slice:
 
 
 def changes_of(values: Array, time: Array, stride: int = 1) -> list[Changes]:
-    """The differences of values (c, k, n) of samples `stride` apart, of all orders that are looked at."""
+    """The differences of values (c, k, n) of samples `stride` apart, of all orders that are looked at.
+
+    Where the steps of time differ, those of the times as they are follow: which of the two are the moments of the
+    exposures is not known here (stamps of arrival scatter, those of a rate that varies are true).
+    """
     breaks, most = _breaks(time), max(DIFFERENCES.fewest, DIFFERENCES.at_most // max(values.shape[2], 1))
-    return [_changes(values, breaks, order, stride, most) for order in DIFFERENCES.orders]
+    found = [_changes(values, breaks, order, stride, most) for order in DIFFERENCES.orders]
+    step = np.diff(time)
+    if step.size and (np.abs(step / np.median(step) - 1) > DIFFERENCES.uneven).mean() > DIFFERENCES.often:
+        breaks = _breaks(time, DIFFERENCES.steps)
+        found += [_changes(values, breaks, order, stride, most, time) for order in DIFFERENCES.orders]
+    return found
 
 
-def _changes(values: Array, breaks: Ints, order: int, stride: int = 1, most: int | None = None) -> Changes:
+def _changes(
+    values: Array, breaks: Ints, order: int, stride: int = 1, most: int | None = None, time: Array | None = None
+) -> Changes:
     starts = _unbroken(breaks, order * stride)
     starts = starts if most is None else spread(starts, most)
     weights = np.array([(-1) ** i * comb(order, i) for i in range(order + 1)], float)
+    if time is not None:
+        weights = _divided(time, starts, order, stride) * np.sqrt((weights**2).sum())
     change = np.zeros((values.shape[0], starts.size, values.shape[2]))
     found, spare = Changes(starts, stride, weights, change), np.empty(change.shape)
     for i, weight in enumerate(weights):  # in place: the system fills each new array with zeros first
         change += np.multiply(values[:, found.of(i)], weight, out=spare)
     np.multiply(change, change, out=change)
     return found
+
+
+def _divided(time: Array, starts: Ints, order: int, stride: int) -> Array:
+    """Weights (order + 1, m, 1) of divided differences, of which the squares of each sum to 1: polynomials of a degree
+    below `order` vanish in them at any times.
+    """
+    at = time[starts[None] + stride * np.arange(order + 1)[:, None]]
+    apart = (at[:, None] - at[None]) / max(float(np.median(np.diff(time))) * stride, 1e-300)
+    apart[np.arange(order + 1), np.arange(order + 1)] = 1.0
+    weights = 1 / apart.prod(axis=1)
+    return np.asarray((weights / np.sqrt((weights**2).sum(axis=0)))[..., None])
 
 
 def least_over_sd(values: Array, sd: Array, time: Array, stride: int = 1) -> Array:
@@ -200,11 +229,12 @@ def _lasting(light: Array, later: Array) -> float:
     return min(max(1.0, float(np.median(known))), DIFFERENCES.lasting) if known.size else 1.0
 
 
-def _breaks(time: Array) -> Ints:
-    """How many steps that are longer or shorter than most lie before each sample (k,)."""
+def _breaks(time: Array, share: float = 0.25) -> Ints:
+    """How many steps that are longer or shorter than most, by more than a share of these, lie before each sample
+    (k,)."""
     step = np.diff(time)
     usual = np.median(step) if step.size else 0.0
-    return np.concatenate([[0], np.cumsum(np.abs(step - usual) > 0.25 * usual)])
+    return np.concatenate([[0], np.cumsum(np.abs(step - usual) > share * usual)])
 
 
 def _unbroken(breaks: Ints, span: int) -> Ints:
