@@ -1,10 +1,13 @@
 """The middle of the outline of a ball that is lit from one side."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import ndtr
 
 from tests.lit_balls import picture
+from vidtrack.tracking.outlines import shaded_ball
 from vidtrack.tracking.outlines.ball_outline import LIT
 from vidtrack.tracking.outlines.shaded_ball import fit_ball, is_cut
 
@@ -53,6 +56,26 @@ def test_a_lit_side_that_is_saturated_is_at_least_as_bright(level, ambient, rng)
     assert np.hypot(*(at + fit.way - PLACE)) < min(0.08, 4 * fit.sd)
     assert flat is not None
     assert np.hypot(*(at + flat.way - PLACE)) > 0.2, "what is clipped looks flat"
+
+
+def test_the_width_holds_where_the_lamp_stands_behind_the_camera(monkeypatch):
+    def errors():
+        found = []
+        for seed in range(8):
+            rng = np.random.default_rng(seed)
+            light = picture(SHAPE, [(*PLACE, 4.7)], lamp=(0.35, 0.1, 1), ambient=0.28, level=150, blur=1.0)
+            light = light + rng.normal(0, 1.1, SHAPE)
+            at, own = centroid(light), np.sqrt((light > 60).sum() / np.pi)
+            fit = fit_ball(light, at, own, 1.1, height=0.0)
+            found.append((fit.radius / 4.7 - 1, np.hypot(*(at + fit.way - PLACE))))
+        return np.mean(found, axis=0)
+
+    larger, off = errors()
+    assert abs(larger) < 0.015
+    monkeypatch.setattr(shaded_ball, "BALL_FIT", replace(shaded_ball.BALL_FIT, matt=1.0))
+    smaller, further = errors()
+    assert smaller < -0.02, "a polynomial falls off less towards the rim than a matt ball does"
+    assert off < 0.7 * further
 
 
 def test_a_ball_that_is_lit_from_everywhere_has_one_middle(rng):

@@ -43,6 +43,8 @@ class BallFit:
     furthest    of the radius that the fit starts with, which its middle is from the light's, and its own radius from it
     longest     step of x, y (of the radius), log radius, log blur, log height and the two angles
     flattest    height over width, or the other way round, at most
+    matt        times what a polynomial leaves that Lambert's law may: else it is not taken for it, as balls are matt;
+                polynomials are up to 3 % too small where a lamp stands behind the camera
     alike       times the least misfit, up to which another surface is as good
     misfit      of the surface's level: error of the middle, of the radius, by what the fit leaves of it
     cuts        where a line cuts a ball to begin with, in radii: how far its middle is from it, how far its middle is
@@ -72,6 +74,7 @@ class BallFit:
     furthest: tuple[float, float] = (1.5, 2.5)
     longest: tuple[float, ...] = (0.3, 0.3, 0.3, 0.5, 0.2, 0.4, 0.5)
     flattest: float = 1.6
+    matt: float = 1.1
     alike: float = 1.3
     misfit: float = 1.0
     cuts: tuple[tuple[float, float, float], ...] = (
@@ -154,7 +157,7 @@ def fit_ball(
         fits += _from_aside(view, begin, radius, float(toward))
     if not fits:
         return None
-    best = min(fits, key=lambda one: one.rms)
+    best = min(fits, key=lambda one: one.rms * (1 if one.unknowns.size > begin.size else BALL_FIT.matt))
     good = [one for one in fits if one.rms <= BALL_FIT.alike * best.rms]
     return _fitted(best, noise, max(float(np.hypot(*(one.unknowns[:2] - best.unknowns[:2]))) for one in good))
 
