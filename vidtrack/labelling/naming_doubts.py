@@ -134,6 +134,9 @@ def picked_alone(case: Case, labels: Labels, picks: Iterable[int]) -> dict[int, 
     return out
 
 
+MANY = 2.0
+"""Blobs for each ball of the clips from which on some of them are rather something else."""
+
 FEW = 0.8
 """Of the tags of a clip, up to which its blobs are so few that it may be taken to show more than it does."""
 OUTSIDE = "outside the picture"
@@ -238,7 +241,13 @@ def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
     tag = case.tags[int(case.views[v].points[row])]
     lines = [f"{case.camera},{tag},{b[0]:.0f},{b[1]:.0f}" for b in (labels.projected[v][row] for labels in answers)]
     listed = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
+    why = "the layout is symmetric"
+    cure = f"Add the line that is true: {listed}."
+    blobs, points = sum(len(w.blobs) for w in case.views), sum(len(w.points) for w in case.views)
+    if blobs > MANY * points:
+        why = f"its clips show {blobs} blobs for {points} balls: texture or reflections may be taken for some"
+        cure = f"Raise detect.threshold, or cover what is bright beside the balls. {cure}"
     return (
         f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways "
-        f"that fit equally well, because the layout is symmetric. Add the line that is true: {listed}."
+        f"that fit equally well, because {why}. {cure}"
     )
