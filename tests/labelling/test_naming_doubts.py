@@ -47,16 +47,13 @@ def test_a_symmetric_layout_names_the_pick_that_settles_it():
     assert all((blob == np.arange(12)).all() for blob in labels.blob)
 
 
-def test_where_far_more_is_bright_than_balls_that_is_named_before_symmetry():
+def test_where_far_more_is_bright_than_balls_that_is_named_beside_symmetry():
     rng = np.random.default_rng(2)
-    texture = [rng.uniform(0, 400, (20, 2)) for _ in VIEWS]
-    views = [
-        View(w.points, np.vstack([w.blobs, more]), np.full((32, 2), 4.0))
-        for w, more in zip(VIEWS, texture, strict=True)
-    ]
+    texture = np.vstack([B[ROWS[1]], rng.uniform(0, 400, (20, 2))])
+    views = [VIEWS[0], View(ROWS[1], texture, np.full((32, 2), 4.0)), VIEWS[2]]
     found = label_from_picks(POINTS, VIEWS, case([0, 3, 5, 8, 11]).picks, SIZE)
     rival = found[0]._replace(projected=[at + 4.0 for at in found[0].projected])
-    for shown, word in ((VIEWS, "symmetric"), (views, "96 blobs for 36 balls")):
+    for shown, word in ((VIEWS, "symmetric. Add"), (views, "clip row2 shows 32 blobs for 12 balls")):
         with pytest.raises(VidtrackError, match=word) as refused:
             settled(case(views=shown), [found[0], rival])
         assert ("detect.threshold" in str(refused.value)) == (shown is views)

@@ -135,7 +135,7 @@ def picked_alone(case: Case, labels: Labels, picks: Iterable[int]) -> dict[int, 
 
 
 MANY = 2.0
-"""Blobs for each ball of the clips from which on some of them are rather something else."""
+"""Blobs for each ball of a clip from which on some of them are rather something else."""
 
 FEW = 0.8
 """Of the tags of a clip, up to which its blobs are so few that it may be taken to show more than it does."""
@@ -243,10 +243,12 @@ def _look_alike(case: Case, answers: Sequence[Labels]) -> str:
     listed = " or ".join(lines[:4]) + (" or ..." if n > 4 else "")
     why = "the layout is symmetric"
     cure = f"Add the line that is true: {listed}."
-    blobs, points = sum(len(w.blobs) for w in case.views), sum(len(w.points) for w in case.views)
+    full = max(range(len(case.views)), key=lambda k: len(case.views[k].blobs) / max(len(case.views[k].points), 1))
+    blobs, points = len(case.views[full].blobs), len(case.views[full].points)
     if blobs > MANY * points:
-        why = f"its clips show {blobs} blobs for {points} balls: texture or reflections may be taken for some"
-        cure = f"Raise detect.threshold, or cover what is bright beside the balls. {cure}"
+        why += f", or because texture or reflections are taken for balls: clip {case.clips[full]} shows {blobs} blobs"
+        why += f" for {points} balls"
+        cure = f"Raise detect.threshold, or cover what is bright beside the balls; or: {cure[0].lower()}{cure[1:]}"
     return (
         f"calibration/{case.clips[v]}/picks.csv: the balls that camera {case.camera} sees can be named in {n} ways "
         f"that fit equally well, because {why}. {cure}"
