@@ -309,7 +309,17 @@ def outline_of(
     laid = seen.laid
     own = laid.radius * laid.shrunk
     begun = before.fit if before else None
-    fit = fit_ball(laid.pixels, laid.at, laid.radius, noise, lines=lines, height=height, begun=begun, full=laid.full)
+    fit = fit_ball(
+        laid.pixels,
+        laid.at,
+        laid.radius,
+        noise,
+        lines=lines,
+        height=height,
+        begun=begun,
+        full=laid.full,
+        aside=seen.plainly,
+    )
     held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= LIT.smallest * laid.radius
     cut = before.cut if before else seen.plainly
     if cut and not before:

@@ -123,6 +123,7 @@ def fit_ball(
     height: float | None = None,
     begun: FittedBall | None = None,
     full: Bools | None = None,
+    aside: bool = True,
 ) -> FittedBall | None:
     """The outline of a bright ball; None where no fit holds.
 
@@ -131,6 +132,7 @@ def fit_ball(
     height  logarithm of a ball's height over its width, None: not known, and fitted; begun: the fit without it, from
             which this one goes on
     full    (rows, columns) pixels that are saturated: the ball is at least as bright there; None: there are none
+    aside   whether it is begun from other sides where no fit leaves as little as noise does
     """
     view = _view(piece, at, lines, full)._replace(height_known=height is not None)
     begin = np.array([0.0, 0.0, np.log(radius), np.log(BALL_FIT.begin_px), height or 0.0])
@@ -151,9 +153,8 @@ def fit_ball(
         wider[2] += np.log(BALL_FIT.wider)
         starts = [np.append(wider, [lamp, toward]) for lamp in BALL_FIT.others]
         fits += [one for begun in starts if (one := _descend(view, begun, radius)) is not None]
-    if not fits or (
-        _misfit(best := min(fits, key=lambda one: one.rms), noise) > BALL_FIT.well and best.rms > BALL_FIT.noisy * noise
-    ):
+    least = min(fits, key=lambda one: one.rms, default=None)
+    if aside and (least is None or (_misfit(least, noise) > BALL_FIT.well and least.rms > BALL_FIT.noisy * noise)):
         fits += _from_aside(view, begin, radius, float(toward))
     if not fits:
         return None
