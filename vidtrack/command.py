@@ -61,10 +61,9 @@ class _Late(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in (*COMMANDS, *OLDER) and not args[0].startswith("-"):
-            from vidtrack.naming import did_you_mean
+            from vidtrack.naming import hint_of
 
-            near = did_you_mean(args[0], COMMANDS)
-            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(COMMANDS)}."
+            hint = hint_of(args[0], COMMANDS, f"there are {', '.join(COMMANDS)}.")
             raise click.UsageError(f"no command {args[0]!r}; {hint}")
         return super().resolve_command(ctx, args)
 

@@ -68,13 +68,12 @@ Made = list[tuple[str, list[str], "Written"]]
 
 def _known(name: str) -> str:
     from vidtrack.exchange.formats import FORMATS
-    from vidtrack.naming import did_you_mean
+    from vidtrack.naming import hint_of
     from vidtrack.settings.exports import OTHER_NAMES, known_name
 
     known = known_name(name)
     if known not in FORMATS:
-        near = did_you_mean(name, [*FORMATS, *OTHER_NAMES])
-        there = f"did you mean {near!r}?" if near else f"there are {', '.join(FORMATS)}."
+        there = hint_of(name, [*FORMATS, *OTHER_NAMES], f"there are {', '.join(FORMATS)}.")
         raise VidtrackError(f"--to {name}: no such format; {there}")
     return known
 
@@ -89,14 +88,13 @@ def _all(settings: Settings, names: list[str], only: tuple[str, ...]) -> tuple[M
     from vidtrack.files.camera_json import located_by
     from vidtrack.files.experiment import within
     from vidtrack.files.outdated_note import is_outdated
-    from vidtrack.naming import did_you_mean
+    from vidtrack.naming import hint_of
 
     results = within(settings.experiment, "results")
     runs = _layouts(settings, results)
     for run in only:
         if run not in runs:
-            near = did_you_mean(run, runs)
-            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(runs) or 'none'}."
+            hint = hint_of(run, runs, f"there are {', '.join(runs) or 'none'}.")
             raise VidtrackError(f"--run {run}: no such run; {hint}")
     made: Made = []
     left_out = []

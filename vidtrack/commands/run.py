@@ -62,14 +62,12 @@ def command(folder: str, only: str | None, cores: str, yes: bool, no_color: bool
 
 def _check_run(settings: Settings, name: str) -> None:
     from vidtrack.files.experiment_checks import checked_experiment
-    from vidtrack.naming import did_you_mean
+    from vidtrack.naming import hint_of
 
     runs = list(checked_experiment(settings).runs)
     if name not in runs:
-        near = did_you_mean(name, runs)
-        raise VidtrackError(
-            f"no run {name!r}; " + (f"did you mean {near!r}?" if near else f"there are {', '.join(runs) or 'none'}.")
-        )
+        hint = hint_of(name, runs, f"there are {', '.join(runs) or 'none'}.")
+        raise VidtrackError(f"no run {name!r}; {hint}")
 
 
 def ending_lines(ended: Ended, folder: str) -> list[str]:

@@ -19,7 +19,7 @@ from vidtrack.errors import VidtrackError
 from vidtrack.files.child_process import in_child
 from vidtrack.files.csv_columns import Columns, own_unit
 from vidtrack.files.tables import read_csv
-from vidtrack.naming import did_you_mean
+from vidtrack.naming import hint_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -74,8 +74,7 @@ def read_channels(path: str, columns: Mapping[str, str], *, time: str | None, ra
 
 def _numbers(path: str, found: ChannelFile, name: str) -> Array:
     if name not in found.names:
-        near = did_you_mean(name, found.names)
-        known = f"did you mean {near!r}?" if near else f"it has {', '.join(found.names[:12]) or 'none'}."
+        known = hint_of(name, found.names, f"it has {', '.join(found.names[:12]) or 'none'}.")
         raise VidtrackError(f"{path}: no channel '{name}'; {known}")
     try:
         values = np.asarray(found.values(name), float)

@@ -23,7 +23,7 @@ from vidtrack.files.config_file import read_config
 from vidtrack.files.csv_checked import checked_csv, read_header
 from vidtrack.files.csv_columns import POINTS, TARGETS
 from vidtrack.files.recordings import Recording, inner_folders, of_folder, of_pattern, recordings_in
-from vidtrack.naming import did_you_mean, some_of, tags_meant
+from vidtrack.naming import hint_of, some_of, tags_meant
 from vidtrack.settings.board import Board, board_from_values
 from vidtrack.settings.config import Settings
 
@@ -249,8 +249,7 @@ def _elsewhere(name: str, settings: Settings, problems: list[str]) -> dict[str, 
     for camera, given in settings.runs[name].videos.items() if name in settings.runs else ():
         place = f"config.yaml: runs.{name}.videos.{camera}"
         if camera not in settings.cameras:
-            near = did_you_mean(camera, settings.cameras)
-            hint = f"did you mean {near!r}?" if near else f"known: {', '.join(settings.cameras)}."
+            hint = hint_of(camera, settings.cameras, f"known: {', '.join(settings.cameras)}.")
             problems.append(f"{place}: no such camera; {hint}")
         elif one := _named(place, given, settings, problems):
             found[camera] = one

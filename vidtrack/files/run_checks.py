@@ -17,7 +17,7 @@ from vidtrack.files.experiment import (
     within,
 )
 from vidtrack.files.recordings import inner_folders
-from vidtrack.naming import did_you_mean, some_of
+from vidtrack.naming import hint_of, some_of
 from vidtrack.settings.config import Settings
 from vidtrack.settings.runs import Run as RunSettings
 
@@ -120,8 +120,7 @@ def _check_cameras(case: _Case) -> list[str]:
 
 
 def _hint(name: str, known: list[str]) -> str:
-    near = did_you_mean(name, known)
-    return f"did you mean {near!r}?" if near else f"known: {some_of(known)}."
+    return hint_of(name, known, f"known: {some_of(known)}.")
 
 
 def _check_plane(case: _Case) -> list[str]:
@@ -150,8 +149,7 @@ def _check_reference(case: _Case) -> list[str]:
     header = reference_columns(run)
     for key, column in (("time", own.time), ("value", own.value)):
         if not any(_means(cell, column) for cell in header):
-            near = did_you_mean(column, header)
-            hint = f"did you mean {near!r}?" if near else f"it has {some_of(header)}."
+            hint = hint_of(column, header, f"it has {some_of(header)}.")
             problems.append(f"{case.place}.reference.{key}: {run.reference} has no column {column!r}; {hint}")
     unit, units = split_unit(own.value)[1], case.settings.units
     if unit in LENGTHS and unit != units:

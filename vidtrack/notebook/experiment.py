@@ -18,7 +18,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from vidtrack.errors import VidtrackError
-from vidtrack.naming import did_you_mean
+from vidtrack.naming import hint_of
 from vidtrack.notebook.camera import CalibratedCamera
 from vidtrack.notebook.run import LoadedRun
 
@@ -40,8 +40,7 @@ class Lazy(Mapping[str, Thing], Generic[Thing]):
 
     def __getitem__(self, name: str) -> Thing:
         if name not in self._names:
-            near = did_you_mean(name, self._names)
-            hint = f"did you mean {near!r}?" if near else f"there are {', '.join(self._names) or 'none'}."
+            hint = hint_of(name, self._names, f"there are {', '.join(self._names) or 'none'}.")
             raise KeyError(f"no {self._kind} {name!r}; {hint}")
         if name not in self._made:
             self._made[name] = self._make(name)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from vidtrack.errors import LINES, VidtrackError
-from vidtrack.naming import did_you_mean
+from vidtrack.naming import hint_of
 from vidtrack.settings.analysis import Axes
 from vidtrack.settings.calibration import Calibration
 from vidtrack.settings.cameras import Camera
@@ -85,8 +85,7 @@ def _unknown_interfaces(settings: Settings) -> list[str]:
     for camera, own in settings.cameras.items():
         for name in own.through:
             if name not in known:
-                near = did_you_mean(name, known)
-                cure = f"did you mean {near!r}?" if near else "describe it under interfaces."
+                cure = hint_of(name, known, "describe it under interfaces.")
                 lines.append(f"cameras.{camera}.through: no interface {name!r}; {cure}")
         if len(set(own.through)) < len(own.through):
             lines.append(f"cameras.{camera}.through: an interface stands there twice. Name each once.")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vidtrack.arrays import Array, Bools, Picture
-from vidtrack.tracking.outlines.shaded_ball import FittedBall, fit_ball, is_cut
+from vidtrack.tracking.outlines.shaded_ball import BALL_FIT, FittedBall, fit_ball, is_cut
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,6 @@ class Lit:
     misfit       of the level, that a fit may leave
     heights      outlines by which it is known how square pixels are, at least; unlike: times its sd that `most` heights
                  are from the median at most, where all are of balls; height_sd: of one, besides what its fit has
-    smallest     of the radius of what is above the threshold, which a ball's own is at least
     off          of the radius: how far off a centroid is for a slope of one; unknown: of what is uneven, how far a
                  centroid may be off where no fit holds
     least_way    px that ways are at least: less is none
@@ -91,7 +90,6 @@ class Lit:
     heights: int = 4
     unlike: float = 3.0
     height_sd: float = 0.01
-    smallest: float = 0.85
     off: float = 0.25
     unknown: float = 2.0
     least_way: float = 0.02
@@ -320,7 +318,7 @@ def outline_of(
         full=laid.full,
         aside=seen.plainly,
     )
-    held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= LIT.smallest * laid.radius
+    held = fit is not None and fit.misfit <= LIT.misfit and fit.radius >= BALL_FIT.smallest * laid.radius
     cut = before.cut if before else seen.plainly
     if cut and not before:
         cut = is_cut(laid.pixels, laid.at, laid.radius, noise, fit, lines=lines, held=held, full=laid.full)

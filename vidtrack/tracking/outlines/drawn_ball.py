@@ -58,10 +58,10 @@ def drawn(view: BallView, unknowns: Array) -> tuple[Array, list[Array]]:
     else:
         surface = [ball, ball * u, ball * v, ball * u * u, ball * u * v, ball * v * v]
     blur_y, blur_x = _blur(rows, view.lines, s, blur), _blur(columns, 1, s, blur)
-    drawn = [blur_y @ one @ blur_x.T for one in surface]
-    free = 1 - drawn[0] - (drawn[1] if view.cut else 0)
+    parts = [blur_y @ one @ blur_x.T for one in surface]
+    free = 1 - parts[0] - (parts[1] if view.cut else 0)
     x, y = np.linspace(-1, 1, columns), np.linspace(-1, 1, rows)[:, None]
-    return drawn[0], [*drawn, free, free * x, free * y]
+    return parts[0], [*parts, free, free * x, free * y]
 
 
 @lru_cache(maxsize=64)  # most slopes change something else

@@ -34,8 +34,9 @@ class BallFit:
     begin_px    blur to begin with; least_px: at least
     lamps       angles of the lamp from the direction of the camera to begin with, radians; others, wider: where those
                 leave more than `noisy` times the noise, more of them, with so many times the radius;
-                aside: and from other sides, with so many times the radius, which come out no
-                smaller than `smallest`; first: steps of each, of which the `best` go on
+                aside: and from other sides, with so many times the radius; first: steps of each, of which the
+                `best` go on
+    smallest    of the radius of what is above the threshold, which a ball's own is at least
     steps, enough  at most; share by which the sum of squares falls at least, as long as steps go on
     same        times what a fit left without the height, that it leaves with it at most: else others may be better now
     damping     at least, and ridge, of the largest unknown's, which each other's is: with less the last bits of a
